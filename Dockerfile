@@ -36,7 +36,9 @@ COPY --from=build /image /
 USER 6553:6553
 WORKDIR /var/lib/rungd
 # The folder of the operator's socket, for the controller and for the commands.
-ENV PATH=/usr/bin RUNTIME_DIRECTORY=/run/rungd RUNGD_SOCKET=/run/rungd/rungd.sock
+# RUNGD_RECORD: the folder of the scan log; mount a volume there to keep it.
+ENV PATH=/usr/bin RUNTIME_DIRECTORY=/run/rungd RUNGD_SOCKET=/run/rungd/rungd.sock \
+    RUNGD_RECORD=/var/lib/rungd/record
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s --retries=3 CMD ["rungd", "status"]
 ENTRYPOINT ["rungd"]

@@ -23,6 +23,8 @@ pub enum FaultPoint {
     Shell,
     /// The disk of retentive memory takes one second longer.
     Disk,
+    /// The disk of the scan log takes one second longer.
+    RecordDisk,
 }
 
 #[cfg(debug_assertions)]
@@ -46,7 +48,7 @@ mod armed {
 
     use super::FaultPoint;
 
-    const POINTS: [(&str, FaultPoint); 7] = [
+    const POINTS: [(&str, FaultPoint); 8] = [
         ("scan", FaultPoint::Scan),
         ("stall", FaultPoint::Stall),
         ("thread", FaultPoint::Thread),
@@ -54,6 +56,7 @@ mod armed {
         ("device", FaultPoint::Device),
         ("shell", FaultPoint::Shell),
         ("disk", FaultPoint::Disk),
+        ("record-disk", FaultPoint::RecordDisk),
     ];
     /// The interval at which the file is read.
     const LOOK_EVERY: Duration = Duration::from_millis(1);
@@ -92,7 +95,9 @@ mod armed {
             return;
         }
         match point {
-            FaultPoint::Stall | FaultPoint::Disk => thread::sleep(STALL),
+            FaultPoint::Stall | FaultPoint::Disk | FaultPoint::RecordDisk => {
+                thread::sleep(STALL);
+            }
             FaultPoint::Scan
             | FaultPoint::Thread
             | FaultPoint::Monitor

@@ -15,6 +15,7 @@ mod man;
 mod mode;
 mod operator;
 mod read;
+mod recording;
 mod reload;
 mod retain;
 mod run;
@@ -24,6 +25,7 @@ mod status;
 mod terminal;
 mod watch;
 mod when;
+mod why;
 mod write;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -66,6 +68,7 @@ enum Command {
     Rollback(reload::RollbackArgs),
     Retain(retain::RetainArgs),
     LogLevel(log_level::LogLevelArgs),
+    Why(why::WhyArgs),
 }
 
 /// Runs the command line; gives the exit code.
@@ -111,5 +114,6 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Rollback(args) => reload::rollback(args),
         Command::Retain(args) => retain::retain(args),
         Command::LogLevel(args) => log_level::log_level(args),
+        Command::Why(args) => why::why(args),
     }
 }

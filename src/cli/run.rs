@@ -51,6 +51,10 @@ pub struct RunArgs {
     /// Count restarts after unclean ends in FILE (default: in systemd's RUNTIME_DIRECTORY)
     #[arg(long, value_name = "FILE")]
     restart_guard: Option<PathBuf>,
+    /// Record what comes in, scan by scan, in the folder DIR (default: `[record] dir`; without both
+    /// the last minute is kept in memory alone)
+    #[arg(long, value_name = "DIR", env = "RUNGD_RECORD")]
+    record: Option<PathBuf>,
     /// The time in RUN after which the count of restarts begins again
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = span, hide = true)]
     healthy_after: Duration,
@@ -123,6 +127,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
         runs_cold: args.cold_start.map(|mode| mode == ModeWanted::Run),
         repeat: args.repeat_reason,
         reload_limit: args.reload_limit,
+        record: args.record.clone(),
         start_in_stop: match (guard.trips(), args.stopped) {
             (true, _) => Some(StopReason::RestartGuard),
             (false, true) => Some(StopReason::CommandLine),

@@ -9,7 +9,7 @@ use super::read::table;
 use super::terminal::one_line;
 use crate::daemon::span;
 use crate::operator::protocol::{
-    BlockStatus, LogState, Posture, Request, Retain, Scan, Spread, Status,
+    BlockStatus, LogState, Posture, Record, Request, Retain, Scan, Spread, Status,
 };
 
 /// The width of the longest bar.
@@ -71,6 +71,7 @@ fn page(status: &Status, histogram: bool) -> String {
     if let Some(retain) = &status.retain {
         lines.extend(rows("retain", retain_lines(retain)));
     }
+    lines.extend(rows("record", record_lines(&status.record)));
     lines.push(row("scan", &scan_line(status)));
     lines.extend(spread("execution", &status.scan.execution, histogram));
     lines.extend(spread("lateness", &status.scan.lateness, histogram));
@@ -176,6 +177,23 @@ fn retain_lines(retain: &Retain) -> Vec<String> {
         None => format!("wear not measured yet, budget {budget} MB a day"),
     });
     lines.extend(retain.failing.iter().map(|why| format!("NOT WRITTEN at present: {why}")));
+    lines
+}
+
+fn record_lines(record: &Record) -> Vec<String> {
+    let mb = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
+    let reach = span(record.memory_ms * 1_000_000);
+    let mut lines = vec![format!("the last {reach} in memory, of {}", mb(record.memory_bytes))];
+    lines.push(match &record.disk {
+        Some(disk) => format!("{}: {} of {}", disk.dir, mb(disk.bytes), mb(disk.size)),
+        None => "not on disk: `[record] dir` names a folder".to_owned(),
+    });
+    if record.lost > 0 {
+        lines
+            .push(format!("{} are missing: the log's thread was late", count(record.lost, "scan")));
+    }
+    let failing = record.disk.iter().filter_map(|disk| disk.failing.as_ref());
+    lines.extend(failing.map(|why| format!("NOT WRITTEN at present: {why}")));
     lines
 }
 

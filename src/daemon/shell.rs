@@ -3,6 +3,7 @@
 //! Read [`run`] top-down. The scan thread does not depend on this shell. The shell looks at the
 //! scan thread fifty times a second, which is often enough for signals and systemd.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -20,6 +21,7 @@ use super::narration::{Facts, Narration, span};
 use super::operator;
 use super::posture;
 use super::record;
+use super::record_disk::RecordDisk;
 use super::record_thread::{RecordParts, Recording};
 use super::reload::{self, Reloads, Running, Views};
 use super::retain::{self, RetainSettings};
@@ -52,6 +54,8 @@ pub struct Options {
     pub repeat: Duration,
     /// The longest time in which a reload reads and checks its files.
     pub reload_limit: Duration,
+    /// The folder of the scan log, if the controller file names none; `None`: only in memory.
+    pub record: Option<PathBuf>,
     /// Start in STOP for this reason, and wait for `rungd mode run`.
     pub start_in_stop: Option<StopReason>,
 }
@@ -144,12 +148,13 @@ pub fn run(
     posture::tell(prepared.grants(), settings.posture.strict)
         .map_err(StartFailure::Configuration)?;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
+    let disk = record::place(&setup, options.record.as_deref());
     let recording = Recording::start(RecordParts {
         tape,
         port: prepared.port(),
         first: record::program(&setup, 0),
         memory_bytes: setup.record.memory_bytes,
-        disk: None,
+        disk: disk.map(|dir| RecordDisk::start(&dir, &setup)).transpose()?,
     })?;
     let Host { tokio, signals } = host;
     let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);

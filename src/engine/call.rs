@@ -64,7 +64,7 @@ impl Engine {
     }
 
     /// As [`Engine::apply`]; a scan and the passes are seen step by step.
-    pub(crate) fn apply_seen(&mut self, call: EngineCall, eye: &mut impl Eye) {
+    pub fn apply_seen(&mut self, call: EngineCall, eye: &mut impl Eye) {
         match call {
             EngineCall::Execute => {
                 self.execute_seen(eye);
@@ -81,7 +81,7 @@ impl Engine {
 
     /// Starts a Program that does not run, as RUN does. For a copy of an engine on which something
     /// is tried.
-    pub(crate) fn try_run(&mut self, program: BlockId) {
+    pub fn try_run(&mut self, program: BlockId) {
         self.machine.start_program(program);
     }
 

@@ -10,7 +10,7 @@ use crate::isa::BlockId;
 
 /// A step of a scan. Steps nest: a turn has the steps of its block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Deed {
+pub enum Deed {
     /// The turn of a block: it starts the block's initial Stage, ends a Task that runs once, and
     /// turns Stages OFF after the block's pass.
     Turn(BlockId),
@@ -23,7 +23,7 @@ pub(crate) enum Deed {
 }
 
 /// Sees the steps of a scan.
-pub(crate) trait Eye {
+pub trait Eye {
     /// The step begins.
     fn before(&mut self, deed: Deed, image: &Image);
 

@@ -50,12 +50,12 @@ mod transfer;
 mod written;
 
 pub use call::EngineCall;
-pub(crate) use events::Element;
-pub use events::{BlockEvent, MathEvent};
-pub(crate) use eye::{Deed, Eye};
+pub use events::{BlockEvent, Element, MathEvent};
+pub use eye::{Deed, Eye};
 pub use image::{BitCell, Image, WordCell};
 pub use layout::{Cell, Layout};
 pub use mishap::Mishap;
+pub use power::Power;
 pub use program::Program;
 pub(crate) use program::{Batch, BlockCode, BlockRole, ElementCode, PassStep, Tables};
 pub use scan::{Engine, ScanEnd, ScanTimes};

@@ -4,6 +4,7 @@
 //! ACC wraps at 16 bits; A wrap upwards sets OV (or clears UN), a wrap downwards sets UN (or clears
 //! OV).
 
+use super::image::BitCell;
 use super::memory::View;
 use super::ops::{Ctd, Ctu, Operation, Res};
 use super::places::Sensaphone;
@@ -23,6 +24,11 @@ impl Sensaphone {
     #[inline(always)]
     fn flag(&self, flag: u32) -> BitWritten {
         BitWritten(self.at * RECORD as u32 + flag)
+    }
+
+    /// The enable bits of CTU and CTD.
+    pub(super) fn enable_bits(&self) -> (BitCell, BitCell) {
+        (BitCell(self.flag(CU).0), BitCell(self.flag(CD).0))
     }
 
     #[inline(always)]

@@ -138,10 +138,8 @@ impl Program {
             PassStep::BitOff(bit) => written.bits.push((*bit, 1)),
             PassStep::Counter(counter, _) => counter.touches(&mut touches),
             PassStep::Timer(timer, _) => timer.touches(&mut touches),
-            PassStep::CountUp(counter) | PassStep::CountDown(counter) => {
-                counter.touches(&mut touches);
-                touches.words_written.clear();
-            }
+            PassStep::CountUp(counter) => written.bit(counter.enable_bits().0),
+            PassStep::CountDown(counter) => written.bit(counter.enable_bits().1),
             PassStep::DisableTask(task) => written.bit(self.layout.bit(Bit::Running(*task))),
             PassStep::HistoryOff(_) | PassStep::HoldTimer(_) | PassStep::Pick(_) => {}
         }

@@ -19,7 +19,7 @@ pub struct StageId(pub u32);
 
 /// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) struct ElementId {
+pub struct ElementId {
     /// The block.
     pub block: BlockId,
     /// The Stage; `None`: the block's own rungs.

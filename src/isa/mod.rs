@@ -17,8 +17,8 @@ pub(crate) mod since;
 pub(crate) mod space;
 pub mod status;
 
-pub use address::{Address, Bit, BlockId, DeviceId, Health, StageId, Structure, Word};
-pub(crate) use address::{ElementId, Flag};
+pub(crate) use address::Flag;
+pub use address::{Address, Bit, BlockId, DeviceId, ElementId, Health, StageId, Structure, Word};
 pub(crate) use function::Function;
 pub use instruction::Spec;
 pub(crate) use instruction::{LegName, Mnemonic, OperandKind, OperandSpec};

@@ -20,7 +20,7 @@ mod last_uses;
 mod regions;
 mod rungs;
 pub mod schedule;
-pub(crate) mod sites;
+pub mod sites;
 mod symbols;
 
 pub use symbols::Symbols;
@@ -49,7 +49,7 @@ pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols
 
 /// Lowers a program to be seen: each operation has a batch of its own, in file order, and a site.
 /// Scans give the same memory as those of [`lower`], cell by cell, the program's own included.
-pub(crate) fn lower_seen(program: &Program) -> (engine::Program, Symbols, Sites) {
+pub fn lower_seen(program: &Program) -> (engine::Program, Symbols, Sites) {
     let (code, symbols, sites) = lower_noting(program, 1, Some(Sites::default()));
     (code, symbols, sites.unwrap_or_default())
 }

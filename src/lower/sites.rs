@@ -11,7 +11,7 @@ use crate::isa::ElementId;
 
 /// The origins of operations, contacts and steps of passes.
 #[derive(Debug, Default)]
-pub(crate) struct Sites {
+pub struct Sites {
     /// By batch: what it belongs to.
     pub batches: Vec<Site>,
     /// By step of the passes: what it belongs to.
@@ -29,7 +29,7 @@ pub(crate) struct Sites {
 
 /// The origin of an operation or of a step of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Site {
+pub struct Site {
     /// The part of a rung, by its index.
     pub part: u32,
     /// The instruction, by its number in the program; `None`: a contact.
@@ -38,7 +38,7 @@ pub(crate) struct Site {
 
 /// The legs of a rung with the instructions of its `do`; or one of its branches.
 #[derive(Clone, Debug)]
-pub(crate) struct RungPart {
+pub struct RungPart {
     /// The rung's block or Stage.
     pub element: ElementId,
     /// The index of the rung among those of its block or Stage.

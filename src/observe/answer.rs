@@ -120,7 +120,7 @@ pub struct Node {
     pub write: Write,
     /// The state of the timer or counter that it belongs to.
     pub about: Option<About>,
-    /// Instructions that would write it, but stand in blocks that do not run.
+    /// Instructions that could change it, and what keeps each from it.
     pub idle: Vec<Idle>,
 }
 
@@ -323,17 +323,24 @@ pub enum About {
     },
 }
 
-/// An instruction whose block or Stage does not run.
+/// An instruction that could change a value, but does not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Idle {
     /// The rung of the instruction.
     pub rung: Rung,
     /// The place and text of the instruction.
     pub place: Place,
-    /// The bit of the block or Stage, and why it is OFF.
-    pub running: Followed,
-    /// The bit.
-    pub bit: Operand,
+    /// What keeps it from it.
+    pub because: Hindrance,
+}
+
+/// What keeps an instruction from acting.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Hindrance {
+    /// Its block or Stage does not run: the bit, and why it is OFF.
+    Stopped(Operand, Followed),
+    /// The powers of its legs, in the last scan.
+    Legs(Vec<Leg>),
 }
 
 /// What would turn a bit over in the next scan.

@@ -1,6 +1,6 @@
 //! Operands with the writes that decided their values, as data.
 
-use super::answer::{About, Cause, Cut, Followed, Idle, Node, Since, Stop, Write};
+use super::answer::{About, Cause, Cut, Followed, Node, Since, Stop, Write};
 use super::inquiry::{Found, Inquiry, Writer};
 use super::leaves::{LeafSeen, Side, side};
 use super::operands::structure;
@@ -10,9 +10,6 @@ use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word, WordSpace};
 use crate::resolve::instruction::OperandValue;
 use crate::runtime::{Origin, TapeEntry};
-
-/// The most instructions of blocks that do not run.
-const IDLE_MAX: usize = 3;
 
 impl Inquiry<'_> {
     /// The reasons of an operand, if there is room for them.
@@ -52,7 +49,7 @@ impl Inquiry<'_> {
         }
         let idle = match write.in_last_scan {
             true => Vec::new(),
-            false => self.idle(cell, at, depth),
+            false => self.idle((cell, address), value, at, depth),
         };
         let about = structure(address).and_then(|of| self.about(of, at));
         let operand = self.subject.names.operand(&self.subject.symbols, cell);
@@ -198,42 +195,6 @@ impl Inquiry<'_> {
             )
             | None => Cause::Controller,
         }
-    }
-
-    /// Instructions that would write a cell, but whose block or Stage does not run.
-    fn idle(&mut self, cell: Cell, at: Moment, depth: u32) -> Vec<Idle> {
-        let mut idle = Vec::new();
-        for deed in self.subject.writers(cell) {
-            let Deed::Batch(_) = deed else { continue };
-            let Some(site) = self.subject.site(deed) else { continue };
-            let Some(instruction) =
-                site.instruction.and_then(|number| self.subject.instruction(site.part, number))
-            else {
-                continue;
-            };
-            let element = self.subject.part(site.part).element;
-            let stage = element.stage.map(Bit::Stage);
-            let mut bits = [Bit::Running(element.block)].into_iter().chain(stage);
-            let layout = &self.subject.symbols.layout;
-            let off = bits.find_map(|bit| {
-                let cell = Cell::Bit(layout.bit(bit));
-                (self.replay.value(cell, at) == 0).then_some((bit, cell))
-            });
-            let Some((bit, running)) = off else { continue };
-            if let Bit::Running(block) = bit {
-                self.stopped.push(block);
-            }
-            idle.push(Idle {
-                rung: self.subject.place_of_rung(site.part),
-                place: self.subject.place(instruction.span),
-                bit: self.subject.names.operand(&self.subject.symbols, running),
-                running: self.follow(running, 0, at, depth),
-            });
-            if idle.len() == IDLE_MAX {
-                break;
-            }
-        }
-        idle
     }
 
     /// The state of a timer or counter at a moment.

@@ -213,24 +213,42 @@ impl Inquiry<'_> {
 
     /// The start of the scan after a moment, one period after the last; `None` if none follows.
     fn next_begin(&mut self, at: Moment) -> Option<EngineCall> {
+        if !self.runs(at)? {
+            return None;
+        }
+        let last = self.begin_before(at);
+        let before = last.and_then(|(at, ..)| self.begin_before(at));
         let section = self.replay.section(at.section)?;
-        let before = section.entries.get(..at.entries())?;
+        let cold = (at, section.state.now_ns(), ScanTimes::default(), 0);
+        let (_, last_ns, times, local_s) = last.unwrap_or(cold);
+        let period_ns = before.map_or(PERIOD_NS, |(_, ns, ..)| last_ns.saturating_sub(ns));
+        Some(EngineCall::Begin { now_ns: last_ns.saturating_add(period_ns), times, local_s })
+    }
+
+    /// The last scan that began before a moment.
+    fn begin_before(&mut self, at: Moment) -> Option<(Moment, u64, ScanTimes, i64)> {
+        let (section, entry) = self.replay.last_begin(at)?;
+        let of = self.replay.section(section)?;
+        let Some(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s })) =
+            of.entries.get(entry)
+        else {
+            return None;
+        };
+        Some((Moment { section, entry, step: 0 }, *now_ns, *times, *local_s))
+    }
+
+    /// Whether the controller scans at a moment.
+    fn runs(&mut self, at: Moment) -> Option<bool> {
+        let section = self.replay.section(at.section)?;
         let mut runs = section.start.mode == Mode::Run;
-        let mut last: Option<(u64, ScanTimes, i64)> = None;
-        let mut period_ns = PERIOD_NS;
-        for entry in before {
+        for entry in section.entries.get(..at.entries())? {
             match entry {
-                TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }) => {
-                    if let Some((other_ns, ..)) = last {
-                        period_ns = now_ns.saturating_sub(other_ns);
-                    }
-                    last = Some((*now_ns, *times, *local_s));
-                }
                 TapeEntry::Call(EngineCall::Start { .. }) => runs = true,
                 TapeEntry::Call(EngineCall::Terminate) => runs = false,
                 TapeEntry::Mode(mode) => runs = *mode == Mode::Run,
                 TapeEntry::Call(
                     EngineCall::RequestStop
+                    | EngineCall::Begin { .. }
                     | EngineCall::Write(..)
                     | EngineCall::Execute
                     | EngineCall::Force(..)
@@ -243,12 +261,6 @@ impl Inquiry<'_> {
                 | TapeEntry::Lost { .. } => {}
             }
         }
-        let (now_ns, times, local_s) =
-            last.unwrap_or((section.state.now_ns(), ScanTimes::default(), 0));
-        runs.then_some(EngineCall::Begin {
-            now_ns: now_ns.saturating_add(period_ns),
-            times,
-            local_s,
-        })
+        Some(runs)
     }
 }

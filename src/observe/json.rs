@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::answer::{
-    About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Idle, Leg,
-    Node, Operand, Place, Rung, Since, Stop, TapeEnd, When, Write,
+    About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance,
+    Idle, Leg, Node, Operand, Place, Rung, Since, Stop, TapeEnd, When, Write,
 };
 use crate::isa::Real;
 use crate::runtime::Origin;
@@ -214,12 +214,15 @@ fn about(of: &About) -> Value {
 }
 
 fn idle(of: &Idle) -> Value {
-    json!({
-        "rung": rung(&of.rung),
-        "place": place(&of.place),
-        "bit": operand(&of.bit),
-        "why": followed(&of.running),
-    })
+    let because = match &of.because {
+        Hindrance::Stopped(bit, next) => {
+            json!({ "kind": "stopped", "operand": operand(bit), "why": followed(next) })
+        }
+        Hindrance::Legs(legs) => {
+            json!({ "kind": "legs", "legs": legs.iter().map(leg).collect::<Vec<_>>() })
+        }
+    };
+    json!({ "rung": rung(&of.rung), "place": place(&of.place), "because": because })
 }
 
 fn change(of: &Change) -> Value {

@@ -10,6 +10,7 @@ mod answer;
 mod causes;
 mod change;
 mod decide;
+mod idle;
 mod inquiry;
 mod json;
 mod leaves;
@@ -29,8 +30,8 @@ mod watch;
 mod why;
 
 pub use answer::{
-    About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Idle, Leg,
-    Limits, Node, Operand, Place, Rung, SearchEnd, Since, Stop, TapeEnd, When, Write,
+    About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance,
+    Idle, Leg, Limits, Node, Operand, Place, Rung, SearchEnd, Since, Stop, TapeEnd, When, Write,
 };
 pub use past::{At, Past, Refusal};
 pub use subject::Subject;

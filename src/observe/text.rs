@@ -2,8 +2,8 @@
 //! them, indented.
 
 use super::answer::{
-    About, Answer, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Idle, Leg, Node,
-    Operand, Place, Rung, Since, Stop, TapeEnd, When, Write,
+    About, Answer, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance, Idle,
+    Leg, Node, Operand, Place, Rung, Since, Stop, TapeEnd, When, Write,
 };
 use crate::isa::Real;
 use crate::runtime::Origin;
@@ -159,13 +159,18 @@ impl Lines {
     }
 
     fn idle(&mut self, idle: &Idle, indent: usize) {
-        let line = format!(
-            "{} would write it, but {} is OFF: {}",
-            idle.place.text,
-            idle.bit.name,
-            rung_text(&idle.rung, &idle.place)
-        );
-        self.followed(&line, &idle.running, indent);
+        let text = &idle.place.text;
+        let rung = rung_text(&idle.rung, &idle.place);
+        match &idle.because {
+            Hindrance::Stopped(bit, followed) => {
+                let line = format!("{text} does not execute: {rung}: {} is OFF", bit.name);
+                self.followed(&line, followed, indent);
+            }
+            Hindrance::Legs(legs) => {
+                self.add(indent, &format!("{text} leaves it so: {rung}"));
+                legs.iter().for_each(|leg| self.leg(leg, indent));
+            }
+        }
     }
 
     /// The write in one line.

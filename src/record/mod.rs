@@ -7,6 +7,8 @@
 
 mod block;
 mod bytes;
+mod file_name;
+mod folder;
 mod foretold;
 mod program;
 mod recent;
@@ -17,10 +19,12 @@ mod section;
 mod section_read;
 mod segment;
 mod segment_read;
+mod store;
 mod who;
 mod zip;
 
 pub use block::{BlockHead, RecordBlock, StateHash, state_hash};
+pub use folder::{Folder, FolderOnDisk};
 pub use program::{RecordedFile, RecordedProgram};
 pub use recent::Recent;
 pub use recorder::{Recorder, TapeClock};
@@ -29,3 +33,4 @@ pub use replay::{Replay, ReplayedScan, Unreplayable, Verified};
 pub use section::{ENTRIES_MAX, SectionBody};
 pub use segment::{SegmentStart, VERSION};
 pub use segment_read::{FileIndex, Flaw, IndexedBlock, index};
+pub use store::{Store, StoreNews, StoreSettings, StoreStatus};

@@ -12,6 +12,7 @@ mod restarts;
 mod runs;
 mod semantics_page;
 mod templates;
+mod why;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]

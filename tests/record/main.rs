@@ -4,6 +4,7 @@
 mod bytes;
 mod drawn;
 mod replayed;
+mod size;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code, unused_imports)]

@@ -1,0 +1,160 @@
+//! The parts shared by the commands that read recordings: where one comes from (a file, a folder,
+//! a running controller), and how the program in it is made again.
+//!
+//! Used by `why`, `record` and `replay`. No command of these changes anything in a controller.
+
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+
+use super::exit::Exit;
+use super::operator::OperatorArgs;
+use super::terminal::say_line;
+use crate::engine::{Engine, EngineCall};
+use crate::load::{self, Loaded};
+use crate::lower::lower;
+use crate::observe::{Past, Subject};
+use crate::operator::protocol::{RecordingBytes, Request};
+use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
+use crate::resolve::program::Program;
+use crate::runtime::{TapeEntry, TapeSection};
+use crate::source::span::SourceFile;
+
+/// Makes the engine of a recorded program.
+type MakeEngine = fn(&RecordedProgram) -> Result<Engine, String>;
+
+/// A recording that can be executed again.
+pub(super) type RecordedRun = Replay<MakeEngine>;
+
+/// The last minute of a running controller; `Err` is the exit code of a refusal, which has been
+/// printed.
+pub(super) fn live(at: &OperatorArgs) -> Result<Recording, Exit> {
+    let answer: RecordingBytes = at.ask(&Request::Recording {})?;
+    let Ok(bytes) = BASE64_STANDARD.decode(&answer.base64) else {
+        say_line("rungd: the controller's answer is no recording");
+        return Err(Exit::Unavailable);
+    };
+    Ok(Recording::of_bytes(bytes))
+}
+
+/// A file of segments, or a folder of them.
+///
+/// # Errors
+/// It cannot be read.
+pub(super) fn opened(path: &Path) -> Result<Recording> {
+    Recording::open(path).with_context(|| path.display().to_string())
+}
+
+/// A recording of a file or folder, else of a running controller.
+///
+/// # Errors
+/// It cannot be read.
+pub(super) fn of(
+    path: Option<&PathBuf>,
+    at: &OperatorArgs,
+) -> Result<std::result::Result<Recording, Exit>> {
+    match path {
+        Some(path) => opened(path).map(Ok),
+        None => Ok(live(at)),
+    }
+}
+
+/// From the first scan to the last one, ns since 1970 (UTC); `None`: the recording is empty.
+pub(super) fn span(recording: &Recording) -> Option<RangeInclusive<i64>> {
+    let last = recording.count().checked_sub(1)?;
+    Some(recording.head(0).begin_ns..=recording.head(last).end_ns)
+}
+
+/// The number of the last scan that began until a time, ns since 1970 (UTC).
+pub(super) fn scan_at(recording: &Recording, unix_ns: i64) -> Option<u64> {
+    let section = recording.place_of_time(unix_ns)?;
+    let (_, body) = recording.read(section).ok()??;
+    let mut number = recording.head(section).number;
+    let mut found = number.checked_sub(1);
+    for entry in &body.entries {
+        match entry {
+            TapeEntry::Number(next) => number = *next,
+            TapeEntry::Call(EngineCall::Begin { now_ns, .. }) => {
+                if body.unix_offset_ns.saturating_add_unsigned(*now_ns) > unix_ns {
+                    break;
+                }
+                found = Some(number);
+                number = number.wrapping_add(1);
+            }
+            TapeEntry::Call(_)
+            | TapeEntry::Origin(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => {}
+        }
+    }
+    found
+}
+
+/// The files of a recorded program, loaded.
+pub(super) fn loaded(program: &RecordedProgram) -> Result<(Program, Loaded), String> {
+    let file =
+        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
+    let files: Vec<SourceFile> = program.files.iter().map(file).collect();
+    let mut loaded = load::recorded_files(&files);
+    let found = loaded.program.take();
+    let made = found.filter(|_| loaded.controller.is_some());
+    let program = made.ok_or_else(|| {
+        let version = env!("CARGO_PKG_VERSION");
+        format!(
+            "rungd {version} cannot load the files that rungd {} recorded: `rungd record files` \
+             writes them out for `rungd check`",
+            program.version
+        )
+    })?;
+    Ok((program, loaded))
+}
+
+/// Makes the engine of a recorded program.
+fn engine_of(program: &RecordedProgram) -> Result<Engine, String> {
+    let (program, _) = loaded(program)?;
+    Ok(Engine::new(lower(&program).0))
+}
+
+/// A recording to be executed.
+pub(super) fn run_of(recording: Recording) -> RecordedRun {
+    Replay::new(recording, engine_of)
+}
+
+/// The program of a section, to be observed.
+pub(super) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
+    let (program, loaded) = loaded(program)?;
+    Ok(Subject::new(Arc::new(program), loaded.files))
+}
+
+/// The sections of one program in a recording, for a question about it.
+pub(super) struct RecordedPast {
+    run: RecordedRun,
+    first: usize,
+    end: usize,
+}
+
+impl RecordedPast {
+    /// Those around a section: from the first of its program to the last.
+    pub fn around(recording: Recording, section: usize) -> RecordedPast {
+        let same = |at: &usize| recording.program(*at) == recording.program(section);
+        let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
+        let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;
+        RecordedPast { run: run_of(recording), first, end }
+    }
+}
+
+impl Past for RecordedPast {
+    fn count(&self) -> usize {
+        self.end - self.first
+    }
+
+    fn section(&mut self, at: usize) -> Option<Arc<TapeSection>> {
+        self.run.section(self.first + at).ok().map(Arc::new)
+    }
+}

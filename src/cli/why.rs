@@ -1,0 +1,110 @@
+//! `rungd why`: what made an operand what it is, on a running controller or on a recording.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
+
+use super::exit::Exit;
+use super::operator::{OperatorArgs, complete};
+use super::recording::{self, RecordedPast};
+use super::terminal::{plain_json, print, say_line};
+use super::when::{LocalClock, Moment, When};
+use crate::observe::{At, Limits, Refusal};
+use crate::record::Recording;
+
+/// Explains why an operand is what it is: the write, the contacts, and what would change it
+#[derive(Args, Debug)]
+pub struct WhyArgs {
+    /// Tag, address or member
+    #[arg(value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
+    operand: String,
+    /// At this time or scan: `10:02:03`, `yesterday 23:50`, `-15s`, `scan 81234` (default: now)
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
+    at: Option<When>,
+    /// A recording: a file, or a folder as `[record] dir` names it (default: the last minute of
+    /// the running controller)
+    #[arg(long, value_name = "RECORDING")]
+    recording: Option<PathBuf>,
+    /// How many reasons of reasons to follow
+    #[arg(long, value_name = "N", default_value_t = Limits::default().depth)]
+    depth: u32,
+    #[command(flatten)]
+    controller: OperatorArgs,
+}
+
+/// Explains.
+///
+/// # Errors
+/// The recording cannot be read, or standard output cannot be written.
+pub fn why(args: &WhyArgs) -> Result<Exit> {
+    let recording = match recording::of(args.recording.as_ref(), &args.controller)? {
+        Ok(recording) => recording,
+        Err(exit) => return Ok(exit),
+    };
+    let (section, at) = match place(args.at.as_ref(), &recording) {
+        Ok(place) => place,
+        Err(why) => return Ok(refused(args, &why)),
+    };
+    let subject = match recording::subject(recording.program(section)) {
+        Ok(subject) => subject,
+        Err(why) => return Ok(refused(args, &why)),
+    };
+    let cell = match subject.cell(&args.operand) {
+        Ok(cell) => cell,
+        Err(why) => return Ok(refused(args, &why)),
+    };
+    let mut past = RecordedPast::around(recording, section);
+    let limits = Limits { depth: args.depth, ..Limits::default() };
+    match subject.why(&mut past, cell, (at, limits)) {
+        Ok(answer) if args.controller.json => {
+            let json = answer.json().to_string();
+            writeln!(io::stdout().lock(), "{}", plain_json(&json))?;
+            Ok(Exit::Ok)
+        }
+        Ok(answer) => {
+            print(&answer.text())?;
+            Ok(Exit::Ok)
+        }
+        Err(refusal) => Ok(refused(args, &why_not(refusal))),
+    }
+}
+
+fn refused(args: &WhyArgs, why: &str) -> Exit {
+    if args.controller.json {
+        let error = serde_json::json!({ "error": { "kind": "refused", "message": why } });
+        let _ = writeln!(io::stdout(), "{}", plain_json(&error.to_string()));
+    } else {
+        say_line(&format!("rungd: {why}"));
+    }
+    Exit::Refused
+}
+
+/// The section that a question is about, and the moment in it.
+fn place(at: Option<&When>, recording: &Recording) -> Result<(usize, At), String> {
+    let span = recording::span(recording).ok_or("the recording is empty")?;
+    let last = recording.count() - 1;
+    let Some(when) = at else { return Ok((last, At::Now)) };
+    let clock = LocalClock::here();
+    let scan = match when.find(&clock, span.clone()) {
+        Moment::Scan(scan) => Some(scan),
+        Moment::Time(unix_ns) => recording::scan_at(recording, unix_ns),
+    };
+    let found = scan.and_then(|scan| Some((recording.place_of_scan(scan)?, At::Scan(scan))));
+    found.ok_or_else(|| {
+        let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
+        format!("the recording has no such scan: it is of {begin} to {end}")
+    })
+}
+
+fn why_not(refusal: Refusal) -> String {
+    match refusal {
+        Refusal::NoPast => "the recording does not fit its program".to_owned(),
+        Refusal::NoSuchScan { first, last } => {
+            format!("that scan is not in the recording: it has scans {first} to {last}")
+        }
+        Refusal::NoSuchCell => "the program has no such operand".to_owned(),
+    }
+}

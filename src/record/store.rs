@@ -1,0 +1,376 @@
+//! The store: blocks into files of segments, in a folder that keeps its limits.
+//!
+//! The daemon's thread puts every block in, and hears once of a disk that fails, and once of one
+//! that works again. A file is never written behind a failure, nor one of an earlier process: what is
+//! next begins a new file. Only this controller's files are deleted, the oldest first. Deliberately
+//! absent: threads, clocks, the log.
+
+use std::io;
+use std::sync::Arc;
+
+use super::block::RecordBlock;
+use super::file_name::{begun_ns, file_name};
+use super::folder::Folder;
+use super::program::RecordedProgram;
+use super::recorder::TapeClock;
+use super::segment::SegmentStart;
+
+const SECOND_NS: u64 = 1_000_000_000;
+
+/// The pauses before the store tries again: the first one, and the longest.
+const PAUSES_NS: (u64, u64) = (SECOND_NS, 60 * SECOND_NS);
+
+/// The time between two base images in a file.
+const BASE_EVERY_NS: u64 = 60 * SECOND_NS;
+
+/// The time between two syncs.
+const SYNC_EVERY_NS: u64 = SECOND_NS;
+
+/// What the store keeps, and how.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoreSettings {
+    /// The controller's name, with which its files begin.
+    pub controller: String,
+    /// A file whose last scan is older is deleted, ns.
+    pub keep_ns: i64,
+    /// The most bytes of all files.
+    pub bytes_max: u64,
+    /// The longest time that goes into one file, ns.
+    pub file_ns: u64,
+    /// The most bytes of one file. A quarter of `bytes_max` is enough.
+    pub file_bytes: u64,
+}
+
+/// Something that the store says once.
+#[derive(Debug)]
+pub enum StoreNews {
+    /// Nothing is recorded any more, and why. The store goes on trying.
+    Stopped(io::Error),
+    /// It records again.
+    Resumed {
+        /// The blocks that were not written.
+        lost_blocks: u64,
+    },
+}
+
+/// The state of the store.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoreStatus {
+    /// The files.
+    pub files: usize,
+    /// Their bytes.
+    pub bytes: u64,
+    /// When the oldest of them was begun, ns since 1970 (UTC).
+    pub begun_ns: Option<i64>,
+    /// Why nothing is recorded at present.
+    pub trouble: Option<String>,
+    /// The blocks that were not written since the start.
+    pub lost_blocks: u64,
+}
+
+/// The files of segments in a folder.
+pub struct Store<F> {
+    folder: F,
+    settings: StoreSettings,
+    /// This controller's files, the oldest first; `None`: not known yet.
+    files: Option<Vec<StoredFile>>,
+    open: Option<OpenFile>,
+    trouble: Option<Trouble>,
+    /// How long the store waited after the last failure, and when it worked again.
+    last_trouble: (u64, u64),
+    lost_blocks: u64,
+}
+
+struct StoredFile {
+    name: String,
+    begun_ns: i64,
+    bytes: u64,
+}
+
+/// The file that is written.
+struct OpenFile {
+    name: String,
+    program: Arc<RecordedProgram>,
+    segment_sum: u32,
+    begun_ns: u64,
+    base_ns: u64,
+    synced_ns: u64,
+    is_synced: bool,
+    bytes: u64,
+    /// The last whole block's sequence.
+    sequence: Option<u64>,
+}
+
+struct Trouble {
+    error: String,
+    /// The blocks lost before it.
+    lost_before: u64,
+    retry_ns: u64,
+    pause_ns: u64,
+}
+
+/// The monotonic time, ns.
+fn now_ns(clock: TapeClock) -> u64 {
+    clock.unix_ns.saturating_sub(clock.unix_offset_ns).max(0) as u64
+}
+
+impl<F: Folder> Store<F> {
+    /// A store in a folder. Nothing is touched before the first block.
+    pub fn new(folder: F, settings: StoreSettings) -> Store<F> {
+        let (files, open, trouble) = (None, None, None);
+        Store { folder, settings, files, open, trouble, last_trouble: (0, 0), lost_blocks: 0 }
+    }
+
+    /// Writes a block.
+    pub fn put(&mut self, block: &RecordBlock, clock: TapeClock) -> Option<StoreNews> {
+        let now_ns = now_ns(clock);
+        if self.trouble.as_ref().is_some_and(|trouble| now_ns < trouble.retry_ns) {
+            self.lost_blocks += 1;
+            return None;
+        }
+        let written = self.write(block, clock).and_then(|written| {
+            // A disk in trouble works again when a block is durable.
+            let is_tried = written && self.trouble.is_some();
+            if is_tried { self.sync(now_ns) } else { self.sync_if_due(now_ns) }.map(|()| written)
+        });
+        match written {
+            Ok(true) => self.works(now_ns),
+            Ok(false) => {
+                self.lost_blocks += 1;
+                None
+            }
+            Err(error) => {
+                let news = self.fail(error, now_ns);
+                self.lost_blocks += 1;
+                news
+            }
+        }
+    }
+
+    /// Makes durable what is due. Call it at least once a second.
+    pub fn tick(&mut self, clock: TapeClock) -> Option<StoreNews> {
+        let now_ns = now_ns(clock);
+        let open = self.open.as_ref()?;
+        let is_due = now_ns >= open.synced_ns.saturating_add(SYNC_EVERY_NS);
+        if open.is_synced || !is_due {
+            return None;
+        }
+        let error = self.sync(now_ns).err()?;
+        self.fail(error, now_ns)
+    }
+
+    /// Makes everything durable, before the process ends.
+    pub fn finish(&mut self, clock: TapeClock) -> Option<StoreNews> {
+        let error = self.sync(now_ns(clock)).err()?;
+        self.fail(error, now_ns(clock))
+    }
+
+    /// The state.
+    pub fn status(&self) -> StoreStatus {
+        let files = self.files.as_deref().unwrap_or_default();
+        StoreStatus {
+            files: files.len(),
+            bytes: files.iter().map(|file| file.bytes).sum(),
+            begun_ns: files.first().map(|file| file.begun_ns),
+            trouble: self.trouble.as_ref().map(|trouble| trouble.error.clone()),
+            lost_blocks: self.lost_blocks,
+        }
+    }
+
+    fn works(&mut self, now_ns: u64) -> Option<StoreNews> {
+        let Trouble { lost_before, pause_ns, .. } = self.trouble.take()?;
+        self.last_trouble = (pause_ns, now_ns);
+        Some(StoreNews::Resumed { lost_blocks: self.lost_blocks - lost_before })
+    }
+
+    fn fail(&mut self, error: io::Error, now_ns: u64) -> Option<StoreNews> {
+        self.folder.close();
+        if let Some(open) = self.open.take().filter(|open| open.sequence.is_none()) {
+            self.forget(&open.name);
+        }
+        let before = self.trouble.take();
+        let (first, longest) = PAUSES_NS;
+        let (last_pause_ns, worked_ns) = self.last_trouble;
+        let pause_ns = match &before {
+            Some(before) => before.pause_ns * 2,
+            // A disk that fails again soon gets longer pauses.
+            None if now_ns < worked_ns.saturating_add(longest) => last_pause_ns * 2,
+            None => first,
+        };
+        let pause_ns = pause_ns.clamp(first, longest);
+        let retry_ns = now_ns.saturating_add(pause_ns);
+        let lost_before = before.as_ref().map_or(self.lost_blocks, |before| before.lost_before);
+        self.trouble = Some(Trouble { error: error.to_string(), lost_before, retry_ns, pause_ns });
+        before.is_none().then_some(StoreNews::Stopped(error))
+    }
+
+    /// Deletes a file in which there is nothing whole, if that is possible.
+    fn forget(&mut self, name: &str) {
+        if self.folder.remove(name).is_ok() {
+            self.files.iter_mut().for_each(|files| files.retain(|file| file.name != name));
+        }
+    }
+
+    /// Writes a block; false if it cannot be used, since a base image is missing.
+    fn write(&mut self, block: &RecordBlock, clock: TapeClock) -> io::Result<bool> {
+        let now_ns = now_ns(clock);
+        self.look()?;
+        let must_begin = match &self.open {
+            Some(open) => *open.program != *block.program,
+            None => true,
+        };
+        let is_full = self.open.as_ref().is_some_and(|open| {
+            let file_bytes = self.settings.file_bytes.min(self.settings.bytes_max / 4);
+            open.bytes >= file_bytes
+                || now_ns >= open.begun_ns.saturating_add(self.settings.file_ns)
+        });
+        let begins = must_begin || is_full && block.has_base();
+        let has_gap = self.open.as_ref().is_none_or(|open| {
+            !block.head.follows
+                || open.sequence.map(|last| last.wrapping_add(1)) != Some(block.head.sequence)
+        });
+        if (begins || has_gap) && !block.has_base() {
+            return Ok(false);
+        }
+        let bytes =
+            if begins { self.first(block, clock)? } else { self.next(block, has_gap, now_ns) };
+        if !self.make_room(bytes.len() as u64, clock)? {
+            return Ok(false);
+        }
+        if begins {
+            self.begin(block, clock)?;
+        }
+        self.append(&bytes, block.head.sequence)?;
+        Ok(true)
+    }
+
+    /// The bytes with which a file begins. The one before it is closed.
+    fn first(&mut self, block: &RecordBlock, clock: TapeClock) -> io::Result<Vec<u8>> {
+        self.sync(now_ns(clock))?;
+        self.open = None;
+        self.folder.close();
+        let SegmentStart { mut bytes, sum } = SegmentStart::new(&block.program);
+        block.write(sum, true, &mut bytes);
+        Ok(bytes)
+    }
+
+    /// The bytes of a block in the open file.
+    fn next(&mut self, block: &RecordBlock, has_gap: bool, now_ns: u64) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        if let Some(open) = &mut self.open {
+            let is_due = now_ns >= open.base_ns.saturating_add(BASE_EVERY_NS);
+            let with_base = block.has_base() && (has_gap || is_due);
+            open.base_ns = if with_base { now_ns } else { open.base_ns };
+            block.write(open.segment_sum, with_base, &mut bytes);
+        }
+        bytes
+    }
+
+    /// Looks which files there are.
+    fn look(&mut self) -> io::Result<()> {
+        if self.files.is_none() {
+            let mut files = Vec::new();
+            for (name, bytes) in self.folder.list()? {
+                if let Some(begun_ns) = begun_ns(&self.settings.controller, &name) {
+                    files.push(StoredFile { name, begun_ns, bytes });
+                }
+            }
+            files.sort_by_key(|file| file.begun_ns);
+            self.files = Some(files);
+        }
+        Ok(())
+    }
+
+    /// Deletes the oldest files, until so many bytes more are within the limits; false if they never
+    /// are.
+    fn make_room(&mut self, bytes: u64, clock: TapeClock) -> io::Result<bool> {
+        let Some(files) = &mut self.files else { return Ok(false) };
+        let open = self.open.as_ref().map(|open| &open.name);
+        let open_bytes = self.open.as_ref().map_or(0, |open| open.bytes);
+        if open_bytes.saturating_add(bytes) > self.settings.bytes_max {
+            return Ok(false);
+        }
+        // The open one is the last one, unless the clock was set back.
+        while let Some(oldest) = files.iter().position(|file| Some(&file.name) != open) {
+            let used: u64 = files.iter().map(|file| file.bytes).sum();
+            // Its last scan is not after the first one of the next.
+            let ended_ns = files.get(oldest + 1).map_or(i64::MAX, |next| next.begun_ns);
+            let is_old = ended_ns < clock.unix_ns.saturating_sub(self.settings.keep_ns);
+            if !is_old && used.saturating_add(bytes) <= self.settings.bytes_max {
+                break;
+            }
+            match self.folder.remove(&files[oldest].name) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                Ok(()) | Err(_) => {
+                    files.remove(oldest);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// Begins a file.
+    fn begin(&mut self, block: &RecordBlock, clock: TapeClock) -> io::Result<()> {
+        let now_ns = now_ns(clock);
+        let Some(files) = &mut self.files else { return Ok(()) };
+        let mut begun_ns = clock.unix_ns.max(0);
+        while files.iter().any(|file| file.begun_ns / 1000 == begun_ns / 1000) {
+            begun_ns += 1000;
+        }
+        let name = file_name(&self.settings.controller, begun_ns);
+        match self.folder.create(&name) {
+            // Of another process: it is left alone, and looked for anew.
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                self.files = None;
+                return Err(error);
+            }
+            created => {
+                files.push(StoredFile { name: name.clone(), begun_ns, bytes: 0 });
+                files.sort_by_key(|file| file.begun_ns);
+                self.open = Some(OpenFile {
+                    name,
+                    program: block.program.clone(),
+                    segment_sum: SegmentStart::new(&block.program).sum,
+                    begun_ns: now_ns,
+                    base_ns: now_ns,
+                    synced_ns: now_ns,
+                    is_synced: true,
+                    bytes: 0,
+                    sequence: None,
+                });
+                created
+            }
+        }
+    }
+
+    fn append(&mut self, bytes: &[u8], sequence: u64) -> io::Result<()> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let written = match self.folder.append(bytes) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => self.folder.append(bytes),
+            other => other,
+        }?;
+        open.bytes += written as u64;
+        open.is_synced = false;
+        let files = self.files.iter_mut().flatten();
+        files.filter(|file| file.name == open.name).for_each(|file| file.bytes = open.bytes);
+        if written < bytes.len() {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        open.sequence = Some(sequence);
+        Ok(())
+    }
+
+    fn sync_if_due(&mut self, now_ns: u64) -> io::Result<()> {
+        let is_due = |open: &OpenFile| now_ns >= open.synced_ns.saturating_add(SYNC_EVERY_NS);
+        if self.open.as_ref().is_some_and(is_due) { self.sync(now_ns) } else { Ok(()) }
+    }
+
+    fn sync(&mut self, now_ns: u64) -> io::Result<()> {
+        if let Some(open) = self.open.as_mut().filter(|open| !open.is_synced) {
+            self.folder.sync()?;
+            open.is_synced = true;
+            open.synced_ns = now_ns;
+        }
+        Ok(())
+    }
+}

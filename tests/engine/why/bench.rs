@@ -1,0 +1,127 @@
+//! A generated ladder, executed with its stimulus: the tape, cut into sections.
+
+use crate::support::model::case::Case;
+use crate::support::model::generate::generate;
+use crate::support::model::rng::Rng;
+use rungd::engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
+use rungd::lower::lower;
+use rungd::observe::Subject;
+use rungd::resolve::program::Program;
+use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::runtime::exchange::Mode;
+use rungd::runtime::{SectionStart, TapeEntry, TapeSection};
+use rungd::source::span::SourceFile;
+use std::sync::Arc;
+
+pub struct Bench {
+    pub case: Case,
+    pub text: String,
+    pub program: Arc<Program>,
+    pub subject: Subject,
+    pub sections: Vec<Arc<TapeSection>>,
+    /// Complete scans.
+    pub scans: u64,
+    /// The operands that are asked for.
+    pub operands: Vec<String>,
+}
+
+fn section(engine: &Engine, number: u64, running: bool) -> TapeSection {
+    let stopped = Mode::Stop(rungd::runtime::exchange::StopReason::NotStarted);
+    TapeSection {
+        start: SectionStart {
+            generation: 1,
+            number,
+            mode: if running { Mode::Run } else { stopped },
+            unix_offset_ns: 0,
+            lost: 0,
+            follows: true,
+        },
+        state: EngineState::of(engine),
+        entries: Vec::new(),
+        who: Vec::new(),
+    }
+}
+
+struct Recorder {
+    engine: Engine,
+    sections: Vec<TapeSection>,
+}
+
+impl Recorder {
+    fn call(&mut self, call: EngineCall) {
+        self.engine.apply(call);
+        self.sections.last_mut().expect("a section").entries.push(TapeEntry::Call(call));
+    }
+}
+
+impl Bench {
+    pub fn new(seed: u64) -> Bench {
+        let case = generate(seed);
+        let text = case.ladder();
+        let file = SourceFile { name: "random.toml".into(), text: text.clone() };
+        let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+        let program = Arc::new(program.unwrap_or_else(|| panic!("seed {seed}: {findings:?}")));
+        let subject = Subject::new(Arc::clone(&program), vec![file]);
+        let engine = Engine::new(lower(&program).0);
+        let sections = vec![section(&engine, 0, false)];
+        let mut recorder = Recorder { engine, sections };
+        let mut rng = Rng::new(seed ^ 0x7461_7065);
+        recorder.call(EngineCall::Start { now_ns: 0 });
+        let scans = run(&case, &subject, &mut recorder, &mut rng);
+        let operands = case.watch().into_iter().filter(|name| !is_status(name)).collect();
+        let sections = recorder.sections.into_iter().map(Arc::new).collect();
+        Bench { case, text, program, subject, sections, scans, operands }
+    }
+}
+
+fn is_status(name: &str) -> bool {
+    name.starts_with('$') || name.starts_with("ST") || name.starts_with("DST")
+}
+
+fn run(case: &Case, subject: &Subject, recorder: &mut Recorder, rng: &mut Rng) -> u64 {
+    let cell = |name: &str| subject.cell(name).expect("an operand");
+    let columns: Vec<Cell> = case.columns.iter().map(|name| cell(name)).collect();
+    let forced = ["Y0", "C0", "X1", "C1"].map(cell);
+    let length = 1 + rng.below(20) as i64;
+    for scan in 0..case.scans {
+        if scan > 0 && scan % length == 0 {
+            let next = section(&recorder.engine, scan as u64, true);
+            recorder.sections.push(next);
+        }
+        if case.stop && scan + 1 == case.scans {
+            recorder.call(EngineCall::RequestStop);
+        }
+        let now_ns = (scan * case.period) as u64 * 1_000_000;
+        recorder.call(EngineCall::Begin { now_ns, times: ScanTimes::default(), local_s: 0 });
+        for (_, cells) in case.rows.iter().filter(|(at, _)| *at == scan) {
+            for (cell, value) in columns.iter().zip(cells) {
+                if let Some(value) = value {
+                    recorder.call(EngineCall::Write(*cell, content(subject, *cell, *value)));
+                }
+            }
+        }
+        if rng.chance(2) {
+            recorder.call(EngineCall::Force(*rng.pick(&forced), rng.below(2) as i32));
+        }
+        if rng.chance(6) {
+            recorder.call(EngineCall::Release(*rng.pick(&forced)));
+        }
+        recorder.call(EngineCall::Execute);
+        let on = subject.cell("$LastScan").expect("a status bit");
+        if EngineState::of(&recorder.engine).value(on) != 0 {
+            recorder.call(EngineCall::Terminate);
+            return scan as u64 + 1;
+        }
+    }
+    case.scans as u64
+}
+
+/// A number of the stimulus as the content of a cell.
+fn content(subject: &Subject, cell: Cell, value: i64) -> i32 {
+    match cell {
+        Cell::Word(word) if subject.symbols().layout.is_real(word) => {
+            rungd::isa::Real::stored(value as f64).0.cell()
+        }
+        Cell::Bit(_) | Cell::Word(_) => value as i32,
+    }
+}

@@ -1,0 +1,78 @@
+//! `why` before an independent judge: random ladders, random questions.
+//!
+//! The judge executes the tape again operation by operation and watches the cell by itself
+//! (`trace`); it reads the contacts that an answer names from the ladder's text, with a reader of
+//! its own (`contacts`); it tries what would change (`verdict`). `RUNGD_WHY_QUESTIONS` (300)
+//! questions from seed `RUNGD_WHY_SEED` (1) on.
+
+mod bench;
+mod contacts;
+mod trace;
+mod verdict;
+
+use crate::support::model::rng::Rng;
+use bench::Bench;
+use rungd::observe::{At, Cause, Limits};
+use std::collections::BTreeMap;
+use std::env;
+
+/// The questions about one ladder.
+const OF_ONE: u64 = 20;
+
+fn setting(name: &str, default: u64) -> u64 {
+    env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+#[test]
+fn why_stands_before_an_independent_judge() {
+    let questions = setting("RUNGD_WHY_QUESTIONS", 300);
+    let first = setting("RUNGD_WHY_SEED", 1);
+    let mut count = 0;
+    let mut kinds: BTreeMap<&str, u64> = BTreeMap::new();
+    for seed in first.. {
+        let bench = Bench::new(seed);
+        let mut rng = Rng::new(seed ^ 0x7768_7920);
+        for _ in 0..OF_ONE {
+            if count == questions {
+                println!("{count} questions: {kinds:?}");
+                return;
+            }
+            let name = rng.pick(&bench.operands).clone();
+            let at = match rng.chance(50) {
+                true => At::Now,
+                false => At::Scan(rng.below(bench.scans as usize) as u64),
+            };
+            let mut past = bench.sections.clone();
+            let cell = bench.subject.cell(&name).expect("it is an operand");
+            let limits = Limits { depth: 2, ..Limits::default() };
+            let answer = bench.subject.why(&mut past, cell, (at, limits));
+            let answer = answer.unwrap_or_else(|refusal| panic!("seed {seed}: {refusal:?}"));
+            *kinds.entry(kind(&answer.root.write.cause)).or_default() += 1;
+            if let Err(wrong) = verdict::judge(&bench, cell, at, &answer, &mut rng) {
+                panic!(
+                    "seed {seed}, why {name} at {at:?}: {wrong}\n{}\n{}\n{}",
+                    answer.text(),
+                    bench.case.ladder(),
+                    bench.case.stimulus(),
+                );
+            }
+            let _ = answer.json();
+            count += 1;
+        }
+    }
+}
+
+fn kind(cause: &Cause) -> &'static str {
+    match cause {
+        Cause::Instruction { .. } => "instruction",
+        Cause::Pass { .. } => "pass",
+        Cause::Turn { .. } => "turn",
+        Cause::Force { .. } => "force",
+        Cause::Outside { .. } => "outside",
+        Cause::Status => "status",
+        Cause::Controller => "controller",
+        Cause::Initial => "initial",
+        Cause::Restored => "restored",
+        Cause::Older(_) => "older",
+    }
+}

@@ -1,0 +1,116 @@
+//! What a recording takes on disk in a day, of a plant with real times: the lateness of a scan is
+//! random to 60 us, its duration to 20 us both ways. Times and ladders are drawn, so the figures do
+//! not depend on the machine.
+//!
+//! ```console
+//! cargo test --test record size -- --nocapture
+//! ```
+
+use crate::drawn::Numbers;
+use crate::replayed::Line;
+use rungd::engine::{Cell, ScanTimes, WordCell};
+use rungd::record::SegmentStart;
+use rungd::runtime::{Machine, Origin, ScanStart};
+
+const SECONDS: u64 = 240;
+const SCANS_A_SECOND: u64 = 100;
+
+/// Bytes on disk in a day. `change`: what comes in before a scan.
+fn bytes_a_day(ladder: &str, mut change: impl FnMut(u64, &mut Numbers, &mut dyn Change)) -> u64 {
+    let mut numbers = Numbers(11);
+    let mut line = Line::new(ladder);
+    line.start();
+    let (mut sum_us, mut times) = (0, ScanTimes::default());
+    let begin_ns = line.now_ns + 100_000_000;
+    for number in 0..SECONDS * SCANS_A_SECOND {
+        let now_ns = begin_ns + number * 10_000_000 + numbers.below(60_000);
+        line.now_ns = now_ns;
+        let local_s = (now_ns / 1_000_000_000) as i64 + 7200;
+        let start = ScanStart { number, now_ns, times, local_s };
+        Machine::begin_scan(&mut line.taped, &start);
+        change(number, &mut numbers, &mut line.taped);
+        line.taped.execute();
+        line.taped.settle();
+        line.read();
+        let last_us = 300 - 20 + numbers.below(41) as i32;
+        sum_us += i64::from(last_us);
+        let first = number == 0;
+        times = ScanTimes {
+            mean_us: (sum_us / (number as i64 + 1)) as i32,
+            min_us: if first { last_us } else { times.min_us.min(last_us) },
+            max_us: times.max_us.max(last_us),
+            last_us,
+        };
+    }
+    let start = SegmentStart::new(&line.blocks[0].program);
+    let (mut out, mut bases) = (Vec::new(), 0);
+    for (at, block) in line.blocks.iter().enumerate() {
+        // A new segment every ten minutes, a base image every minute.
+        if at % 600 == 0 {
+            out.extend_from_slice(&start.bytes);
+        }
+        bases += usize::from(at % 60 == 0);
+        block.write(start.sum, at % 60 == 0, &mut out);
+    }
+    let base = line.blocks[0].bytes(true) - line.blocks[0].bytes(false);
+    let blocks = line.blocks.len();
+    println!("{blocks} blocks, {bases} base images of about {base} bytes, {} bytes", out.len());
+    out.len() as u64 * 86_400 / SECONDS
+}
+
+/// Inputs that change.
+trait Change {
+    fn input(&mut self, x: u32, on: bool);
+    fn word(&mut self, cell: u32, value: i32);
+}
+
+impl Change for rungd::runtime::Taped {
+    fn input(&mut self, x: u32, on: bool) {
+        self.comes_from(Origin::Device(0));
+        self.set_input(x, on);
+    }
+
+    fn word(&mut self, cell: u32, value: i32) {
+        self.comes_from(Origin::Device(1));
+        match Cell::Word(WordCell(cell)) {
+            Cell::Word(cell) => Machine::write_word(self, cell, value),
+            Cell::Bit(_) => {}
+        }
+    }
+}
+
+const PLANTS: [(&str, &str); 3] = [
+    ("bottling-plant", include_str!("../../config/programs/bottling-plant.toml")),
+    ("batch-mixer", include_str!("../../config/programs/batch-mixer.toml")),
+    ("traffic-light", include_str!("../../config/programs/traffic-light.toml")),
+];
+
+const MEGABYTE: u64 = 1_000_000;
+
+#[test]
+fn a_quiet_plant_takes_at_most_30_megabytes_a_day() {
+    for (name, ladder) in PLANTS {
+        let bytes = bytes_a_day(ladder, |_, _, _| {});
+        println!("{name}, quiet: {:.1} MB a day", bytes as f64 / 1e6);
+        assert!(bytes <= 30 * MEGABYTE, "{name}: {bytes}");
+    }
+}
+
+#[test]
+fn ten_inputs_changing_every_second_take_at_most_60_megabytes_a_day() {
+    for (name, ladder) in PLANTS {
+        let bytes = bytes_a_day(ladder, |scan, numbers, engine| {
+            // Each of ten inputs changes once a second, at its own time.
+            let which = scan % SCANS_A_SECOND / 10;
+            if scan % 10 == (which * 7) % 10 {
+                if which < 5 {
+                    engine.input(which as u32, scan / SCANS_A_SECOND % 2 == 0);
+                } else {
+                    engine.word(100 + which as u32, 2000 + numbers.below(50) as i32);
+                }
+            }
+        });
+        println!("{name}, ten inputs a second: {:.1} MB a day", bytes as f64 / 1e6);
+        assert!(bytes <= 60 * MEGABYTE, "{name}: {bytes}");
+    }
+}
