@@ -5,6 +5,7 @@
 //! the reader looks for the next whole head; the end of a file that a power cut tore is told from
 //! damage.
 
+use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
@@ -63,6 +64,18 @@ pub enum Flaw {
         /// Its version.
         version: u32,
     },
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Flaw::Torn { at } => {
+                write!(f, "it ends within a block, at byte {at}, as after a power cut")
+            }
+            Flaw::Damaged { at } => write!(f, "the bytes from {at} on are damaged"),
+            Flaw::Later { version } => write!(f, "a later rungd wrote it (version {version})"),
+        }
+    }
 }
 
 /// A part of a file, by its head.
