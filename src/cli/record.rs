@@ -5,7 +5,7 @@
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
@@ -239,15 +239,40 @@ fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit
     let program = recording.program(sections.end - 1);
     fs::create_dir_all(output).with_context(|| output.display().to_string())?;
     for file in &program.files {
-        // Names come from a file: none leads out of the folder.
-        let name = Path::new(&file.name).file_name().unwrap_or_default();
-        let name = name.to_string_lossy().replace(':', "-");
-        let path = output.join(&name);
+        let path = output.join(inside(&file.name));
         if path.exists() {
-            bail!("{} is there already: name a folder without it", path.display());
+            bail!("{} is there already: name another folder", path.display());
+        }
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
         fs::write(&path, &file.text).with_context(|| path.display().to_string())?;
         print(&format!("{}\n", one_line(&path.display().to_string())))?;
     }
     Ok(Exit::Ok)
+}
+
+/// The path of a recorded file within a folder. Its name comes from outside: nothing in it leads out
+/// of the folder.
+fn inside(name: &str) -> PathBuf {
+    let parts = Path::new(name).components().filter_map(|part| match part {
+        Component::Normal(part) => Some(part),
+        Component::Prefix(_) | Component::RootDir | Component::CurDir | Component::ParentDir => {
+            None
+        }
+    });
+    parts.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_name_leads_out_of_the_folder() {
+        assert_eq!(inside("programs/a.toml"), Path::new("programs/a.toml"));
+        assert_eq!(inside("/etc/rungd/a.toml"), Path::new("etc/rungd/a.toml"));
+        assert_eq!(inside("../../a.toml"), Path::new("a.toml"));
+        assert_eq!(inside("lib:pid"), Path::new("lib:pid"));
+    }
 }

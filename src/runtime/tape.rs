@@ -348,6 +348,10 @@ impl Machine for Taped {
             tape.step.clear();
             tape.broken = true;
         }
+        if mode != Mode::Run {
+            // The state behind the passes proves them.
+            tape.next_state_ns = 0;
+        }
         tape.keep(TapeEntry::Mode(mode));
     }
 
