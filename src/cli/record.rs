@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
@@ -16,6 +17,8 @@ use super::recording::{self, Stretch, stretches};
 use super::terminal::{one_line, plain_json, print, say_line};
 use super::when::{LocalClock, When};
 use crate::record::{Recording, Verified};
+use crate::runtime::TapeSection;
+use crate::testing::{ScenarioOf, scenario};
 
 /// Lists, verifies and cuts recordings of the scan log
 #[derive(Args, Debug)]
@@ -44,6 +47,17 @@ enum RecordCommand {
         part: Part,
         /// The file to write
         #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Makes a test of a part of a recording: what came in as steps, outputs and alarms as
+    /// expectations
+    Test {
+        #[command(flatten)]
+        of: Source,
+        #[command(flatten)]
+        part: Part,
+        /// The test file to write; - is standard output
+        #[arg(short, long, value_name = "FILE.test.toml", default_value = "-")]
         output: PathBuf,
     },
     /// Writes out the files of the program that is recorded
@@ -89,6 +103,7 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
     let (RecordCommand::List { of }
     | RecordCommand::Verify { of }
     | RecordCommand::Cut { of, .. }
+    | RecordCommand::Test { of, .. }
     | RecordCommand::Files { of, .. }) = &args.what;
     let recording = match recording::of(of.path.as_ref(), &of.at)? {
         Ok(recording) => recording,
@@ -99,6 +114,7 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
         RecordCommand::List { of } => list(&recording, of.at.json),
         RecordCommand::Verify { of } => verify(recording, of.at.json),
         RecordCommand::Cut { part, output, .. } => cut(&recording, part, output),
+        RecordCommand::Test { part, output, .. } => test(recording, part, output),
         RecordCommand::Files { at, output, .. } => files(&recording, at.as_ref(), output),
     }
 }
@@ -231,6 +247,34 @@ pub(super) fn sections(recording: &Recording, part: &Part) -> Result<Range<usize
             bail!("nothing is recorded then: the recording is of {begin} to {end}")
         }
     }
+}
+
+fn test(recording: Recording, part: &Part, output: &Path) -> Result<Exit> {
+    let range = sections(&recording, part)?;
+    let program = Arc::clone(recording.program(range.end - 1));
+    // The newest program's stretch without a gap.
+    let is_one = |at: &usize| recording.program(*at) == &program;
+    let mut first = range.end - 1;
+    while first > range.start && is_one(&(first - 1)) && recording.follows(first) {
+        first -= 1;
+    }
+    let clock = LocalClock::here();
+    let name = format!("as recorded on {}", clock.text(recording.head(first).begin_ns));
+    let subject = recording::subject(&program).map_err(anyhow::Error::msg)?;
+    let (_, loaded) = recording::loaded(&program).map_err(anyhow::Error::msg)?;
+    let period_ms = loaded.controller.map_or(10, |controller| controller.period_ms);
+    let mut run = recording::run_of(recording);
+    let made = (first..range.end).map(|at| run.section(at));
+    let made: Vec<TapeSection> = made.collect::<Result<_, _>>()?;
+    let ladders = program.files.iter().skip(1).map(|file| file.name.clone()).collect();
+    let of = ScenarioOf { subject: &subject, ladders, period_ms, sections: &made, name };
+    let text = scenario(&of);
+    if output == Path::new("-") {
+        print(&text)?;
+    } else {
+        fs::write(output, text).with_context(|| output.display().to_string())?;
+    }
+    Ok(Exit::Ok)
 }
 
 fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit> {

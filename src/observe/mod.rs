@@ -10,6 +10,7 @@ mod answer;
 mod causes;
 mod change;
 mod decide;
+mod facts;
 mod idle;
 mod inquiry;
 mod json;
