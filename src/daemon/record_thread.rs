@@ -8,14 +8,15 @@ use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use tokio::sync::oneshot;
 
+use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
-use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder, TapeClock};
+use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder};
 use crate::runtime::exchange::Port;
-use crate::runtime::{TapeEntry, TapeReader, monotonic_ns};
+use crate::runtime::{TapeEntry, TapeReader};
 use crate::say::say;
 
 /// The longest time between two looks at the tape.
@@ -234,13 +235,6 @@ impl Worker {
             let _ = asked.send(self.recent.write());
         }
     }
-}
-
-/// The present time, by both clocks.
-pub(super) fn clock() -> TapeClock {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let unix_ns = i64::try_from(since.as_nanos()).unwrap_or(i64::MAX);
-    TapeClock { unix_ns, unix_offset_ns: unix_ns.saturating_sub_unsigned(monotonic_ns()) }
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
