@@ -3,6 +3,7 @@
 //!
 //! `RUNGD_RECORD_PROGRAMS` (60) of them from `RUNGD_RECORD_SEED` (1) on.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::ControlFlow;
 
 use crate::drawn::Numbers;
@@ -16,6 +17,7 @@ use rungd::record::{
     Recent, RecordBlock, RecordedFile, RecordedProgram, Recorder, Recording, Replay, SegmentStart,
     TapeClock,
 };
+use rungd::reload::{ReloadPlan, Side};
 use rungd::runtime::command::CommandId;
 use rungd::runtime::exchange::{Mode, StopReason, Ticket};
 use rungd::runtime::{Machine, Origin, ScanStart, TapeEntry, TapeReader, Taped, tape};
@@ -45,6 +47,13 @@ pub fn engine(program: &RecordedProgram) -> Result<Engine, String> {
     load(&program.files[0].text).map(|program| Engine::new(lower(&program).0))
 }
 
+/// The hash of bits and words.
+fn hashed(image: (&[u8], &[i32])) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    image.hash(&mut hasher);
+    hasher.finish()
+}
+
 /// A scan thread and its recorder.
 pub struct Line {
     pub taped: Taped,
@@ -53,10 +62,12 @@ pub struct Line {
     pub blocks: Vec<RecordBlock>,
     /// All entries of the tape but its states.
     pub entries: Vec<TapeEntry>,
-    /// The image behind each scan, with its number.
-    pub images: Vec<(u64, Vec<u8>, Vec<i32>)>,
+    /// The hash of the image behind each scan, with the scan's number.
+    pub images: Vec<(u64, u64)>,
+    pub keeps_images: bool,
     pub now_ns: u64,
     number: u64,
+    ladder: String,
 }
 
 impl Line {
@@ -71,8 +82,10 @@ impl Line {
             blocks: Vec::new(),
             entries: Vec::new(),
             images: Vec::new(),
+            keeps_images: true,
             now_ns: 5_000_000_000,
             number: 0,
+            ladder: ladder.into(),
         }
     }
 
@@ -111,11 +124,29 @@ impl Line {
         Machine::begin_scan(&mut self.taped, &start);
         come_in(&mut self.taped);
         let last = self.taped.execute();
-        let image = Machine::image(&self.taped);
-        self.images.push((self.number, image.0.to_vec(), image.1.to_vec()));
+        if self.keeps_images {
+            self.images.push((self.number, hashed(Machine::image(&self.taped))));
+        }
         self.number += 1;
         self.taped.settle();
         last
+    }
+
+    /// The program goes on as another one.
+    pub fn reload(&mut self, ladder: &str, generation: u32) {
+        let loaded = |ladder: &str| lower(&load(ladder).unwrap_or_else(|error| panic!("{error}")));
+        let (old, new) = (loaded(&self.ladder), loaded(ladder));
+        let plan = ReloadPlan::new(
+            Side { program: &old.0, symbols: &old.1 },
+            Side { program: &new.0, symbols: &new.1 },
+        );
+        let mut taped = Taped::new(Engine::new(new.0)).with_spares(4);
+        taped.adopt(&mut self.taped, &plan.transfer, true, &[]);
+        taped.swapped(generation);
+        taped.settle();
+        self.taped = taped;
+        self.ladder = ladder.into();
+        self.recorder.program(recorded(ladder, generation));
     }
 
     pub fn stop(&mut self) {
@@ -225,10 +256,9 @@ fn assert_replays(line: &Line, bytes: Vec<u8>, seed: u64) {
     assert_eq!(verified.compared, hashes as u64);
     let mut images = line.images.iter();
     let visited = replay.scans(0..count, |scan, engine| {
-        let (number, bits, words) = images.next().expect("as many scans");
         let image = engine.image();
-        assert_eq!(scan.number, *number);
-        assert!(image.bits() == &bits[..] && image.words() == &words[..], "seed {seed}: {scan:?}");
+        let found = (scan.number, hashed((image.bits(), image.words())));
+        assert_eq!(Some(&found), images.next(), "seed {seed}: {scan:?}");
         ControlFlow::Continue(())
     });
     visited.unwrap();
@@ -281,7 +311,7 @@ fn a_section_is_had_from_anywhere_and_is_the_same() {
         assert_eq!(state, sections[at].state);
     }
     let recording = Recording::of_bytes(disk);
-    for (scan, _, _) in &line.images {
+    for (scan, _) in &line.images {
         let at = recording.place_of_scan(*scan).unwrap();
         let head = recording.head(at);
         assert!((head.number..head.number + u64::from(head.scans)).contains(scan));
@@ -314,6 +344,77 @@ fn an_entry_that_was_changed_shows_as_the_first_difference() {
 }
 
 #[test]
+fn a_reload_begins_a_segment_and_goes_on() {
+    let ladders = [COUNTER.to_owned(), COUNTER.replace("ADD D0 1", "ADD D0 2")];
+    let mut line = Line::new(&ladders[0]);
+    line.start();
+    for generation in 1..5 {
+        for _ in 0..170 {
+            line.scan(10_000_000, |_| {});
+            line.read();
+        }
+        line.reload(&ladders[generation as usize % 2], generation);
+        if generation % 2 == 0 {
+            line.flush();
+        }
+    }
+    (0..170).for_each(|_| assert!(!line.scan(10_000_000, |_| {})));
+    line.flush();
+    for bytes in [on_disk(&line.blocks), in_memory(&line.blocks)] {
+        let mut replay = Replay::new(Recording::of_bytes(bytes), engine);
+        let recording = replay.recording();
+        let count = recording.count();
+        assert!((1..count).all(|at| recording.follows(at)));
+        let first = recording.place_of_scan(170).unwrap();
+        assert_eq!((recording.program(first).generation, recording.has_base(first)), (1, true));
+        let verified = replay.verify(0..count);
+        assert_eq!((verified.first_difference, verified.gaps, verified.unreplayable), (None, 0, 0));
+        assert_eq!(verified.scans, 850);
+        let mut images = line.images.iter();
+        let visited = replay.scans(0..count, |scan, engine| {
+            let image = engine.image();
+            let found = (scan.number, hashed((image.bits(), image.words())));
+            assert_eq!(Some(&found), images.next());
+            ControlFlow::Continue(())
+        });
+        visited.unwrap();
+        for at in (0..count).rev() {
+            let section = replay.section(at).unwrap();
+            assert_eq!(section.start.generation, replay.recording().program(at).generation);
+        }
+        let mut cut = Vec::new();
+        replay.recording().cut(1..count, &mut cut).unwrap();
+        let cut = Recording::of_bytes(cut);
+        assert_eq!(cut.head(cut.count() - 1), replay.recording().head(count - 1));
+        assert_eq!(Replay::new(cut, engine).verify(0..count - 1).unreplayable, 0);
+    }
+}
+
+#[test]
+fn a_program_that_nobody_has_told_makes_a_gap() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    for _ in 0..170 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    line.recorder = Recorder::new(recorded(COUNTER, 7));
+    for _ in 0..500 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    let blocks = line.blocks.len();
+    line.recorder.program(recorded(COUNTER, 0));
+    for _ in 0..500 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    let (known, late) = line.blocks.split_at(blocks);
+    assert!(known.len() < 5 && late.len() > 2);
+    assert!(!late[0].head.follows && late[0].has_base() && late[1].head.follows);
+}
+
+#[test]
 fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
     let mut line = Line::new(COUNTER);
     line.start();
@@ -321,6 +422,7 @@ fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
         line.scan(10_000_000, |_| {});
         line.read();
     }
+    line.keeps_images = false;
     // Nobody reads until the tape is full.
     for _ in 0..70_000 {
         line.scan(10_000_000, |_| {});
