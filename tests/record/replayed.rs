@@ -1,7 +1,7 @@
 //! What was recorded is executed again: every image of every scan, and every state's hash, is as it
 //! was. Random ladders of the reference model's generator, with forces, writes, stops and starts.
 //!
-//! `RUNGD_RECORD_PROGRAMS` (60) of them from `RUNGD_RECORD_SEED` (1) on.
+//! `RUNGD_RECORD_PROGRAMS` (25) of them from `RUNGD_RECORD_SEED` (1) on.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::ControlFlow;
@@ -11,7 +11,7 @@ use crate::support::model::clock;
 use crate::support::model::generate::generate;
 use crate::support::run::{load, target};
 use rungd::calendar::parse_seconds;
-use rungd::engine::{BitCell, Cell, Engine, EngineState, ScanTimes, WordCell};
+use rungd::engine::{BitCell, Cell, Engine, EngineCall, EngineState, ScanTimes, WordCell};
 use rungd::lower::lower;
 use rungd::record::{
     Recent, RecordBlock, RecordedFile, RecordedProgram, Recorder, Recording, Replay, SegmentStart,
@@ -271,7 +271,7 @@ fn assert_replays(line: &Line, bytes: Vec<u8>, seed: u64) {
 #[test]
 fn random_programs_are_replayed_as_they_ran() {
     let first = setting("RUNGD_RECORD_SEED", 1);
-    for seed in first..first + setting("RUNGD_RECORD_PROGRAMS", 60) {
+    for seed in first..first + setting("RUNGD_RECORD_PROGRAMS", 25) {
         let line = random_line(seed);
         assert_replays(&line, in_memory(&line.blocks), seed);
         assert_replays(&line, on_disk(&line.blocks), seed);
@@ -388,6 +388,70 @@ fn a_reload_begins_a_segment_and_goes_on() {
         assert_eq!(cut.head(cut.count() - 1), replay.recording().head(count - 1));
         assert_eq!(Replay::new(cut, engine).verify(0..count - 1).unreplayable, 0);
     }
+}
+
+#[test]
+fn a_reload_whose_state_comes_late_makes_a_gap() {
+    let mut line = Line::new(COUNTER);
+    let state = EngineState::of(line.taped.engine());
+    let clock = line.clock();
+    line.recorder.program(recorded(COUNTER, 1));
+    let at = |generation, number| TapeEntry::State { generation, number, mode: Mode::Run };
+    let scan = |now_ns| {
+        let times = ScanTimes::default();
+        TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s: 0 })
+    };
+    let execute = TapeEntry::Call(EngineCall::Execute);
+    let mut take = |entry| line.recorder.take(entry, Some(&state), clock);
+    assert!(take(at(0, 1)).is_none());
+    for entry in [scan(1000), execute, TapeEntry::Swap { generation: 1 }, scan(2000), execute] {
+        assert!(take(entry).is_none());
+    }
+    let block = take(at(1, 3)).expect("the section of the old program");
+    assert_eq!((block.head.scans, block.head.end_hash, block.head.number), (1, None, 1));
+    assert!(take(scan(3000)).is_none() && take(execute).is_none());
+    let block = take(at(1, 4)).expect("the first of the new program");
+    assert!(!block.head.follows && block.has_base() && block.head.end_hash.is_some());
+    assert_eq!((block.program.generation, block.head.number), (1, 3));
+}
+
+#[test]
+fn a_second_of_a_busy_plant_becomes_several_sections() {
+    let mut line = Line::new(COUNTER);
+    let state = EngineState::of(line.taped.engine());
+    let clock = line.clock();
+    let state_entry = TapeEntry::State { generation: 0, number: 1, mode: Mode::Run };
+    assert!(line.recorder.take(state_entry, Some(&state), clock).is_none());
+    let (mut entries, mut blocks) = (Vec::new(), Vec::new());
+    for scan in 0..100_u64 {
+        let (now_ns, times) = (scan * 10_000_000, ScanTimes::default());
+        entries.push(TapeEntry::Number(scan * 2));
+        entries.push(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s: 0 }));
+        for cell in 0..3000 {
+            let value = (scan as i32) * cell as i32;
+            entries.push(TapeEntry::Call(EngineCall::Write(Cell::Word(WordCell(cell)), value)));
+        }
+        entries.push(TapeEntry::Call(EngineCall::Execute));
+    }
+    // Nothing but commands: there is no scan at which to split.
+    let bits = (0..300_000).map(|at| EngineCall::Force(Cell::Bit(BitCell(at % 50)), 1));
+    entries.extend(bits.map(TapeEntry::Call));
+    for entry in &entries {
+        blocks.extend(line.recorder.take(*entry, None, clock));
+    }
+    blocks.extend(line.recorder.flush(clock));
+    let recording = Recording::of_bytes(in_memory(&blocks));
+    assert!(recording.count() == blocks.len() && blocks.len() >= 6, "{}", blocks.len());
+    let mut read = Vec::new();
+    for at in 0..recording.count() {
+        assert!(at == 0 || recording.follows(at));
+        let (state, section) = recording.read(at).unwrap().expect("it is whole");
+        assert_eq!(state.is_some(), at == 0);
+        let is_scan = recording.head(at).scans > 0;
+        assert_eq!(is_scan, matches!(section.entries[0], TapeEntry::Number(_)));
+        read.extend(section.entries);
+    }
+    assert!(read == entries);
 }
 
 #[test]
