@@ -147,7 +147,7 @@ pub fn block(
         begin_ns,
         end_ns: begin_ns + 990_000_000,
         follows: sequence > 0,
-        end_hash: (sequence % 3 != 0).then_some([sequence as u8; 16]),
+        end_hash: (!sequence.is_multiple_of(3)).then_some([sequence as u8; 16]),
     };
     RecordBlock::new(program.clone(), head, state, section)
 }

@@ -105,7 +105,7 @@ fn ten_inputs_changing_every_second_take_at_most_60_megabytes_a_day() {
             let which = scan % SCANS_A_SECOND / 10;
             if scan % 10 == (which * 7) % 10 {
                 if which < 5 {
-                    engine.input(which as u32, scan / SCANS_A_SECOND % 2 == 0);
+                    engine.input(which as u32, (scan / SCANS_A_SECOND).is_multiple_of(2));
                 } else {
                     engine.word(100 + which as u32, 2000 + numbers.below(50) as i32);
                 }
