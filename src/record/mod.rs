@@ -11,6 +11,7 @@ mod file_name;
 mod folder;
 mod foretold;
 mod program;
+mod quiet;
 mod recent;
 mod recorder;
 mod recording;
