@@ -5,7 +5,7 @@
 //! that is shorter in whole bytes is written so.
 
 use super::bytes::{ByteSource, folded, put_number, put_signed};
-use super::section::{ENTRIES_MAX, code};
+use super::codes::{ENTRIES_MAX, code};
 
 /// A scan whose duration is farther from that of the run's first one begins a new run.
 const SPREAD_US_MAX: u32 = 64;
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn a_run_comes_back_in_fewer_bits() {
-        for (count, spread, bytes_max) in [(1, 1, 2), (5, 50, 15), (100, 41, 165), (100, 1, 110)] {
+        for (count, spread, bytes_max) in [(1, 1, 3), (5, 50, 15), (100, 41, 165), (100, 1, 110)] {
             let mut run = QuietRun::default();
             let scan = |at: i64| QuietScan {
                 deviation_us: at * 37 % 61 - 30,

@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::block::{BlockHead, RecordBlock, StateHash, hash_of};
+use super::codes::ENTRIES_MAX;
 use super::program::RecordedProgram;
-use super::section::{ENTRIES_MAX, SectionBody};
+use super::section::SectionBody;
 use super::who::WhoNotes;
 use crate::engine::{EngineCall, EngineState};
 use crate::runtime::exchange::Mode;

@@ -3,9 +3,10 @@
 //! Bytes from outside never panic, and the result has at most `ENTRIES_MAX` entries.
 
 use super::bytes::ByteSource;
+use super::codes::{ENTRIES_MAX, code, scan_flag};
 use super::foretold::Foretold;
 use super::quiet::{self, QuietScan};
-use super::section::{ENTRIES_MAX, SectionBody, code, scan_flag};
+use super::section::SectionBody;
 use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
 use crate::runtime::command::CommandId;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};

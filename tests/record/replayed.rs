@@ -3,180 +3,24 @@
 //!
 //! `RUNGD_RECORD_PROGRAMS` (25) of them from `RUNGD_RECORD_SEED` (1) on.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::ControlFlow;
 
 use crate::drawn::Numbers;
+use crate::line::{COUNTER, Line, UNIX_NS, engine, hashed, in_memory, on_disk, recorded};
 use crate::support::model::clock;
 use crate::support::model::generate::generate;
 use crate::support::run::{load, target};
 use rungd::calendar::parse_seconds;
-use rungd::engine::{BitCell, Cell, Engine, EngineCall, EngineState, ScanTimes, WordCell};
+use rungd::engine::{BitCell, Cell, EngineState, WordCell};
 use rungd::lower::lower;
-use rungd::record::{
-    Recent, RecordBlock, RecordedFile, RecordedProgram, Recorder, Recording, Replay, SegmentStart,
-    TapeClock,
-};
-use rungd::reload::{ReloadPlan, Side};
+use rungd::record::{RecordedProgram, Recording, Replay};
 use rungd::runtime::command::CommandId;
-use rungd::runtime::exchange::{Mode, StopReason, Ticket};
-use rungd::runtime::{Machine, Origin, ScanStart, TapeEntry, TapeReader, Taped, tape};
+use rungd::runtime::exchange::Ticket;
+use rungd::runtime::{Machine, Origin};
 use rungd::sim::stimulus::{Change, Stimulus};
-
-const UNIX_NS: i64 = 1_700_000_000_000_000_000;
 
 fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
-
-/// A program of one ladder.
-pub fn recorded(ladder: &str, generation: u32) -> RecordedProgram {
-    let file = RecordedFile { name: "main.toml".into(), text: ladder.into() };
-    RecordedProgram {
-        version: "0.1.0".into(),
-        process_start_ns: UNIX_NS,
-        generation,
-        source: "start".into(),
-        hash: "00ff".into(),
-        files: vec![file],
-    }
-}
-
-/// The engine of a recorded ladder.
-pub fn engine(program: &RecordedProgram) -> Result<Engine, String> {
-    load(&program.files[0].text).map(|program| Engine::new(lower(&program).0))
-}
-
-/// The hash of bits and words.
-fn hashed(image: (&[u8], &[i32])) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    image.hash(&mut hasher);
-    hasher.finish()
-}
-
-/// A scan thread and its recorder.
-pub struct Line {
-    pub taped: Taped,
-    pub reader: TapeReader,
-    pub recorder: Recorder,
-    pub blocks: Vec<RecordBlock>,
-    /// All entries of the tape but its states.
-    pub entries: Vec<TapeEntry>,
-    /// The hash of the image behind each scan, with the scan's number.
-    pub images: Vec<(u64, u64)>,
-    pub keeps_images: bool,
-    pub now_ns: u64,
-    number: u64,
-    ladder: String,
-}
-
-impl Line {
-    pub fn new(ladder: &str) -> Line {
-        let program = recorded(ladder, 0);
-        let engine = engine(&program).unwrap_or_else(|error| panic!("{error}"));
-        let (taped, reader) = tape(engine);
-        Line {
-            taped,
-            reader,
-            recorder: Recorder::new(program),
-            blocks: Vec::new(),
-            entries: Vec::new(),
-            images: Vec::new(),
-            keeps_images: true,
-            now_ns: 5_000_000_000,
-            number: 0,
-            ladder: ladder.into(),
-        }
-    }
-
-    pub fn clock(&self) -> TapeClock {
-        let unix_offset_ns = UNIX_NS;
-        TapeClock { unix_ns: UNIX_NS + self.now_ns as i64, unix_offset_ns }
-    }
-
-    /// Reads the tape to its end.
-    pub fn read(&mut self) {
-        while let Some((entry, state)) = self.reader.next() {
-            if !matches!(entry, TapeEntry::State { .. } | TapeEntry::Lost { .. }) {
-                self.entries.push(entry);
-            }
-            self.blocks.extend(self.recorder.take(entry, state.as_deref(), self.clock()));
-            state.into_iter().for_each(|state| self.reader.give_back(state));
-        }
-    }
-
-    pub fn flush(&mut self) {
-        self.read();
-        self.blocks.extend(self.recorder.flush(self.clock()));
-    }
-
-    pub fn start(&mut self) {
-        self.taped.start(self.now_ns);
-        self.taped.enters(Mode::Run);
-        self.taped.settle();
-    }
-
-    pub fn scan(&mut self, period_ns: u64, come_in: impl FnOnce(&mut Taped)) -> bool {
-        self.now_ns += period_ns;
-        let times = ScanTimes { mean_us: 300, min_us: 290, max_us: 320, last_us: 310 };
-        let local_s = (self.now_ns / 1_000_000_000) as i64 + 7200;
-        let start = ScanStart { number: self.number, now_ns: self.now_ns, times, local_s };
-        Machine::begin_scan(&mut self.taped, &start);
-        come_in(&mut self.taped);
-        let last = self.taped.execute();
-        if self.keeps_images {
-            self.images.push((self.number, hashed(Machine::image(&self.taped))));
-        }
-        self.number += 1;
-        self.taped.settle();
-        last
-    }
-
-    /// The program goes on as another one.
-    pub fn reload(&mut self, ladder: &str, generation: u32) {
-        let loaded = |ladder: &str| lower(&load(ladder).unwrap_or_else(|error| panic!("{error}")));
-        let (old, new) = (loaded(&self.ladder), loaded(ladder));
-        let plan = ReloadPlan::new(
-            Side { program: &old.0, symbols: &old.1 },
-            Side { program: &new.0, symbols: &new.1 },
-        );
-        let mut taped = Taped::new(Engine::new(new.0)).with_spares(4);
-        taped.adopt(&mut self.taped, &plan.transfer, true, &[]);
-        taped.swapped(generation);
-        taped.settle();
-        self.taped = taped;
-        self.ladder = ladder.into();
-        self.recorder.program(recorded(ladder, generation));
-    }
-
-    pub fn stop(&mut self) {
-        self.taped.terminate();
-        self.taped.enters(Mode::Stop(StopReason::Operator));
-        self.taped.settle();
-    }
-}
-
-/// The blocks as a recording on disk: with a base image only where there must be one.
-pub fn on_disk(blocks: &[RecordBlock]) -> Vec<u8> {
-    let mut out = Vec::new();
-    let mut start: Option<(u32, SegmentStart)> = None;
-    for (at, block) in blocks.iter().enumerate() {
-        let generation = block.program.generation;
-        let is_new = start.as_ref().is_none_or(|(of, _)| *of != generation);
-        if is_new {
-            start = Some((generation, SegmentStart::new(&block.program)));
-            out.extend_from_slice(&start.as_ref().unwrap().1.bytes);
-        }
-        let sum = start.as_ref().unwrap().1.sum;
-        block.write(sum, is_new || !block.head.follows || at % 5 == 4, &mut out);
-    }
-    out
-}
-
-pub fn in_memory(blocks: &[RecordBlock]) -> Vec<u8> {
-    let mut recent = Recent::new(1 << 26);
-    blocks.iter().for_each(|block| recent.put(block));
-    recent.write()
 }
 
 fn random_line(seed: u64) -> Line {
@@ -277,15 +121,6 @@ fn random_programs_are_replayed_as_they_ran() {
         assert_replays(&line, on_disk(&line.blocks), seed);
     }
 }
-
-const COUNTER: &str = r#"
-[[program]]
-name = "Main"
-rung = [
-  { when = ["$On"], do = ["ADD D0 1 to=D0", "TMRAG T0 preset=1s"] },
-  { when = ["X0"], do = ["OUT Y0"] },
-]
-"#;
 
 #[test]
 fn a_section_is_had_from_anywhere_and_is_the_same() {
@@ -388,154 +223,6 @@ fn a_reload_begins_a_segment_and_goes_on() {
         assert_eq!(cut.head(cut.count() - 1), replay.recording().head(count - 1));
         assert_eq!(Replay::new(cut, engine).verify(0..count - 1).unreplayable, 0);
     }
-}
-
-#[test]
-fn a_reload_whose_state_comes_late_makes_a_gap() {
-    let mut line = Line::new(COUNTER);
-    let state = EngineState::of(line.taped.engine());
-    let clock = line.clock();
-    line.recorder.program(recorded(COUNTER, 1));
-    let at = |generation, number| TapeEntry::State { generation, number, mode: Mode::Run };
-    let scan = |now_ns| {
-        let times = ScanTimes::default();
-        TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s: 0 })
-    };
-    let execute = TapeEntry::Call(EngineCall::Execute);
-    let mut take = |entry| line.recorder.take(entry, Some(&state), clock);
-    assert!(take(at(0, 1)).is_none());
-    for entry in [scan(1000), execute, TapeEntry::Swap { generation: 1 }, scan(2000), execute] {
-        assert!(take(entry).is_none());
-    }
-    let block = take(at(1, 3)).expect("the section of the old program");
-    assert_eq!((block.head.scans, block.head.end_hash, block.head.number), (1, None, 1));
-    assert!(take(scan(3000)).is_none() && take(execute).is_none());
-    let block = take(at(1, 4)).expect("the first of the new program");
-    assert!(!block.head.follows && block.has_base() && block.head.end_hash.is_some());
-    assert_eq!((block.program.generation, block.head.number), (1, 3));
-}
-
-#[test]
-fn a_second_of_a_busy_plant_becomes_several_sections() {
-    let mut line = Line::new(COUNTER);
-    let state = EngineState::of(line.taped.engine());
-    let clock = line.clock();
-    let state_entry = TapeEntry::State { generation: 0, number: 1, mode: Mode::Run };
-    assert!(line.recorder.take(state_entry, Some(&state), clock).is_none());
-    let (mut entries, mut blocks) = (Vec::new(), Vec::new());
-    for scan in 0..100_u64 {
-        let (now_ns, times) = (scan * 10_000_000, ScanTimes::default());
-        entries.push(TapeEntry::Number(scan * 2));
-        entries.push(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s: 0 }));
-        for cell in 0..3000 {
-            let value = (scan as i32) * cell as i32;
-            entries.push(TapeEntry::Call(EngineCall::Write(Cell::Word(WordCell(cell)), value)));
-        }
-        entries.push(TapeEntry::Call(EngineCall::Execute));
-    }
-    // Nothing but commands: there is no scan at which to split.
-    let bits = (0..300_000).map(|at| EngineCall::Force(Cell::Bit(BitCell(at % 50)), 1));
-    entries.extend(bits.map(TapeEntry::Call));
-    for entry in &entries {
-        blocks.extend(line.recorder.take(*entry, None, clock));
-    }
-    blocks.extend(line.recorder.flush(clock));
-    let recording = Recording::of_bytes(in_memory(&blocks));
-    assert!(recording.count() == blocks.len() && blocks.len() >= 6, "{}", blocks.len());
-    let mut read = Vec::new();
-    for at in 0..recording.count() {
-        assert!(at == 0 || recording.follows(at));
-        let (state, section) = recording.read(at).unwrap().expect("it is whole");
-        assert_eq!(state.is_some(), at == 0);
-        let is_scan = recording.head(at).scans > 0;
-        assert_eq!(is_scan, matches!(section.entries[0], TapeEntry::Number(_)));
-        read.extend(section.entries);
-    }
-    assert!(read == entries);
-}
-
-#[test]
-fn a_program_that_nobody_has_told_makes_a_gap() {
-    let mut line = Line::new(COUNTER);
-    line.start();
-    for _ in 0..170 {
-        line.scan(10_000_000, |_| {});
-        line.read();
-    }
-    line.recorder = Recorder::new(recorded(COUNTER, 7));
-    for _ in 0..500 {
-        line.scan(10_000_000, |_| {});
-        line.read();
-    }
-    let blocks = line.blocks.len();
-    line.recorder.program(recorded(COUNTER, 0));
-    for _ in 0..500 {
-        line.scan(10_000_000, |_| {});
-        line.read();
-    }
-    let (known, late) = line.blocks.split_at(blocks);
-    assert!(known.len() < 5 && late.len() > 2);
-    assert!(!late[0].head.follows && late[0].has_base() && late[1].head.follows);
-}
-
-#[test]
-fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
-    let mut line = Line::new(COUNTER);
-    line.start();
-    for _ in 0..100 {
-        line.scan(10_000_000, |_| {});
-        line.read();
-    }
-    line.keeps_images = false;
-    // Nobody reads until the tape is full.
-    for _ in 0..70_000 {
-        line.scan(10_000_000, |_| {});
-    }
-    for _ in 0..300 {
-        line.read();
-        line.scan(10_000_000, |_| {});
-    }
-    line.flush();
-    let recording = Recording::of_bytes(on_disk(&line.blocks));
-    let gaps: Vec<_> = (1..recording.count()).filter(|at| !recording.follows(*at)).collect();
-    assert_eq!(gaps.len(), 1);
-    let mut replay = Replay::new(recording, engine);
-    let section = replay.section(gaps[0]).unwrap();
-    assert!(section.start.lost > 100 && !section.start.follows);
-    let count = replay.recording().count();
-    let verified = replay.verify(0..count);
-    assert_eq!((verified.first_difference, verified.gaps, verified.unreplayable), (None, 1, 0));
-}
-
-#[test]
-fn who_stands_behind_an_origin_is_known_though_it_is_told_late() {
-    let mut line = Line::new(COUNTER);
-    line.start();
-    let (early, late) = (Origin::Batch(Ticket(1)), Origin::Command(CommandId(9)));
-    line.recorder.note(early, "Modbus client 10.0.0.7");
-    for scan in 0..350 {
-        line.scan(10_000_000, |taped| {
-            if scan == 120 {
-                taped.comes_from(early);
-                taped.set_input(0, true);
-            }
-        });
-        if scan == 130 {
-            line.taped.comes_from(late);
-            line.taped.force(Cell::Bit(BitCell(3)), 1);
-            line.taped.settle();
-        }
-        line.read();
-        if scan == 220 {
-            line.recorder.note(late, "root");
-        }
-    }
-    line.flush();
-    let mut replay = Replay::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
-    let at = replay.recording().place_of_scan(130).unwrap();
-    let who = replay.section(at).unwrap().who;
-    assert!(who.contains(&(early, "Modbus client 10.0.0.7".to_owned())), "{who:?}");
-    assert!(who.contains(&(late, "root".to_owned())), "{who:?}");
 }
 
 #[test]

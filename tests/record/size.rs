@@ -7,7 +7,7 @@
 //! ```
 
 use crate::drawn::Numbers;
-use crate::replayed::Line;
+use crate::line::Line;
 use rungd::engine::{Cell, ScanTimes, WordCell};
 use rungd::record::SegmentStart;
 use rungd::runtime::{Machine, Origin, ScanStart};

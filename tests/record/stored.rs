@@ -9,7 +9,7 @@ use std::rc::Rc;
 
 use crate::drawn::Numbers;
 use crate::folder::{Disk, Fault, Handle};
-use crate::replayed::{Line, engine, in_memory};
+use crate::line::{Line, engine, in_memory};
 use rungd::record::{
     BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, Replay, SectionBody, Store, StoreNews,
     StoreSettings, TapeClock, index,
