@@ -5,6 +5,8 @@ mod bytes;
 mod drawn;
 mod folder;
 mod format;
+mod line;
+mod recorder;
 mod replayed;
 mod size;
 mod stored;
