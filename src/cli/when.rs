@@ -97,13 +97,9 @@ impl LocalClock {
     }
 
     /// A clock of a zone, stopped at a time: ns since 1970 (UTC).
+    #[cfg(test)]
     pub fn at(zone: TimeZone, now_ns: i64) -> LocalClock {
         LocalClock { zone, now_ns }
-    }
-
-    /// The reader's present time, ns since 1970 (UTC).
-    pub fn now_ns(&self) -> i64 {
-        self.now_ns
     }
 
     /// Date and time of day in local time, to the millisecond: `2026-11-22 10:02:03.500`.

@@ -10,6 +10,7 @@ mod man_and_completions;
 mod packaging;
 mod plants;
 mod sim;
+mod waves;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]
