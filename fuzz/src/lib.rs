@@ -21,6 +21,7 @@ use rungd::load::decode;
 use rungd::lower::{Symbols, lower};
 use rungd::operator::names::Names;
 use rungd::operator::protocol::{GivenValue, Request};
+use rungd::record::{Recording, SectionBody};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::retain::Storage;
@@ -288,6 +289,21 @@ pub fn retain(bytes: &[u8]) {
     let mut slot = Vec::new();
     put_slot(&mut slot, 7, &stamp, bytes);
     assert_eq!(read_slot(&slot, 7), Ok((stamp, bytes)));
+}
+
+/// A recording: its programs, its sections, and a part of it as a recording of its own.
+pub fn record(bytes: &[u8]) {
+    let recording = Recording::of_bytes(bytes.to_vec());
+    for at in 0..recording.count() {
+        let _ = (recording.base_of(at), recording.read(at));
+    }
+    let mut cut = Vec::new();
+    let _ = recording.cut(0..recording.count(), &mut cut);
+    assert!(Recording::of_bytes(cut).count() <= recording.count());
+    // What can be read is something that could have been written.
+    if let Some(section) = SectionBody::read(bytes) {
+        assert_eq!(SectionBody::read(&section.write()), Some(section));
+    }
 }
 
 /// A storage device in memory.

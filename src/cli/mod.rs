@@ -15,6 +15,7 @@ mod man;
 mod mode;
 mod operator;
 mod read;
+mod record;
 mod recording;
 mod reload;
 mod retain;
@@ -70,6 +71,7 @@ enum Command {
     Rollback(reload::RollbackArgs),
     Retain(retain::RetainArgs),
     LogLevel(log_level::LogLevelArgs),
+    Record(record::RecordArgs),
     Why(why::WhyArgs),
 }
 
@@ -116,6 +118,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Rollback(args) => reload::rollback(args),
         Command::Retain(args) => retain::retain(args),
         Command::LogLevel(args) => log_level::log_level(args),
+        Command::Record(args) => record::record(args),
         Command::Why(args) => why::why(args),
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Used by `why`, `record` and `replay`. No command of these changes anything in a controller.
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -14,6 +14,7 @@ use base64::prelude::BASE64_STANDARD;
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::say_line;
+use super::when::Moment;
 use crate::engine::{Engine, EngineCall};
 use crate::load::{self, Loaded};
 use crate::lower::lower;
@@ -94,6 +95,70 @@ pub(super) fn scan_at(recording: &Recording, unix_ns: i64) -> Option<u64> {
         }
     }
     found
+}
+
+/// The section in which a moment lies, or the last one before it.
+pub(super) fn section_at(recording: &Recording, moment: Moment) -> Option<usize> {
+    match moment {
+        Moment::Scan(scan) => recording.place_of_scan(scan),
+        Moment::Time(unix_ns) => recording.place_of_time(unix_ns),
+    }
+}
+
+/// Sections of one program without a gap.
+#[derive(Clone, Debug)]
+pub(super) struct Stretch {
+    /// The sections.
+    pub sections: Range<usize>,
+    /// The times of the first and the last scan, ns since 1970 (UTC).
+    pub begin_ns: i64,
+    pub end_ns: i64,
+    /// The numbers of the first and the last scan.
+    pub first_scan: u64,
+    pub last_scan: u64,
+}
+
+impl Stretch {
+    /// What lies before it, if that is a gap.
+    pub fn gap(&self, recording: &Recording) -> Option<String> {
+        let first = self.sections.start;
+        if first == 0 || recording.follows(first) {
+            return None;
+        }
+        let process = |at: usize| recording.program(at).process_start_ns;
+        if process(first) != process(first - 1) {
+            return Some("rungd started anew".to_owned());
+        }
+        let read = recording.read(first).ok().flatten();
+        Some(match read.map_or(0, |(_, body)| body.lost) {
+            0 => "a gap: nothing was recorded here".to_owned(),
+            lost => format!("a gap: {lost} scans are lost"),
+        })
+    }
+}
+
+/// The stretches of a recording, in order.
+pub(super) fn stretches(recording: &Recording) -> Vec<Stretch> {
+    let mut all: Vec<Stretch> = Vec::new();
+    for at in 0..recording.count() {
+        let head = recording.head(at);
+        let last_scan = head.number.saturating_add(head.scans.into()).saturating_sub(1);
+        let goes_on = recording.follows(at) && recording.program(at - 1) == recording.program(at);
+        match all.last_mut() {
+            Some(stretch) if goes_on => {
+                stretch.sections.end = at + 1;
+                (stretch.end_ns, stretch.last_scan) = (head.end_ns, last_scan);
+            }
+            Some(_) | None => all.push(Stretch {
+                sections: at..at + 1,
+                begin_ns: head.begin_ns,
+                end_ns: head.end_ns,
+                first_scan: head.number,
+                last_scan,
+            }),
+        }
+    }
+    all
 }
 
 /// The files of a recorded program, loaded.

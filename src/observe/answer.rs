@@ -36,7 +36,7 @@ impl Default for Limits {
 /// A scan and its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct When {
-    /// Complete scans before it, since the process started; `None` before the first scan.
+    /// Its number; the first of a process is 1. `None` before the first scan.
     pub scan: Option<u64>,
     /// Its timestamp, monotonic.
     pub now_ns: u64,
@@ -167,6 +167,8 @@ pub enum Cause {
         block: Block,
         /// The block's `.Running`.
         running: Option<Box<Node>>,
+        /// The RESTART that it obeyed.
+        restart: Option<Box<Restart>>,
     },
     /// A force.
     Force {
@@ -199,8 +201,21 @@ pub enum Stop {
     Controller,
     /// The block or Stage was stopped: its bit, and why it went OFF.
     Bit(Box<Node>),
-    /// The block was stopped and started again at once.
-    Again(Block),
+    /// The block was stopped and started again at once, by a RESTART.
+    Again(Block, Option<Box<Restart>>),
+}
+
+/// A RESTART that acted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Restart {
+    /// When.
+    pub at: When,
+    /// Its rung.
+    pub rung: Rung,
+    /// Its place and text.
+    pub place: Place,
+    /// Its leg.
+    pub legs: Vec<Leg>,
 }
 
 /// The end of the tape that can be searched.

@@ -14,6 +14,10 @@ use crate::runtime::{Origin, TapeEntry};
 impl Inquiry<'_> {
     /// The reasons of an operand, if there is room for them.
     pub fn follow(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Followed {
+        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        if let Some(Address::Bit(Bit::Space(BitSpace::St, st::ON | st::OFF))) = address {
+            return Followed::Cut(Cut::Constant);
+        }
         if depth == 0 && self.subject.is_written(cell) {
             return Followed::Cut(Cut::Depth);
         }
@@ -145,21 +149,26 @@ impl Inquiry<'_> {
                 return Stop::Bit(Box::new(node));
             }
         }
-        Stop::Again(self.subject.element(element))
+        let restart = self.restart(element.block, at, depth);
+        Stop::Again(self.subject.element(element), restart)
     }
 
     fn turn(&mut self, cell: Cell, block: BlockId, at: Moment, depth: u32) -> Cause {
         let running = Cell::Bit(self.subject.symbols.layout.bit(Bit::Running(block)));
         let element = crate::isa::ElementId { block, stage: None };
         let of = self.subject.element(element);
-        let node = match running == cell || depth == 0 {
+        let restart = match running == cell {
+            true => None,
+            false => self.restart(block, at, depth),
+        };
+        let node = match running == cell || depth == 0 || restart.is_some() {
             true => None,
             false => {
                 let value = self.replay.value(running, at);
                 self.node(running, value, at, depth.saturating_sub(1)).map(Box::new)
             }
         };
-        Cause::Turn { block: of, running: node }
+        Cause::Turn { block: of, running: node, restart }
     }
 
     /// The call of an entry.

@@ -122,6 +122,7 @@ impl Inquiry<'_> {
         if self.replay.forced(cell, at).is_some() {
             return Change::Release;
         }
+        self.propose(cell, vec![0, 1]);
         let Some(begin) = self.next_begin(at) else { return Change::NoScan };
         let Some(engine) = self.replay.seek(at.section, at.entry) else { return Change::NoScan };
         let state = EngineState::of(engine);

@@ -80,7 +80,7 @@ impl Inquiry<'_> {
     }
 
     /// The execution of the last scan that began before a moment.
-    fn last_execution(&mut self, at: Moment) -> Option<Moment> {
+    pub fn last_execution(&mut self, at: Moment) -> Option<Moment> {
         let (section, begin) = self.replay.last_begin(at)?;
         let of = self.replay.section(section)?;
         let is_it = |entry: &TapeEntry| *entry == TapeEntry::Call(EngineCall::Execute);

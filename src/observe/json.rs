@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::answer::{
     About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance,
-    Idle, Leg, Node, Operand, Place, Rung, Since, Stop, TapeEnd, When, Write,
+    Idle, Leg, Node, Operand, Place, Restart, Rung, Since, Stop, TapeEnd, When, Write,
 };
 use crate::isa::Real;
 use crate::runtime::Origin;
@@ -94,8 +94,11 @@ fn cause(of: &Cause) -> Value {
         Cause::Pass { rung: of, place: at, stop: by } => json!({
             "kind": "pass", "rung": rung(of), "place": place(at), "stop": stop(by),
         }),
-        Cause::Turn { block: of, running } => json!({
-            "kind": "turn", "block": block(of), "running": running.as_ref().map(|of| node(of)),
+        Cause::Turn { block: of, running, restart: by } => json!({
+            "kind": "turn",
+            "block": block(of),
+            "running": running.as_ref().map(|of| node(of)),
+            "restart": by.as_ref().map(|of| restart(of)),
         }),
         Cause::Force { who } => json!({ "kind": "force", "who": who }),
         Cause::Outside { origin, who } => {
@@ -129,8 +132,19 @@ fn stop(of: &Stop) -> Value {
     match of {
         Stop::Controller => json!({ "kind": "controller" }),
         Stop::Bit(of) => json!({ "kind": "bit", "bit": node(of) }),
-        Stop::Again(of) => json!({ "kind": "again", "block": block(of) }),
+        Stop::Again(of, by) => json!({
+            "kind": "again", "block": block(of), "restart": by.as_ref().map(|of| restart(of)),
+        }),
     }
+}
+
+fn restart(of: &Restart) -> Value {
+    json!({
+        "at": when(of.at),
+        "rung": rung(&of.rung),
+        "place": place(&of.place),
+        "legs": of.legs.iter().map(leg).collect::<Vec<_>>(),
+    })
 }
 
 fn operand_read((of, content, next): &(Operand, i32, Followed)) -> Value {

@@ -20,6 +20,7 @@ mod operands;
 mod past;
 mod reasons;
 mod replay;
+mod restarts;
 mod section_log;
 mod subject;
 #[cfg(test)]
@@ -31,7 +32,8 @@ mod why;
 
 pub use answer::{
     About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance,
-    Idle, Leg, Limits, Node, Operand, Place, Rung, SearchEnd, Since, Stop, TapeEnd, When, Write,
+    Idle, Leg, Limits, Node, Operand, Place, Restart, Rung, SearchEnd, Since, Stop, TapeEnd, When,
+    Write,
 };
 pub use past::{At, Past, Refusal};
 pub use subject::Subject;

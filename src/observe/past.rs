@@ -30,7 +30,7 @@ impl Past for Vec<Arc<TapeSection>> {
 pub enum At {
     /// The end of the tape.
     Now,
-    /// The end of a scan, by its number: complete scans before it, since the process started.
+    /// The end of a scan, by its number; the first of a process is 1.
     Scan(u64),
 }
 
@@ -106,7 +106,9 @@ pub(super) fn when(section: &TapeSection, begins: &[Begin], entry: usize) -> Whe
     let last = begins.partition_point(|begin| begin.entry <= entry).checked_sub(1);
     let (scan, now_ns) = match last.and_then(|at| begins.get(at)) {
         Some(begin) => (Some(begin.number), begin.now_ns),
-        None => (section.start.number.checked_sub(1), section.state.now_ns()),
+        None => {
+            (section.start.number.checked_sub(1).filter(|scan| *scan > 0), section.state.now_ns())
+        }
     };
     let unix_ns = i64::try_from(now_ns).unwrap_or(i64::MAX);
     When { scan, now_ns, unix_ns: unix_ns.saturating_add(section.start.unix_offset_ns) }

@@ -191,16 +191,32 @@ impl<'a> Replay<'a> {
     ) -> Option<CellChange> {
         let of = self.section(section)?;
         let mut value = of.state.value(cell);
+        let mut is_forced = of.state.is_forced(cell);
         let mut last = None;
         for (at, entry) in of.entries.iter().enumerate().take(end) {
-            let TapeEntry::Call(EngineCall::Write(to, new) | EngineCall::Force(to, new)) = entry
-            else {
-                continue;
+            let TapeEntry::Call(call) = entry else { continue };
+            let new = match call {
+                EngineCall::Write(to, new) if *to == cell && !is_forced => *new,
+                EngineCall::Force(to, new) if *to == cell => {
+                    is_forced = true;
+                    *new
+                }
+                EngineCall::Release(to) if *to == cell => {
+                    is_forced = false;
+                    continue;
+                }
+                EngineCall::Write(..)
+                | EngineCall::Force(..)
+                | EngineCall::Release(_)
+                | EngineCall::Start { .. }
+                | EngineCall::RequestStop
+                | EngineCall::Begin { .. }
+                | EngineCall::Execute
+                | EngineCall::Terminate => continue,
             };
-            if *to == cell && *new != value {
-                let (before, after) = (std::mem::replace(&mut value, *new), *new);
-                last =
-                    Some(CellChange { entry: at as u32, step: 0, cell, by: None, before, after });
+            if new != value {
+                let (entry, before) = (at as u32, std::mem::replace(&mut value, new));
+                last = Some(CellChange { entry, step: 0, cell, by: None, before, after: new });
             }
         }
         last

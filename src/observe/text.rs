@@ -3,7 +3,7 @@
 
 use super::answer::{
     About, Answer, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance, Idle,
-    Leg, Node, Operand, Place, Rung, Since, Stop, TapeEnd, When, Write,
+    Leg, Node, Operand, Place, Restart, Rung, Since, Stop, TapeEnd, When, Write,
 };
 use crate::isa::Real;
 use crate::runtime::Origin;
@@ -67,12 +67,14 @@ impl Lines {
             }
             Cause::Pass { stop, .. } => match stop {
                 Stop::Controller => self.add(indent + 1, "because the controller stopped"),
-                Stop::Again(block) => {
+                Stop::Again(_, Some(restart)) => self.restart(restart, indent + 1),
+                Stop::Again(block, None) => {
                     let line = format!("because {} was stopped and started again", block.name);
                     self.add(indent + 1, &line);
                 }
                 Stop::Bit(node) => self.because(node, indent + 1),
             },
+            Cause::Turn { restart: Some(restart), .. } => self.restart(restart, indent + 1),
             Cause::Turn { running: Some(node), .. } => self.because(node, indent + 1),
             Cause::Turn { running: None, .. }
             | Cause::Force { .. }
@@ -83,6 +85,12 @@ impl Lines {
             | Cause::Restored
             | Cause::Older(_) => {}
         }
+    }
+
+    fn restart(&mut self, restart: &Restart, indent: usize) {
+        let (when, rung) = (self.ago(restart.at), rung_text(&restart.rung, &restart.place));
+        self.add(indent, &format!("because of {} {when}: {rung}", restart.place.text));
+        restart.legs.iter().for_each(|leg| self.leg(leg, indent));
     }
 
     fn because(&mut self, node: &Node, indent: usize) {
@@ -218,7 +226,7 @@ impl Lines {
                 let of = preset_ms.map(|preset| format!(" of {}", ms(preset)));
                 let of = of.unwrap_or_default();
                 let timing = if *timing { "timing" } else { "not timing" };
-                format!("{}{of}, {timing} since {}", ms(*acc_ms), self.since(*since))
+                format!("{}{of}, {timing}{}", ms(*acc_ms), self.lasting(*since))
             }
             About::Counter { acc, presets, counted, reset } => {
                 let presets: Vec<String> = presets.iter().map(i32::to_string).collect();
@@ -272,9 +280,23 @@ impl Lines {
         }
     }
 
+    /// ` for 2.1 s, since scan 812`.
+    fn lasting(&self, since: Since) -> String {
+        match since {
+            Since::At(when) if when.scan == self.now.scan => " since this scan".to_owned(),
+            Since::At(when) => {
+                let ago_ms = self.now.now_ns.saturating_sub(when.now_ns) / 1_000_000;
+                let ago = ms(i32::try_from(ago_ms).unwrap_or(i32::MAX));
+                format!(" for {ago}, since {}", self.scan(when))
+            }
+            Since::Before(when) => format!(" since before {}", self.scan(when)),
+        }
+    }
+
     fn since(&self, since: Since) -> String {
         match since {
-            Since::At(when) => self.ago(when).replace(" ago, in", " ago, from"),
+            Since::At(when) if when.scan == self.now.scan => "this scan".to_owned(),
+            Since::At(when) => self.ago(when).replace(" ago, in ", ", "),
             Since::Before(when) => format!("before {}", self.scan(when)),
         }
     }

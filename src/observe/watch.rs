@@ -7,7 +7,7 @@ use super::leaves::{LeafSeen, content, legs, look};
 use super::subject::Subject;
 use super::walk::Witness;
 use crate::engine::{Cell, Deed, Image};
-use crate::isa::Address;
+use crate::isa::{Address, Bit, BitSpace};
 use crate::resolve::program::Instruction;
 
 use super::leaves::Side;
@@ -84,8 +84,8 @@ impl<'s> Watch<'s> {
     fn decides(&self, deed: Deed) -> bool {
         let Some((part, instruction)) = self.instruction(deed) else { return false };
         if let Deed::Pass(_) = deed {
-            // A pass puts its value, whatever it was.
-            return true;
+            // A pass puts its value, whatever it was; a Task that it disables may be OFF.
+            return !matches!(self.address, Some(Address::Bit(Bit::Running(_))));
         }
         match decides(&instruction.action, self.address) {
             Decides::Always => true,
@@ -113,10 +113,7 @@ impl Witness for Watch<'_> {
         }
         if let Some(selected) = self.subject.seen.selected(deed, image)
             && selected != Some(self.cell)
-            && !matches!(
-                self.address,
-                Some(Address::Bit(crate::isa::Bit::Space(crate::isa::BitSpace::St, _)))
-            )
+            && !matches!(self.address, Some(Address::Bit(Bit::Space(BitSpace::St, _))))
         {
             return;
         }

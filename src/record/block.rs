@@ -1,7 +1,7 @@
 //! A block: one section of the tape, packed, with a head that says where it lies in time.
 //!
-//! `recorder` makes blocks; `recent` keeps them, the store writes them. Both may leave a block's base
-//! image away, as the block before it leads to the same state.
+//! `recorder` makes blocks; `recent` keeps them, the store writes them. Both may leave a block's
+//! base image away, as the block before it leads to the same state.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::engine::EngineState;
 pub struct BlockHead {
     /// Its number among the sections of its process; the first one is 0.
     pub sequence: u64,
-    /// The number of its first scan: complete scans of the process before it.
+    /// The number of its first scan; the first of a process is 1.
     pub number: u64,
     /// The scans that begin in it.
     pub scans: u32,

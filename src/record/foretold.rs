@@ -1,7 +1,7 @@
 //! What the next entries of a section will most likely be: the writer keeps only what differs.
 //!
-//! `section` asks it while it writes, `section_read` while it reads; both tell it the same things in
-//! the same order, so both have the same expectation. `docs/record-format.md` describes it under
+//! `section` asks it while it writes, `section_read` while it reads; both tell it the same things
+//! in the same order, so both have the same expectation. `docs/record-format.md` describes it under
 //! *Expectations*.
 
 use std::collections::HashMap;

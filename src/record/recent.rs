@@ -42,8 +42,8 @@ impl Recent {
         Recent { most, bytes, blocks: VecDeque::new(), programs: VecDeque::new() }
     }
 
-    /// Puts a block in; older ones make room. One that is larger than the room is not kept, nor what
-    /// is before it.
+    /// Puts a block in; older ones make room. One that is larger than the room is not kept, nor
+    /// what is before it.
     pub fn put(&mut self, block: &RecordBlock) {
         let newest = self.programs.back();
         if newest.is_none_or(|newest| !Arc::ptr_eq(&newest.program, &block.program)) {

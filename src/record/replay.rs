@@ -1,9 +1,9 @@
 //! A recording executed again: every section with its state, every scan with its image, every hash
 //! computed anew.
 //!
-//! `cli` replays, verifies and exports; `observe` gets its sections here. The caller makes the engine
-//! of a program, since `record` lies below `load`. A recording from outside may fit no engine: it is
-//! refused, section by section.
+//! `cli` replays, verifies and exports; `observe` gets its sections here. The caller makes the
+//! engine of a program, since `record` lies below `load`. A recording from outside may fit no
+//! engine: it is refused, section by section.
 
 use std::fmt;
 use std::io;
@@ -52,7 +52,7 @@ pub struct Verified {
 /// A scan that was executed again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReplayedScan {
-    /// Complete scans of the process before it.
+    /// Its number; the first of a process is 1.
     pub number: u64,
     /// Its time, ns since 1970 (UTC).
     pub unix_ns: i64,

@@ -1,9 +1,11 @@
 //! What lies in a file of segments: its programs and the heads of its blocks, found by hopping from
 //! block to block; then single blocks, on demand.
 //!
-//! `recording` keeps the index. Nothing is taken whose checksum is wrong. Behind a damaged place the
-//! reader looks for the next whole head; the end of a file that a power cut tore is told from damage.
+//! `recording` keeps the index. Nothing is taken whose checksum is wrong. Behind a damaged place
+//! the reader looks for the next whole head; the end of a file that a power cut tore is told from
+//! damage.
 
+use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
@@ -17,8 +19,8 @@ use super::segment::{
 use super::zip::unpacked;
 use crate::engine::EngineState;
 
-/// The most bytes behind a damaged place in which a whole head is looked for.
-const SEARCH_BYTES_MAX: u64 = 1 << 26;
+/// The bytes that are read at a time behind a damaged place.
+const SEARCH_BYTES: u64 = 1 << 16;
 
 /// The index of a file.
 #[derive(Clone, Debug, Default)]
@@ -64,8 +66,20 @@ pub enum Flaw {
     },
 }
 
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Flaw::Torn { at } => {
+                write!(f, "it ends within a block, at byte {at}, as after a power cut")
+            }
+            Flaw::Damaged { at } => write!(f, "the bytes from {at} on are damaged"),
+            Flaw::Later { version } => write!(f, "a later rungd wrote it (version {version})"),
+        }
+    }
+}
+
 /// A part of a file, by its head.
-enum Part {
+enum HeadedPart {
     Segment { length: u32, sum: u32, version: u32, head_sum: u32 },
     Block(BlockHead, [u32; 2], u32),
 }
@@ -99,7 +113,7 @@ impl<S: Read + Seek> Indexer<'_, S> {
         let mut head = vec![0; rest.min(BLOCK_HEAD_BYTES as u64) as usize];
         read_at(self.source, self.at, &mut head)?;
         match part(&head, self.segment_sum()) {
-            Some(Part::Segment { length, sum, version, head_sum }) => {
+            Some(HeadedPart::Segment { length, sum, version, head_sum }) => {
                 let begin = self.at + SEGMENT_HEAD_BYTES as u64;
                 let end = begin + u64::from(length);
                 if end > self.size {
@@ -118,7 +132,7 @@ impl<S: Read + Seek> Indexer<'_, S> {
                 self.segment = Some((Arc::new(program), head_sum));
                 self.at = end;
             }
-            Some(Part::Block(head, lengths, sum)) => {
+            Some(HeadedPart::Block(head, lengths, sum)) => {
                 let begin = self.at + BLOCK_HEAD_BYTES as u64;
                 let end = begin + lengths.iter().map(|length| u64::from(*length)).sum::<u64>();
                 if end > self.size {
@@ -145,20 +159,27 @@ impl<S: Read + Seek> Indexer<'_, S> {
         Ok(())
     }
 
-    /// Looks for the next whole head.
+    /// Goes to the next whole head.
     fn behind_damage(&mut self, head: &[u8], index: &mut FileIndex) -> io::Result<()> {
-        let rest = (self.size - self.at).min(SEARCH_BYTES_MAX);
-        let mut bytes = vec![0; rest as usize];
-        read_at(self.source, self.at, &mut bytes)?;
-        let sum = self.segment_sum();
-        let found = (1..bytes.len()).find(|at| part(&bytes[*at..], sum).is_some());
+        let (at, is_short) = (self.at, self.size - self.at < whole_head_bytes(head) as u64);
+        let mut only_zeros = head.iter().all(|byte| *byte == 0);
+        let mut from = at + 1;
+        let mut found = None;
+        while found.is_none() && from < self.size {
+            let mut bytes = vec![0; SEARCH_BYTES.min(self.size - from) as usize];
+            read_at(self.source, from, &mut bytes)?;
+            only_zeros &= bytes.iter().all(|byte| *byte == 0);
+            let sum = self.segment_sum();
+            let place = (0..bytes.len()).find(|place| part(&bytes[*place..], sum).is_some());
+            found = place.map(|place| from + place as u64);
+            // A head may lie across the end of these bytes.
+            let is_last = from + bytes.len() as u64 == self.size;
+            from += if is_last { SEARCH_BYTES } else { SEARCH_BYTES - BLOCK_HEAD_BYTES as u64 };
+        }
         // What a power cut leaves: a part of a head, or bytes that were never written.
-        let torn = found.is_none()
-            && (bytes.iter().all(|byte| *byte == 0) || bytes.len() < whole_head_bytes(head));
-        let at = self.at;
-        let flaw = if torn { Flaw::Torn { at } } else { Flaw::Damaged { at } };
-        let go_on_at = found.map_or(self.size, |found| at + found as u64);
-        self.flaw(flaw, go_on_at, index)
+        let is_torn = found.is_none() && (only_zeros || is_short);
+        let flaw = if is_torn { Flaw::Torn { at } } else { Flaw::Damaged { at } };
+        self.flaw(flaw, found.unwrap_or(self.size), index)
     }
 }
 
@@ -170,7 +191,7 @@ fn whole_head_bytes(head: &[u8]) -> usize {
 
 /// The head that bytes begin with, if it is whole: of a segment, or of a block in the segment with
 /// this checksum.
-fn part(bytes: &[u8], segment_sum: Option<u32>) -> Option<Part> {
+fn part(bytes: &[u8], segment_sum: Option<u32>) -> Option<HeadedPart> {
     let mark = bytes.get(..4)?;
     if mark == BLOCK_MARK { block_head(bytes, segment_sum?) } else { segment_head(bytes) }
 }
@@ -183,17 +204,17 @@ fn is_whole(bytes: &[u8], initial: u32) -> bool {
     hasher.finalize().to_le_bytes() == sum
 }
 
-fn segment_head(bytes: &[u8]) -> Option<Part> {
+fn segment_head(bytes: &[u8]) -> Option<HeadedPart> {
     let bytes = bytes.get(..SEGMENT_HEAD_BYTES)?;
     if !bytes.starts_with(MAGIC) || !is_whole(bytes, 0) {
         return None;
     }
     let mut bytes = ByteSource(&bytes[MAGIC.len()..]);
     let (version, length, sum) = (bytes.u32()?, bytes.u32()?, bytes.u32()?);
-    Some(Part::Segment { length, sum, version, head_sum: bytes.u32()? })
+    Some(HeadedPart::Segment { length, sum, version, head_sum: bytes.u32()? })
 }
 
-fn block_head(bytes: &[u8], segment_sum: u32) -> Option<Part> {
+fn block_head(bytes: &[u8], segment_sum: u32) -> Option<HeadedPart> {
     let bytes = bytes.get(..BLOCK_HEAD_BYTES)?;
     if !is_whole(bytes, segment_sum) {
         return None;
@@ -209,7 +230,7 @@ fn block_head(bytes: &[u8], segment_sum: u32) -> Option<Part> {
     let follows = flags & block_flag::FOLLOWS != 0;
     let sum = bytes.u32()?;
     let head = BlockHead { sequence, number, scans, begin_ns, end_ns, follows, end_hash };
-    Some(Part::Block(head, lengths, sum))
+    Some(HeadedPart::Block(head, lengths, sum))
 }
 
 fn read_at(source: &mut (impl Read + Seek), at: u64, into: &mut [u8]) -> io::Result<()> {

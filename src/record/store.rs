@@ -1,9 +1,9 @@
 //! The store: blocks into files of segments, in a folder that keeps its limits.
 //!
 //! The daemon's thread puts every block in, and hears once of a disk that fails, and once of one
-//! that works again. A file is never written behind a failure, nor one of an earlier process: what is
-//! next begins a new file. Only this controller's files are deleted, the oldest first. Deliberately
-//! absent: threads, clocks, the log.
+//! that works again. A file is never written behind a failure, nor one of an earlier process: what
+//! is next begins a new file. Only this controller's files are deleted, the oldest first.
+//! Deliberately absent: threads, clocks, the log.
 
 use std::io;
 use std::sync::Arc;
@@ -72,8 +72,10 @@ pub struct StoreStatus {
 pub struct Store<F> {
     folder: F,
     settings: StoreSettings,
-    /// This controller's files, the oldest first; `None`: not known yet.
-    files: Option<Vec<StoredFile>>,
+    /// This controller's files, the oldest first.
+    files: Vec<StoredFile>,
+    /// Whether `files` is what is in the folder.
+    is_known: bool,
     open: Option<OpenFile>,
     trouble: Option<Trouble>,
     /// How long the store waited after the last failure, and when it worked again.
@@ -117,8 +119,16 @@ fn now_ns(clock: TapeClock) -> u64 {
 impl<F: Folder> Store<F> {
     /// A store in a folder. Nothing is touched before the first block.
     pub fn new(folder: F, settings: StoreSettings) -> Store<F> {
-        let (files, open, trouble) = (None, None, None);
-        Store { folder, settings, files, open, trouble, last_trouble: (0, 0), lost_blocks: 0 }
+        Store {
+            folder,
+            settings,
+            files: Vec::new(),
+            is_known: false,
+            open: None,
+            trouble: None,
+            last_trouble: (0, 0),
+            lost_blocks: 0,
+        }
     }
 
     /// Writes a block.
@@ -167,11 +177,10 @@ impl<F: Folder> Store<F> {
 
     /// The state.
     pub fn status(&self) -> StoreStatus {
-        let files = self.files.as_deref().unwrap_or_default();
         StoreStatus {
-            files: files.len(),
-            bytes: files.iter().map(|file| file.bytes).sum(),
-            begun_ns: files.first().map(|file| file.begun_ns),
+            files: self.files.len(),
+            bytes: self.files.iter().map(|file| file.bytes).sum(),
+            begun_ns: self.files.first().map(|file| file.begun_ns),
             trouble: self.trouble.as_ref().map(|trouble| trouble.error.clone()),
             lost_blocks: self.lost_blocks,
         }
@@ -185,8 +194,10 @@ impl<F: Folder> Store<F> {
 
     fn fail(&mut self, error: io::Error, now_ns: u64) -> Option<StoreNews> {
         self.folder.close();
+        self.is_known = false;
+        // A file in which there is nothing whole goes, if that is possible.
         if let Some(open) = self.open.take().filter(|open| open.sequence.is_none()) {
-            self.forget(&open.name);
+            let _ = self.folder.remove(&open.name);
         }
         let before = self.trouble.take();
         let (first, longest) = PAUSES_NS;
@@ -202,13 +213,6 @@ impl<F: Folder> Store<F> {
         let lost_before = before.as_ref().map_or(self.lost_blocks, |before| before.lost_before);
         self.trouble = Some(Trouble { error: error.to_string(), lost_before, retry_ns, pause_ns });
         before.is_none().then_some(StoreNews::Stopped(error))
-    }
-
-    /// Deletes a file in which there is nothing whole, if that is possible.
-    fn forget(&mut self, name: &str) {
-        if self.folder.remove(name).is_ok() {
-            self.files.iter_mut().for_each(|files| files.retain(|file| file.name != name));
-        }
     }
 
     /// Writes a block; false if it cannot be used, since a base image is missing.
@@ -268,23 +272,24 @@ impl<F: Folder> Store<F> {
 
     /// Looks which files there are.
     fn look(&mut self) -> io::Result<()> {
-        if self.files.is_none() {
-            let mut files = Vec::new();
-            for (name, bytes) in self.folder.list()? {
-                if let Some(begun_ns) = begun_ns(&self.settings.controller, &name) {
-                    files.push(StoredFile { name, begun_ns, bytes });
-                }
-            }
-            files.sort_by_key(|file| file.begun_ns);
-            self.files = Some(files);
+        if self.is_known {
+            return Ok(());
         }
+        self.files.clear();
+        for (name, bytes) in self.folder.list()? {
+            if let Some(begun_ns) = begun_ns(&self.settings.controller, &name) {
+                self.files.push(StoredFile { name, begun_ns, bytes });
+            }
+        }
+        self.files.sort_by_key(|file| file.begun_ns);
+        self.is_known = true;
         Ok(())
     }
 
-    /// Deletes the oldest files, until so many bytes more are within the limits; false if they never
-    /// are.
+    /// Deletes the oldest files, until so many bytes more are within the limits; false if they
+    /// never are.
     fn make_room(&mut self, bytes: u64, clock: TapeClock) -> io::Result<bool> {
-        let Some(files) = &mut self.files else { return Ok(false) };
+        let files = &mut self.files;
         let open = self.open.as_ref().map(|open| &open.name);
         let open_bytes = self.open.as_ref().map_or(0, |open| open.bytes);
         if open_bytes.saturating_add(bytes) > self.settings.bytes_max {
@@ -312,35 +317,33 @@ impl<F: Folder> Store<F> {
     /// Begins a file.
     fn begin(&mut self, block: &RecordBlock, clock: TapeClock) -> io::Result<()> {
         let now_ns = now_ns(clock);
-        let Some(files) = &mut self.files else { return Ok(()) };
+        let files = &mut self.files;
         let mut begun_ns = clock.unix_ns.max(0);
         while files.iter().any(|file| file.begun_ns / 1000 == begun_ns / 1000) {
             begun_ns += 1000;
         }
         let name = file_name(&self.settings.controller, begun_ns);
-        match self.folder.create(&name) {
-            // Of another process: it is left alone, and looked for anew.
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                self.files = None;
-                return Err(error);
-            }
-            created => {
-                files.push(StoredFile { name: name.clone(), begun_ns, bytes: 0 });
-                files.sort_by_key(|file| file.begun_ns);
-                self.open = Some(OpenFile {
-                    name,
-                    program: block.program.clone(),
-                    segment_sum: SegmentStart::new(&block.program).sum,
-                    begun_ns: now_ns,
-                    base_ns: now_ns,
-                    synced_ns: now_ns,
-                    is_synced: true,
-                    bytes: 0,
-                    sequence: None,
-                });
-                created
-            }
+        let created = self.folder.create(&name);
+        if let Err(error) = &created
+            && error.kind() == io::ErrorKind::AlreadyExists
+        {
+            // Of another process: it is left alone.
+            return created;
         }
+        files.push(StoredFile { name: name.clone(), begun_ns, bytes: 0 });
+        files.sort_by_key(|file| file.begun_ns);
+        self.open = Some(OpenFile {
+            name,
+            program: block.program.clone(),
+            segment_sum: SegmentStart::new(&block.program).sum,
+            begun_ns: now_ns,
+            base_ns: now_ns,
+            synced_ns: now_ns,
+            is_synced: true,
+            bytes: 0,
+            sequence: None,
+        });
+        created
     }
 
     fn append(&mut self, bytes: &[u8], sequence: u64) -> io::Result<()> {
@@ -351,8 +354,10 @@ impl<F: Folder> Store<F> {
         }?;
         open.bytes += written as u64;
         open.is_synced = false;
-        let files = self.files.iter_mut().flatten();
-        files.filter(|file| file.name == open.name).for_each(|file| file.bytes = open.bytes);
+        self.files
+            .iter_mut()
+            .filter(|file| file.name == open.name)
+            .for_each(|file| file.bytes = open.bytes);
         if written < bytes.len() {
             return Err(io::ErrorKind::StorageFull.into());
         }

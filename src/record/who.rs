@@ -1,7 +1,7 @@
 //! Who stands behind an origin, until a section has it.
 //!
-//! `recorder` asks when a section ends. A note may come before its entry or after it: one that comes
-//! after is written with the next section.
+//! `recorder` asks when a section ends. A note may come before its entry or after it: one that
+//! comes after is written with the next section.
 
 use std::collections::{HashSet, VecDeque};
 

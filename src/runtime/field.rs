@@ -18,7 +18,7 @@ use super::latest::{InputReader, LatestInput, latest};
 use super::local::{LocalEnd, LocalSide};
 use super::machine::{Machine, Origin};
 use super::record::{DeviceEdge, RecordEvent};
-use super::wiring::Wiring;
+use super::wiring::{Wiring, WiringTarget};
 
 /// Both ends of a device's exchange that the world holds.
 pub struct Ends {
@@ -35,6 +35,8 @@ pub(super) struct Field {
     safe: Vec<Safe>,
     /// The cell of Y0.
     first_output: usize,
+    /// The inputs that devices have read at least once, 64 to a word: they move them at every scan.
+    moved: Box<[u64]>,
 }
 
 struct WiredDevice {
@@ -73,7 +75,10 @@ pub(super) fn field(
     now_ns: u64,
 ) -> (Field, Vec<Ends>) {
     let (devices, ends) = wirings.iter().map(|wiring| device(wiring, now_ns)).unzip();
-    (Field { devices, safe, first_output }, ends)
+    let inputs = wirings.iter().flat_map(|wiring| &wiring.inputs).filter_map(WiringTarget::input);
+    let words = inputs.max().map_or(0, |last| last / 64 + 1) as usize;
+    let moved = vec![0; words].into();
+    (Field { devices, safe, first_output, moved }, ends)
 }
 
 fn device(wiring: &Wiring, now_ns: u64) -> (WiredDevice, Ends) {
@@ -102,7 +107,8 @@ impl Field {
         (now_ns, scan): (u64, u64),
         mut tell: impl FnMut(RecordEvent),
     ) {
-        for (at, device) in self.devices.iter_mut().enumerate() {
+        let Field { devices, moved, .. } = self;
+        for (at, device) in devices.iter_mut().enumerate() {
             let Freshness { stale, troubled } = device.take(now_ns);
             let ok = device.has_exchanged && !stale && !troubled;
             machine.comes_from(Origin::Device(at as u32));
@@ -112,8 +118,13 @@ impl Field {
             if let Some(edge) = device.state.step(Sighting { exchanged, stale, now_ns, scan }) {
                 tell(RecordEvent::Device { device: at as u32, edge });
             }
-            device.move_inputs(machine, now_ns);
+            device.move_inputs(machine, now_ns, moved);
         }
+    }
+
+    /// The inputs that devices move at every scan, 64 to a word; the rest is without a device.
+    pub fn moved(&self) -> &[u64] {
+        &self.moved
     }
 
     /// Whether there is a local device.
@@ -136,7 +147,7 @@ impl Field {
     /// RUN is over: local outputs go to their safe values. A held output takes its value from
     /// `image`; without one it stays as it is.
     pub fn make_safe(&mut self, image: Option<(&[u8], &[i32])>) {
-        let Field { devices, safe, first_output } = self;
+        let Field { devices, safe, first_output, .. } = self;
         for device in devices {
             if let Some(local) = &mut device.local
                 && !local.write_safe(safe, image, *first_output)
@@ -148,7 +159,7 @@ impl Field {
 
     /// A tick outside RUN: inputs do not move; a local device that arrives is made safe.
     pub fn tick(&mut self, image: Option<(&[u8], &[i32])>) {
-        let Field { devices, safe, first_output } = self;
+        let Field { devices, safe, first_output, .. } = self;
         for device in devices {
             if let Some(local) = &mut device.local
                 && local.arrive()
@@ -205,7 +216,13 @@ impl WiredDevice {
 
     /// Moves every input that was read at least once, by its own age; the others keep their tags'
     /// `initial`.
-    fn move_inputs<M: Machine>(&self, machine: &mut M, now_ns: u64) {
+    fn move_inputs<M: Machine>(&self, machine: &mut M, now_ns: u64, moved: &mut [u64]) {
+        let mut receive = |target: &WiringTarget, value: i32| {
+            target.receive(machine, value);
+            if let Some(x) = target.input() {
+                moved[x as usize / 64] |= 1 << (x % 64);
+            }
+        };
         let targets = self.wiring.inputs.iter();
         let is_zero = |read_ns| self.wiring.zero_on_loss && self.is_lost(read_ns, now_ns);
         if let Some(local) = &self.local {
@@ -213,15 +230,15 @@ impl WiredDevice {
             let is_zero = is_zero(read_ns);
             let inputs = local.inputs().iter().filter(|_| read_ns > 0);
             for (target, value) in targets.zip(inputs) {
-                target.receive(machine, if is_zero { target.held(0) } else { *value });
+                receive(target, if is_zero { target.held(0) } else { *value });
             }
             return;
         }
         for (target, LatestInput { value, read_ns }) in targets.zip(self.images.inputs()) {
             match read_ns {
                 0 => {}
-                _ if is_zero(read_ns) => target.receive(machine, target.held(0)),
-                _ => target.receive(machine, value),
+                _ if is_zero(read_ns) => receive(target, target.held(0)),
+                _ => receive(target, value),
             }
         }
     }

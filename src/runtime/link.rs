@@ -190,14 +190,18 @@ impl ScanSide {
         self.port.set_tempo(tempo);
     }
 
-    /// All inputs with their latest values.
-    pub fn inputs(&self) -> impl Iterator<Item = (u32, bool)> + '_ {
+    /// Visits the inputs with their latest values, except those of a mask, 64 to a word.
+    pub fn inputs_but(&self, mask: &[u64], mut visit: impl FnMut(u32, bool)) {
         let count = self.port.shared.input_count;
-        self.port.shared.inputs.iter().enumerate().flat_map(move |(at, word)| {
-            let word = word.load(Ordering::Relaxed);
+        for (at, word) in self.port.shared.inputs.iter().enumerate() {
+            let (word, masked) = (word.load(Ordering::Relaxed), mask.get(at).copied().unwrap_or(0));
             let first = at as u32 * 64;
-            (0..64.min(count - first)).map(move |bit| (first + bit, word >> bit & 1 != 0))
-        })
+            for bit in 0..64.min(count - first) {
+                if masked >> bit & 1 == 0 {
+                    visit(first + bit, word >> bit & 1 != 0);
+                }
+            }
+        }
     }
 
     /// The next batch with its writes, if there are at most `writes_left`. [`ScanSide::answer`]

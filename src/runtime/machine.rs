@@ -58,7 +58,7 @@ pub trait Machine {
 /// The start of a scan: step 1.
 #[derive(Clone, Copy, Debug)]
 pub struct ScanStart {
-    /// Complete scans before it, since the process started.
+    /// Its number, as the log tells it: the first of a process is 1.
     pub number: u64,
     /// Its timestamp, monotonic.
     pub now_ns: u64,

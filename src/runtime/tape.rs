@@ -34,8 +34,8 @@ pub enum TapeEntry {
     Call(EngineCall),
     /// Where the writes, forces and releases come from that follow, until the next scan begins.
     Origin(Origin),
-    /// The number of the scan that begins next (complete scans since the process started), where
-    /// it is not one more than that of the scan before.
+    /// The number of the scan that begins next (the first of a process is 1), where it is not one
+    /// more than that of the scan before.
     Number(u64),
     /// The controller enters a mode.
     Mode(Mode),
@@ -48,7 +48,7 @@ pub enum TapeEntry {
     State {
         /// The number of its program.
         generation: u32,
-        /// The number of the next scan: complete scans since the process started.
+        /// The number of the next scan; the first of a process is 1.
         number: u64,
         /// The mode.
         mode: Mode,

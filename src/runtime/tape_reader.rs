@@ -36,7 +36,7 @@ pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
     }
     let _ = state_in.push(Handed::State(Box::new(EngineState::of(&engine))));
     let mode = Mode::Stop(StopReason::NotStarted);
-    let _ = entry_in.push(TapeEntry::State { generation: 0, number: 0, mode });
+    let _ = entry_in.push(TapeEntry::State { generation: 0, number: 1, mode });
     let tape = Tape {
         entries: entry_in,
         states: state_in,
@@ -46,7 +46,7 @@ pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
         lost: 0,
         needs_state: false,
         next_state_ns: 0,
-        number: 0,
+        number: 1,
         generation: 0,
         mode,
         origin: (Origin::Inputs, false),

@@ -26,7 +26,7 @@ pub struct TapeSection {
 pub struct SectionStart {
     /// The number of its program: one more with every reload.
     pub generation: u32,
-    /// The number of the next scan: complete scans since the process started.
+    /// The number of the next scan; the first of a process is 1.
     pub number: u64,
     /// The mode.
     pub mode: Mode,

@@ -56,6 +56,14 @@ pub struct Wiring {
 }
 
 impl WiringTarget {
+    /// The input that it is, by its number.
+    pub(super) fn input(&self) -> Option<u32> {
+        match *self {
+            WiringTarget::Input(x) => Some(x),
+            WiringTarget::Bit(_) | WiringTarget::Word { .. } => None,
+        }
+    }
+
     pub(super) fn receive<M: Machine>(&self, machine: &mut M, value: i32) {
         match *self {
             WiringTarget::Input(x) => machine.set_input(x, value != 0),

@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
 #[rustfmt::skip]
-const ORDER: [&str; 22] = [
-    "main", "cli", "daemon", "operator", "load", "controller", "io", "say", "retain", "runtime",
+const ORDER: [&str; 24] = [
+    "main", "cli", "daemon", "operator", "load", "record", "observe", "controller", "io", "say",
+    "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "source", "engine", "isa", "events",
     "calendar", "progress", "faults",
 ];

@@ -44,7 +44,14 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
     (
         "Action",
         "Adding an instruction",
-        &["src/resolve/instruction.rs", "src/check/context.rs", "src/lower/instructions.rs"],
+        &[
+            "src/resolve/instruction.rs",
+            "src/check/context.rs",
+            "src/lower/instructions.rs",
+            "src/observe/decide.rs",
+            "src/observe/idle.rs",
+            "src/observe/operands.rs",
+        ],
     ),
     ("DriverSettings", "Adding a driver", &["src/daemon/devices.rs", "src/daemon/config.rs"]),
     ("Command", "Adding a command", &["src/cli/mod.rs"]),

@@ -30,7 +30,10 @@ fn bytes_that_are_no_section_are_refused_without_harm() {
                     bytes[at] = numbers.below(256) as u8;
                 }
             }
-            let _ = SectionBody::read(&bytes);
+            // What can be read is something that could have been written.
+            if let Some(section) = SectionBody::read(&bytes) {
+                assert_eq!(SectionBody::read(&section.write()), Some(section));
+            }
         }
         let bytes: Vec<u8> = (0..numbers.below(300)).map(|_| numbers.below(256) as u8).collect();
         let _ = SectionBody::read(&bytes);
@@ -115,6 +118,19 @@ fn a_flipped_bit_costs_a_block_and_nothing_is_misread() {
         for (sequence, section) in &found {
             assert_eq!(section, &sections[*sequence as usize], "bit {at}");
         }
+    }
+}
+
+#[test]
+fn a_whole_head_is_found_however_far_behind_damage_it_lies() {
+    let (bytes, sections) = recording();
+    for gap in [1, 75, 76, 77, 65_000, 65_460, 65_461, 65_535, 65_536, 65_537, 70_000, 131_000] {
+        let mut other = bytes.clone();
+        other.extend(vec![b'B'; gap]);
+        other.extend_from_slice(&bytes);
+        let (found, flaws) = found(&other);
+        assert_eq!((found.len(), flaws), (12, vec![Flaw::Damaged { at: bytes.len() as u64 }]));
+        assert_eq!(found[6].1, sections[0]);
     }
 }
 

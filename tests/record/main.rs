@@ -3,8 +3,11 @@
 
 mod bytes;
 mod drawn;
+mod folder;
+mod format;
 mod replayed;
 mod size;
+mod stored;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code, unused_imports)]

@@ -112,4 +112,23 @@ impl Tape {
     pub fn why(&self, name: &str) -> String {
         self.answer(name, At::Now).text()
     }
+
+    pub fn write(&mut self, cell: Cell, value: i32) {
+        self.call(EngineCall::Write(cell, value));
+    }
+
+    pub fn execute(&mut self) {
+        self.call(EngineCall::Execute);
+    }
+
+    pub fn force(&mut self, name: &str, value: i32, who: &str) {
+        self.from(Origin::Command(crate::runtime::command::CommandId(1)), who);
+        let cell = self.cell(name);
+        self.call(EngineCall::Force(cell, value));
+    }
+
+    pub fn release(&mut self, name: &str) {
+        let cell = self.cell(name);
+        self.call(EngineCall::Release(cell));
+    }
 }

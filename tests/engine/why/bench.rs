@@ -42,13 +42,26 @@ fn section(engine: &Engine, number: u64, running: bool) -> TapeSection {
     }
 }
 
-struct Recorder {
+/// An engine, and all calls that it got.
+pub struct Recorder {
     engine: Engine,
-    sections: Vec<TapeSection>,
+    pub sections: Vec<TapeSection>,
 }
 
 impl Recorder {
-    fn call(&mut self, call: EngineCall) {
+    /// Before its start.
+    pub fn new(engine: Engine) -> Recorder {
+        let sections = vec![section(&engine, 0, false)];
+        Recorder { engine, sections }
+    }
+
+    /// A new section begins, before a scan.
+    pub fn cut(&mut self, scan: u64) {
+        let next = section(&self.engine, scan, true);
+        self.sections.push(next);
+    }
+
+    pub fn call(&mut self, call: EngineCall) {
         self.engine.apply(call);
         self.sections.last_mut().expect("a section").entries.push(TapeEntry::Call(call));
     }
@@ -62,9 +75,7 @@ impl Bench {
         let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
         let program = Arc::new(program.unwrap_or_else(|| panic!("seed {seed}: {findings:?}")));
         let subject = Subject::new(Arc::clone(&program), vec![file]);
-        let engine = Engine::new(lower(&program).0);
-        let sections = vec![section(&engine, 0, false)];
-        let mut recorder = Recorder { engine, sections };
+        let mut recorder = Recorder::new(Engine::new(lower(&program).0));
         let mut rng = Rng::new(seed ^ 0x7461_7065);
         recorder.call(EngineCall::Start { now_ns: 0 });
         let scans = run(&case, &subject, &mut recorder, &mut rng);
@@ -85,8 +96,7 @@ fn run(case: &Case, subject: &Subject, recorder: &mut Recorder, rng: &mut Rng) -
     let length = 1 + rng.below(20) as i64;
     for scan in 0..case.scans {
         if scan > 0 && scan % length == 0 {
-            let next = section(&recorder.engine, scan as u64, true);
-            recorder.sections.push(next);
+            recorder.cut(scan as u64);
         }
         if case.stop && scan + 1 == case.scans {
             recorder.call(EngineCall::RequestStop);

@@ -31,8 +31,9 @@ impl<'t> Reader<'t> {
 
     /// Reads the contacts that stand at a place.
     pub fn read(&mut self, start: usize, end: usize) -> Tree {
-        // The place of contacts in parentheses includes them.
-        (self.at, self.end) = (start, end);
+        // A place does not include the parentheses around its first contact: read the whole string.
+        self.at = self.text[..start].rfind('"').map_or(start, |quote| quote + 1);
+        self.end = self.text[end..].find('"').map_or(end, |quote| end + quote);
         self.any()
     }
 

@@ -7,6 +7,8 @@
 
 mod bench;
 mod contacts;
+mod page;
+mod speed;
 mod trace;
 mod verdict;
 

@@ -107,6 +107,10 @@ fn node(bench: &Bench, of: &Node, rng: &mut Rng) -> Result<(), String> {
         Cause::Pass { stop: Stop::Bit(of), .. } | Cause::Turn { running: Some(of), .. } => {
             node(bench, of, rng)?;
         }
+        Cause::Pass { stop: Stop::Again(_, Some(of)), .. }
+        | Cause::Turn { restart: Some(of), .. } => {
+            of.legs.iter().try_for_each(|leg| check_leg(bench, leg, rng))?;
+        }
         _ => {}
     }
     for idle in &of.idle {

@@ -229,9 +229,7 @@ impl Scanner {
     fn one_scan(&mut self, number: u64, bits: &mut [u8], words: &mut [i32]) {
         let layout = self.layout.clone();
         let input = |x| layout.bit(Bit::Space(BitSpace::X, x)).0 as usize;
-        for (x, on) in self.scan.inputs() {
-            bits[input(x)] = u8::from(on);
-        }
+        self.scan.inputs_but(&[], |x, on| bits[input(x)] = u8::from(on));
         while let Some((_, writes)) = self.scan.next_batch(usize::MAX) {
             for write in writes {
                 match *write {

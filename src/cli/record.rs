@@ -1,0 +1,253 @@
+//! `rungd record`: lists, verifies and cuts recordings, and writes out the program in one.
+//!
+//! `replay` executes a recording and traces it; `record_test` makes a test of one.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use clap::{Args, Subcommand};
+
+use super::exit::Exit;
+use super::operator::OperatorArgs;
+use super::recording::{self, Stretch, stretches};
+use super::terminal::{one_line, plain_json, print, say_line};
+use super::when::{LocalClock, When};
+use crate::record::{Recording, Verified};
+
+/// Lists, verifies and cuts recordings of the scan log
+#[derive(Args, Debug)]
+pub struct RecordArgs {
+    #[command(subcommand)]
+    what: RecordCommand,
+}
+
+#[derive(Subcommand, Debug)]
+enum RecordCommand {
+    /// Lists what is recorded: from when to when, which scans, which program, and the gaps
+    List {
+        #[command(flatten)]
+        of: Source,
+    },
+    /// Executes a recording again, and compares every hash in it
+    Verify {
+        #[command(flatten)]
+        of: Source,
+    },
+    /// Writes a part of a recording as a file of its own
+    Cut {
+        #[command(flatten)]
+        of: Source,
+        #[command(flatten)]
+        part: Part,
+        /// The file to write
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Writes out the files of the program that is recorded
+    Files {
+        #[command(flatten)]
+        of: Source,
+        /// The program of this time (default: the newest)
+        #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
+        at: Option<When>,
+        /// The folder to write them into; it is made
+        #[arg(short, long, value_name = "DIR")]
+        output: PathBuf,
+    },
+}
+
+/// Where a recording comes from.
+#[derive(Args, Clone, Debug)]
+pub struct Source {
+    /// A recording: a file, or a folder as `[record] dir` names it (default: the last minute of the
+    /// running controller)
+    #[arg(value_name = "RECORDING")]
+    pub path: Option<PathBuf>,
+    #[command(flatten)]
+    pub at: OperatorArgs,
+}
+
+/// A part of a recording.
+#[derive(Args, Clone, Debug)]
+pub struct Part {
+    /// From this time or scan on: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
+    pub from: Option<When>,
+    /// Until this time or scan
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
+    pub to: Option<When>,
+}
+
+/// Lists, verifies, cuts.
+///
+/// # Errors
+/// The recording cannot be read, or the output cannot be written.
+pub fn record(args: &RecordArgs) -> Result<Exit> {
+    let (RecordCommand::List { of }
+    | RecordCommand::Verify { of }
+    | RecordCommand::Cut { of, .. }
+    | RecordCommand::Files { of, .. }) = &args.what;
+    let recording = match recording::of(of.path.as_ref(), &of.at)? {
+        Ok(recording) => recording,
+        Err(exit) => return Ok(exit),
+    };
+    tell_flaws(&recording);
+    match &args.what {
+        RecordCommand::List { of } => list(&recording, of.at.json),
+        RecordCommand::Verify { of } => verify(recording, of.at.json),
+        RecordCommand::Cut { part, output, .. } => cut(&recording, part, output),
+        RecordCommand::Files { at, output, .. } => files(&recording, at.as_ref(), output),
+    }
+}
+
+/// Says what is wrong with the files of a recording.
+fn tell_flaws(recording: &Recording) {
+    for (path, flaw) in &recording.flaws {
+        say_line(&format!("rungd: {}: {flaw}", path.display()));
+    }
+}
+
+fn list(recording: &Recording, json: bool) -> Result<Exit> {
+    let all = stretches(recording);
+    if json {
+        let all: Vec<_> = all.iter().map(|stretch| stretch_json(recording, stretch)).collect();
+        print(&format!("{}\n", plain_json(&serde_json::json!({ "stretches": all }).to_string())))?;
+        return Ok(Exit::Ok);
+    }
+    let clock = LocalClock::here();
+    if all.is_empty() {
+        print("nothing is recorded\n")?;
+    }
+    for stretch in &all {
+        print(&stretch_text(recording, stretch, &clock))?;
+    }
+    Ok(Exit::Ok)
+}
+
+fn stretch_text(recording: &Recording, stretch: &Stretch, clock: &LocalClock) -> String {
+    let program = recording.program(stretch.sections.start);
+    let (begin, end) = (clock.text(stretch.begin_ns), clock.time_text(stretch.end_ns));
+    let name = program.files.first().map_or("", |file| file.name.as_str());
+    let hash = program.hash.get(..12).unwrap_or_default();
+    let mut text = String::new();
+    if let Some(gap) = stretch.gap(recording) {
+        text += &format!("  -- {gap}\n");
+    }
+    text += &format!(
+        "{begin} to {end}  scans {} to {}  {} {hash} ({})\n",
+        stretch.first_scan,
+        stretch.last_scan,
+        one_line(name),
+        one_line(&program.source)
+    );
+    text
+}
+
+fn stretch_json(recording: &Recording, stretch: &Stretch) -> serde_json::Value {
+    let program = recording.program(stretch.sections.start);
+    serde_json::json!({
+        "begin_unix_ns": stretch.begin_ns,
+        "end_unix_ns": stretch.end_ns,
+        "first_scan": stretch.first_scan,
+        "last_scan": stretch.last_scan,
+        "sections": stretch.sections.len(),
+        "gap_before": stretch.gap(recording),
+        "version": program.version,
+        "generation": program.generation,
+        "source": program.source,
+        "sha256": program.hash,
+        "files": program.files.iter().map(|file| &file.name).collect::<Vec<_>>(),
+    })
+}
+
+fn verify(recording: Recording, json: bool) -> Result<Exit> {
+    let count = recording.count();
+    let mut run = recording::run_of(recording);
+    let verified = run.verify(0..count);
+    if json {
+        let json = serde_json::json!({
+            "scans": verified.scans,
+            "sections": verified.sections,
+            "compared": verified.compared,
+            "gaps": verified.gaps,
+            "unreplayable": verified.unreplayable,
+            "first_difference": verified.first_difference,
+        });
+        print(&format!("{json}\n"))?;
+    } else {
+        print(&verdict(run.recording(), &verified))?;
+    }
+    let is_proven = verified.first_difference.is_none() && verified.unreplayable == 0;
+    Ok(if is_proven { Exit::Ok } else { Exit::Refused })
+}
+
+/// The outcome of a verification in words.
+fn verdict(recording: &Recording, verified: &Verified) -> String {
+    let Verified { scans, sections, compared, gaps, unreplayable, first_difference } = *verified;
+    let mut text = format!("{scans} scans in {sections} sections were executed again: ");
+    text += &match first_difference {
+        None => format!("all {compared} hashes are equal\n"),
+        Some(at) => {
+            let begin = LocalClock::here().text(recording.head(at).begin_ns);
+            format!("from {begin} on memory is not as it was recorded\n")
+        }
+    };
+    if gaps > 0 {
+        text += &format!("{gaps} gaps: `rungd record list` shows them\n");
+    }
+    if unreplayable > 0 {
+        text += &format!("{unreplayable} sections cannot be executed\n");
+    }
+    text
+}
+
+fn cut(recording: &Recording, part: &Part, output: &Path) -> Result<Exit> {
+    let sections = sections(recording, part)?;
+    let file = File::create(output).with_context(|| output.display().to_string())?;
+    let mut file = BufWriter::new(file);
+    recording.cut(sections, &mut file).with_context(|| output.display().to_string())?;
+    file.flush().with_context(|| output.display().to_string())?;
+    Ok(Exit::Ok)
+}
+
+/// The sections of a part of a recording, at least one.
+///
+/// # Errors
+/// The part is empty.
+pub(super) fn sections(recording: &Recording, part: &Part) -> Result<Range<usize>> {
+    let Some(span) = recording::span(recording) else { bail!("the recording is empty") };
+    let clock = LocalClock::here();
+    let place = |when: &When| recording::section_at(recording, when.find(&clock, span.clone()));
+    let first = part.from.as_ref().map_or(0, |when| place(when).unwrap_or(0));
+    let last = recording.count() - 1;
+    let end = part.to.as_ref().map_or(Some(last), place);
+    match end {
+        Some(end) if first <= end => Ok(first..end + 1),
+        Some(_) | None => {
+            let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
+            bail!("nothing is recorded then: the recording is of {begin} to {end}")
+        }
+    }
+}
+
+fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit> {
+    let part = Part { from: None, to: at.cloned() };
+    let sections = sections(recording, &part)?;
+    let program = recording.program(sections.end - 1);
+    fs::create_dir_all(output).with_context(|| output.display().to_string())?;
+    for file in &program.files {
+        // Names come from a file: none leads out of the folder.
+        let name = Path::new(&file.name).file_name().unwrap_or_default();
+        let name = name.to_string_lossy().replace(':', "-");
+        let path = output.join(&name);
+        if path.exists() {
+            bail!("{} is there already: name a folder without it", path.display());
+        }
+        fs::write(&path, &file.text).with_context(|| path.display().to_string())?;
+        print(&format!("{}\n", one_line(&path.display().to_string())))?;
+    }
+    Ok(Exit::Ok)
+}

@@ -1,0 +1,495 @@
+//! What wrote: instructions by their rule, inputs, writes, devices, forces, memory.
+
+use expect_test::{Expect, expect};
+
+use super::tape::{Tape, tape};
+use crate::observe::At;
+use crate::runtime::Origin;
+use crate::runtime::command::CommandId;
+use crate::runtime::exchange::Ticket;
+
+fn check(plc: &Tape, name: &str, expected: Expect) {
+    expected.assert_eq(&plc.why(name));
+}
+
+fn rung(when: &str, text: &str) -> Tape {
+    tape(&format!("[[program.rung]]\nwhen = [{when}]\ndo = [{text}]\n"))
+}
+
+#[test]
+fn an_out_is_written_in_every_scan() {
+    let mut plc = rung(r#""X0", "!X1 | X2", "X3""#, r#""OUT Y0""#);
+    plc.scan(&[("X1", 1)]);
+    plc.scans(25);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is OFF
+          OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
+            the rung is OFF, because
+              X0 is OFF
+                nothing wrote it: a cold start's value
+              also: X1 is ON
+                the input turned it ON 250 ms ago, in scan 0
+              also: X2 is OFF
+                nothing wrote it: a cold start's value
+              also: X3 is OFF
+                nothing wrote it: a cold start's value
+        X0 ON and X1 OFF and X3 ON would turn it ON in the next scan
+    "#]],
+    );
+    plc.scan(&[("X0", 1), ("X2", 1), ("X3", 1)]);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is ON
+          OUT Y0 turned it ON in this scan: Main, rung 1, case.toml:5
+            the rung is ON, because
+              X0 is ON
+                the input turned it ON in this scan
+              X2 is ON
+                the input turned it ON in this scan
+              X3 is ON
+                the input turned it ON in this scan
+        X0 OFF would turn it OFF in the next scan
+    "#]],
+    );
+}
+
+#[test]
+fn a_set_is_told_after_it_acted_and_before() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        name = "on"
+        when = ["X0"]
+        do = ["SET C0"]
+        [[program.rung]]
+        name = "off"
+        when = ["X1"]
+        do = ["RST C0"]
+        "#,
+    );
+    plc.scans(3);
+    check(
+        &plc,
+        "C0",
+        expect![[r#"
+        C0 is OFF
+          nothing wrote it: a cold start's value
+          SET C0 leaves it so: Main, rung on, case.toml:7
+            the rung is OFF, because
+              X0 is OFF
+                nothing wrote it: a cold start's value
+        X0 ON would turn it ON in the next scan
+    "#]],
+    );
+    plc.scan(&[("X0", 1)]);
+    plc.scan(&[("X0", 0)]);
+    plc.scans(30);
+    check(
+        &plc,
+        "C0",
+        expect![[r#"
+        C0 is ON
+          SET C0 turned it ON 310 ms ago, in scan 3: Main, rung on, case.toml:7
+            the rung is ON, because
+              X0 is ON
+                the input turned it ON 310 ms ago, in scan 3
+          RST C0 leaves it so: Main, rung off, case.toml:11
+            the rung is OFF, because
+              X1 is OFF
+                nothing wrote it: a cold start's value
+        X1 ON would turn it OFF in the next scan
+    "#]],
+    );
+}
+
+#[test]
+fn two_writes_in_one_scan_that_leave_the_value_are_found() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        when = ["X0"]
+        do = ["RST C0"]
+        [[program.rung]]
+        when = ["X0"]
+        do = ["SET C0"]
+        [[program.rung]]
+        when = ["C1"]
+        do = ["SET C0"]
+        "#,
+    );
+    plc.scan(&[("C1", 1)]);
+    plc.scan(&[("C1", 0)]);
+    plc.scans(15);
+    plc.scan(&[("X0", 1)]);
+    plc.scan(&[("X0", 0)]);
+    plc.scans(15);
+    check(
+        &plc,
+        "C0",
+        expect![[r#"
+        C0 is ON
+          SET C0 turned it ON 160 ms ago, in scan 17: Main, rung 2, case.toml:9
+            the rung is ON, because
+              X0 is ON
+                the input turned it ON 160 ms ago, in scan 17
+          RST C0 leaves it so: Main, rung 1, case.toml:6
+            the rung is OFF, because
+              X0 is OFF
+                the input turned it OFF 150 ms ago, in scan 18
+        no input alone would turn it OFF in the next scan (3 tried)
+    "#]],
+    );
+}
+
+#[test]
+fn a_counter_says_when_it_counted_and_was_reset() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        leg.up = ["X0"]
+        leg.rst = ["X1"]
+        do = ["CNT CT0 preset=3"]
+        "#,
+    );
+    plc.scan(&[("X1", 1)]);
+    plc.scan(&[("X1", 0)]);
+    plc.scans(4);
+    plc.scan(&[("X0", 1)]);
+    plc.scans(20);
+    check(
+        &plc,
+        "CT0.Done",
+        expect![[r#"
+        CT0.Done is OFF
+          CNT CT0 preset=3 wrote it in this scan: Main, rung 1, case.toml:7
+          1 of 3, last counted 200 ms ago, in scan 6, last reset 260 ms ago, in scan 0
+            up is ON, because
+              X0 is ON
+                the input turned it ON 200 ms ago, in scan 6
+            rst is OFF, because
+              X1 is OFF
+                the input turned it OFF 250 ms ago, in scan 1
+        no input alone would turn it ON in the next scan (4 tried)
+    "#]],
+    );
+}
+
+#[test]
+fn a_timer_says_its_time_and_since_when_it_runs() {
+    let mut plc = rung(r#""X0""#, r#""TMR T0 preset=2s""#);
+    plc.scans(3);
+    plc.scan(&[("X0", 1)]);
+    plc.scans(120);
+    check(
+        &plc,
+        "T0.Done",
+        expect![[r#"
+        T0.Done is OFF
+          TMR T0 preset=2s wrote it in this scan: Main, rung 1, case.toml:5
+          1.2 s of 2 s, timing for 1.2 s, since scan 3
+            the rung is ON, because
+              X0 is ON
+                the input turned it ON 1.2 s ago, in scan 3
+        no input alone would turn it ON in the next scan (2 tried)
+    "#]],
+    );
+}
+
+#[test]
+fn words_name_what_they_were_made_of() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        when = ["D0 >= 3", "rise(X0)"]
+        do = ["ADD D0 D1 to=D2"]
+        "#,
+    );
+    plc.from(Origin::Batch(Ticket(7)), "Modbus client 10.0.0.7");
+    plc.scan(&[("D0", 5), ("D1", 2), ("X0", 1)]);
+    plc.scans(14);
+    check(
+        &plc,
+        "D2",
+        expect![[r#"
+        D2 is 7
+          ADD D0 D1 to=D2 made it 7 140 ms ago, in scan 0: Main, rung 1, case.toml:6
+            the rung is ON, because
+              D0 >= 3 is ON (D0 = 5, 3)
+                D0 is 5
+                  the input made it 5 140 ms ago, in scan 0
+              rise(X0) is ON
+                what it is of is ON, because
+                  X0 is ON
+                    the input turned it ON 140 ms ago, in scan 0
+            with D0 = 5 (see above)
+            with D1 = 2
+              the input made it 2 140 ms ago, in scan 0
+          ADD D0 D1 to=D2 leaves it so: Main, rung 1, case.toml:6
+            the rung is OFF, because
+              rise(X0) is OFF; it was ON last 140 ms ago, in scan 0
+                what it is of is ON, because
+                  X0 is ON (see above)
+    "#]],
+    );
+}
+
+#[test]
+fn forces_and_writes_have_their_people() {
+    let mut plc = rung(r#""X0""#, r#""OUT Y0""#);
+    plc.scans(4);
+    plc.force("Y0", 1, "root");
+    plc.scans(12);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is ON
+          forced in this scan by root
+        it is forced: only a release lets it change
+    "#]],
+    );
+    let cell = plc.cell("X0");
+    plc.begin();
+    plc.from(Origin::Device(0), "rack");
+    plc.write(cell, 1);
+    plc.execute();
+    plc.scans(3);
+    check(
+        &plc,
+        "X0",
+        expect![[r#"
+        X0 is ON
+          the field device turned it ON 30 ms ago, in scan 16 by rack
+        X0 OFF would turn it OFF in the next scan
+    "#]],
+    );
+    plc.from(Origin::Command(CommandId(3)), "anna");
+    plc.release("Y0");
+    plc.scan(&[]);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is ON
+          OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
+            the rung is ON, because
+              X0 is ON
+                the field device turned it ON 40 ms ago, in scan 16 by rack
+        X0 OFF would turn it OFF in the next scan
+    "#]],
+    );
+}
+
+#[test]
+fn what_a_rung_saw_is_what_counts_not_what_came_after() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        when = ["C0"]
+        do = ["OUT Y0"]
+        [[program.rung]]
+        when = ["X0"]
+        do = ["OUT C0"]
+        "#,
+    );
+    plc.scans(12);
+    plc.scan(&[("X0", 1)]);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is OFF
+          OUT Y0 wrote it in this scan: Main, rung 1, case.toml:6
+            the rung is OFF, because
+              C0 is OFF
+                nothing wrote it: a cold start's value
+        it turns ON in the next scan by itself
+    "#]],
+    );
+    let text = plc.answer("Y0", At::Scan(3)).text();
+    assert!(text.starts_with("Y0 is OFF\n"), "{text}");
+}
+
+#[test]
+fn two_inputs_together_are_found_if_none_alone_is_enough() {
+    let mut plc = rung(r#""X0", "X1""#, r#""OUT Y0""#);
+    plc.scans(2);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is OFF
+          OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
+            the rung is OFF, because
+              X0 is OFF
+                nothing wrote it: a cold start's value
+              also: X1 is OFF
+                nothing wrote it: a cold start's value
+        X0 ON and X1 ON would turn it ON in the next scan
+    "#]],
+    );
+}
+
+#[test]
+fn indexed_elements_are_named() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        when = ["bits[D0]"]
+        do = ["MOVE D1 to=row[D0]"]
+        [tags]
+        bits = { at = "C0", count = 4 }
+        row = { at = "D10", count = 4 }
+        "#,
+    );
+    plc.scan(&[("D0", 2), ("D1", 9), ("C2", 1)]);
+    plc.scan(&[("D0", 1)]);
+    plc.scans(3);
+    check(
+        &plc,
+        "D12",
+        expect![[r#"
+        row[2] (D12) is 9
+          MOVE D1 to=row[D0] made it 9 40 ms ago, in scan 0: Main, rung 1, case.toml:6
+            the rung is ON, because
+              bits[D0] is ON: bits[2]
+                the input turned it ON 40 ms ago, in scan 0
+                with D0 = 2
+                  the input made it 2 40 ms ago, in scan 0
+            with D1 = 9
+              the input made it 9 40 ms ago, in scan 0
+            with D0 = 2 (see above)
+          MOVE D1 to=row[D0] leaves it so: Main, rung 1, case.toml:6
+            the rung is OFF, because
+              bits[D0] is OFF: bits[1]
+                nothing wrote it: a cold start's value
+                with D0 = 1
+                  the input made it 1 30 ms ago, in scan 1
+    "#]],
+    );
+}
+
+#[test]
+fn json_has_what_the_text_has() {
+    let mut plc = rung(r#""X0""#, r#""OUT Y0""#);
+    plc.scan(&[("X0", 1)]);
+    let json = plc.answer("Y0", At::Now).json();
+    let expected = expect![[r#"
+        {
+          "at": {
+            "scan": 0,
+            "unix_ns": 0
+          },
+          "change": {
+            "edits": [
+              {
+                "value": false,
+                "write": {
+                  "address": null,
+                  "doc": null,
+                  "name": "X0"
+                }
+              }
+            ],
+            "kind": "edits"
+          },
+          "operand": {
+            "address": null,
+            "doc": null,
+            "idle": [],
+            "name": "Y0",
+            "state": null,
+            "value": true,
+            "write": {
+              "cause": {
+                "kind": "instruction",
+                "legs": [
+                  {
+                    "also_off": [],
+                    "contacts": [
+                      {
+                        "is": {
+                          "kind": "bit",
+                          "operand": {
+                            "address": null,
+                            "doc": null,
+                            "name": "X0"
+                          },
+                          "why": {
+                            "address": null,
+                            "doc": null,
+                            "idle": [],
+                            "name": "X0",
+                            "state": null,
+                            "value": true,
+                            "write": {
+                              "cause": {
+                                "kind": "input",
+                                "who": null
+                              },
+                              "from": false,
+                              "in_last_scan": true,
+                              "since": {
+                                "before": false,
+                                "scan": 0,
+                                "unix_ns": 0
+                              }
+                            }
+                          }
+                        },
+                        "on": true,
+                        "place": {
+                          "end": 54,
+                          "file": "case.toml",
+                          "line": 4,
+                          "start": 52,
+                          "text": "X0"
+                        }
+                      }
+                    ],
+                    "name": "when",
+                    "on": true,
+                    "series": [
+                      {
+                        "end": 54,
+                        "file": "case.toml",
+                        "line": 4,
+                        "start": 52,
+                        "text": "X0"
+                      }
+                    ]
+                  }
+                ],
+                "operands": [],
+                "place": {
+                  "end": 70,
+                  "file": "case.toml",
+                  "line": 5,
+                  "start": 64,
+                  "text": "OUT Y0"
+                },
+                "rung": {
+                  "branch": null,
+                  "in": "Main",
+                  "name": null,
+                  "number": 1
+                }
+              },
+              "from": false,
+              "in_last_scan": true,
+              "since": {
+                "before": false,
+                "scan": 0,
+                "unix_ns": 0
+              }
+            }
+          }
+        }
+    "#]];
+    expected.assert_eq(&format!("{json:#}\n"));
+}

@@ -1,0 +1,222 @@
+//! Blocks and Stages: passes, turns, what does not run.
+
+use expect_test::{Expect, expect};
+
+use super::tape::{Tape, ladder, tape};
+use crate::engine::EngineCall;
+
+fn check(plc: &Tape, name: &str, expected: Expect) {
+    expected.assert_eq(&plc.why(name));
+}
+
+const SIDE: &str = r#"
+    [[program.rung]]
+    when = ["X0"]
+    do = ["RUN Side"]
+    [[program.rung]]
+    when = ["X1"]
+    do = ["HALT Side"]
+    [[program.rung]]
+    when = ["X2"]
+    do = ["RESTART Side"]
+    [[program]]
+    name = "Side"
+    [[program.rung]]
+    when = ["$On"]
+    do = ["OUT Y0"]
+    [[program.stage]]
+    name = "Open"
+    [[program.stage.rung]]
+    when = ["X3"]
+    do = ["JMP Shut"]
+    [[program.stage.rung]]
+    when = ["$On"]
+    do = ["OUT Y1"]
+    [[program.stage]]
+    name = "Shut"
+    [[program.stage.rung]]
+    when = ["X4"]
+    do = ["EXIT"]
+"#;
+
+#[test]
+fn a_bit_of_a_block_that_never_ran_names_the_block_to_start() {
+    let mut plc = tape(SIDE);
+    plc.scans(3);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is OFF
+          nothing wrote it: a cold start's value
+          OUT Y0 does not execute: Side, rung 1, case.toml:17: Side.Running is OFF
+            nothing wrote it: a cold start's value
+            RUN Side leaves it so: Main, rung 1, case.toml:6
+              the rung is OFF, because
+                X0 is OFF
+                  nothing wrote it: a cold start's value
+            RESTART Side leaves it so: Main, rung 3, case.toml:12
+              the rung is OFF, because
+                X2 is OFF
+                  nothing wrote it: a cold start's value
+        X0 ON would turn it ON in the next scan
+    "#]],
+    );
+}
+
+#[test]
+fn a_pass_names_what_stopped_the_block() {
+    let mut plc = tape(SIDE);
+    plc.scan(&[("X0", 1)]);
+    plc.scan(&[("X0", 0)]);
+    plc.scans(5);
+    plc.scan(&[("X1", 1)]);
+    plc.scans(15);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is OFF
+          the termination of OUT Y0 turned it OFF 150 ms ago, in scan 7: Side, rung 1, case.toml:17
+            because Side.Running is OFF
+              HALT Side turned it OFF 150 ms ago, in scan 7: Main, rung 2, case.toml:9
+                the rung is ON, because
+                  X1 is ON
+                    the input turned it ON 150 ms ago, in scan 7
+          OUT Y0 does not execute: Side, rung 1, case.toml:17: Side.Running is OFF (see above)
+        X2 ON would turn it ON in the next scan
+    "#]],
+    );
+}
+
+#[test]
+fn a_pass_of_a_stage_names_the_jump() {
+    let mut plc = tape(SIDE);
+    plc.scan(&[("X0", 1)]);
+    plc.scan(&[("X3", 1)]);
+    plc.scans(3);
+    check(
+        &plc,
+        "Y1",
+        expect![[r#"
+        Y1 is OFF
+          the termination of OUT Y1 turned it OFF 20 ms ago, in scan 2: Side.Open, rung 2, case.toml:25
+            because Side.Open is OFF
+              JMP Shut turned it OFF 30 ms ago, in scan 1: Side.Open, rung 1, case.toml:22
+                the rung is ON, because
+                  X3 is ON
+                    the input turned it ON 30 ms ago, in scan 1
+          OUT Y1 does not execute: Side.Open, rung 2, case.toml:25: Side.Open is OFF (see above)
+        X2 ON would turn it ON in the next scan
+    "#]],
+    );
+    check(
+        &plc,
+        "Side.Shut",
+        expect![[r#"
+        Side.Shut is ON
+          JMP Shut turned it ON 30 ms ago, in scan 1: Side.Open, rung 1, case.toml:22
+            the rung is ON, because
+              X3 is ON
+                the input turned it ON 30 ms ago, in scan 1
+        X1 ON would turn it OFF in the next scan
+    "#]],
+    );
+}
+
+#[test]
+fn a_restart_stops_and_starts_at_once() {
+    let mut plc = tape(SIDE);
+    plc.scan(&[("X0", 1)]);
+    plc.scan(&[("X0", 0), ("X3", 1)]);
+    plc.scan(&[("X3", 0)]);
+    plc.scan(&[("X2", 1)]);
+    check(
+        &plc,
+        "Side.Open",
+        expect![[r#"
+            Side.Open is ON
+              the turn of Side turned it ON in this scan: case.toml:14
+                because of RESTART Side in this scan: Main, rung 3, case.toml:12
+                  the rung is ON, because
+                    X2 is ON
+                      the input turned it ON in this scan
+            X1 ON would turn it OFF in the next scan
+        "#]],
+    );
+    check(
+        &plc,
+        "Side.Shut",
+        expect![[r#"
+            Side.Shut is OFF
+              the turn of Side turned it OFF in this scan: case.toml:14
+                because of RESTART Side in this scan: Main, rung 3, case.toml:12
+                  the rung is ON, because
+                    X2 is ON
+                      the input turned it ON in this scan
+            X3 ON would turn it ON in the next scan
+        "#]],
+    );
+}
+
+#[test]
+fn the_stop_of_the_controller_terminates() {
+    let mut plc = tape(SIDE);
+    plc.scan(&[("X0", 1)]);
+    plc.scans(3);
+    plc.call(EngineCall::RequestStop);
+    plc.scan(&[]);
+    plc.call(EngineCall::Terminate);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is OFF
+          the termination of OUT Y0 turned it OFF in this scan: Side, rung 1, case.toml:17
+            because the controller stopped
+        nothing scans: it stays
+    "#]],
+    );
+    check(
+        &plc,
+        "Side.Running",
+        expect![[r#"
+        Side.Running is OFF
+          the controller turned it OFF in this scan
+        nothing scans: it stays
+    "#]],
+    );
+}
+
+#[test]
+fn before_the_start_memory_is_initial() {
+    let text = r#"
+        [tags]
+        size = { at = "D0", initial = 12, doc = "Parts in a crate" }
+        [[program]]
+        name = "Main"
+        [[program.rung]]
+        when = ["X0"]
+        do = ["ADD size 1 to=size"]
+    "#;
+    check(
+        &ladder(text),
+        "size",
+        expect![[r#"
+        size (D0) is 12
+          (Parts in a crate)
+          nothing wrote it: a cold start's value
+          ADD size 1 to=size does not execute: Main, rung 1, case.toml:8: Main.Running is OFF
+            nothing wrote it: a cold start's value
+    "#]],
+    );
+    check(
+        &ladder(text),
+        "Main.Running",
+        expect![[r#"
+        Main.Running is OFF
+          nothing wrote it: a cold start's value
+        no input alone would turn it ON in the next scan (2 tried)
+    "#]],
+    );
+}

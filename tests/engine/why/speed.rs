@@ -1,0 +1,72 @@
+//! How long an answer takes for 10,000 rungs with a minute of tape at 10 ms.
+
+use super::bench::Recorder;
+use rungd::engine::{Engine, EngineCall, ScanTimes};
+use rungd::lower::lower;
+use rungd::observe::{At, Limits, Subject};
+use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::source::span::SourceFile;
+use std::fmt::Write;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Ten thousand rungs of contacts, latches, timers and counters.
+fn ladder() -> String {
+    let mut text = String::from("[[program]]\nname = \"Main\"\n");
+    for n in 0..10_000u32 {
+        let (x, y, c, t) = (n % 1000, n % 2000, n % 4000, n % 200);
+        let (when, act) = match n % 10 {
+            0 if n < 2000 => (format!("\"X{x}\""), format!("TMR T{t} preset=5s")),
+            1 if n < 4000 => (format!("\"X{x}\", \"!C{c}\""), format!("SET C{}", n % 500)),
+            2 if n < 4000 => (format!("\"X{}\"", (x + 7) % 1000), format!("RST C{}", n % 500)),
+            3 => (format!("\"D{x} >= 3\""), format!("MOVE D{x} to=D{}", 1000 + n % 1000)),
+            _ => (
+                format!("\"X{x}\", \"!C{c} | Y{y}\", \"T{t}.Done | C{}\"", c / 2),
+                format!("SET MC{}", 1 + n % 1000),
+            ),
+        };
+        let _ = write!(text, "[[program.rung]]\nwhen = [{when}]\ndo = [\"{act}\"]\n");
+    }
+    text += "[[program.rung]]\nwhen = [\"X5\", \"C9\", \"T0.Done\"]\ndo = [\"OUT Y1999\"]\n";
+    text
+}
+
+#[test]
+#[ignore = "prints times"]
+fn times_of_a_large_ladder() {
+    let file = SourceFile { name: "large.toml".into(), text: ladder() };
+    let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+    let program = Arc::new(program.unwrap_or_else(|| panic!("{:?}", &findings[..3])));
+    let begin = Instant::now();
+    let subject = Subject::new(Arc::clone(&program), vec![file]);
+    println!("the subject: {:?}", begin.elapsed());
+    let engine = Engine::new(lower(&program).0);
+    let mut recorder = Recorder::new(engine);
+    recorder.call(EngineCall::Start { now_ns: 0 });
+    let begin = Instant::now();
+    for scan in 0..6000u64 {
+        if scan > 0 && scan % 100 == 0 {
+            recorder.cut(scan);
+        }
+        let now_ns = scan * 10_000_000;
+        recorder.call(EngineCall::Begin { now_ns, times: ScanTimes::default(), local_s: 0 });
+        let cell = |name: &str| subject.cell(name).expect("an operand");
+        match scan {
+            3000 => recorder.call(EngineCall::Write(cell("X11"), 1)),
+            5700 => recorder.call(EngineCall::Write(cell("X5"), 1)),
+            5701 => recorder.call(EngineCall::Write(cell("X21"), 1)),
+            5702 => recorder.call(EngineCall::Write(cell("X21"), 0)),
+            _ => {}
+        }
+        recorder.call(EngineCall::Execute);
+    }
+    println!("6000 scans: {:?}", begin.elapsed());
+    let past: Vec<_> = recorder.sections.into_iter().map(Arc::new).collect();
+    for name in ["Y1999", "X5", "X11", "C21", "C11", "T0.Done", "D1003"] {
+        let mut past = past.clone();
+        let begin = Instant::now();
+        let cell = subject.cell(name).expect("an operand");
+        let answer = subject.why(&mut past, cell, (At::Now, Limits::default())).expect("an answer");
+        println!("why {name}: {:?}\n{}", begin.elapsed(), answer.text());
+    }
+}

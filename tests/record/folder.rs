@@ -1,0 +1,183 @@
+//! A folder in memory whose power fails, whose calls fail, and which fills up.
+//!
+//! What was appended since the last sync may be there after a cut, in part or not at all: a
+//! beginning of it, or some of its sectors with zeros between them. A deleted file may be back.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::io::{self, Error};
+use std::rc::Rc;
+
+use rungd::record::Folder;
+
+/// A sector of this disk: small, so that a block has several.
+pub const SECTOR: usize = 128;
+
+#[derive(Clone, Debug, Default)]
+pub struct MemoryFile {
+    pub bytes: Vec<u8>,
+    /// So many of them are durable.
+    pub synced: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    Errno(i32),
+    /// Fewer bytes are written than given; of other calls, an error.
+    Short,
+}
+
+#[derive(Default)]
+pub struct Disk {
+    pub files: BTreeMap<String, MemoryFile>,
+    pub open: Option<String>,
+    /// Room for so many bytes.
+    pub room: usize,
+    /// Which calls fail, from when on and how many.
+    pub fault: Option<(Fault, u64, u64)>,
+    pub calls: u64,
+    pub syncs: u64,
+    /// Called after every call.
+    pub watch: Option<Rc<dyn Fn(&Disk)>>,
+}
+
+#[derive(Clone)]
+pub struct Handle(pub Rc<RefCell<Disk>>);
+
+impl Handle {
+    pub fn new() -> Handle {
+        Handle(Rc::new(RefCell::new(Disk { room: usize::MAX, ..Disk::default() })))
+    }
+
+    fn call(&self) -> Result<bool, Error> {
+        let mut disk = self.0.borrow_mut();
+        disk.calls += 1;
+        let at = disk.calls;
+        let hit = |(_, from, count): &(Fault, u64, u64)| (*from..*from + *count).contains(&at);
+        match disk.fault.filter(hit) {
+            None => Ok(false),
+            Some((Fault::Errno(errno), _, _)) => Err(Error::from_raw_os_error(errno)),
+            Some((Fault::Short, _, _)) => Ok(true),
+        }
+    }
+
+    fn seen(&self) {
+        let watch = self.0.borrow().watch.clone();
+        if let Some(watch) = watch {
+            watch(&self.0.borrow());
+        }
+    }
+
+    /// The power fails: of what was not synced, so much is there.
+    pub fn cut(&self, mut keep: impl FnMut(usize) -> usize) {
+        let mut disk = self.0.borrow_mut();
+        disk.open = None;
+        disk.fault = None;
+        for file in disk.files.values_mut() {
+            let rest = file.bytes.len() - file.synced;
+            file.bytes.truncate(file.synced + keep(rest + 1));
+            file.synced = file.bytes.len();
+        }
+    }
+}
+
+impl Disk {
+    pub fn used(&self) -> usize {
+        self.files.values().map(|file| file.bytes.len()).sum()
+    }
+
+    /// Every content of the open file that a cut may leave.
+    pub fn cuts(&self, mut look: impl FnMut(&[u8])) -> u64 {
+        let Some(file) = self.open.as_ref().and_then(|name| self.files.get(name)) else { return 0 };
+        let mut count = 0;
+        for length in file.synced..=file.bytes.len() {
+            look(&file.bytes[..length]);
+            count += 1;
+        }
+        let (first, last) = (file.synced / SECTOR, file.bytes.len().div_ceil(SECTOR));
+        let sectors = (last - first).min(8);
+        for subset in 0..1_u32 << sectors {
+            let mut bytes = file.bytes.clone();
+            for sector in (0..sectors).filter(|sector| subset >> sector & 1 == 0) {
+                let begin = ((first + sector) * SECTOR).max(file.synced);
+                let end = ((first + sector + 1) * SECTOR).min(bytes.len());
+                bytes[begin..end].fill(0);
+            }
+            look(&bytes);
+            count += 1;
+        }
+        count
+    }
+}
+
+impl Folder for Handle {
+    fn list(&mut self) -> io::Result<Vec<(String, u64)>> {
+        if self.call()? {
+            return Err(Error::from_raw_os_error(5));
+        }
+        let disk = self.0.borrow();
+        Ok(disk.files.iter().map(|(name, file)| (name.clone(), file.bytes.len() as u64)).collect())
+    }
+
+    fn create(&mut self, name: &str) -> io::Result<()> {
+        self.0.borrow_mut().open = None;
+        let half = self.call()?;
+        {
+            let mut disk = self.0.borrow_mut();
+            if disk.files.contains_key(name) {
+                return Err(io::ErrorKind::AlreadyExists.into());
+            }
+            disk.files.insert(name.to_owned(), MemoryFile::default());
+            disk.open = Some(name.to_owned());
+        }
+        self.seen();
+        // The file is there, and its name is not durable.
+        if half { Err(Error::from_raw_os_error(5)) } else { Ok(()) }
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let short = self.call()?;
+        let count = {
+            let mut disk = self.0.borrow_mut();
+            let room = disk.room.saturating_sub(disk.used());
+            let count = if short { bytes.len() / 2 } else { bytes.len() }.min(room);
+            if count == 0 {
+                return Err(Error::from_raw_os_error(28));
+            }
+            let name = disk.open.clone().expect("a file is open");
+            let file = disk.files.get_mut(&name).expect("it is there");
+            file.bytes.extend_from_slice(&bytes[..count]);
+            count
+        };
+        self.seen();
+        Ok(count)
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        if self.call()? {
+            return Err(Error::from_raw_os_error(5));
+        }
+        {
+            let mut disk = self.0.borrow_mut();
+            disk.syncs += 1;
+            let name = disk.open.clone().expect("a file is open");
+            let file = disk.files.get_mut(&name).expect("it is there");
+            file.synced = file.bytes.len();
+        }
+        self.seen();
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        self.0.borrow_mut().open = None;
+    }
+
+    fn remove(&mut self, name: &str) -> io::Result<()> {
+        if self.call()? {
+            return Err(Error::from_raw_os_error(5));
+        }
+        let gone = self.0.borrow_mut().files.remove(name);
+        self.seen();
+        gone.map(|_| ()).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}

@@ -1,0 +1,317 @@
+//! Whatever a disk does, what is found on it is what was recorded, and nothing is lost that was
+//! durable and within the limits. No file of anybody else is touched.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::Path;
+use std::rc::Rc;
+
+use crate::drawn::Numbers;
+use crate::folder::{Disk, Fault, Handle};
+use crate::replayed::{Line, engine, in_memory};
+use rungd::record::{
+    BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, Replay, SectionBody, Store, StoreNews,
+    StoreSettings, TapeClock, index,
+};
+use rungd::runtime::Machine;
+
+const UNIX_NS: i64 = 1_700_000_000_000_000_000;
+const SECOND_NS: i64 = 1_000_000_000;
+
+const LADDER: &str = r#"
+[[program]]
+name = "Main"
+rung = [ { when = ["X0"], do = ["ADD D0 1 to=D0", "TMRAG T0 preset=1s"] } ]
+"#;
+
+/// A block a second.
+fn blocks(count: usize) -> Vec<RecordBlock> {
+    let mut line = Line::new(LADDER);
+    let mut numbers = Numbers(5);
+    line.start();
+    while line.blocks.len() < count {
+        line.scan(180_000_000, |taped| taped.set_input(0, numbers.below(2) == 0));
+        line.read();
+        if numbers.below(25) == 0 {
+            line.flush();
+        }
+    }
+    line.blocks
+}
+
+type Known = BTreeMap<u64, (BlockHead, SectionBody)>;
+
+/// What was recorded, by the numbers of sections.
+fn known(blocks: &[RecordBlock]) -> Known {
+    let recording = Recording::of_bytes(in_memory(blocks));
+    let section = |at| recording.read(at).unwrap().expect("it is whole").1;
+    let count = recording.count();
+    (0..count)
+        .map(|at| (recording.head(at).sequence, (recording.head(at).clone(), section(at))))
+        .collect()
+}
+
+/// The sections in a file's bytes, after a look that they are what was recorded.
+fn found(bytes: &[u8], known: &Known) -> Vec<u64> {
+    let mut source = Cursor::new(bytes);
+    let blocks = index(&mut source).unwrap().blocks;
+    let mut found = Vec::new();
+    for block in blocks {
+        if let Some((_, section)) = block.read(&mut source).unwrap() {
+            let (head, expected) = &known[&block.head.sequence];
+            assert!(block.head == *head && section == *expected, "misread");
+            found.push(block.head.sequence);
+        }
+    }
+    found
+}
+
+fn all_found(disk: &Disk, known: &Known) -> Vec<u64> {
+    let files = disk.files.iter().filter(|(name, _)| name.starts_with("line-"));
+    let mut all: Vec<_> = files.flat_map(|(_, file)| found(&file.bytes, known)).collect();
+    all.sort_unstable();
+    all
+}
+
+fn settings() -> StoreSettings {
+    StoreSettings {
+        controller: "line".into(),
+        keep_ns: 3600 * SECOND_NS,
+        bytes_max: 1 << 20,
+        file_ns: 20 * SECOND_NS as u64,
+        file_bytes: 1 << 20,
+    }
+}
+
+/// The time of a block: it is put right behind its end.
+fn clock(block: &RecordBlock) -> TapeClock {
+    TapeClock { unix_ns: block.head.end_ns, unix_offset_ns: UNIX_NS }
+}
+
+#[test]
+fn after_a_cut_anywhere_what_was_durable_is_there() {
+    let blocks = blocks(40);
+    let known = Rc::new(known(&blocks));
+    let disk = Handle::new();
+    let (durable, put, states) =
+        (Rc::new(Cell::new(0)), Rc::new(Cell::new(0)), Rc::new(Cell::new(0)));
+    {
+        let (known, put) = (known.clone(), put.clone());
+        let (durable, states) = (durable.clone(), states.clone());
+        let syncs = Cell::new(0);
+        disk.0.borrow_mut().watch = Some(Rc::new(move |disk: &Disk| {
+            if disk.syncs > syncs.replace(disk.syncs) {
+                durable.set(put.get());
+            }
+            let others = disk.files.iter().filter(|(name, _)| Some(*name) != disk.open.as_ref());
+            let others: Vec<_> =
+                others.flat_map(|(_, file)| found(&file.bytes[..file.synced], &known)).collect();
+            let looked = disk.cuts(|bytes| {
+                let mut all = found(bytes, &known);
+                all.extend(&others);
+                assert!((0..durable.get()).all(|sequence| all.contains(&sequence)));
+            });
+            states.set(states.get() + looked);
+        }));
+    }
+    let mut store = Store::new(disk.clone(), settings());
+    for block in &blocks {
+        assert!(store.put(block, clock(block)).is_none());
+        put.set(block.head.sequence + 1);
+        assert!(store.tick(clock(block)).is_none());
+        assert!(put.get() - durable.get() <= 3, "{} of {}", durable.get(), put.get());
+    }
+    assert!(store.finish(clock(&blocks[39])).is_none());
+    assert!(durable.get() >= 39);
+    assert!(disk.0.borrow().files.len() > 1 && states.get() > 5_000, "{}", states.get());
+    assert_eq!(all_found(&disk.0.borrow(), &known), (0..40).collect::<Vec<_>>());
+}
+
+const FAULTS: [Fault; 4] = [Fault::Errno(5), Fault::Errno(28), Fault::Errno(4), Fault::Short];
+
+#[test]
+fn each_call_may_fail_and_the_store_goes_on() {
+    let blocks = blocks(60);
+    let known = known(&blocks);
+    for fault in FAULTS {
+        for in_a_row in [1, 6] {
+            let mut n = 1;
+            while one_failure(&blocks, &known, (fault, n, in_a_row)) {
+                n += 1;
+            }
+            assert!(n > 30, "{n}");
+        }
+    }
+}
+
+/// The n-th call of the first 25 blocks fails, and some more; false if there are fewer calls.
+fn one_failure(blocks: &[RecordBlock], known: &Known, fault: (Fault, u64, u64)) -> bool {
+    let disk = Handle::new();
+    disk.clone().create("other-20231114T221320Z-000000.rungd-log").unwrap();
+    disk.0.borrow_mut().calls = 0;
+    disk.0.borrow_mut().fault = Some(fault);
+    let mut store = Store::new(disk.clone(), settings());
+    let (mut troubles, mut calls) = (0, 0);
+    for (at, block) in blocks.iter().enumerate() {
+        if at == 25 {
+            disk.0.borrow_mut().fault = None;
+            calls = disk.0.borrow().calls;
+        }
+        for news in [store.put(block, clock(block)), store.tick(clock(block))] {
+            let told = match news {
+                Some(StoreNews::Stopped(_)) => 0,
+                Some(StoreNews::Resumed { .. }) => 1,
+                None => continue,
+            };
+            assert_eq!(troubles % 2, told, "told once");
+            troubles += 1;
+        }
+    }
+    let status = store.status();
+    let disk = disk.0.borrow();
+    let found = all_found(&disk, known);
+    let place = format!("{fault:?}: {status:?}, {found:?}");
+    assert_eq!(found.last(), Some(&59), "{place}");
+    assert!(status.trouble.is_none() && troubles % 2 == 0, "{place}");
+    // What was written before a sync failed may be there and count as lost.
+    assert!(found.len() as u64 + status.lost_blocks >= 60, "{place}");
+    assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "{place}");
+    let own = disk.files.keys().filter(|name| name.starts_with("line-")).count();
+    assert_eq!((status.files, disk.files.len()), (own, own + 1), "{place}");
+    calls >= fault.1
+}
+
+#[test]
+fn a_full_disk_is_told_once_and_recording_begins_again_with_room() {
+    let blocks = blocks(300);
+    let known = known(&blocks);
+    let disk = Handle::new();
+    disk.0.borrow_mut().room = 8_000;
+    let mut store = Store::new(disk.clone(), settings());
+    let (mut stopped, mut resumed) = (Vec::new(), Vec::new());
+    for (at, block) in blocks.iter().enumerate() {
+        if at == 200 {
+            disk.0.borrow_mut().room = usize::MAX;
+        }
+        match store.put(block, clock(block)) {
+            Some(StoreNews::Stopped(error)) => stopped.push((at, error.to_string())),
+            Some(StoreNews::Resumed { lost_blocks }) => resumed.push((at, lost_blocks)),
+            None => {}
+        }
+        assert!(store.tick(clock(block)).is_none());
+        assert!(disk.0.borrow().files.len() < 12);
+    }
+    assert_eq!((stopped.len(), resumed.len()), (1, 1), "{stopped:?} {resumed:?}");
+    let ((stop, _), (resume, lost)) = (&stopped[0], resumed[0]);
+    assert!((200..=265).contains(&resume), "{resume}");
+    assert_eq!(lost, (resume - stop) as u64);
+    let found = all_found(&disk.0.borrow(), &known);
+    assert_eq!(found.len(), 300 - lost as usize);
+    assert_eq!(found.last(), Some(&299));
+}
+
+#[test]
+fn the_oldest_files_go_and_the_limits_hold() {
+    let blocks = blocks(300);
+    let known = known(&blocks);
+    let disk = Handle::new();
+    let mut store = Store::new(disk.clone(), StoreSettings { bytes_max: 30_000, ..settings() });
+    for block in &blocks {
+        assert!(store.put(block, clock(block)).is_none());
+        let used = disk.0.borrow().used() as u64;
+        assert!(used <= 30_000, "{used}");
+        assert_eq!(store.status().bytes, used);
+        if block.head.sequence % 7 > 0 {
+            continue;
+        }
+        let found = all_found(&disk.0.borrow(), &known);
+        let first = block.head.sequence + 1 - found.len() as u64;
+        assert_eq!(found, (first..=block.head.sequence).collect::<Vec<_>>());
+        assert!(used > 18_000 || first == 0, "{used}: more than is necessary went");
+    }
+    // By age: files of 20 s, kept for 60 s.
+    let disk = Handle::new();
+    let keep_ns = 60 * SECOND_NS;
+    let mut store = Store::new(disk.clone(), StoreSettings { keep_ns, ..settings() });
+    for block in &blocks {
+        assert!(store.put(block, clock(block)).is_none());
+        if block.head.sequence % 7 > 0 {
+            continue;
+        }
+        let found = all_found(&disk.0.borrow(), &known);
+        let age_ns = block.head.end_ns - known[&found[0]].0.begin_ns;
+        assert!(age_ns <= keep_ns + 25 * SECOND_NS, "{age_ns}");
+        assert!(age_ns >= keep_ns || found[0] == 0, "{age_ns}");
+    }
+}
+
+#[test]
+fn a_block_larger_than_the_limit_is_not_written() {
+    let blocks = blocks(3);
+    let disk = Handle::new();
+    let mut store = Store::new(disk.clone(), StoreSettings { bytes_max: 100, ..settings() });
+    for block in &blocks {
+        assert!(store.put(block, clock(block)).is_none());
+    }
+    assert_eq!((disk.0.borrow().files.len(), store.status().lost_blocks), (0, 3));
+}
+
+#[test]
+fn lives_one_after_the_other_leave_what_was_durable_and_touch_nobody() {
+    let blocks = blocks(300);
+    let known = known(&blocks);
+    for seed in 0..12 {
+        let mut numbers = Numbers(seed);
+        let disk = Handle::new();
+        let mut foreign = Vec::new();
+        for name in ["line", "line-2-20231114T221320Z-000000.rungd-log", "notes.txt"] {
+            disk.clone().create(name).unwrap();
+            foreign.push(name);
+        }
+        let mut at = 0;
+        while at + 60 < blocks.len() {
+            let mut store = Store::new(disk.clone(), settings());
+            for block in &blocks[at..at + numbers.below(60) as usize] {
+                if numbers.below(12) == 0 {
+                    let fault = FAULTS[numbers.below(4) as usize];
+                    let mut disk = disk.0.borrow_mut();
+                    disk.fault = Some((fault, disk.calls + 1 + numbers.below(4), numbers.below(4)));
+                }
+                let _ = store.put(block, clock(block));
+                let _ = store.tick(clock(block));
+                at += 1;
+            }
+            let durable: Vec<_> = {
+                let disk = disk.0.borrow();
+                let own = disk.files.iter().filter(|(name, _)| name.starts_with("line-2023"));
+                own.flat_map(|(_, file)| found(&file.bytes[..file.synced], &known)).collect()
+            };
+            disk.cut(|states| numbers.below(states as u64) as usize);
+            let found = all_found(&disk.0.borrow(), &known);
+            assert!(durable.iter().all(|sequence| found.contains(sequence)), "seed {seed}");
+        }
+        assert!(foreign.iter().all(|name| disk.0.borrow().files.contains_key(*name)));
+    }
+}
+
+#[test]
+fn a_folder_of_the_file_system_is_read_and_replayed() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-folder");
+    let _ = std::fs::remove_dir_all(&folder);
+    let blocks = blocks(60);
+    let mut store = Store::new(FolderOnDisk::new(&folder), settings());
+    for block in &blocks {
+        assert!(store.put(block, clock(block)).is_none());
+        assert!(store.tick(clock(block)).is_none());
+    }
+    assert!(store.finish(clock(&blocks[59])).is_none());
+    assert!(store.status().files > 1);
+    std::fs::write(folder.join("notes.txt"), "not a recording").unwrap();
+    let recording = Recording::open(&folder).unwrap();
+    assert_eq!((recording.count(), recording.flaws.len()), (60, 0));
+    let mut replay = Replay::new(recording, engine);
+    let verified = replay.verify(0..60);
+    assert_eq!((verified.first_difference, verified.gaps, verified.unreplayable), (None, 0, 0));
+    assert!(Recording::open(&folder.join("absent")).is_err());
+}
