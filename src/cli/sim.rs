@@ -2,9 +2,7 @@
 //!
 //! Reads and writes the files; `sim` computes the trace.
 
-use std::fs;
-use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -92,7 +90,8 @@ fn clock(text: &str) -> Result<i64, String> {
 /// # Errors
 /// A file that cannot be read or written, a stimulus or `--watch` that does not fit the program.
 pub fn sim(args: &SimArgs) -> Result<Exit> {
-    if let Some(read) = read_and_written(args) {
+    let reads = args.ladders.iter().chain(&args.stimulus);
+    if let Some(read) = trace_file::overwritten(&args.trace, reads) {
         let (trace, read) = (args.trace.display(), read.display());
         say(&format!("error: --trace {trace} would overwrite {read}, which it reads\n"));
         return Ok(Exit::Usage);
@@ -109,16 +108,6 @@ pub fn sim(args: &SimArgs) -> Result<Exit> {
         }
         _ => Ok(Exit::Config),
     }
-}
-
-/// A file that is read, where the trace would be written: under this name or another.
-fn read_and_written(args: &SimArgs) -> Option<&PathBuf> {
-    let identity = |path: &Path| {
-        let meta = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
-        Some((meta.dev(), meta.ino()))
-    };
-    let trace = identity(&args.trace)?;
-    args.ladders.iter().chain(&args.stimulus).find(|read| identity(read) == Some(trace))
 }
 
 fn simulate(args: &SimArgs, program: &Program) -> Result<()> {

@@ -2,9 +2,10 @@
 //!
 //! Used by the commands that trace. `sim` holds the forms themselves.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
@@ -84,6 +85,19 @@ pub(super) fn refuse_other_forms(trace: &Path) -> Result<()> {
             Err(CommandLine(words).into())
         }
     }
+}
+
+/// A file that is read, where the trace would be written: under this name or another.
+pub(super) fn overwritten<'p>(
+    trace: &Path,
+    mut reads: impl Iterator<Item = &'p PathBuf>,
+) -> Option<&'p PathBuf> {
+    let identity = |path: &Path| {
+        let meta = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
+        Some((meta.dev(), meta.ino()))
+    };
+    let trace = identity(trace)?;
+    reads.find(|read| identity(read) == Some(trace))
 }
 
 fn output(path: &Path) -> Result<Output> {
