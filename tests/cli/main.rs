@@ -9,7 +9,9 @@ mod init;
 mod man_and_completions;
 mod packaging;
 mod plants;
+mod replay;
 mod sim;
+mod waves;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]
