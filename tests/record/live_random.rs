@@ -219,7 +219,8 @@ impl Story {
         let may = cfg!(debug_assertions) && !self.done.contains_key("overruns");
         if may {
             self.live.stall();
-            self.operator.await_status(|status| status["scan"]["overruns"] != 0);
+            let is_over = |status: &Value| status["scan"]["overruns"] != 0;
+            self.operator.await_status(|status| is_over(status) || status["mode"] != "RUN");
         }
         may
     }
@@ -258,7 +259,8 @@ fn as_read(content: i64, cell: Cell, symbols: &Symbols, read: &Value) -> bool {
         Value::Bool(on) => content == i64::from(*on),
         Value::Number(number) => {
             let text = symbols.layout.text(cell, content as i32);
-            number.to_string() == text || number.as_f64() == text.parse().ok()
+            let real = text.parse::<f64>().map(|real| real as f32);
+            number.to_string() == text || number.as_f64().map(|read| read as f32) == real.ok()
         }
         // A real that is no number.
         other => other.as_str() == Some(&symbols.layout.text(cell, content as i32)),
@@ -343,7 +345,11 @@ fn one(seed: u64, sum: &Mutex<Sum>) {
     let recording = Recording::open(&dir).unwrap();
     assert!(recording.flaws.is_empty(), "seed {seed}: {:?}", recording.flaws);
     let verified = verified(&dir, false);
-    assert!(verified.gaps > 0 || verified.scans >= scans, "seed {seed}: {scans}, {verified:?}");
+    assert!(
+        verified.gaps > 0 || verified.scans >= scans,
+        "seed {seed}: {scans}, {verified:?}, {:?}",
+        story.done
+    );
     let values = assert_samples(recording, &story.samples, seed, verified.gaps);
     if let Some(keep) = std::env::var_os("RUNGD_RECORD_KEEP") {
         let keep = Path::new(&keep).join(seed.to_string());

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::support::live::{Live, PATIENCE, folder, run};
+use crate::support::process::message;
 use rungd::engine::Engine;
 use rungd::load;
 use rungd::lower::{Symbols, lower};
@@ -147,4 +148,93 @@ pub fn last_scan(recording: &Recording) -> u64 {
     let heads = (0..recording.count()).map(|at| recording.head(at));
     let ends = heads.filter(|head| head.scans > 0);
     ends.map(|head| head.number + u64::from(head.scans) - 1).last().unwrap_or(0)
+}
+
+/// Whether `status` says that the disk cannot be written.
+pub fn failing(status: &Value) -> bool {
+    status["record"]["disk"]["failing"].is_string()
+}
+
+/// How many lines of the log have this event.
+pub fn count(lines: &[Value], event: &str) -> usize {
+    lines.iter().filter(|line| line["event"] == event).count()
+}
+
+/// Ends a controller in an orderly way, and gives the lines of its log that were not read yet.
+pub fn ended(live: &mut Live) -> Vec<Value> {
+    live.signal("TERM");
+    let mut lines = vec![live.line("")];
+    while !message(&lines[lines.len() - 1]).contains("statistics of the whole run") {
+        lines.push(live.line(""));
+    }
+    assert_eq!(live.child.wait().unwrap().code(), Some(0), "{lines:#?}");
+    lines
+}
+
+/// What the scans of a stretch were like.
+#[derive(Clone, Copy, Debug)]
+struct Scans {
+    done: f64,
+    skipped: f64,
+    overruns: f64,
+}
+
+impl Scans {
+    fn now(operator: &mut Operator) -> Scans {
+        let scan = operator.status()["scan"].clone();
+        let number = |field: &str| scan[field].as_f64().unwrap();
+        Scans { done: number("scans"), skipped: number("skipped"), overruns: number("overruns") }
+    }
+
+    fn since(self, before: Scans) -> Scans {
+        Scans {
+            done: self.done - before.done,
+            skipped: self.skipped - before.skipped,
+            overruns: self.overruns - before.overruns,
+        }
+    }
+
+    /// As good as others of the same time on the same machine, but for chance.
+    fn are_as_good_as(&self, others: &Scans) -> bool {
+        let some = self.done / 100.0 + 2.0;
+        self.skipped <= 2.0 * others.skipped + some && self.overruns <= 2.0 * others.overruns + some
+    }
+}
+
+/// A controller beside the one whose disk is in trouble, and where both began.
+pub struct Watch {
+    control: Live,
+    operator: Operator,
+    before: [Scans; 2],
+}
+
+impl Watch {
+    pub fn begin(troubled: &mut Operator) -> Watch {
+        let (control, _) = recorded(BUSY, FAST);
+        let mut operator = Operator::new(&control);
+        operator.await_scans(100);
+        let before = [Scans::now(troubled), Scans::now(&mut operator)];
+        Watch { control, operator, before }
+    }
+
+    /// Whether the scans of the troubled one were as good as its control's.
+    pub fn end(mut self, troubled: &mut Operator) -> bool {
+        let troubled = Scans::now(troubled).since(self.before[0]);
+        let control = Scans::now(&mut self.operator).since(self.before[1]);
+        self.control.end();
+        let is_good = troubled.are_as_good_as(&control);
+        if !is_good {
+            println!("{troubled:?}, and beside it {control:?}");
+        }
+        is_good
+    }
+}
+
+/// So often a troubled run and its control may differ: the machine's noise meets either of them,
+/// what a disk does meets the same one every time.
+const ROUNDS: usize = 4;
+
+/// Repeats a run until its scans are as good as its control's.
+pub fn rounds(mut is_good: impl FnMut() -> bool) {
+    assert!((0..ROUNDS).any(|_| is_good()), "worse than its control {ROUNDS} times in a row");
 }

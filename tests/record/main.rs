@@ -5,6 +5,8 @@ mod bytes;
 mod drawn;
 mod folder;
 mod format;
+mod live_crash;
+mod live_disk;
 mod live_random;
 mod live_rig;
 mod replayed;
