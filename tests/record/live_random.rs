@@ -21,7 +21,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::live_rig::{Operator, engine, loaded, logs, recorded, setting, verified};
+use crate::live_rig::{Operator, engine, last_scan, loaded, logs, recorded, setting, verified};
 use crate::support::live::Live;
 use crate::support::modbus::Client;
 use crate::support::model::case::Case;
@@ -342,15 +342,6 @@ fn one(seed: u64, sum: &Mutex<Sum>) {
     }
     let scans = story.operator.scans();
     story.end();
-    let recording = Recording::open(&dir).unwrap();
-    assert!(recording.flaws.is_empty(), "seed {seed}: {:?}", recording.flaws);
-    let verified = verified(&dir, false);
-    assert!(
-        verified.gaps > 0 || verified.scans >= scans,
-        "seed {seed}: {scans}, {verified:?}, {:?}",
-        story.done
-    );
-    let values = assert_samples(recording, &story.samples, seed, verified.gaps);
     if let Some(keep) = std::env::var_os("RUNGD_RECORD_KEEP") {
         let keep = Path::new(&keep).join(seed.to_string());
         fs::create_dir_all(&keep).unwrap();
@@ -358,6 +349,13 @@ fn one(seed: u64, sum: &Mutex<Sum>) {
             fs::copy(&log, keep.join(log.file_name().unwrap())).unwrap();
         }
     }
+    let recording = Recording::open(&dir).unwrap();
+    assert!(recording.flaws.is_empty(), "seed {seed}: {:?}", recording.flaws);
+    let verified = verified(&dir, false);
+    let (last, gaps) = (last_scan(&recording), verified.gaps);
+    assert!(last >= scans, "seed {seed}: {last} of {scans}, {:?}", story.done);
+    assert!(gaps > 0 || verified.scans == last, "seed {seed}: {verified:?} of {last}");
+    let values = assert_samples(recording, &story.samples, seed, gaps);
     sum.lock().unwrap().add(&verified, values, std::mem::take(&mut story.done));
 }
 

@@ -7,6 +7,7 @@ mod folder;
 mod format;
 mod live_crash;
 mod live_disk;
+mod live_ends;
 mod live_random;
 mod live_rig;
 mod replayed;
