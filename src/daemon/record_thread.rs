@@ -81,6 +81,7 @@ impl Recording {
             figures: Arc::clone(&figures),
             section: Instant::now(),
             asked: Vec::new(),
+            ended: None,
         };
         thread::Builder::new().name("rungd-record".into()).spawn(move || worker.work())?;
         Ok(Recording { orders, figures })
@@ -124,6 +125,8 @@ struct Worker {
     section: Instant,
     /// Those that wait for what is in memory.
     asked: Vec<oneshot::Sender<Vec<u8>>>,
+    /// The end came while the tape was read.
+    ended: Option<Sender<()>>,
 }
 
 impl Worker {
@@ -136,6 +139,7 @@ impl Worker {
             };
             let ended = ended.or(self.obey_all());
             self.read();
+            let ended = ended.or(self.ended.take());
             if self.section.elapsed() >= SECTION_MAX || !self.asked.is_empty() || ended.is_some() {
                 self.flush();
             }
@@ -199,10 +203,8 @@ impl Worker {
 
     fn learn_programs(&mut self) {
         while let Ok(order) = self.inbox.try_recv() {
-            if let Some(done) = self.obey(order) {
-                // The end waits until the tape is read.
-                let _ = done.send(());
-            }
+            // The end waits until the tape is read and its last block is written.
+            self.ended = self.obey(order).or(self.ended.take());
         }
     }
 
