@@ -29,6 +29,7 @@ mod text;
 mod walk;
 mod watch;
 mod why;
+mod writers;
 
 pub use answer::{
     About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance,

@@ -14,7 +14,7 @@ use std::time::Instant;
 fn ladder() -> String {
     let mut text = String::from("[[program]]\nname = \"Main\"\n");
     for n in 0..10_000u32 {
-        let (x, y, c, t) = (n % 1000, n % 2000, n % 4000, n % 200);
+        let (x, y, c, t) = (n % 1000, n % 2000, n % 2000, n % 200);
         let (when, act) = match n % 10 {
             0 if n < 2000 => (format!("\"X{x}\""), format!("TMR T{t} preset=5s")),
             1 if n < 4000 => (format!("\"X{x}\", \"!C{c}\""), format!("SET C{}", n % 500)),
