@@ -79,12 +79,12 @@ impl<'a> Inquiry<'a> {
             if !self.may_be_later(cell, found.at, until) {
                 return found;
             }
-            return match self.replay.last_change(cell, until, &|_| true) {
+            return match self.replay.last_change(cell, until) {
                 Changed::At(change, at) if at > found.at => self.changed(cell, change, (at, true)),
                 Changed::At(..) | Changed::Never(..) => found,
             };
         }
-        match self.replay.last_change(cell, until, &|_| true) {
+        match self.replay.last_change(cell, until) {
             Changed::At(change, at) => {
                 let in_last_scan = begin.is_some_and(|begin| at >= begin);
                 self.changed(cell, change, (at, in_last_scan))

@@ -22,6 +22,7 @@ mod reasons;
 mod replay;
 mod restarts;
 mod section_log;
+mod steady;
 mod subject;
 #[cfg(test)]
 mod tests;

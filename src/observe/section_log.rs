@@ -162,6 +162,8 @@ impl<'s> Recorder<'s> {
 }
 
 impl Witness for Recorder<'_> {
+    const PARTS: bool = false;
+
     fn before(&mut self, deed: Deed, number: u32, image: &Image) {
         if !std::mem::replace(&mut self.begun, true) {
             // The engine has started LastScan.
@@ -180,6 +182,11 @@ impl Witness for Recorder<'_> {
     }
 
     fn after(&mut self, deed: Deed, number: u32, image: &Image) {
+        if let Deed::Batch(at) = deed
+            && !self.subject.writes[at as usize]
+        {
+            return;
+        }
         self.step(deed, image, (number, Some(deed)));
     }
 }
