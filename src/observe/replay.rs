@@ -3,7 +3,7 @@
 //! Keeps the logs of the sections that were looked at, up to a number of changes, and the last
 //! states that it went to.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -41,9 +41,12 @@ pub(super) struct Replay<'a> {
     logs: BTreeMap<usize, Rc<SectionLog>>,
     /// The newest last.
     states: Vec<((usize, usize), EngineState)>,
+    /// The last changes of cells before the ends of sections.
+    known: HashMap<(Cell, usize), Changed>,
 }
 
 /// A change of a cell, or the end of the tape.
+#[derive(Clone, Copy)]
 pub(super) enum Changed {
     /// The change, and its moment.
     At(CellChange, Moment),
@@ -56,7 +59,16 @@ impl<'a> Replay<'a> {
         let engine = Engine::new(subject.seen.clone());
         let fast = Engine::new(subject.fast.clone());
         let (sections, logs) = (BTreeMap::new(), BTreeMap::new());
-        Replay { subject, past, engine, fast, sections, logs, states: Vec::new() }
+        Replay {
+            subject,
+            past,
+            engine,
+            fast,
+            sections,
+            logs,
+            states: Vec::new(),
+            known: HashMap::new(),
+        }
     }
 
     /// A section that fits the program.
@@ -88,8 +100,7 @@ impl<'a> Replay<'a> {
             return Ok(Moment { section: newest, entry: end.entries.len(), step: 0 });
         };
         let mut at = newest;
-        loop {
-            let Some(section) = self.section(at) else { break };
+        while let Some(section) = self.section(at) {
             let begins = past::begins(&section);
             if let Some(found) = begins.iter().find(|begin| begin.number == scan) {
                 return Ok(Moment {
@@ -167,12 +178,21 @@ impl<'a> Replay<'a> {
 
     /// The last change of a cell before a moment.
     /// Of a cell that is steady the call of the moment itself is not looked at: who asks has seen it.
-    pub fn last_change(&mut self, cell: Cell, before: Moment) -> Changed {
+    /// `most`: the most sections that are executed step by step.
+    pub fn last_change(&mut self, cell: Cell, before: Moment, most: usize) -> Changed {
         let mut section = before.section;
         let mut end = (before.entry, before.step);
         let quiet = !self.subject.is_written(cell);
         let steady = Steady::of(self.subject, cell);
-        loop {
+        let is_seen = !quiet && steady.is_none();
+        let mut passed = Vec::new();
+        let changed = loop {
+            if let Some(known) = self.known.get(&(cell, section)).filter(|_| !passed.is_empty()) {
+                break *known;
+            }
+            if is_seen && passed.len() >= most {
+                break Changed::Never(TapeEnd::Searched, section);
+            }
             let found = if quiet {
                 self.written_from_outside(cell, section, end.0)
             } else if let Some(steady) = &steady {
@@ -182,14 +202,17 @@ impl<'a> Replay<'a> {
             };
             if let Some(change) = found {
                 let (entry, step) = (change.entry as usize, change.step);
-                return Changed::At(change, Moment { section, entry, step });
+                break Changed::At(change, Moment { section, entry, step });
             }
             match self.older(section) {
                 Ok(older) => section = older,
-                Err(why) => return Changed::Never(why, section),
+                Err(why) => break Changed::Never(why, section),
             }
+            passed.push(section);
             end = (usize::MAX, 0);
-        }
+        };
+        self.known.extend(passed.into_iter().map(|section| ((cell, section), changed)));
+        changed
     }
 
     /// The last change of a steady cell in a section.
@@ -348,10 +371,15 @@ impl<'a> Replay<'a> {
         }
     }
 
+    /// The most sections that a search for a lesser fact executes step by step.
+    pub fn sections_max(&self) -> usize {
+        (SEARCHED_MAX / self.subject.batches.len().max(1)).clamp(3, 120)
+    }
+
     /// When a cell changed last, in a certain way. Of a large program only the last few sections
     /// are searched.
     pub fn since(&mut self, cell: Cell, at: Moment, is: &dyn Fn(&CellChange) -> bool) -> Since {
-        let most = (SEARCHED_MAX / self.subject.batches.len().max(1)).clamp(3, 120);
+        let most = self.sections_max();
         let mut section = at.section;
         let mut end = (at.entry, at.step);
         for _ in 0..most {

@@ -74,7 +74,8 @@ impl Bench {
         let case = generate(seed);
         let text = case.ladder();
         let file = SourceFile { name: "random.toml".into(), text: text.clone() };
-        let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+        let (program, findings) =
+            load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
         let program = Arc::new(program.unwrap_or_else(|| panic!("seed {seed}: {findings:?}")));
         let subject = Subject::new(Arc::clone(&program), vec![file]);
         let mut recorder = Recorder::new(Engine::new(lower(&program).0));

@@ -35,7 +35,7 @@ fn ladder() -> String {
 #[ignore = "prints times"]
 fn times_of_a_large_ladder() {
     let file = SourceFile { name: "large.toml".into(), text: ladder() };
-    let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+    let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
     let program = Arc::new(program.unwrap_or_else(|| panic!("{:?}", &findings[..3])));
     let begin = Instant::now();
     let subject = Subject::new(Arc::clone(&program), vec![file]);
