@@ -126,7 +126,7 @@ impl Line {
             Side { program: &old.0, symbols: &old.1 },
             Side { program: &new.0, symbols: &new.1 },
         );
-        let mut taped = Taped::new(Engine::new(new.0)).with_spares(4);
+        let mut taped = Taped::new(Engine::new(new.0)).with_spares();
         taped.adopt(&mut self.taped, &plan.transfer, true, &[]);
         taped.swapped(generation);
         taped.settle();
