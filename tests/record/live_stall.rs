@@ -105,8 +105,10 @@ impl Drop for OnDisk {
 
 impl OnDisk {
     fn freeze_off(&self) {
-        let at = self.disk.as_ref().map(|disk| disk.at.to_str().unwrap().to_owned());
-        at.iter().for_each(|at| drop(shell(&["fsfreeze", "--unfreeze", at])));
+        let at = self.disk.as_ref().map(|disk| disk.at.to_str().unwrap());
+        for at in at {
+            shell(&["fsfreeze", "--unfreeze", at]);
+        }
     }
 }
 
