@@ -31,3 +31,4 @@ pub mod runtime;
 mod say;
 pub mod sim;
 pub mod source;
+pub mod testing;

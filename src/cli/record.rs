@@ -5,17 +5,20 @@
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 
 use super::exit::Exit;
 use super::operator::OperatorArgs;
-use super::recording::{self, Stretch, stretches};
+use super::recording::{self, RecordedStretch, stretches};
 use super::terminal::{one_line, plain_json, print, say_line};
 use super::when::{LocalClock, When};
 use crate::record::{Recording, Verified};
+use crate::runtime::TapeSection;
+use crate::testing::{ScenarioOf, scenario};
 
 /// Lists, verifies and cuts recordings of the scan log
 #[derive(Args, Debug)]
@@ -29,27 +32,38 @@ enum RecordCommand {
     /// Lists what is recorded: from when to when, which scans, which program, and the gaps
     List {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
     },
     /// Executes a recording again, and compares every hash in it
     Verify {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
     },
     /// Writes a part of a recording as a file of its own
     Cut {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
         #[command(flatten)]
-        part: Part,
+        part: RecordedPart,
         /// The file to write
         #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Makes a test of a part of a recording: what came in as steps, outputs and alarms as
+    /// expectations
+    Test {
+        #[command(flatten)]
+        of: RecordingSource,
+        #[command(flatten)]
+        part: RecordedPart,
+        /// The test file to write; - is standard output
+        #[arg(short, long, value_name = "FILE.test.toml", default_value = "-")]
         output: PathBuf,
     },
     /// Writes out the files of the program that is recorded
     Files {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
         /// The program of this time (default: the newest)
         #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
         at: Option<When>,
@@ -61,7 +75,7 @@ enum RecordCommand {
 
 /// Where a recording comes from.
 #[derive(Args, Clone, Debug)]
-pub struct Source {
+pub struct RecordingSource {
     /// A recording: a file, or a folder as `[record] dir` names it (default: the last minute of the
     /// running controller)
     #[arg(value_name = "RECORDING")]
@@ -72,7 +86,7 @@ pub struct Source {
 
 /// A part of a recording.
 #[derive(Args, Clone, Debug)]
-pub struct Part {
+pub struct RecordedPart {
     /// From this time or scan on: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
     pub from: Option<When>,
@@ -89,6 +103,7 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
     let (RecordCommand::List { of }
     | RecordCommand::Verify { of }
     | RecordCommand::Cut { of, .. }
+    | RecordCommand::Test { of, .. }
     | RecordCommand::Files { of, .. }) = &args.what;
     let recording = match recording::of(of.path.as_ref(), &of.at)? {
         Ok(recording) => recording,
@@ -99,6 +114,7 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
         RecordCommand::List { of } => list(&recording, of.at.json),
         RecordCommand::Verify { of } => verify(recording, of.at.json),
         RecordCommand::Cut { part, output, .. } => cut(&recording, part, output),
+        RecordCommand::Test { part, output, .. } => test(recording, part, output),
         RecordCommand::Files { at, output, .. } => files(&recording, at.as_ref(), output),
     }
 }
@@ -127,7 +143,7 @@ fn list(recording: &Recording, json: bool) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-fn stretch_text(recording: &Recording, stretch: &Stretch, clock: &LocalClock) -> String {
+fn stretch_text(recording: &Recording, stretch: &RecordedStretch, clock: &LocalClock) -> String {
     let program = recording.program(stretch.sections.start);
     let (begin, end) = (clock.text(stretch.begin_ns), clock.time_text(stretch.end_ns));
     let name = program.files.first().map_or("", |file| file.name.as_str());
@@ -146,7 +162,7 @@ fn stretch_text(recording: &Recording, stretch: &Stretch, clock: &LocalClock) ->
     text
 }
 
-fn stretch_json(recording: &Recording, stretch: &Stretch) -> serde_json::Value {
+fn stretch_json(recording: &Recording, stretch: &RecordedStretch) -> serde_json::Value {
     let program = recording.program(stretch.sections.start);
     serde_json::json!({
         "begin_unix_ns": stretch.begin_ns,
@@ -204,7 +220,7 @@ fn verdict(recording: &Recording, verified: &Verified) -> String {
     text
 }
 
-fn cut(recording: &Recording, part: &Part, output: &Path) -> Result<Exit> {
+fn cut(recording: &Recording, part: &RecordedPart, output: &Path) -> Result<Exit> {
     let sections = sections(recording, part)?;
     let file = File::create(output).with_context(|| output.display().to_string())?;
     let mut file = BufWriter::new(file);
@@ -217,7 +233,7 @@ fn cut(recording: &Recording, part: &Part, output: &Path) -> Result<Exit> {
 ///
 /// # Errors
 /// The part is empty.
-pub(super) fn sections(recording: &Recording, part: &Part) -> Result<Range<usize>> {
+pub(super) fn sections(recording: &Recording, part: &RecordedPart) -> Result<Range<usize>> {
     let Some(span) = recording::span(recording) else { bail!("the recording is empty") };
     let clock = LocalClock::here();
     let place = |when: &When| recording::section_at(recording, when.find(&clock, span.clone()));
@@ -233,21 +249,74 @@ pub(super) fn sections(recording: &Recording, part: &Part) -> Result<Range<usize
     }
 }
 
+fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit> {
+    let range = sections(&recording, part)?;
+    let program = Arc::clone(recording.program(range.end - 1));
+    // The newest program's stretch without a gap.
+    let is_one = |at: &usize| recording.program(*at) == &program;
+    let mut first = range.end - 1;
+    while first > range.start && is_one(&(first - 1)) && recording.follows(first) {
+        first -= 1;
+    }
+    let clock = LocalClock::here();
+    let name = format!("as recorded on {}", clock.text(recording.head(first).begin_ns));
+    let subject = recording::subject(&program).map_err(anyhow::Error::msg)?;
+    let (_, loaded) = recording::loaded(&program).map_err(anyhow::Error::msg)?;
+    let period_ms = loaded.controller.map_or(10, |controller| controller.period_ms);
+    let mut run = recording::run_of(recording);
+    let made = (first..range.end).map(|at| run.section(at));
+    let made: Vec<TapeSection> = made.collect::<Result<_, _>>()?;
+    let ladders = program.files.iter().skip(1).map(|file| file.name.clone()).collect();
+    let of = ScenarioOf { subject: &subject, ladders, period_ms, sections: &made, name };
+    let text = scenario(&of);
+    if output == Path::new("-") {
+        print(&text)?;
+    } else {
+        fs::write(output, text).with_context(|| output.display().to_string())?;
+    }
+    Ok(Exit::Ok)
+}
+
 fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit> {
-    let part = Part { from: None, to: at.cloned() };
+    let part = RecordedPart { from: None, to: at.cloned() };
     let sections = sections(recording, &part)?;
     let program = recording.program(sections.end - 1);
     fs::create_dir_all(output).with_context(|| output.display().to_string())?;
     for file in &program.files {
-        // Names come from a file: none leads out of the folder.
-        let name = Path::new(&file.name).file_name().unwrap_or_default();
-        let name = name.to_string_lossy().replace(':', "-");
-        let path = output.join(&name);
+        let path = output.join(inside(&file.name));
         if path.exists() {
-            bail!("{} is there already: name a folder without it", path.display());
+            bail!("{} is there already: name another folder", path.display());
+        }
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
         fs::write(&path, &file.text).with_context(|| path.display().to_string())?;
         print(&format!("{}\n", one_line(&path.display().to_string())))?;
     }
     Ok(Exit::Ok)
+}
+
+/// The path of a recorded file within a folder. Its name comes from outside: nothing in it leads
+/// out of the folder.
+fn inside(name: &str) -> PathBuf {
+    let parts = Path::new(name).components().filter_map(|part| match part {
+        Component::Normal(part) => Some(part),
+        Component::Prefix(_) | Component::RootDir | Component::CurDir | Component::ParentDir => {
+            None
+        }
+    });
+    parts.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_name_leads_out_of_the_folder() {
+        assert_eq!(inside("programs/a.toml"), Path::new("programs/a.toml"));
+        assert_eq!(inside("/etc/rungd/a.toml"), Path::new("etc/rungd/a.toml"));
+        assert_eq!(inside("../../a.toml"), Path::new("a.toml"));
+        assert_eq!(inside("lib:pid"), Path::new("lib:pid"));
+    }
 }

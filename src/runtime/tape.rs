@@ -11,8 +11,9 @@
 
 use rtrb::{Consumer, Producer};
 
-use super::machine::{Machine, Origin, ScanStart};
+use super::machine::{Machine, ScanStart};
 use super::mode::{FaultReason, Mode};
+use super::origin::Origin;
 use crate::engine::{
     BitCell, BlockEvent, Cell, Engine, EngineCall, EngineState, MathEvent, Transfer, WordCell,
 };
@@ -347,6 +348,10 @@ impl Machine for Taped {
             // The scan that panicked has no end, and nothing goes on from its memory.
             tape.step.clear();
             tape.broken = true;
+        }
+        if mode != Mode::Run {
+            // The state behind the passes proves them.
+            tape.next_state_ns = 0;
         }
         tape.keep(TapeEntry::Mode(mode));
     }

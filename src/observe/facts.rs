@@ -1,0 +1,39 @@
+//! Facts about a program that is observed, for those that make something else of a recording.
+
+use super::answer::Operand;
+use super::subject::Subject;
+use crate::engine::{self, Cell};
+use crate::isa::status::dst;
+use crate::isa::{Address, Bit, DeviceId, Health, Word, WordSpace};
+
+impl Subject {
+    /// The program as the scan thread executes it.
+    pub(crate) fn code(&self) -> &engine::Program {
+        &self.fast
+    }
+
+    /// The operand that a cell is.
+    pub(crate) fn operand(&self, cell: Cell) -> Operand {
+        self.names.operand(&self.symbols, cell)
+    }
+
+    /// Whether an instruction of the program may write a cell.
+    pub(crate) fn is_driven(&self, cell: Cell) -> bool {
+        self.is_written(cell)
+    }
+
+    /// The `.Ok` bits of its field devices.
+    pub(crate) fn well(&self) -> Vec<Cell> {
+        let ids = (0..self.program.devices.len() as u32).map(DeviceId);
+        let layout = &self.symbols.layout;
+        ids.map(|id| Cell::Bit(layout.bit(Bit::Device(id, Health::Ok)))).collect()
+    }
+
+    /// Whether it names a word of the time of day.
+    pub(crate) fn reads_time_of_day(&self) -> bool {
+        self.program.operands.iter().any(|named| match named.address {
+            Address::Word(Word::Space(WordSpace::Dst, n)) => (dst::YEAR..=dst::SECOND).contains(&n),
+            Address::Word(_) | Address::Bit(_) | Address::Structure(_) => false,
+        })
+    }
+}

@@ -1,0 +1,72 @@
+//! What happened, scan by scan, on a grid of virtual time.
+//!
+//! A test runs in virtual time, one scan a period. Each recorded scan gets the place on that grid
+//! that is nearest to its time: where scans were skipped, more of them run in the test.
+
+use crate::engine::{Cell, Engine, EngineCall};
+use crate::runtime::{TapeEntry, TapeSection};
+
+/// A scan as it was recorded.
+#[derive(Clone, Debug, Default)]
+pub(super) struct HappenedScan {
+    /// Its place in virtual time: scans since the first one.
+    pub at: u64,
+    /// What came in before it: inputs, queued writes, forces.
+    pub calls: Vec<EngineCall>,
+    /// An orderly stop was asked for: it is the last of its RUN.
+    pub is_last: bool,
+    /// RUN begins with it, and it is not the first.
+    pub begins_run: bool,
+    /// The watched cells behind it, before any passes.
+    pub values: Vec<i32>,
+}
+
+/// Follows sections from their first state on, and notes the watched cells behind each scan.
+pub(super) fn happened(
+    mut engine: Engine,
+    sections: &[TapeSection],
+    (period_ns, watched): (u64, &[Cell]),
+) -> Vec<HappenedScan> {
+    let mut scans: Vec<HappenedScan> = Vec::new();
+    let mut next = HappenedScan::default();
+    let mut first_ns = None;
+    let entries = sections.iter().flat_map(|section| &section.entries);
+    for entry in entries {
+        let call = match entry {
+            TapeEntry::Call(call) => *call,
+            TapeEntry::Origin(_)
+            | TapeEntry::Number(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => continue,
+        };
+        engine.apply(call);
+        match call {
+            EngineCall::Start { .. } => next.begins_run = !scans.is_empty(),
+            EngineCall::RequestStop => next.is_last = true,
+            EngineCall::Begin { now_ns, .. } => {
+                let since_ns = now_ns.saturating_sub(*first_ns.get_or_insert(now_ns));
+                let place = (since_ns + period_ns / 2) / period_ns;
+                next.at = scans.last().map_or(0, |last| place.max(last.at + 1));
+            }
+            EngineCall::Write(..) | EngineCall::Force(..) | EngineCall::Release(_) => {
+                next.calls.push(call);
+            }
+            EngineCall::Execute => {
+                next.values = watched.iter().map(|cell| value(&engine, *cell)).collect();
+                scans.push(std::mem::take(&mut next));
+            }
+            EngineCall::Terminate => {}
+        }
+    }
+    scans
+}
+
+/// A bit (0 or 1) or a word.
+pub(super) fn value(engine: &Engine, cell: Cell) -> i32 {
+    match cell {
+        Cell::Bit(bit) => engine.image().bit(bit).into(),
+        Cell::Word(word) => engine.image().word(word),
+    }
+}
