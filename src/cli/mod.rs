@@ -4,6 +4,7 @@
 //! standard error, results to standard output.
 
 mod check;
+mod compared;
 mod completions;
 mod events;
 mod exit;
@@ -16,15 +17,23 @@ mod mode;
 mod operator;
 mod read;
 mod record;
+mod recorded_plant;
+mod recorded_trace;
 mod recording;
 mod reload;
+mod replay;
+mod replay_ladder;
+mod replay_window;
 mod retain;
 mod run;
 pub mod schema;
 mod sim;
 mod status;
 mod terminal;
+mod trace_file;
+mod twin_run;
 mod watch;
+mod watched_operands;
 mod when;
 mod why;
 mod write;
@@ -67,6 +76,7 @@ enum Command {
     Mode(mode::ModeArgs),
     Reload(reload::ReloadArgs),
     Rollback(reload::RollbackArgs),
+    Replay(replay::ReplayArgs),
     Retain(retain::RetainArgs),
     LogLevel(log_level::LogLevelArgs),
     Record(record::RecordArgs),
@@ -114,6 +124,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Mode(args) => mode::mode(args),
         Command::Reload(args) => reload::reload(args),
         Command::Rollback(args) => reload::rollback(args),
+        Command::Replay(args) => replay::replay(args),
         Command::Retain(args) => retain::retain(args),
         Command::LogLevel(args) => log_level::log_level(args),
         Command::Record(args) => record::record(args),

@@ -2,17 +2,16 @@
 //!
 //! Reads and writes the files; `sim` computes the trace.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
-use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
 use super::check::style;
-use super::exit::{CommandLine, Exit};
+use super::exit::Exit;
 use super::terminal::{say, say_drawn};
+use super::trace_file::{self, TraceFile};
+use super::watched_operands;
 use crate::calendar;
 use crate::engine::BitCell;
 use crate::isa::duration::{self, DurationError};
@@ -21,22 +20,12 @@ use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
-use crate::sim::stimulus::{Stimulus, StimulusTarget, split_element};
-use crate::sim::svg::{SvgTrace, TooLong};
-use crate::sim::trace::{CsvTrace, Watched};
+use crate::sim::stimulus::{Stimulus, StimulusTarget};
 use crate::sim::{self, Plan};
 use crate::source::render::{refuses, render};
 
-/// Ends the function with a mistake of the command line.
-macro_rules! usage {
-    ($($words:tt)*) => { return Err(CommandLine(format!($($words)*)).into()) };
-}
-
 /// The number of scans if neither `--scans` nor `--for` is given.
 const DEFAULT_SCANS: u64 = 100;
-
-/// The most elements of an array in a trace without `--watch`.
-const ELEMENTS_MAX: usize = 64;
 
 /// Runs a ladder program in virtual time and prints the values of its operands
 #[derive(Args, Debug)]
@@ -62,9 +51,9 @@ pub struct SimArgs {
     /// Operands to trace, in this order (default: all operands that the ladder names)
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     watch: Option<Vec<String>>,
-    /// The trace's file: CSV, or a timing diagram if the name ends in .svg; - is CSV on standard
-    /// output
-    #[arg(long, default_value = "-", value_name = "OUT.csv|OUT.svg|-")]
+    /// The trace's file: CSV, a timing diagram if the name ends in .svg, waves if in .vcd; - is CSV
+    /// on standard output
+    #[arg(long, default_value = "-", value_name = "OUT.csv|OUT.svg|OUT.vcd|-")]
     trace: PathBuf,
     /// Stop in an orderly way after the last scan: termination passes run, and a row `stop` follows
     #[arg(long)]
@@ -101,7 +90,8 @@ fn clock(text: &str) -> Result<i64, String> {
 /// # Errors
 /// A file that cannot be read or written, a stimulus or `--watch` that does not fit the program.
 pub fn sim(args: &SimArgs) -> Result<Exit> {
-    if let Some(read) = read_and_written(args) {
+    let reads = args.ladders.iter().chain(&args.stimulus);
+    if let Some(read) = trace_file::overwritten(&args.trace, reads) {
         let (trace, read) = (args.trace.display(), read.display());
         say(&format!("error: --trace {trace} would overwrite {read}, which it reads\n"));
         return Ok(Exit::Usage);
@@ -120,18 +110,8 @@ pub fn sim(args: &SimArgs) -> Result<Exit> {
     }
 }
 
-/// A file that is read, where the trace would be written: under this name or another.
-fn read_and_written(args: &SimArgs) -> Option<&PathBuf> {
-    let identity = |path: &Path| {
-        let meta = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
-        Some((meta.dev(), meta.ino()))
-    };
-    let trace = identity(&args.trace)?;
-    args.ladders.iter().chain(&args.stimulus).find(|read| identity(read) == Some(trace))
-}
-
 fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
-    refuse_other_forms(&args.trace)?;
+    trace_file::refuse_other_forms(&args.trace)?;
     let (engine_program, symbols) = lower(program);
     let plan = Plan {
         period_ms: args.period,
@@ -148,44 +128,11 @@ fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
             plan.period_ms
         );
     }
-    let watched = watched(args, program, &symbols)?;
-    if extension(&args.trace) == Some("svg") {
-        let mut trace = SvgTrace::new(&watched);
-        if let Err(error) = sim::run(engine_program, &plan, &mut trace) {
-            // The request is wrong, not the environment.
-            match error.get_ref().filter(|inner| inner.is::<TooLong>()) {
-                Some(inner) => usage!("--trace {}: {inner}", args.trace.display()),
-                None => return Err(error.into()),
-            }
-        }
-        return Ok(trace.finish(output(&args.trace)?)?);
-    }
-    let mut trace = CsvTrace::new(&watched, output(&args.trace)?)?;
+    let names = args.watch.as_deref();
+    let watched = watched_operands::watched(names, program, &symbols)?;
+    let mut trace = TraceFile::create(&args.trace, &watched)?;
     sim::run(engine_program, &plan, &mut trace)?;
-    trace.finish()?;
-    Ok(())
-}
-
-fn output(path: &Path) -> Result<Box<dyn Write>> {
-    if path == Path::new("-") {
-        return Ok(Box::new(BufWriter::new(io::stdout().lock())));
-    }
-    let file = File::create(path).with_context(|| path.display().to_string())?;
-    Ok(Box::new(BufWriter::new(file)))
-}
-
-fn extension(path: &Path) -> Option<&str> {
-    path.extension().and_then(|e| e.to_str())
-}
-
-fn refuse_other_forms(trace: &Path) -> Result<()> {
-    let name = trace.display();
-    match extension(trace) {
-        _ if trace == Path::new("-") || trace.starts_with("/dev") => Ok(()),
-        Some("csv" | "svg") => Ok(()),
-        Some("vcd") => usage!("--trace {name}: this version writes CSV and SVG, not VCD"),
-        _ => usage!("--trace {name}: the ending says the form, and is `.csv` or `.svg`"),
-    }
+    trace.finish()
 }
 
 fn scans(args: &SimArgs) -> u64 {
@@ -236,49 +183,5 @@ fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<StimulusTar
         Address::Bit(_) | Address::Word(_) => {
             Err(format!("`{operand}` is read-only: nothing outside can write it"))
         }
-    }
-}
-
-fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<Watched>> {
-    let scope = Scope::of(program);
-    let named = |name: &str| -> Result<Watched> {
-        if name.contains("..") {
-            usage!("--watch: `{name}`: a range is not taken here: name each, as `X0,X1`");
-        }
-        let address = scope.address(name).map_err(|m| CommandLine(format!("--watch: {m}")))?;
-        let Some(cell) = symbols.layout.cell(address) else {
-            let upper = matches!(address, Address::Structure(s) if s.members().contains(&"DN"));
-            let member = if upper { "DN" } else { "Done" };
-            usage!("--watch: `{name}` is a structure: name its members, as `{name}.{member}`");
-        };
-        Ok(Watched::new(name, cell, &symbols.layout))
-    };
-    match &args.watch {
-        Some(names) => {
-            if let Some(message) = split_element(names.iter().map(|name| name.trim())) {
-                usage!("--watch: {message}");
-            }
-            names.iter().map(|name| named(name.trim())).collect()
-        }
-        None => {
-            say_left_out(program);
-            let named = program.named(ELEMENTS_MAX);
-            let all = named.iter().filter_map(|operand| {
-                let cell = symbols.layout.cell(operand.address)?;
-                Some(Watched::new(&operand.name, cell, &symbols.layout))
-            });
-            Ok(all.collect())
-        }
-    }
-}
-
-/// Says which arrays have more elements than the trace without `--watch` shows.
-fn say_left_out(program: &Program) {
-    for of in program.arrays.iter().filter(|of| of.array.count as usize > ELEMENTS_MAX) {
-        let (name, count) = (of.name.split('[').next().unwrap_or(&of.name), of.array.count);
-        say(&format!(
-            "note: of the {count} elements of `{name}` the trace has the first {ELEMENTS_MAX}; \
-             `--watch` names others\n"
-        ));
     }
 }

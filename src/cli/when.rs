@@ -24,7 +24,7 @@ const DAYS_BACK: i64 = 3660;
 /// A time as it was said.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum When {
-    /// Complete scans of the process before it: `scan 81234`.
+    /// The number of a scan; the first of a process is 1: `scan 81234`.
     Scan(u64),
     /// Before the recording's end, ms: `-15m`.
     BeforeEnd(i32),
@@ -43,7 +43,7 @@ pub(super) enum When {
 pub(super) enum Moment {
     /// Ns since 1970 (UTC).
     Time(i64),
-    /// Complete scans of the process before it.
+    /// The number of a scan; the first of a process is 1.
     Scan(u64),
 }
 
@@ -97,13 +97,9 @@ impl LocalClock {
     }
 
     /// A clock of a zone, stopped at a time: ns since 1970 (UTC).
+    #[cfg(test)]
     pub fn at(zone: TimeZone, now_ns: i64) -> LocalClock {
         LocalClock { zone, now_ns }
-    }
-
-    /// The reader's present time, ns since 1970 (UTC).
-    pub fn now_ns(&self) -> i64 {
-        self.now_ns
     }
 
     /// Date and time of day in local time, to the millisecond: `2026-11-22 10:02:03.500`.

@@ -29,6 +29,7 @@ pub use program::{RecordedFile, RecordedProgram};
 pub use recent::Recent;
 pub use recorder::{Recorder, TapeClock};
 pub use recording::{EXTENSION, ReadSection, Recording};
+pub(crate) use replay::fits;
 pub use replay::{Replay, ReplayedScan, Unreplayable, Verified};
 pub use section::{ENTRIES_MAX, SectionBody};
 pub use segment::{SegmentStart, VERSION};

@@ -130,26 +130,46 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
 
     /// Executes sections, and compares the state at the end of each with what was recorded.
     pub fn verify(&mut self, sections: Range<usize>) -> Verified {
-        let mut verified = Verified::default();
+        self.verify_seen(sections, |_, _| {}).0
+    }
+
+    /// As [`Replay::verify`]; visits the end of each scan, and gives all sections whose end is not
+    /// as it was recorded.
+    pub fn verify_seen(
+        &mut self,
+        sections: Range<usize>,
+        mut visit: impl FnMut(ReplayedScan, &Engine),
+    ) -> (Verified, Vec<usize>) {
+        let (mut verified, mut different) = (Verified::default(), Vec::new());
         let first = sections.start;
         for at in sections {
             verified.gaps += u64::from(at > first && !self.recording.follows(at));
-            match self.verify_one(at, &mut verified.scans) {
+            let result = self.verify_one(at, &mut |scan, engine| {
+                verified.scans += 1;
+                visit(scan, engine);
+                ControlFlow::Continue(())
+            });
+            match result {
                 Ok(same) => {
                     verified.sections += 1;
                     verified.compared += u64::from(same.is_some());
                     if same == Some(false) {
-                        verified.first_difference.get_or_insert(at);
+                        different.push(at);
                     }
                 }
                 Err(_) => verified.unreplayable += 1,
             }
         }
-        verified
+        verified.first_difference = different.first().copied();
+        (verified, different)
     }
 
     /// Whether the end of a section is as it was recorded; `None`: nothing is known of it.
-    fn verify_one(&mut self, at: usize, scans: &mut u64) -> Result<Option<bool>, Unreplayable> {
+    fn verify_one(
+        &mut self,
+        at: usize,
+        visit: &mut impl FnMut(ReplayedScan, &Engine) -> ControlFlow<()>,
+    ) -> Result<Option<bool>, Unreplayable> {
         // The state where the section before it has ended.
         let reached = if self.at == Some(at) && self.recording.follows(at) {
             self.engine.as_ref().map(|(program, engine)| (program.clone(), EngineState::of(engine)))
@@ -161,10 +181,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
             Some((program, state)) if program == self.recording.program(at) => *state == start,
             Some(_) | None => true,
         };
-        let _ = self.execute(at, &mut |_, _| {
-            *scans += 1;
-            ControlFlow::Continue(())
-        })?;
+        let _ = self.execute(at, visit)?;
         let hash = self.recording.head(at).end_hash;
         let Some((_, engine)) = &self.engine else { return Err(Unreplayable::NoBase) };
         let same = hash.map(|hash| hash == state_hash(&EngineState::of(engine)));
@@ -254,7 +271,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
 }
 
 /// Whether an engine has the cell of a call.
-fn fits(call: EngineCall, engine: &Engine) -> bool {
+pub(crate) fn fits(call: EngineCall, engine: &Engine) -> bool {
     match call {
         EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell) => {
             match cell {

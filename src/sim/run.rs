@@ -8,6 +8,7 @@ use crate::calendar::LocalTime;
 use crate::engine::{self, BitCell, Engine, ScanTimes};
 
 const NS_PER_MS: u64 = 1_000_000;
+const US_PER_MS: u64 = 1000;
 const MS_PER_S: u64 = 1000;
 
 /// The parameters of a simulation.
@@ -67,10 +68,10 @@ pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::
             }
         }
         let end = engine.execute();
-        trace.row(RowName::Scan(scan), time_ms, engine.image())?;
+        trace.row(RowName::Scan(scan), time_ms * US_PER_MS, engine.image())?;
         if end.last {
             engine.terminate();
-            return trace.row(RowName::Stop, time_ms, engine.image());
+            return trace.row(RowName::Stop, time_ms * US_PER_MS, engine.image());
         }
     }
     Ok(())

@@ -3,51 +3,31 @@
 //!
 //! The text depends only on the traced values, so a test can compare a diagram in a document with
 //! the program. A column shows the values at the *end* of its scan: an input's change and its
-//! effect are in the same column.
+//! effect are in the same column. More than [`SCANS_MAX`] scans do not have a column each:
+//! `svg_columns` then keeps columns of many scans, and `svg_wide` draws them.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::trace::{RowName, Trace, Watched};
-use crate::engine::{Cell, Image};
+use super::svg_columns::WideColumns;
+use super::svg_wide::{self, HEAD, HIGH, LOW, NAME_CHAR, NUMBER_CHAR, ROW, STYLE, WIDTH_MAX};
+use super::trace::{RowName, ValueTrace, Watched, ms_text};
+use crate::engine::Cell;
 
-/// Maximum number of scans in a diagram.
+/// The most scans that have a column each (a stop has one more).
 pub const SCANS_MAX: usize = 1_000;
 
 const COLUMN: usize = 28;
 const COLUMN_MIN: usize = 4;
-const WIDTH_MAX: usize = 1_200;
-const ROW: usize = 30;
-const HEAD: usize = 34;
-/// The upper and the lower edge of a line or band, from the top of its row.
-const HIGH: usize = 7;
-const LOW: usize = 23;
-/// Widths of a character, px, rounded up: names, and numbers.
-const NAME_CHAR: usize = 8;
-const NUMBER_CHAR: usize = 7;
-
-const STYLE: &str = "text{font:12px monospace;fill:#222}.t,.v{font-size:10.5px;\
-    text-anchor:middle}.t{fill:#666}.v{fill:#123}.l{fill:none;stroke:#08774f;stroke-width:2}\
-    .f{fill:#08774f;fill-opacity:.14}.w{fill:#eaf1fa;stroke:#4a6f9c}.g{stroke:#e6e6e6}\
-    .s{fill:#fff4dc}";
-
-/// The error for more scans than a diagram can show.
-#[derive(Debug)]
-pub struct TooLong;
-
-impl std::fmt::Display for TooLong {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "a diagram shows at most {SCANS_MAX} scans: ask for fewer")
-    }
-}
-
-impl std::error::Error for TooLong {}
 
 /// Collects rows, and draws them in [`SvgTrace::finish`].
 pub struct SvgTrace<'a> {
     watched: &'a [Watched],
-    columns: Vec<(String, u64)>,
+    /// The name of each scan, and its time, µs.
+    columns: Vec<(RowName, u64)>,
     values: Vec<Vec<i32>>,
+    /// All rows, if they are more than have a column each.
+    wide: Option<WideColumns>,
 }
 
 /// Positions and sizes in the diagram, px.
@@ -73,7 +53,8 @@ impl Measures {
 impl<'a> SvgTrace<'a> {
     /// A diagram of these operands.
     pub fn new(watched: &'a [Watched]) -> SvgTrace<'a> {
-        SvgTrace { watched, columns: Vec::new(), values: vec![Vec::new(); watched.len()] }
+        let values = vec![Vec::new(); watched.len()];
+        SvgTrace { watched, columns: Vec::new(), values, wide: None }
     }
 
     /// Draws the collected rows.
@@ -81,25 +62,17 @@ impl<'a> SvgTrace<'a> {
     /// # Errors
     /// The error of `out`.
     pub fn finish(&self, mut out: impl Write) -> io::Result<()> {
+        if let Some(columns) = &self.wide {
+            out.write_all(svg_wide::draw(self.watched, columns).as_bytes())?;
+            return out.flush();
+        }
         let measures = self.measures();
         let (width, height) = (measures.width, measures.height);
-        let mut svg = String::new();
-        let _ = writeln!(
-            svg,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\">\n<style>{STYLE}</style>\n\
-             <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>"
-        );
+        let mut svg = svg_wide::opened(STYLE, (width, height));
         self.head(&mut svg, &measures);
         for (at, watched) in self.watched.iter().enumerate() {
             let top = HEAD + ROW * at;
-            let name = watched.name.replace('&', "&amp;").replace('<', "&lt;");
-            let _ = writeln!(
-                svg,
-                "<path class=\"g\" d=\"M6 {top}H{}\"/><text x=\"6\" y=\"{}\">{name}</text>",
-                measures.x(self.columns.len()),
-                top + 19
-            );
+            svg_wide::name(&mut svg, watched, top, measures.x(self.columns.len()));
             match watched.cell {
                 Cell::Bit(_) => bit_line(&mut svg, &self.values[at], top, &measures),
                 Cell::Word(_) => self.word_bands(&mut svg, at, top, &measures),
@@ -110,6 +83,17 @@ impl<'a> SvgTrace<'a> {
         out.flush()
     }
 
+    /// Gives no scan a column of its own any more.
+    fn widen(&mut self) {
+        let mut columns = WideColumns::new(self.watched);
+        for (at, head) in self.columns.iter().enumerate() {
+            let row: Vec<i32> = self.values.iter().map(|values| values[at]).collect();
+            columns.put(*head, &row);
+        }
+        self.wide = Some(columns);
+        (self.columns, self.values) = (Vec::new(), Vec::new());
+    }
+
     /// Columns are as wide as the widest number, as far as the picture's maximum width allows.
     fn measures(&self) -> Measures {
         let name = self.watched.iter().map(|w| w.name.chars().count()).max().unwrap_or(0).max(4);
@@ -117,7 +101,7 @@ impl<'a> SvgTrace<'a> {
         let words = words.filter(|(w, _)| matches!(w.cell, Cell::Word(_)));
         let texts = words.flat_map(|(w, values)| values.iter().map(|v| w.text(*v).len()));
         let digits = texts.max();
-        let times = self.columns.last().map_or(0, |(_, time_ms)| time_ms.to_string().len());
+        let times = self.columns.last().map_or(0, |(_, time_us)| ms_text(*time_us).len());
         let widest = digits.unwrap_or(0).max(times) * NUMBER_CHAR + 6;
         let count = self.columns.len().max(1);
         let column = widest.max(COLUMN).min(WIDTH_MAX / count).max(COLUMN_MIN);
@@ -133,9 +117,9 @@ impl<'a> SvgTrace<'a> {
     /// Scan numbers and times in the middle of their columns, and the grid.
     fn head(&self, svg: &mut String, measures: &Measures) {
         let bottom = measures.height;
-        let widest = self.columns.last().map_or(0, |(_, time_ms)| time_ms.to_string().len().max(4));
+        let widest = self.columns.last().map_or(0, |(_, time_us)| ms_text(*time_us).len().max(4));
         let every = (widest * NUMBER_CHAR).div_ceil(measures.column);
-        let stop = self.columns.iter().position(|(name, _)| name == "stop");
+        let stop = self.columns.iter().position(|(name, _)| *name == RowName::Stop);
         if let Some(at) = stop {
             let (x, width) = (measures.x(at), measures.column);
             let _ = writeln!(
@@ -144,12 +128,13 @@ impl<'a> SvgTrace<'a> {
             );
         }
         let _ = writeln!(svg, "<text x=\"6\" y=\"14\">scan</text><text x=\"6\" y=\"28\">ms</text>");
-        for (at, (name, time_ms)) in self.columns.iter().enumerate() {
+        for (at, (name, time_us)) in self.columns.iter().enumerate() {
             let near_stop = stop.is_some_and(|stop| at < stop && stop - at < every);
-            if name != "stop" && (at % every != 0 || near_stop) {
+            if *name != RowName::Stop && (at % every != 0 || near_stop) {
                 continue;
             }
             let (x, middle) = (measures.x(at), measures.middle(at, 1));
+            let time_ms = ms_text(*time_us);
             let _ = writeln!(
                 svg,
                 "<path class=\"g\" d=\"M{x} {HEAD}V{bottom}\"/>\
@@ -199,21 +184,22 @@ fn bit_line(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
     let _ = writeln!(svg, "<path class=\"l\" d=\"M{left} {first}{steps}\"/>");
 }
 
-impl Trace for SvgTrace<'_> {
-    fn row(&mut self, name: RowName, time_ms: u64, image: &Image) -> io::Result<()> {
-        if self.columns.len() > SCANS_MAX {
-            return Err(io::Error::other(TooLong));
+impl ValueTrace for SvgTrace<'_> {
+    fn watched(&self) -> &[Watched] {
+        self.watched
+    }
+
+    fn values(&mut self, name: RowName, time_us: u64, values: &[i32]) -> io::Result<()> {
+        if let Some(columns) = &mut self.wide {
+            columns.put((name, time_us), values);
+            return Ok(());
         }
-        let name = match name {
-            RowName::Scan(scan) => scan.to_string(),
-            RowName::Stop => "stop".to_owned(),
-        };
-        self.columns.push((name, time_ms));
-        for (watched, values) in self.watched.iter().zip(&mut self.values) {
-            values.push(match watched.cell {
-                Cell::Bit(bit) => i32::from(image.bit(bit)),
-                Cell::Word(word) => image.word(word),
-            });
+        self.columns.push((name, time_us));
+        for (value, values) in values.iter().zip(&mut self.values) {
+            values.push(*value);
+        }
+        if self.columns.len() > SCANS_MAX + 1 {
+            self.widen();
         }
         Ok(())
     }
@@ -233,14 +219,14 @@ mod tests {
     fn drawn(bit: &[i32], word: &[i32]) -> String {
         let watched =
             [watched("X0", Cell::Bit(BitCell(0))), watched("a<b&c", Cell::Word(WordCell(0)))];
-        let mut columns: Vec<(String, u64)> =
-            (0..bit.len() as u64).map(|scan| (scan.to_string(), 10 * scan)).collect();
+        let mut columns: Vec<(RowName, u64)> =
+            (0..bit.len() as u64).map(|scan| (RowName::Scan(scan), 10_000 * scan)).collect();
         if let Some(last) = columns.last_mut() {
-            last.0 = "stop".to_owned();
+            last.0 = RowName::Stop;
         }
         let values = vec![bit.to_vec(), word.to_vec()];
         let mut out = Vec::new();
-        SvgTrace { watched: &watched, columns, values }.finish(&mut out).unwrap();
+        SvgTrace { watched: &watched, columns, values, wide: None }.finish(&mut out).unwrap();
         String::from_utf8(out).unwrap()
     }
 

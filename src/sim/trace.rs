@@ -1,8 +1,12 @@
 //! Traces: one row for each scan, with the values at its end.
 //!
-//! The CSV form: header `scan,time_ms,` and the operands as requested; bits 0 and 1, words decimal,
-//! reals as they are written, time in whole ms. The row after an orderly stop is called `stop`.
+//! `sim::run` hands rows over as images, by [`Trace`]; a replay, which may have two images, as
+//! values, by [`ValueTrace`]. Every form of a trace takes both. The CSV form: header
+//! `scan,time_ms,` and the operands as requested; bits 0 and 1, words decimal, reals as they are
+//! written, time in ms, with a fraction where it is not whole. The row after an orderly stop is
+//! called `stop`.
 
+use std::fmt;
 use std::io::{self, Write};
 
 use crate::engine::{Cell, Image, Layout};
@@ -26,6 +30,14 @@ impl Watched {
         Watched { name: name.to_owned(), cell, real }
     }
 
+    /// The cell's content in an image.
+    pub fn value(&self, image: &Image) -> i32 {
+        match self.cell {
+            Cell::Bit(bit) => i32::from(image.bit(bit)),
+            Cell::Word(word) => image.word(word),
+        }
+    }
+
     /// The text of the cell's content.
     pub(super) fn text(&self, content: i32) -> String {
         if self.real { Real::of_cell(content).to_string() } else { content.to_string() }
@@ -41,13 +53,50 @@ pub enum RowName {
     Stop,
 }
 
+impl fmt::Display for RowName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RowName::Scan(scan) => scan.fmt(f),
+            RowName::Stop => f.write_str("stop"),
+        }
+    }
+}
+
 /// Takes the rows of a simulation.
 pub trait Trace {
-    /// One row.
+    /// One row, at a time in µs.
     ///
     /// # Errors
     /// What the place it writes to gives.
-    fn row(&mut self, name: RowName, time_ms: u64, image: &Image) -> io::Result<()>;
+    fn row(&mut self, name: RowName, time_us: u64, image: &Image) -> io::Result<()>;
+}
+
+/// Takes rows as values.
+pub trait ValueTrace {
+    /// The traced operands.
+    fn watched(&self) -> &[Watched];
+
+    /// One row, at a time in µs: a value for each operand.
+    ///
+    /// # Errors
+    /// What the place it writes to gives.
+    fn values(&mut self, name: RowName, time_us: u64, values: &[i32]) -> io::Result<()>;
+}
+
+impl<T: ValueTrace> Trace for T {
+    fn row(&mut self, name: RowName, time_us: u64, image: &Image) -> io::Result<()> {
+        let values: Vec<i32> = self.watched().iter().map(|w| w.value(image)).collect();
+        self.values(name, time_us, &values)
+    }
+}
+
+/// A time in ms, with a fraction where it is not whole: `20`, `20.5`.
+pub(super) fn ms_text(time_us: u64) -> String {
+    let (ms, us) = (time_us / 1000, time_us % 1000);
+    if us == 0 {
+        return ms.to_string();
+    }
+    format!("{ms}.{us:03}").trim_end_matches('0').to_owned()
 }
 
 /// Writes rows as CSV.
@@ -80,19 +129,17 @@ impl<'a, W: Write> CsvTrace<'a, W> {
     }
 }
 
-impl<W: Write> Trace for CsvTrace<'_, W> {
-    fn row(&mut self, name: RowName, time_ms: u64, image: &Image) -> io::Result<()> {
-        match name {
-            RowName::Scan(scan) => write!(self.out, "{scan},{time_ms}")?,
-            RowName::Stop => write!(self.out, "stop,{time_ms}")?,
-        }
-        for watched in self.watched {
-            match watched.cell {
-                Cell::Bit(bit) => write!(self.out, ",{}", u8::from(image.bit(bit)))?,
-                Cell::Word(word) if watched.real => {
-                    write!(self.out, ",{}", Real::of_cell(image.word(word)))?;
-                }
-                Cell::Word(word) => write!(self.out, ",{}", image.word(word))?,
+impl<W: Write> ValueTrace for CsvTrace<'_, W> {
+    fn watched(&self) -> &[Watched] {
+        self.watched
+    }
+
+    fn values(&mut self, name: RowName, time_us: u64, values: &[i32]) -> io::Result<()> {
+        write!(self.out, "{name},{}", ms_text(time_us))?;
+        for (watched, value) in self.watched.iter().zip(values) {
+            match watched.real {
+                true => write!(self.out, ",{}", Real::of_cell(*value))?,
+                false => write!(self.out, ",{value}")?,
             }
         }
         writeln!(self.out)

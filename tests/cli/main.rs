@@ -9,13 +9,16 @@ mod init;
 mod man_and_completions;
 mod packaging;
 mod plants;
+mod replay;
 mod sim;
+mod waves;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
     pub mod calm;
+    pub mod masked;
     pub mod model;
     pub mod shown;
 }

@@ -301,8 +301,23 @@ fn a_trace_goes_to_standard_output_or_to_a_file() {
     let svg = place.read("out.svg");
     assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
     place.refused(&format!("{args} --trace no/such/folder.csv"), 74, "no/such/folder.csv");
-    let many = "count.toml --watch X0 --scans 2000 --trace many.svg";
-    place.refused(many, 2, "--trace many.svg: a diagram shows at most 1000 scans");
+}
+
+#[test]
+fn a_diagram_has_no_limit_of_scans() {
+    let place = Place::new("many-scans");
+    let diagram = |scans: u32| {
+        let scans = format!("count.toml --watch X0,$FirstScan,D0 --scans {scans} --trace many.svg");
+        assert_eq!(place.trace(&scans), "");
+        place.read("many.svg")
+    };
+    let exact = diagram(1_001);
+    assert!(!exact.contains("each column is"));
+    assert!(diagram(1_002).contains(">each column is 1 scan; "));
+    let million = diagram(1_000_000);
+    assert!(million.contains(">each column is 1024 scans; "));
+    assert!(million.len() < exact.len(), "{}", million.len());
+    assert!(million.starts_with("<svg ") && million.ends_with("</svg>\n"));
 }
 
 #[test]
@@ -322,12 +337,9 @@ fn a_trace_never_overwrites_what_is_read() {
 }
 
 #[test]
-fn vcd_is_refused_before_anything_is_written() {
+fn another_ending_is_refused_before_anything_is_written() {
     let place = Place::new("vcd");
-    let said = "--trace out.vcd: this version writes CSV and SVG, not VCD";
-    place.refused("count.toml --trace out.vcd", 2, said);
-    assert!(!place.0.join("out.vcd").exists());
-    let said = "--trace out.xyz: the ending says the form, and is `.csv` or `.svg`";
+    let said = "--trace out.xyz: the ending says the form, and is `.csv`, `.svg` or `.vcd`";
     place.refused("count.toml --trace out.xyz", 2, said);
     assert!(!place.0.join("out.xyz").exists());
 }

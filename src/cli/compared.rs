@@ -1,0 +1,300 @@
+//! Two programs compared, scan by scan: which operands differ, when first, how often, for how long.
+//!
+//! `replay_ladder` executes both and asks here after each scan. An operand is found in each program
+//! on its own: an output by its address, an alarm or a watched operand by its name.
+
+use std::collections::HashSet;
+
+use super::exit::CommandLine;
+use super::recorded_plant::{RecordedPlant, RecordedPlants};
+use super::recorded_trace::{content, seconds};
+use super::replay::{counted, thousands};
+use super::when::LocalClock;
+use crate::engine::{Cell, Image};
+use crate::isa::{Address, Bit, BitSpace, Real};
+use crate::record::ReplayedScan;
+use crate::resolve::program::{Program, TagMeaning};
+use crate::sim::trace::Watched;
+
+/// The most elements of an array that count as outputs.
+const ELEMENTS_MAX: usize = 2048;
+
+/// Why an operand is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ComparedAs {
+    Output,
+    Alarm,
+    Watched,
+}
+
+/// An operand of both programs.
+pub(super) struct Compared {
+    /// Its name for people, and for commands.
+    pub label: String,
+    pub name: String,
+    pub compared_as: ComparedAs,
+    /// Its cell in each recorded program.
+    old: Vec<Option<Cell>>,
+    new: Option<Cell>,
+    real: bool,
+    pub first: Option<FirstDifference>,
+    times: u64,
+    scans: u64,
+    ns: i64,
+    /// Where the present difference began.
+    since_ns: Option<i64>,
+}
+
+/// The first difference of an operand.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FirstDifference {
+    pub scan: ReplayedScan,
+    old: i32,
+    new: i32,
+}
+
+/// All operands that are compared.
+pub(super) struct Comparison {
+    pub operands: Vec<Compared>,
+    /// The values of the last scan: of each operand the old one and the new one.
+    pub values: Vec<i32>,
+}
+
+impl Compared {
+    fn new(
+        (label, name, compared_as): (String, String, ComparedAs),
+        old: Vec<Option<Cell>>,
+        (plant, new): (&RecordedPlant, Option<Cell>),
+    ) -> Compared {
+        let is_real = |cell| matches!(cell, Cell::Word(word) if plant.layout().is_real(word));
+        let real = new.or(old.iter().find_map(|cell| *cell)).is_some_and(is_real);
+        let (first, since_ns) = (None, None);
+        let (times, scans, ns) = (0, 0, 0);
+        Compared { label, name, compared_as, old, new, real, first, times, scans, ns, since_ns }
+    }
+
+    fn is_word(&self) -> bool {
+        let cell = self.new.or(self.old.iter().find_map(|cell| *cell));
+        matches!(cell, Some(Cell::Word(_)))
+    }
+
+    fn text(&self, content: i32, cell: Option<Cell>) -> String {
+        match cell {
+            None => "absent".to_owned(),
+            Some(Cell::Bit(_)) => if content != 0 { "ON" } else { "OFF" }.to_owned(),
+            Some(Cell::Word(_)) if self.real => Real::of_cell(content).to_string(),
+            Some(Cell::Word(_)) => content.to_string(),
+        }
+    }
+
+    fn look(&mut self, (old, new): (i32, i32), scan: &ReplayedScan) {
+        if old == new {
+            self.close(scan.unix_ns);
+            return;
+        }
+        self.scans += 1;
+        self.first.get_or_insert(FirstDifference { scan: *scan, old, new });
+        if self.since_ns.is_none() {
+            self.times += 1;
+            self.since_ns = Some(scan.unix_ns);
+        }
+    }
+
+    fn close(&mut self, now_ns: i64) {
+        if let Some(since_ns) = self.since_ns.take() {
+            self.ns = self.ns.saturating_add(now_ns.saturating_sub(since_ns).max(0));
+        }
+    }
+
+    /// `feeder (Y0): old ON, new OFF first at …; 4 times, 1.200 s in all`.
+    fn line(&self, clock: &LocalClock) -> Option<String> {
+        let FirstDifference { scan, old, new } = self.first?;
+        let cell = self.old.iter().find_map(|cell| *cell);
+        let (was, is) = (self.text(old, cell), self.text(new, self.new));
+        let kind = match self.compared_as {
+            ComparedAs::Alarm => "alarm ",
+            ComparedAs::Output | ComparedAs::Watched => "",
+        };
+        Some(format!(
+            "{kind}{}: old {was}, new {is} first at {} (scan {}); {}, {} and {} in all\n",
+            self.label,
+            clock.text(scan.unix_ns),
+            scan.number,
+            counted(self.times, "time"),
+            seconds(self.ns),
+            counted(self.scans, "scan"),
+        ))
+    }
+}
+
+impl Comparison {
+    /// The outputs and alarms of the programs, and the operands that were asked for.
+    ///
+    /// # Errors
+    /// One that no program has: the command line is wrong.
+    pub fn of(
+        plants: &RecordedPlants,
+        new: &RecordedPlant,
+        watch: Option<&[String]>,
+    ) -> Result<Comparison, CommandLine> {
+        let mut operands = outputs(plants, new);
+        operands.extend(mapped_words(plants, new));
+        operands.extend(alarms(plants, new));
+        for name in watch.unwrap_or_default() {
+            let name = name.trim().to_owned();
+            let old: Vec<_> = each(plants, |plant| plant.cell(&name));
+            let here = new.cell(&name);
+            if here.is_none() && old.iter().all(Option::is_none) {
+                let words = format!("--watch: neither program has a bit or word `{name}`");
+                return Err(CommandLine(words));
+            }
+            let named = (name.clone(), name, ComparedAs::Watched);
+            operands.push(Compared::new(named, old, (new, here)));
+        }
+        Ok(Comparison { operands, values: Vec::new() })
+    }
+
+    /// Compares the ends of a scan; the old program by its place among the recorded ones.
+    pub fn look(&mut self, scan: &ReplayedScan, (place, old): (usize, &Image), new: &Image) {
+        self.values.clear();
+        for operand in &mut self.operands {
+            let cell = operand.old.get(place).copied().flatten();
+            let pair = (content(old, cell), content(new, operand.new));
+            operand.look(pair, scan);
+            self.values.extend([pair.0, pair.1]);
+        }
+    }
+
+    /// A stretch of the recording ends.
+    pub fn end(&mut self, now_ns: i64) {
+        self.operands.iter_mut().for_each(|operand| operand.close(now_ns));
+    }
+
+    /// The operands of a trace, the old one above the new one.
+    pub fn watched(&self, only_asked: bool) -> (Vec<usize>, Vec<Watched>) {
+        let all = self.operands.iter().enumerate();
+        let chosen = all.filter(|(_, o)| !only_asked || o.compared_as == ComparedAs::Watched);
+        let mut places = Vec::new();
+        let mut watched = Vec::new();
+        for (at, operand) in chosen {
+            let cell = operand.new.or(operand.old.iter().find_map(|cell| *cell));
+            let Some(cell) = cell else { continue };
+            for (side, place) in [("old", 2 * at), ("new", 2 * at + 1)] {
+                let name = format!("{}@{side}", operand.name);
+                watched.push(Watched { name, cell, real: operand.real && operand.is_word() });
+                places.push(place);
+            }
+        }
+        (places, watched)
+    }
+
+    /// What differs, a line each, and how much of what.
+    pub fn text(&self, clock: &LocalClock) -> String {
+        let mut text: String = self.operands.iter().filter_map(|o| o.line(clock)).collect();
+        let count = |wanted: ComparedAs, what: &str| {
+            let of = || self.operands.iter().filter(|o| o.compared_as == wanted);
+            let (all, differ) = (of().count() as u64, of().filter(|o| o.first.is_some()).count());
+            (all > 0).then(|| format!("{} of {}", thousands(differ as u64), counted(all, what)))
+        };
+        let counts: Vec<String> = [
+            count(ComparedAs::Output, "output"),
+            count(ComparedAs::Alarm, "alarm"),
+            count(ComparedAs::Watched, "watched operand"),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        match counts.is_empty() {
+            true => text.push_str("there is no output, alarm or watched operand to compare\n"),
+            false => text.push_str(&format!("{} differ\n", counts.join(", "))),
+        }
+        text
+    }
+}
+
+fn each(
+    plants: &RecordedPlants,
+    cell: impl Fn(&RecordedPlant) -> Option<Cell>,
+) -> Vec<Option<Cell>> {
+    plants.all.iter().map(|plant| plant.as_ref().ok().and_then(&cell)).collect()
+}
+
+/// The tag of an address, if it has one.
+fn tag(program: &Program, address: Address) -> Option<&str> {
+    let is_it = |meaning: &TagMeaning| matches!(meaning, TagMeaning::Address(of) if *of == address);
+    program.tags.iter().find(|tag| is_it(&tag.meaning)).map(|tag| tag.name.as_str())
+}
+
+fn output(plants: &RecordedPlants, new: &RecordedPlant, address: Address) -> Compared {
+    let mut programs = std::iter::once(new).chain(plants.first());
+    let tag = programs.find_map(|plant| tag(&plant.program, address));
+    let label = tag.map_or_else(|| address.to_string(), |tag| format!("{tag} ({address})"));
+    let name = tag.map_or_else(|| address.to_string(), str::to_owned);
+    let old = each(plants, |plant| plant.layout().cell(address));
+    Compared::new((label, name, ComparedAs::Output), old, (new, new.layout().cell(address)))
+}
+
+/// Every Y that a ladder names or a device takes, in order.
+fn outputs(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
+    let mut numbers = HashSet::new();
+    for plant in std::iter::once(new).chain(plants.all.iter().flatten()) {
+        let named = plant.program.named(ELEMENTS_MAX).into_iter().map(|operand| operand.address);
+        for address in named.chain(taken(plant).into_iter().flatten()) {
+            if let Address::Bit(Bit::Space(BitSpace::Y, number)) = address {
+                numbers.insert(number);
+            }
+        }
+    }
+    let mut numbers: Vec<u32> = numbers.into_iter().collect();
+    numbers.sort_unstable();
+    let address = |number| Address::Bit(Bit::Space(BitSpace::Y, number));
+    numbers.into_iter().map(|number| output(plants, new, address(number))).collect()
+}
+
+/// The addresses that devices take, device by device.
+fn taken(plant: &RecordedPlant) -> Vec<Vec<Address>> {
+    let devices = plant.loaded.controller.iter().flat_map(|controller| &controller.devices);
+    devices.map(|device| device.outputs.iter().map(|output| output.address).collect()).collect()
+}
+
+/// The words and other bits that devices take. Both programs have one controller file, so the
+/// points are paired by their places in it: a tag may lie elsewhere.
+fn mapped_words(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
+    let mut all = Vec::new();
+    for (device, addresses) in taken(new).iter().enumerate() {
+        for (point, address) in addresses.iter().enumerate() {
+            if matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _))) {
+                continue;
+            }
+            let mut operand = output(plants, new, *address);
+            operand.old = each(plants, |plant| {
+                let address = *taken(plant).get(device)?.get(point)?;
+                plant.layout().cell(address)
+            });
+            all.push(operand);
+        }
+    }
+    let mut seen = HashSet::new();
+    all.retain(|operand| seen.insert(operand.label.clone()));
+    all
+}
+
+/// The alarms of both, by their tags.
+fn alarms(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
+    let mut tags: Vec<&str> = Vec::new();
+    let mut seen = HashSet::new();
+    for plant in plants.all.iter().flatten().chain([new]) {
+        let own = plant.symbols.alarms.iter().map(|alarm| alarm.tag.as_str());
+        tags.extend(own.filter(|tag| seen.insert(*tag)));
+    }
+    let cell = |plant: &RecordedPlant, tag: &str| {
+        let alarm = plant.symbols.alarms.iter().find(|alarm| alarm.tag == tag)?;
+        Some(Cell::Bit(alarm.bit))
+    };
+    let compared = |tag: &str| {
+        let old = each(plants, |plant| cell(plant, tag));
+        let named = (tag.to_owned(), tag.to_owned(), ComparedAs::Alarm);
+        Compared::new(named, old, (new, cell(new, tag)))
+    };
+    tags.into_iter().map(compared).collect()
+}

@@ -1,0 +1,104 @@
+//! The programs of a recording, loaded and lowered: each once, found by section.
+//!
+//! `replay` makes its engines of them, and finds operands and alarms by name in each.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::recording;
+use crate::engine::{self, Cell, Engine, Layout};
+use crate::load::Loaded;
+use crate::lower::{Symbols, lower};
+use crate::record::{RecordedProgram, Recording};
+use crate::resolve::program::Program;
+use crate::resolve::scope::Scope;
+
+/// A program that can be executed and named.
+pub(super) struct RecordedPlant {
+    pub program: Program,
+    /// Its files and its controller's settings.
+    pub loaded: Loaded,
+    pub engine: engine::Program,
+    pub symbols: Symbols,
+}
+
+/// The programs of some sections.
+pub(super) struct RecordedPlants {
+    /// Each program, or why it cannot be loaded.
+    pub all: Vec<Result<RecordedPlant, String>>,
+    programs: Vec<Arc<RecordedProgram>>,
+    /// For each section of the recording from `first` on: its program's place in `all`.
+    of_section: Vec<usize>,
+    first: usize,
+}
+
+impl RecordedPlant {
+    /// A program that was loaded.
+    pub fn new(program: Program, loaded: Loaded) -> RecordedPlant {
+        let (engine, symbols) = lower(&program);
+        RecordedPlant { program, loaded, engine, symbols }
+    }
+
+    /// The cell of an operand of the ladder, if it has it.
+    pub fn cell(&self, name: &str) -> Option<Cell> {
+        let address = Scope::of(&self.program).address(name).ok()?;
+        self.symbols.layout.cell(address)
+    }
+
+    /// Where its cells are.
+    pub fn layout(&self) -> &Layout {
+        &self.symbols.layout
+    }
+}
+
+impl RecordedPlants {
+    /// Loads the programs of sections.
+    pub fn of(recording: &Recording, sections: Range<usize>) -> RecordedPlants {
+        let (all, programs, of_section) = (Vec::new(), Vec::new(), Vec::new());
+        let mut plants = RecordedPlants { all, programs, of_section, first: sections.start };
+        for at in sections {
+            let program = recording.program(at);
+            let found = plants.find(program);
+            plants.of_section.push(found.unwrap_or(plants.all.len()));
+            if found.is_none() {
+                plants.programs.push(program.clone());
+                let loaded = recording::loaded(program);
+                plants.all.push(loaded.map(|(program, rest)| RecordedPlant::new(program, rest)));
+            }
+        }
+        plants
+    }
+
+    /// The place of a section's program in `all`.
+    pub fn place(&self, section: usize) -> usize {
+        section.checked_sub(self.first).and_then(|at| self.of_section.get(at)).map_or(0, |at| *at)
+    }
+
+    /// The program of a section.
+    pub fn plant(&self, section: usize) -> Result<&RecordedPlant, &String> {
+        self.all[self.place(section)].as_ref()
+    }
+
+    /// The first program that could be loaded.
+    pub fn first(&self) -> Option<&RecordedPlant> {
+        self.all.iter().find_map(|plant| plant.as_ref().ok())
+    }
+
+    /// A new engine of a program.
+    ///
+    /// # Errors
+    /// Why it cannot be loaded.
+    pub fn engine_of(&self, program: &RecordedProgram) -> Result<Engine, String> {
+        let plant = self.find(program).map(|at| &self.all[at]);
+        match plant {
+            Some(Ok(plant)) => Ok(Engine::new(plant.engine.clone())),
+            Some(Err(why)) => Err(why.clone()),
+            None => Err("it is outside of the part that was asked for".to_owned()),
+        }
+    }
+
+    /// A program that differs in its name alone is the same.
+    fn find(&self, program: &RecordedProgram) -> Option<usize> {
+        self.programs.iter().rposition(|known| known.files == program.files)
+    }
+}

@@ -1,0 +1,266 @@
+//! `rungd replay`: executes a recording again, verifies every hash, and traces what happened; or
+//! executes another program on what came in, by `replay_ladder`.
+//!
+//! It writes nothing but its trace, and asks no running controller.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Result;
+use clap::Args;
+
+use super::exit::Exit;
+use super::recorded_plant::RecordedPlants;
+use super::recorded_trace::{AlarmLog, RecordedTrace};
+use super::replay_ladder;
+use super::replay_window::ReplayWindow;
+use super::terminal::{print, say_line};
+use super::trace_file;
+use super::when::{LocalClock, When};
+use super::{recording, watched_operands};
+use crate::record::{RecordedProgram, Recording, Replay, Verified};
+
+/// Executes a recording again: verifies it, traces it, or tries another program on it
+#[derive(Args, Debug)]
+pub struct ReplayArgs {
+    /// A recording: a file, or a folder as `[record] dir` names it
+    #[arg(value_name = "RECORDING")]
+    pub recording: PathBuf,
+    /// From this time or scan on: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
+    pub from: Option<When>,
+    /// Until this time or scan
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
+    pub to: Option<When>,
+    /// Execute these ladder files on the recorded inputs, instead of the recorded ones (library
+    /// files stay), and compare
+    #[arg(long, value_name = "NEW.toml", num_args = 1..)]
+    pub ladder: Vec<PathBuf>,
+    /// Operands to trace and compare, in this order
+    #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
+    pub watch: Option<Vec<String>>,
+    /// The trace's file: CSV, a timing diagram if the name ends in .svg, waves if in .vcd; - is CSV
+    /// on standard output (default with --watch, but without --ladder)
+    #[arg(long, value_name = "OUT.csv|OUT.svg|OUT.vcd|-")]
+    pub trace: Option<PathBuf>,
+}
+
+impl ReplayArgs {
+    /// Where the trace goes, if there is one.
+    fn trace(&self) -> Option<PathBuf> {
+        let by_watch = self.watch.is_some() && self.ladder.is_empty();
+        self.trace.clone().or_else(|| by_watch.then(|| PathBuf::from("-")))
+    }
+
+    /// Prints the report where it does not mix with a trace.
+    pub fn report(&self, text: &str) -> io::Result<()> {
+        match self.trace() {
+            Some(trace) if trace == PathBuf::from("-") => {
+                text.lines().for_each(say_line);
+                Ok(())
+            }
+            Some(_) | None => print(text),
+        }
+    }
+}
+
+/// Replays.
+///
+/// # Errors
+/// The recording cannot be read, or the trace cannot be written.
+pub fn replay(args: &ReplayArgs) -> Result<Exit> {
+    if let Some(trace) = &args.trace {
+        trace_file::refuse_other_forms(trace)?;
+        let reads = args.ladder.iter().chain([&args.recording]);
+        if let Some(read) = trace_file::overwritten(trace, reads) {
+            let (trace, read) = (trace.display(), read.display());
+            say_line(&format!("error: --trace {trace} would overwrite {read}, which it reads"));
+            return Ok(Exit::Usage);
+        }
+    }
+    let recording = recording::opened(&args.recording)?;
+    for (path, flaw) in &recording.flaws {
+        say_line(&format!("warning: {}: {flaw}", path.display()));
+    }
+    let clock = LocalClock::here();
+    let window = match ReplayWindow::of((args.from.as_ref(), args.to.as_ref()), &clock, &recording)
+    {
+        Ok(window) => window,
+        Err(why) => return Ok(refused(&why)),
+    };
+    let plants = RecordedPlants::of(&recording, window.sections.clone());
+    if plants.first().is_none() {
+        let why = plants.all.iter().find_map(|plant| plant.as_ref().err());
+        say_line(&format!("rungd: {}", why.map_or("there is no program", String::as_str)));
+        return Ok(Exit::Config);
+    }
+    if args.ladder.is_empty() {
+        same_program(args, recording, (&plants, &window, &clock))
+    } else {
+        replay_ladder::replay(args, &recording, (&plants, &window, &clock))
+    }
+}
+
+/// The programs of a recording, the part of it, and the reader's clock.
+pub(super) type Scene<'a> = (&'a RecordedPlants, &'a ReplayWindow, &'a LocalClock);
+
+fn refused(why: &str) -> Exit {
+    say_line(&format!("rungd: {why}"));
+    Exit::Refused
+}
+
+fn same_program(args: &ReplayArgs, recording: Recording, scene: Scene) -> Result<Exit> {
+    let (plants, window, clock) = scene;
+    let Some(first) = plants.first() else { return Ok(Exit::Config) };
+    let trace_path = args.trace();
+    let watched = match &trace_path {
+        Some(_) => {
+            watched_operands::watched(args.watch.as_deref(), &first.program, &first.symbols)?
+        }
+        None => Vec::new(),
+    };
+    let mut trace = match &trace_path {
+        Some(path) => Some(RecordedTrace::create(path, &watched)?),
+        None => None,
+    };
+    let mut alarms = AlarmLog::default();
+    let begun = Instant::now();
+    let mut run = Replay::new(recording, |program: &RecordedProgram| plants.engine_of(program));
+    let (verified, different) = run.verify_seen(window.sections.clone(), |scan, engine| {
+        if let Ok(plant) = plants.plant(scan.section)
+            && window.has(&scan)
+        {
+            let place = plants.place(scan.section);
+            alarms.look((place, plant), &scan, engine.image());
+            if let Some(trace) = &mut trace {
+                trace.look((place, plant), &scan, engine.image());
+            }
+        }
+    });
+    if let Some(trace) = trace {
+        trace.finish()?;
+    }
+    let seconds = begun.elapsed().as_secs_f64();
+    let mut text = alarms.text(clock);
+    text.push_str(&verdict((&verified, &different, seconds), run.recording(), (window, clock)));
+    args.report(&text)?;
+    io::stdout().flush()?;
+    for why in plants.all.iter().filter_map(|plant| plant.as_ref().err()) {
+        say_line(&format!("warning: {why}"));
+    }
+    let is_whole = different.is_empty() && verified.unreplayable == 0;
+    Ok(if is_whole { Exit::Ok } else { Exit::Refused })
+}
+
+/// The sentence at the end.
+fn verdict(
+    (verified, different, seconds): (&Verified, &[usize], f64),
+    recording: &Recording,
+    (window, clock): (&ReplayWindow, &LocalClock),
+) -> String {
+    let sections = window.sections.clone();
+    let (compared, different) = (verified.compared, different.len() as u64);
+    let mut text = format!(
+        "{} {}; {} of {} equal",
+        counted(verified.scans, "scan"),
+        pace(recording, window, seconds),
+        thousands(compared - different),
+        counted(compared, "hash").replace("hashs", "hashes"),
+    );
+    let gaps: Vec<usize> = sections.clone().skip(1).filter(|at| !recording.follows(*at)).collect();
+    if !gaps.is_empty() {
+        text.push_str(&format!("; {}", counted(gaps.len() as u64, "gap")));
+        let told: Vec<String> =
+            gaps.iter().take(GAPS_TOLD).map(|at| gap(recording, *at, clock)).collect();
+        text.push_str(&format!(" {}", told.join(", ")));
+        if gaps.len() > GAPS_TOLD {
+            text.push_str(" …");
+        }
+    }
+    text.push('\n');
+    if let Some(at) = verified.first_difference {
+        let head = recording.head(at);
+        let version = &recording.program(at).version;
+        text.push_str(&format!(
+            "the first difference is in {} to {} (scan {} and the {} after it): this rungd {} does \
+             not compute what rungd {version} recorded, or the recording was changed\n",
+            clock.text(head.begin_ns),
+            clock.time_text(head.end_ns),
+            head.number,
+            head.scans.saturating_sub(1),
+            env!("CARGO_PKG_VERSION"),
+        ));
+    }
+    if verified.unreplayable > 0 {
+        text.push_str(&format!(
+            "{} of the recording cannot be replayed: damaged, without a base image before it, or \
+             not of its program\n",
+            counted(verified.unreplayable, "section")
+        ));
+    }
+    text
+}
+
+/// The most gaps that are told with their times.
+const GAPS_TOLD: usize = 3;
+
+/// `of 3 steps at 2026-11-22 10:02:03.500`.
+fn gap(recording: &Recording, at: usize, clock: &LocalClock) -> String {
+    let when = clock.text(recording.head(at).begin_ns);
+    let is_other = |at: usize| recording.program(at).process_start_ns;
+    if is_other(at) != is_other(at - 1) {
+        return format!("by a start at {when}");
+    }
+    match recording.read(at) {
+        Ok(Some((_, body))) if body.lost > 0 => {
+            format!("of {} at {when}", counted(body.lost, "step"))
+        }
+        Ok(_) | Err(_) => format!("at {when}"),
+    }
+}
+
+/// `replayed in 0.2 s, 617 × real time`.
+pub(super) fn pace(recording: &Recording, window: &ReplayWindow, seconds: f64) -> String {
+    let spans = window.sections.clone().map(|at| {
+        let head = recording.head(at);
+        head.end_ns.saturating_sub(head.begin_ns).max(0)
+    });
+    let real: f64 = spans.map(|ns| ns as f64 / 1e9).sum();
+    let times = if seconds > 0.0 { (real / seconds).round() } else { 0.0 };
+    // Far below 2^53.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let times = thousands(times as u64);
+    format!("replayed in {seconds:.1} s, {times} × real time")
+}
+
+/// `1 scan`, `12,345 scans`.
+pub(super) fn counted(count: u64, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{} {what}{plural}", thousands(count))
+}
+
+/// `12,345`.
+pub(super) fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_their_thousands() {
+        let texts = [0, 7, 999, 1_000, 12_345, 1_234_567].map(thousands);
+        assert_eq!(texts, ["0", "7", "999", "1,000", "12,345", "1,234,567"]);
+        assert_eq!((counted(1, "scan"), counted(2, "scan")), ("1 scan".into(), "2 scans".into()));
+    }
+}

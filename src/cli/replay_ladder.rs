@@ -1,0 +1,168 @@
+//! `rungd replay --ladder`: another program on what came in, compared with the one that ran.
+//!
+//! Reads the new ladder files and prints their findings; `twin_run` executes both programs,
+//! `compared` says what differs. What it cannot know is how the plant would have answered.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use super::check::style;
+use super::compared::Comparison;
+use super::exit::Exit;
+use super::recorded_plant::RecordedPlant;
+use super::recorded_trace::RecordedTrace;
+use super::replay::{ReplayArgs, Scene, counted, pace, thousands};
+use super::terminal::{say_drawn, say_line};
+use super::twin_run::TwinRun;
+use super::when::LocalClock;
+use crate::load::{self, library};
+use crate::record::{RecordedFile, RecordedProgram, Recording};
+use crate::source::render::{refuses, render};
+use crate::source::span::SourceFile;
+
+/// What the report says whatever differs.
+const OPEN_LOOP: &str = "open loop: the inputs are as they were recorded; where the plant would \
+    have answered to other outputs, it does not here\n";
+
+/// Replays with other ladder files.
+///
+/// # Errors
+/// A file cannot be read, the trace cannot be written, or the command line is wrong.
+pub(super) fn replay(args: &ReplayArgs, recording: &Recording, scene: Scene) -> Result<Exit> {
+    let (plants, window, clock) = scene;
+    let Some(new) = loaded(args, recording.program(window.sections.start))? else {
+        return Ok(Exit::Config);
+    };
+    let mut comparison = Comparison::of(plants, &new, args.watch.as_deref())?;
+    let (places, watched) = comparison.watched(args.watch.is_some());
+    let mut trace = match &args.trace {
+        Some(path) => Some(RecordedTrace::create(path, &watched)?),
+        None => None,
+    };
+    let begun = Instant::now();
+    let mut twin = TwinRun::new(recording, plants, &new);
+    let mut failures = Vec::new();
+    let (first, mut values, mut end_ns) = (window.sections.start, Vec::new(), 0);
+    for at in recording.base_of(first).unwrap_or(first)..window.sections.end {
+        if !recording.follows(at) {
+            comparison.end(end_ns);
+        }
+        let done = twin.section(at, &mut |seen| {
+            end_ns = seen.scan.unix_ns;
+            if at < first || !window.has(&seen.scan) {
+                return;
+            }
+            comparison.look(&seen.scan, (seen.place, seen.old.image()), seen.new.image());
+            if let Some(trace) = &mut trace {
+                values.clear();
+                values.extend(places.iter().map(|place| comparison.values[*place]));
+                trace.put(&seen.scan, &values);
+            }
+        });
+        match done {
+            Ok(ended) if ended.is_break() => break,
+            Ok(_) => {}
+            Err(why) => failures.push((at, why)),
+        }
+    }
+    comparison.end(end_ns);
+    if let Some(trace) = trace {
+        trace.finish()?;
+    }
+    let seconds = begun.elapsed().as_secs_f64();
+    let mut text = comparison.text(clock);
+    text.push_str(&format!(
+        "{} {}; {} of {} of the old program equal\n",
+        counted(twin.scans, "scan"),
+        pace(recording, window, seconds),
+        thousands(twin.compared - twin.different),
+        counted(twin.compared, "hash").replace("hashs", "hashes"),
+    ));
+    text.push_str(&remarks(recording, (&twin, clock), &failures));
+    text.push_str(OPEN_LOOP);
+    args.report(&text)?;
+    let is_whole = twin.different == 0 && failures.is_empty();
+    Ok(if is_whole { Exit::Ok } else { Exit::Refused })
+}
+
+/// What the reader must know beside the differences.
+fn remarks(
+    recording: &Recording,
+    (twin, clock): (&TwinRun, &LocalClock),
+    failures: &[(usize, String)],
+) -> String {
+    let mut text = String::new();
+    if twin.carried > 1 {
+        text.push_str(&format!(
+            "the recording has gaps: behind each of {} the new program began from the old one's \
+             memory again\n",
+            thousands(twin.carried - 1)
+        ));
+    }
+    if let Some(scan) = twin.stopped {
+        text.push_str(&format!(
+            "the new program stops itself at {} (scan {}): nothing is compared after it\n",
+            clock.text(scan.unix_ns),
+            scan.number
+        ));
+    }
+    if let Some((at, why)) = failures.first() {
+        text.push_str(&format!(
+            "{} cannot be replayed; the first, at {}: {why}\n",
+            counted(failures.len() as u64, "section"),
+            clock.text(recording.head(*at).begin_ns)
+        ));
+    }
+    text
+}
+
+/// The recorded controller file with the new ladder files, and their findings printed; `None`: they
+/// are refused.
+fn loaded(args: &ReplayArgs, recorded: &RecordedProgram) -> Result<Option<RecordedPlant>> {
+    let mut loaded = load::recorded_files(&files(&args.ladder, recorded)?);
+    let style = style(false);
+    if !loaded.findings.is_empty() {
+        say_drawn(&render(&loaded.findings, &loaded.files, style));
+    }
+    if refuses(&loaded.findings, style) {
+        return Ok(None);
+    }
+    let Some(program) = loaded.program.take() else {
+        say_line("rungd: the recorded controller file and these ladder files give no program");
+        return Ok(None);
+    };
+    Ok(Some(RecordedPlant::new(program, loaded)))
+}
+
+/// The recorded controller file, its library files, and the new ladder files.
+fn files(ladders: &[PathBuf], recorded: &RecordedProgram) -> Result<Vec<SourceFile>> {
+    let Some((controller, old)) = recorded.files.split_first() else {
+        bail!("the recording has no controller file");
+    };
+    let is_given = |name: &str| ladders.iter().any(|path| path == Path::new(name));
+    let stays = |file: &&RecordedFile| {
+        library::named(&file.name).is_some_and(|found| found.is_ok()) && !is_given(&file.name)
+    };
+    let source =
+        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
+    let mut files = vec![source(controller)];
+    files.extend(old.iter().filter(stays).map(source));
+    for path in ladders {
+        let name = path.display().to_string();
+        let text = match library::named(&name) {
+            Some(Ok(file)) => file.text.to_owned(),
+            Some(Err((message, help))) => bail!("{message}: {help}"),
+            None => {
+                let bytes = load::read_bytes(path).with_context(|| name.clone())?;
+                let Ok(text) = String::from_utf8(bytes) else {
+                    bail!("{name}: the file is not UTF-8 text")
+                };
+                text
+            }
+        };
+        files.push(SourceFile { name, text });
+    }
+    Ok(files)
+}

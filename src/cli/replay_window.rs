@@ -1,0 +1,72 @@
+//! The part of a recording that `replay` is asked for: from one moment to another.
+//!
+//! Whole sections are executed and compared; the window says which scans of them are shown.
+
+use std::ops::Range;
+
+use super::recording;
+use super::when::{LocalClock, Moment, When};
+use crate::record::{Recording, ReplayedScan};
+
+/// A part of a recording.
+pub(super) struct ReplayWindow {
+    pub sections: Range<usize>,
+    from: Option<Moment>,
+    to: Option<Moment>,
+}
+
+impl ReplayWindow {
+    /// From a time to another; without one, from the beginning or to the end.
+    ///
+    /// # Errors
+    /// A sentence: the recording is empty, or has nothing there.
+    pub fn of(
+        (from, to): (Option<&When>, Option<&When>),
+        clock: &LocalClock,
+        recording: &Recording,
+    ) -> Result<ReplayWindow, String> {
+        let span = recording::span(recording).ok_or("the recording is empty")?;
+        let beyond = || {
+            let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
+            format!("the recording has nothing there: it is of {begin} to {end}")
+        };
+        let find = |when: Option<&When>| when.map(|when| when.find(clock, span.clone()));
+        let (from, to) = (find(from), find(to));
+        let first = match from {
+            None => 0,
+            Some(Moment::Time(time)) if time > *span.end() => return Err(beyond()),
+            Some(Moment::Time(time)) => recording.place_of_time(time).unwrap_or(0),
+            Some(Moment::Scan(number)) => recording.place_of_scan(number).ok_or_else(beyond)?,
+        };
+        let last = match to {
+            None => recording.count() - 1,
+            Some(Moment::Time(time)) => recording.place_of_time(time).ok_or_else(beyond)?,
+            Some(Moment::Scan(number)) => recording.place_of_scan(number).ok_or_else(beyond)?,
+        };
+        let is_backwards = match (from, to) {
+            (Some(Moment::Time(from)), Some(Moment::Time(to))) => from > to,
+            (Some(Moment::Scan(from)), Some(Moment::Scan(to))) => first == last && from > to,
+            (None | Some(_), None | Some(_)) => false,
+        };
+        if is_backwards || last < first {
+            return Err("`--to` lies before `--from`".to_owned());
+        }
+        Ok(ReplayWindow { sections: first..last + 1, from, to })
+    }
+
+    /// Whether a scan of its sections is shown.
+    pub fn has(&self, scan: &ReplayedScan) -> bool {
+        let (first, last) = (self.sections.start, self.sections.end - 1);
+        let begun = match self.from {
+            None => true,
+            Some(Moment::Time(time)) => scan.unix_ns >= time,
+            Some(Moment::Scan(number)) => scan.section > first || scan.number >= number,
+        };
+        begun
+            && match self.to {
+                None => true,
+                Some(Moment::Time(time)) => scan.unix_ns <= time,
+                Some(Moment::Scan(number)) => scan.section < last || scan.number <= number,
+            }
+    }
+}

@@ -1,0 +1,113 @@
+//! The file of a trace: CSV, a timing diagram or waves, as the ending of its name says.
+//!
+//! Used by the commands that trace. `sim` holds the forms themselves.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use super::exit::CommandLine;
+use crate::sim::svg::SvgTrace;
+use crate::sim::trace::{CsvTrace, RowName, ValueTrace, Watched};
+use crate::sim::vcd::VcdTrace;
+
+type Output = Box<dyn Write>;
+
+/// A trace that goes to a file.
+pub(super) enum TraceFile<'a> {
+    Csv(CsvTrace<'a, Output>),
+    Svg(SvgTrace<'a>, Output),
+    Vcd(VcdTrace<'a, Output>),
+}
+
+impl<'a> TraceFile<'a> {
+    /// Creates the file; `-` is standard output.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn create(path: &Path, watched: &'a [Watched]) -> Result<TraceFile<'a>> {
+        let out = output(path)?;
+        Ok(match extension(path) {
+            Some("svg") => TraceFile::Svg(SvgTrace::new(watched), out),
+            Some("vcd") => TraceFile::Vcd(VcdTrace::new(watched, out)?),
+            _ => TraceFile::Csv(CsvTrace::new(watched, out)?),
+        })
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn finish(self) -> Result<()> {
+        match self {
+            TraceFile::Csv(trace) => drop(trace.finish()?),
+            TraceFile::Svg(trace, out) => trace.finish(out)?,
+            TraceFile::Vcd(trace) => drop(trace.finish()?),
+        }
+        Ok(())
+    }
+}
+
+impl ValueTrace for TraceFile<'_> {
+    fn watched(&self) -> &[Watched] {
+        match self {
+            TraceFile::Csv(trace) => trace.watched(),
+            TraceFile::Svg(trace, _) => trace.watched(),
+            TraceFile::Vcd(trace) => trace.watched(),
+        }
+    }
+
+    fn values(&mut self, name: RowName, time_us: u64, values: &[i32]) -> io::Result<()> {
+        match self {
+            TraceFile::Csv(trace) => trace.values(name, time_us, values),
+            TraceFile::Svg(trace, _) => trace.values(name, time_us, values),
+            TraceFile::Vcd(trace) => trace.values(name, time_us, values),
+        }
+    }
+}
+
+/// Refuses a name whose ending says no form.
+///
+/// # Errors
+/// The command line is wrong.
+pub(super) fn refuse_other_forms(trace: &Path) -> Result<()> {
+    let name = trace.display();
+    match extension(trace) {
+        _ if trace == Path::new("-") || trace.starts_with("/dev") => Ok(()),
+        Some("csv" | "svg" | "vcd") => Ok(()),
+        _ => {
+            let words = format!(
+                "--trace {name}: the ending says the form, and is `.csv`, `.svg` or `.vcd`"
+            );
+            Err(CommandLine(words).into())
+        }
+    }
+}
+
+/// A file that is read, where the trace would be written: under this name or another.
+pub(super) fn overwritten<'p>(
+    trace: &Path,
+    mut reads: impl Iterator<Item = &'p PathBuf>,
+) -> Option<&'p PathBuf> {
+    let identity = |path: &Path| {
+        let meta = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
+        Some((meta.dev(), meta.ino()))
+    };
+    let trace = identity(trace)?;
+    reads.find(|read| identity(read) == Some(trace))
+}
+
+fn output(path: &Path) -> Result<Output> {
+    if path == Path::new("-") {
+        return Ok(Box::new(BufWriter::new(io::stdout().lock())));
+    }
+    let file = File::create(path).with_context(|| path.display().to_string())?;
+    Ok(Box::new(BufWriter::new(file)))
+}
+
+fn extension(path: &Path) -> Option<&str> {
+    path.extension().and_then(|e| e.to_str())
+}

@@ -1,0 +1,219 @@
+//! Two engines on one recording: the recorded program, and another one with the same inputs.
+//!
+//! `replay_ladder` drives it, section by section. The other program takes over the memory of the
+//! recorded one as a reload would, at the first section and after each gap; what came in reaches
+//! the same operands, though they may have other cells.
+
+use std::ops::ControlFlow;
+
+use super::recorded_plant::{RecordedPlant, RecordedPlants};
+use crate::engine::{BitCell, Cell, Engine, EngineCall, EngineState, Transfer, WordCell};
+use crate::record::{Recording, ReplayedScan, SectionBody, fits, state_hash};
+use crate::reload::{ReloadPlan, Side};
+use crate::runtime::TapeEntry;
+use crate::runtime::exchange::Mode;
+
+/// The ends of a scan in both programs.
+pub(super) struct TwinScan<'a> {
+    pub scan: ReplayedScan,
+    /// The place of the old program among the recorded ones.
+    pub place: usize,
+    pub old: &'a Engine,
+    pub new: &'a Engine,
+}
+
+/// Both engines.
+pub(super) struct TwinRun<'a> {
+    recording: &'a Recording,
+    plants: &'a RecordedPlants,
+    new_plant: &'a RecordedPlant,
+    /// The engines, and what leads from cells of the old one to cells of the new one.
+    engines: Option<Engines>,
+    /// The section at whose start they are.
+    at: Option<usize>,
+    /// Sections whose end was compared with what was recorded, and those that differ.
+    pub compared: u64,
+    pub different: u64,
+    pub scans: u64,
+    /// The times at which the new program took over the memory of the old one.
+    pub carried: u64,
+    /// The scan with which the new program ended its RUN by itself.
+    pub stopped: Option<ReplayedScan>,
+}
+
+struct Engines {
+    place: usize,
+    old: Engine,
+    new: Engine,
+    transfer: Transfer,
+    /// The scan of the new program that was its last one, if the old one went on.
+    last: Option<ReplayedScan>,
+}
+
+impl<'a> TwinRun<'a> {
+    /// Both programs, before the first section.
+    pub fn new(
+        recording: &'a Recording,
+        plants: &'a RecordedPlants,
+        new_plant: &'a RecordedPlant,
+    ) -> TwinRun<'a> {
+        let (engines, at, stopped) = (None, None, None);
+        let (compared, different, scans, carried) = (0, 0, 0, 0);
+        TwinRun {
+            recording,
+            plants,
+            new_plant,
+            engines,
+            at,
+            compared,
+            different,
+            scans,
+            carried,
+            stopped,
+        }
+    }
+
+    /// Executes a section, and visits the end of each scan.
+    ///
+    /// # Errors
+    /// Why it cannot be executed.
+    pub fn section(
+        &mut self,
+        at: usize,
+        visit: &mut impl FnMut(&TwinScan),
+    ) -> Result<ControlFlow<()>, String> {
+        let goes_on = self.at.take() == Some(at) && self.recording.follows(at);
+        let read = self.recording.read(at).map_err(|error| error.to_string())?;
+        let (base, body) = read.ok_or("its bytes are damaged")?;
+        self.prepare((at, goes_on), base.as_ref(), &body)?;
+        let ended = self.execute(at, &body, visit)?;
+        if ended.is_continue() {
+            let Some(engines) = &self.engines else { return Err("it has no engine".into()) };
+            if let Some(hash) = self.recording.head(at).end_hash {
+                self.compared += 1;
+                self.different += u64::from(hash != state_hash(&EngineState::of(&engines.old)));
+            }
+            self.at = Some(at + 1);
+        }
+        Ok(ended)
+    }
+
+    fn prepare(
+        &mut self,
+        (at, goes_on): (usize, bool),
+        base: Option<&EngineState>,
+        body: &SectionBody,
+    ) -> Result<(), String> {
+        let place = self.plants.place(at);
+        if goes_on && self.engines.as_ref().is_some_and(|engines| engines.place == place) {
+            return Ok(());
+        }
+        let plant = self.plants.plant(at).map_err(Clone::clone)?;
+        let state = base.ok_or("no base image leads to it")?;
+        let resumed = || {
+            let mut engine = Engine::new(plant.engine.clone());
+            engine.resume(state).then_some(engine).ok_or("it does not fit its program")
+        };
+        let old = resumed()?;
+        let transfer = ReloadPlan::new(side(plant), side(self.new_plant)).transfer;
+        let kept = self.engines.take().filter(|_| goes_on);
+        let (new, last) = match kept {
+            // The recorded program was reloaded: the new one goes on.
+            Some(engines) => (engines.new, engines.last),
+            None => {
+                self.carried += 1;
+                let forces = forced(plant, state);
+                let mut new = Engine::new(self.new_plant.engine.clone());
+                let is_running = body.mode == Mode::Run;
+                new.adopt(&mut resumed()?, &transfer, is_running, &forces);
+                (new, None)
+            }
+        };
+        self.engines = Some(Engines { place, old, new, transfer, last });
+        Ok(())
+    }
+
+    fn execute(
+        &mut self,
+        at: usize,
+        body: &SectionBody,
+        visit: &mut impl FnMut(&TwinScan),
+    ) -> Result<ControlFlow<()>, String> {
+        let Some(engines) = &mut self.engines else { return Err("it has no engine".into()) };
+        let mut number = self.recording.head(at).number;
+        let mut unix_ns = body.unix_offset_ns;
+        for entry in &body.entries {
+            let call = match *entry {
+                TapeEntry::Call(call) => call,
+                TapeEntry::Number(next) => {
+                    number = next;
+                    continue;
+                }
+                TapeEntry::Origin(_)
+                | TapeEntry::Mode(_)
+                | TapeEntry::Swap { .. }
+                | TapeEntry::State { .. }
+                | TapeEntry::Lost { .. } => continue,
+            };
+            if !fits(call, &engines.old) {
+                return Err("it does not fit its program".into());
+            }
+            if let EngineCall::Begin { now_ns, .. } = call {
+                unix_ns = body.unix_offset_ns.saturating_add_unsigned(now_ns);
+                if engines.last.is_some() {
+                    self.stopped = engines.last;
+                    return Ok(ControlFlow::Break(()));
+                }
+            }
+            let scan = ReplayedScan { number, unix_ns, section: at };
+            engines.apply(call, &scan);
+            if call == EngineCall::Execute {
+                number = number.wrapping_add(1);
+                self.scans += 1;
+                let Engines { place, old, new, .. } = engines;
+                visit(&TwinScan { scan, place: *place, old, new });
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+impl Engines {
+    /// Makes a call in both.
+    fn apply(&mut self, call: EngineCall, scan: &ReplayedScan) {
+        self.old.apply(call);
+        let there = |cell: Cell| self.transfer.cell(cell);
+        let call = match call {
+            EngineCall::Write(cell, value) => {
+                there(cell).map(|cell| EngineCall::Write(cell, value))
+            }
+            EngineCall::Force(cell, value) => {
+                there(cell).map(|cell| EngineCall::Force(cell, value))
+            }
+            EngineCall::Release(cell) => there(cell).map(EngineCall::Release),
+            EngineCall::Execute => {
+                self.last = self.new.execute().last.then_some(*scan);
+                None
+            }
+            EngineCall::Start { .. } | EngineCall::Terminate => {
+                self.last = None;
+                Some(call)
+            }
+            EngineCall::RequestStop | EngineCall::Begin { .. } => Some(call),
+        };
+        if let Some(call) = call {
+            self.new.apply(call);
+        }
+    }
+}
+
+fn side(plant: &RecordedPlant) -> Side<'_> {
+    Side { program: &plant.engine, symbols: &plant.symbols }
+}
+
+/// The forced cells of a state.
+fn forced(plant: &RecordedPlant, state: &EngineState) -> Vec<Cell> {
+    let bits = (0..plant.layout().bit_count()).map(|at| Cell::Bit(BitCell(at)));
+    let words = (0..plant.layout().word_count()).map(|at| Cell::Word(WordCell(at)));
+    bits.chain(words).filter(|cell| state.is_forced(*cell)).collect()
+}

@@ -1,0 +1,74 @@
+//! The operands of a trace: those of `--watch`, else all that the ladder names.
+//!
+//! Used by the commands that trace: `sim` and `replay`.
+
+use anyhow::Result;
+
+use super::exit::CommandLine;
+use super::terminal::say;
+use crate::isa::Address;
+use crate::lower::Symbols;
+use crate::resolve::program::Program;
+use crate::resolve::scope::Scope;
+use crate::sim::stimulus::split_element;
+use crate::sim::trace::Watched;
+
+/// Ends the function with a mistake of the command line.
+macro_rules! usage {
+    ($($words:tt)*) => { return Err(CommandLine(format!($($words)*)).into()) };
+}
+
+/// The most elements of an array in a trace without `--watch`.
+const ELEMENTS_MAX: usize = 64;
+
+/// The operands with these names, else all that the ladder names, arrays up to a length.
+///
+/// # Errors
+/// A name that is no operand: the command line is wrong.
+pub(super) fn watched(
+    names: Option<&[String]>,
+    program: &Program,
+    symbols: &Symbols,
+) -> Result<Vec<Watched>> {
+    let scope = Scope::of(program);
+    let named = |name: &str| -> Result<Watched> {
+        if name.contains("..") {
+            usage!("--watch: `{name}`: a range is not taken here: name each, as `X0,X1`");
+        }
+        let address = scope.address(name).map_err(|m| CommandLine(format!("--watch: {m}")))?;
+        let Some(cell) = symbols.layout.cell(address) else {
+            let upper = matches!(address, Address::Structure(s) if s.members().contains(&"DN"));
+            let member = if upper { "DN" } else { "Done" };
+            usage!("--watch: `{name}` is a structure: name its members, as `{name}.{member}`");
+        };
+        Ok(Watched::new(name, cell, &symbols.layout))
+    };
+    match names {
+        Some(names) => {
+            if let Some(message) = split_element(names.iter().map(|name| name.trim())) {
+                usage!("--watch: {message}");
+            }
+            names.iter().map(|name| named(name.trim())).collect()
+        }
+        None => {
+            say_left_out(program);
+            let named = program.named(ELEMENTS_MAX);
+            let all = named.iter().filter_map(|operand| {
+                let cell = symbols.layout.cell(operand.address)?;
+                Some(Watched::new(&operand.name, cell, &symbols.layout))
+            });
+            Ok(all.collect())
+        }
+    }
+}
+
+/// Says which arrays have more elements than the trace without `--watch` shows.
+fn say_left_out(program: &Program) {
+    for of in program.arrays.iter().filter(|of| of.array.count as usize > ELEMENTS_MAX) {
+        let (name, count) = (of.name.split('[').next().unwrap_or(&of.name), of.array.count);
+        say(&format!(
+            "note: of the {count} elements of `{name}` the trace has the first {ELEMENTS_MAX}; \
+             `--watch` names others\n"
+        ));
+    }
+}
