@@ -137,7 +137,11 @@ impl Execution {
                 self.differences.push(difference);
             }
             let kept = fits || shown.contains('…') && !shown.starts_with("…\n");
-            let shown = if shown.is_empty() { String::new() } else { format!("{}\n", shown.trim_end_matches('\n')) };
+            let shown = if shown.is_empty() {
+                String::new()
+            } else {
+                format!("{}\n", shown.trim_end_matches('\n'))
+            };
             anew.push_str(&format!("$ {command}\n{}", if kept { &shown } else { &printed }));
         }
         anew

@@ -9,6 +9,9 @@ use std::collections::HashMap;
 /// The units that stand behind a number, or a word for themselves.
 const UNITS: [&str; 9] = ["us", "ms", "s", "m", "min", "h", "d", "kB", "MB"];
 
+/// A shorter number in a command is no scan and no time, but an option's: `head -n 3`.
+const LENGTH_MIN: usize = 3;
+
 /// A line whose numbers, times and durations are `#`, with single spaces between its words.
 pub fn masked(line: &str) -> String {
     let indent: String = line.chars().take_while(|&char| char == ' ').collect();
@@ -59,7 +62,7 @@ impl Carried {
         let (shown, printed) = (shown.split_whitespace(), printed.split_whitespace());
         for (shown, printed) in shown.zip(printed) {
             let (old, new) = (parts(shown).1, parts(printed).1);
-            if is_number(old) && is_number(new) {
+            if old.len() >= LENGTH_MIN && is_number(old) && is_number(new) {
                 self.0.insert(old.to_owned(), new.to_owned());
             }
         }
@@ -81,7 +84,10 @@ fn numbers_times_and_durations_are_masked() {
         ("  turned it OFF 3.0 s ago, in scan 861: Main", "  turned it OFF # ago, in scan #: Main"),
         ("  turned it OFF 998 ms ago", "  turned it OFF # ago"),
         ("2026-11-22 22:07:50.825 to 22:08:04.055  scans 1", "# # to # scans #"),
-        ("old ON, new OFF (scan 741); 1 time, 1.200 s and", "old ON, new OFF (scan #); # time, # and"),
+        (
+            "old ON, new OFF (scan 741); 1 time, 1.200 s and",
+            "old ON, new OFF (scan #); # time, # and",
+        ),
         ("tag=not_leaving scan=860", "tag=not_leaving scan=#"),
         ("belt (Y0) is OFF: plant.toml:75", "belt (Y0) is OFF: plant.toml:75"),
         ("1,323 scans replayed in 0.1 s, 105 × real", "# scans replayed in #, # × real"),
@@ -96,5 +102,7 @@ fn numbers_times_and_durations_are_masked() {
 fn a_command_takes_the_number_of_now() {
     let mut carried = Carried::default();
     carried.learn("alarm ON tag=jam scan=860", "alarm ON tag=jam scan=913");
+    carried.learn("all 3 hashes", "all 4 hashes");
     assert_eq!(carried.translate("why Y0 --at \"scan 860\""), "why Y0 --at \"scan 913\"");
+    assert_eq!(carried.translate("head -n 3"), "head -n 3");
 }
