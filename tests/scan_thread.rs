@@ -18,8 +18,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rungd::calendar::LocalTime;
 use rungd::engine::{Cell as MemoryCell, Engine};
 use rungd::io::device::Opener;
+use rungd::io::gpio::Gpio;
 use rungd::io::gpio::settings::{Chip as ChipName, Gpio as GpioLines, GpioLine, LineId, Setting};
-use rungd::io::gpio::{Chip, Chips, Gpio, LineFacts, LineRequest, TakenLines};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
 use rungd::reload::{ReloadPlan, Side};
@@ -36,9 +36,12 @@ use rungd::runtime::{
 };
 use rungd::source::span::SourceFile;
 
+#[path = "support/fake_chip.rs"]
+mod fake_chip;
 #[path = "support/follower.rs"]
 mod follower;
 
+use fake_chip::FakeChip;
 use follower::Follower;
 
 thread_local! {
@@ -357,46 +360,6 @@ fn a_hundred_reloads() {
     }
     assert!(follower.compared > 5, "{} states compared", follower.compared);
     assert!(follower.lost > 0, "no step was lost: the ring is too long for this test");
-}
-
-/// A chip whose lines are two atomics; now and then they are gone.
-#[derive(Clone, Default)]
-struct FakeChip {
-    levels: Arc<AtomicU64>,
-    is_gone: Arc<AtomicBool>,
-}
-
-impl Chips for FakeChip {
-    fn open(&self, _: &ChipName) -> std::io::Result<Box<dyn Chip>> {
-        Ok(Box::new(self.clone()))
-    }
-}
-
-impl Chip for FakeChip {
-    fn lines(&self) -> std::io::Result<u32> {
-        Ok(512)
-    }
-
-    fn line(&self, _: u32) -> std::io::Result<LineFacts> {
-        Ok(LineFacts::default())
-    }
-
-    fn request(&self, _: &LineRequest<'_>) -> std::io::Result<Box<dyn TakenLines>> {
-        Ok(Box::new(self.clone()))
-    }
-}
-
-impl TakenLines for FakeChip {
-    fn get(&self) -> Result<u64, i32> {
-        if self.is_gone.load(Ordering::Relaxed) {
-            return Err(19);
-        }
-        Ok(self.levels.fetch_add(0x1234_5678_9abc_def1, Ordering::Relaxed))
-    }
-
-    fn set(&self, _: u64) -> Result<(), i32> {
-        if self.is_gone.load(Ordering::Relaxed) { Err(19) } else { Ok(()) }
-    }
 }
 
 /// Local lines that are read and written in every scan, fail, and come back; over a stop too.

@@ -23,6 +23,7 @@ mod recording;
 mod reload;
 mod replay;
 mod replay_ladder;
+mod replay_why;
 mod replay_window;
 mod retain;
 mod run;

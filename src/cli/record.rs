@@ -13,7 +13,7 @@ use clap::{Args, Subcommand};
 
 use super::exit::Exit;
 use super::operator::OperatorArgs;
-use super::recording::{self, Stretch, stretches};
+use super::recording::{self, RecordedStretch, stretches};
 use super::terminal::{one_line, plain_json, print, say_line};
 use super::when::{LocalClock, When};
 use crate::record::{Recording, Verified};
@@ -32,19 +32,19 @@ enum RecordCommand {
     /// Lists what is recorded: from when to when, which scans, which program, and the gaps
     List {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
     },
     /// Executes a recording again, and compares every hash in it
     Verify {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
     },
     /// Writes a part of a recording as a file of its own
     Cut {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
         #[command(flatten)]
-        part: Part,
+        part: RecordedPart,
         /// The file to write
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
@@ -53,9 +53,9 @@ enum RecordCommand {
     /// expectations
     Test {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
         #[command(flatten)]
-        part: Part,
+        part: RecordedPart,
         /// The test file to write; - is standard output
         #[arg(short, long, value_name = "FILE.test.toml", default_value = "-")]
         output: PathBuf,
@@ -63,7 +63,7 @@ enum RecordCommand {
     /// Writes out the files of the program that is recorded
     Files {
         #[command(flatten)]
-        of: Source,
+        of: RecordingSource,
         /// The program of this time (default: the newest)
         #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
         at: Option<When>,
@@ -75,7 +75,7 @@ enum RecordCommand {
 
 /// Where a recording comes from.
 #[derive(Args, Clone, Debug)]
-pub struct Source {
+pub struct RecordingSource {
     /// A recording: a file, or a folder as `[record] dir` names it (default: the last minute of the
     /// running controller)
     #[arg(value_name = "RECORDING")]
@@ -86,7 +86,7 @@ pub struct Source {
 
 /// A part of a recording.
 #[derive(Args, Clone, Debug)]
-pub struct Part {
+pub struct RecordedPart {
     /// From this time or scan on: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
     pub from: Option<When>,
@@ -143,7 +143,7 @@ fn list(recording: &Recording, json: bool) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-fn stretch_text(recording: &Recording, stretch: &Stretch, clock: &LocalClock) -> String {
+fn stretch_text(recording: &Recording, stretch: &RecordedStretch, clock: &LocalClock) -> String {
     let program = recording.program(stretch.sections.start);
     let (begin, end) = (clock.text(stretch.begin_ns), clock.time_text(stretch.end_ns));
     let name = program.files.first().map_or("", |file| file.name.as_str());
@@ -162,7 +162,7 @@ fn stretch_text(recording: &Recording, stretch: &Stretch, clock: &LocalClock) ->
     text
 }
 
-fn stretch_json(recording: &Recording, stretch: &Stretch) -> serde_json::Value {
+fn stretch_json(recording: &Recording, stretch: &RecordedStretch) -> serde_json::Value {
     let program = recording.program(stretch.sections.start);
     serde_json::json!({
         "begin_unix_ns": stretch.begin_ns,
@@ -220,7 +220,7 @@ fn verdict(recording: &Recording, verified: &Verified) -> String {
     text
 }
 
-fn cut(recording: &Recording, part: &Part, output: &Path) -> Result<Exit> {
+fn cut(recording: &Recording, part: &RecordedPart, output: &Path) -> Result<Exit> {
     let sections = sections(recording, part)?;
     let file = File::create(output).with_context(|| output.display().to_string())?;
     let mut file = BufWriter::new(file);
@@ -233,7 +233,7 @@ fn cut(recording: &Recording, part: &Part, output: &Path) -> Result<Exit> {
 ///
 /// # Errors
 /// The part is empty.
-pub(super) fn sections(recording: &Recording, part: &Part) -> Result<Range<usize>> {
+pub(super) fn sections(recording: &Recording, part: &RecordedPart) -> Result<Range<usize>> {
     let Some(span) = recording::span(recording) else { bail!("the recording is empty") };
     let clock = LocalClock::here();
     let place = |when: &When| recording::section_at(recording, when.find(&clock, span.clone()));
@@ -249,7 +249,7 @@ pub(super) fn sections(recording: &Recording, part: &Part) -> Result<Range<usize
     }
 }
 
-fn test(recording: Recording, part: &Part, output: &Path) -> Result<Exit> {
+fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit> {
     let range = sections(&recording, part)?;
     let program = Arc::clone(recording.program(range.end - 1));
     // The newest program's stretch without a gap.
@@ -278,7 +278,7 @@ fn test(recording: Recording, part: &Part, output: &Path) -> Result<Exit> {
 }
 
 fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit> {
-    let part = Part { from: None, to: at.cloned() };
+    let part = RecordedPart { from: None, to: at.cloned() };
     let sections = sections(recording, &part)?;
     let program = recording.program(sections.end - 1);
     fs::create_dir_all(output).with_context(|| output.display().to_string())?;
@@ -296,8 +296,8 @@ fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit
     Ok(Exit::Ok)
 }
 
-/// The path of a recorded file within a folder. Its name comes from outside: nothing in it leads out
-/// of the folder.
+/// The path of a recorded file within a folder. Its name comes from outside: nothing in it leads
+/// out of the folder.
 fn inside(name: &str) -> PathBuf {
     let parts = Path::new(name).components().filter_map(|part| match part {
         Component::Normal(part) => Some(part),

@@ -15,7 +15,7 @@ use crate::resolve::scope::Scope;
 
 /// A program that can be executed and named.
 pub(super) struct RecordedPlant {
-    pub program: Program,
+    pub program: Arc<Program>,
     /// Its files and its controller's settings.
     pub loaded: Loaded,
     pub engine: engine::Program,
@@ -36,7 +36,7 @@ impl RecordedPlant {
     /// A program that was loaded.
     pub fn new(program: Program, loaded: Loaded) -> RecordedPlant {
         let (engine, symbols) = lower(&program);
-        RecordedPlant { program, loaded, engine, symbols }
+        RecordedPlant { program: Arc::new(program), loaded, engine, symbols }
     }
 
     /// The cell of an operand of the ladder, if it has it.

@@ -107,7 +107,7 @@ pub(super) fn section_at(recording: &Recording, moment: Moment) -> Option<usize>
 
 /// Sections of one program without a gap.
 #[derive(Clone, Debug)]
-pub(super) struct Stretch {
+pub(super) struct RecordedStretch {
     /// The sections.
     pub sections: Range<usize>,
     /// The times of the first and the last scan, ns since 1970 (UTC).
@@ -118,7 +118,7 @@ pub(super) struct Stretch {
     pub last_scan: u64,
 }
 
-impl Stretch {
+impl RecordedStretch {
     /// What lies before it, if that is a gap.
     pub fn gap(&self, recording: &Recording) -> Option<String> {
         let first = self.sections.start;
@@ -138,8 +138,8 @@ impl Stretch {
 }
 
 /// The stretches of a recording, in order.
-pub(super) fn stretches(recording: &Recording) -> Vec<Stretch> {
-    let mut all: Vec<Stretch> = Vec::new();
+pub(super) fn stretches(recording: &Recording) -> Vec<RecordedStretch> {
+    let mut all: Vec<RecordedStretch> = Vec::new();
     for at in 0..recording.count() {
         let head = recording.head(at);
         let last_scan = head.number.saturating_add(head.scans.into()).saturating_sub(1);
@@ -149,7 +149,7 @@ pub(super) fn stretches(recording: &Recording) -> Vec<Stretch> {
                 stretch.sections.end = at + 1;
                 (stretch.end_ns, stretch.last_scan) = (head.end_ns, last_scan);
             }
-            Some(_) | None => all.push(Stretch {
+            Some(_) | None => all.push(RecordedStretch {
                 sections: at..at + 1,
                 begin_ns: head.begin_ns,
                 end_ns: head.end_ns,

@@ -14,6 +14,7 @@ use super::exit::Exit;
 use super::recorded_plant::RecordedPlant;
 use super::recorded_trace::RecordedTrace;
 use super::replay::{ReplayArgs, Scene, counted, pace, thousands};
+use super::replay_why;
 use super::terminal::{say_drawn, say_line};
 use super::twin_run::TwinRun;
 use super::when::LocalClock;
@@ -73,6 +74,8 @@ pub(super) fn replay(args: &ReplayArgs, recording: &Recording, scene: Scene) -> 
     }
     let seconds = begun.elapsed().as_secs_f64();
     let mut text = comparison.text(clock);
+    let again = TwinRun::new(recording, plants, &new);
+    text.push_str(&replay_why::reasons((args, recording), (first, &new, again), &comparison)?);
     text.push_str(&format!(
         "{} {}; {} of {} of the old program equal\n",
         counted(twin.scans, "scan"),

@@ -4,14 +4,16 @@
 //! recorded one as a reload would, at the first section and after each gap; what came in reaches
 //! the same operands, though they may have other cells.
 
-use std::ops::ControlFlow;
+use std::collections::VecDeque;
+use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
 
 use super::recorded_plant::{RecordedPlant, RecordedPlants};
 use crate::engine::{BitCell, Cell, Engine, EngineCall, EngineState, Transfer, WordCell};
 use crate::record::{Recording, ReplayedScan, SectionBody, fits, state_hash};
 use crate::reload::{ReloadPlan, Side};
-use crate::runtime::TapeEntry;
 use crate::runtime::exchange::Mode;
+use crate::runtime::{TapeEntry, TapeSection};
 
 /// The ends of a scan in both programs.
 pub(super) struct TwinScan<'a> {
@@ -82,10 +84,7 @@ impl<'a> TwinRun<'a> {
         at: usize,
         visit: &mut impl FnMut(&TwinScan),
     ) -> Result<ControlFlow<()>, String> {
-        let goes_on = self.at.take() == Some(at) && self.recording.follows(at);
-        let read = self.recording.read(at).map_err(|error| error.to_string())?;
-        let (base, body) = read.ok_or("its bytes are damaged")?;
-        self.prepare((at, goes_on), base.as_ref(), &body)?;
+        let body = self.open(at)?;
         let ended = self.execute(at, &body, visit)?;
         if ended.is_continue() {
             let Some(engines) = &self.engines else { return Err("it has no engine".into()) };
@@ -96,6 +95,53 @@ impl<'a> TwinRun<'a> {
             self.at = Some(at + 1);
         }
         Ok(ended)
+    }
+
+    /// What happened in the new program in these sections, to be asked why: at most the newest so
+    /// many of them. Ends where one cannot be executed.
+    pub fn past(&mut self, sections: Range<usize>, most: usize) -> Vec<Arc<TapeSection>> {
+        let mut past = VecDeque::new();
+        for at in sections {
+            match self.new_section(at) {
+                Ok(section) => past.push_back(Arc::new(section)),
+                Err(_) => past.clear(),
+            }
+            if past.len() > most {
+                past.pop_front();
+            }
+        }
+        past.into()
+    }
+
+    /// A section as one of the new program; executes it.
+    fn new_section(&mut self, at: usize) -> Result<TapeSection, String> {
+        let body = self.open(at)?;
+        let Some(engines) = &self.engines else { return Err("it has no engine".into()) };
+        let state = EngineState::of(&engines.new);
+        let there = |entry: &TapeEntry| match *entry {
+            TapeEntry::Call(call) => engines.there(call).map(TapeEntry::Call),
+            TapeEntry::Origin(_)
+            | TapeEntry::Number(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => Some(*entry),
+        };
+        let entries = body.entries.iter().filter_map(there).collect();
+        let start = self.recording.start(at, &body);
+        if self.execute(at, &body, &mut |_| {})?.is_continue() {
+            self.at = Some(at + 1);
+        }
+        Ok(TapeSection { start, state, entries, who: body.who })
+    }
+
+    /// Reads a section, and brings the engines to its start.
+    fn open(&mut self, at: usize) -> Result<SectionBody, String> {
+        let goes_on = self.at.take() == Some(at) && self.recording.follows(at);
+        let read = self.recording.read(at).map_err(|error| error.to_string())?;
+        let (base, body) = read.ok_or("its bytes are damaged")?;
+        self.prepare((at, goes_on), base.as_ref(), &body)?;
+        Ok(body)
     }
 
     fn prepare(
@@ -182,27 +228,35 @@ impl Engines {
     /// Makes a call in both.
     fn apply(&mut self, call: EngineCall, scan: &ReplayedScan) {
         self.old.apply(call);
-        let there = |cell: Cell| self.transfer.cell(cell);
-        let call = match call {
-            EngineCall::Write(cell, value) => {
-                there(cell).map(|cell| EngineCall::Write(cell, value))
-            }
-            EngineCall::Force(cell, value) => {
-                there(cell).map(|cell| EngineCall::Force(cell, value))
-            }
-            EngineCall::Release(cell) => there(cell).map(EngineCall::Release),
+        match call {
             EngineCall::Execute => {
                 self.last = self.new.execute().last.then_some(*scan);
-                None
+                return;
             }
-            EngineCall::Start { .. } | EngineCall::Terminate => {
-                self.last = None;
-                Some(call)
-            }
-            EngineCall::RequestStop | EngineCall::Begin { .. } => Some(call),
-        };
-        if let Some(call) = call {
+            EngineCall::Start { .. } | EngineCall::Terminate => self.last = None,
+            EngineCall::Write(..)
+            | EngineCall::Force(..)
+            | EngineCall::Release(_)
+            | EngineCall::RequestStop
+            | EngineCall::Begin { .. } => {}
+        }
+        if let Some(call) = self.there(call) {
             self.new.apply(call);
+        }
+    }
+
+    /// A call of the old program as one of the new program; `None`: it has no such cell.
+    fn there(&self, call: EngineCall) -> Option<EngineCall> {
+        let there = |cell: Cell| self.transfer.cell(cell);
+        match call {
+            EngineCall::Write(cell, value) => Some(EngineCall::Write(there(cell)?, value)),
+            EngineCall::Force(cell, value) => Some(EngineCall::Force(there(cell)?, value)),
+            EngineCall::Release(cell) => Some(EngineCall::Release(there(cell)?)),
+            EngineCall::Start { .. }
+            | EngineCall::RequestStop
+            | EngineCall::Begin { .. }
+            | EngineCall::Execute
+            | EngineCall::Terminate => Some(call),
         }
     }
 }

@@ -142,8 +142,9 @@ impl LogWriter {
             MODE_FAULT,
             scan,
             %watchdog,
-            "FAULT: {fault}; outputs are at their safe values; {}",
-            self.narration.remedy(fault, &self.facts)
+            "FAULT: {fault}; outputs are at their safe values; {}. {}",
+            self.narration.remedy(fault, &self.facts),
+            self.facts.black_box(scan, self.narration.tempo.period_ns)
         );
     }
 
@@ -414,7 +415,12 @@ mod tests {
         let program = crate::resolve::program::Program::default();
         let (_, symbols) = crate::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
-        let facts = Facts { repeat_ns: 60 * SECOND_NS, heartbeat_ns: None, has_operator: true };
+        let facts = Facts {
+            repeat_ns: 60 * SECOND_NS,
+            heartbeat_ns: None,
+            has_operator: true,
+            record: None,
+        };
         LogWriter::new(Generations::new(narration), facts, Vec::new())
     }
 

@@ -49,6 +49,9 @@ pub(super) struct BitNews {
     pub alarm: Option<String>,
 }
 
+/// The time before a fault that its log line shows.
+const BLACK_BOX_NS: u64 = 10_000_000_000;
+
 /// Facts of the controller that log lines state, and the intervals of repeated lines.
 #[derive(Clone, Debug)]
 pub(super) struct Facts {
@@ -58,9 +61,26 @@ pub(super) struct Facts {
     pub heartbeat_ns: Option<u64>,
     /// Whether an operator can set the mode back to RUN.
     pub has_operator: bool,
+    /// The folder of the scan log; `None`: it is in memory alone.
+    pub record: Option<String>,
 }
 
 impl Facts {
+    /// The command that shows the last ten seconds before a fault.
+    pub fn black_box(&self, scan: Option<u64>, period_ns: u64) -> String {
+        let last = scan.unwrap_or(0);
+        let first = last.saturating_sub(BLACK_BOX_NS / period_ns.max(1)).max(1);
+        let span = format!("--from \"scan {first}\" --to \"scan {last}\"");
+        match &self.record {
+            Some(dir) => format!("`rungd replay {dir} {span} --trace -` shows what came before it"),
+            None if self.has_operator => format!(
+                "`rungd record cut {span} -o fault.rungd-log` keeps what came before it, as long \
+                 as this process runs"
+            ),
+            None => "the scan log is in memory alone: `[record] dir` keeps the next fault".into(),
+        }
+    }
+
     /// The remedy where a command or a restart can return the controller to RUN.
     pub fn again(&self) -> &'static str {
         if self.has_operator {
@@ -307,7 +327,7 @@ mod tests {
             let tempo = Tempo { period_ns: 5_000_000, watchdog_ns: 9_000_000 };
             Narration::new(&program, &symbols).0.at(tempo)
         };
-        let facts = Facts { repeat_ns: 0, heartbeat_ns: None, has_operator: false };
+        let facts = Facts { repeat_ns: 0, heartbeat_ns: None, has_operator: false, record: None };
         for rungs in [2, 5] {
             let remedy = narration_of(rungs).remedy(FaultReason::ScanNeverEnds, &facts);
             let words = format!("it is 9ms, for {rungs} rungs every 5ms");

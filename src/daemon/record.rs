@@ -4,10 +4,11 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::config::Setup;
-use super::record_thread::clock;
-use crate::record::RecordedProgram;
+use crate::record::{RecordedProgram, TapeClock};
+use crate::runtime::monotonic_ns;
 
 /// The program of a generation as a recording has it.
 pub(super) fn program(setup: &Setup, generation: u32) -> RecordedProgram {
@@ -31,4 +32,11 @@ pub(super) fn place(setup: &Setup, asked: Option<&Path>) -> Option<PathBuf> {
     };
     let dir = named().or_else(|| asked.map(Path::to_owned));
     dir.filter(|_| setup.record.enabled)
+}
+
+/// The present time, by both clocks.
+pub(super) fn clock() -> TapeClock {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let unix_ns = i64::try_from(since.as_nanos()).unwrap_or(i64::MAX);
+    TapeClock { unix_ns, unix_offset_ns: unix_ns.saturating_sub_unsigned(monotonic_ns()) }
 }

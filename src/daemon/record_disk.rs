@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use super::config::Setup;
 use super::narration::span;
-use super::record_thread::clock;
+use super::record::clock;
 use crate::faults::{self, FaultPoint};
 use crate::record::{FolderOnDisk, RecordBlock, Store, StoreNews, StoreSettings};
 use crate::say::say;

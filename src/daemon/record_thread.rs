@@ -8,14 +8,15 @@ use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use tokio::sync::oneshot;
 
+use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
-use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder, TapeClock};
+use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder};
 use crate::runtime::exchange::Port;
-use crate::runtime::{TapeEntry, TapeReader, monotonic_ns};
+use crate::runtime::{TapeEntry, TapeReader};
 use crate::say::say;
 
 /// The longest time between two looks at the tape.
@@ -80,6 +81,7 @@ impl Recording {
             figures: Arc::clone(&figures),
             section: Instant::now(),
             asked: Vec::new(),
+            ended: None,
         };
         thread::Builder::new().name("rungd-record".into()).spawn(move || worker.work())?;
         Ok(Recording { orders, figures })
@@ -123,6 +125,8 @@ struct Worker {
     section: Instant,
     /// Those that wait for what is in memory.
     asked: Vec<oneshot::Sender<Vec<u8>>>,
+    /// The end came while the tape was read.
+    ended: Option<Sender<()>>,
 }
 
 impl Worker {
@@ -135,6 +139,7 @@ impl Worker {
             };
             let ended = ended.or(self.obey_all());
             self.read();
+            let ended = ended.or(self.ended.take());
             if self.section.elapsed() >= SECTION_MAX || !self.asked.is_empty() || ended.is_some() {
                 self.flush();
             }
@@ -198,10 +203,8 @@ impl Worker {
 
     fn learn_programs(&mut self) {
         while let Ok(order) = self.inbox.try_recv() {
-            if let Some(done) = self.obey(order) {
-                // The end waits until the tape is read.
-                let _ = done.send(());
-            }
+            // The end waits until the tape is read and its last block is written.
+            self.ended = self.obey(order).or(self.ended.take());
         }
     }
 
@@ -234,13 +237,6 @@ impl Worker {
             let _ = asked.send(self.recent.write());
         }
     }
-}
-
-/// The present time, by both clocks.
-pub(super) fn clock() -> TapeClock {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let unix_ns = i64::try_from(since.as_nanos()).unwrap_or(i64::MAX);
-    TapeClock { unix_ns, unix_offset_ns: unix_ns.saturating_sub_unsigned(monotonic_ns()) }
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

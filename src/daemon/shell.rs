@@ -133,10 +133,12 @@ pub fn run(
         field: setup.field.clone(),
     };
     let pace = &settings.pace;
+    let disk = record::place(&setup, options.record.as_deref());
     let facts = Facts {
         repeat_ns: options.repeat.as_nanos() as u64,
         heartbeat_ns: pace.statistics_every_ns,
         has_operator,
+        record: disk.as_ref().map(|dir| dir.display().to_string()),
     };
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
@@ -148,7 +150,6 @@ pub fn run(
     posture::tell(prepared.grants(), settings.posture.strict)
         .map_err(StartFailure::Configuration)?;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
-    let disk = record::place(&setup, options.record.as_deref());
     let recording = Recording::start(RecordParts {
         tape,
         port: prepared.port(),

@@ -4,7 +4,6 @@
 //! engine is deterministic, so equal calls from an equal state lead to an equal state.
 
 use super::eye::Eye;
-use super::image::{BitCell, WordCell};
 use super::layout::Cell;
 use super::scan::{Engine, ScanTimes};
 use crate::calendar::LocalTime;
@@ -83,15 +82,5 @@ impl Engine {
     /// is tried.
     pub fn try_run(&mut self, program: BlockId) {
         self.machine.start_program(program);
-    }
-
-    /// Whether a public or private cell is forced.
-    pub(crate) fn is_forced(&self, cell: Cell) -> bool {
-        let image = &self.machine.memory.image;
-        image.forces() > 0
-            && match cell {
-                Cell::Bit(BitCell(at)) => image.forced_bits[at as usize],
-                Cell::Word(WordCell(at)) => image.forced_words[at as usize],
-            }
     }
 }

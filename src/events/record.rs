@@ -25,10 +25,4 @@ rows! {
          touched: the scan thread waits for nobody. The gap is marked, and nothing is made up.",
         "If it repeats: the machine has too little time for ordinary threads, or too much comes \
          in at every scan.";
-
-    RECORD_ASIDE = 1205, "record-aside", Warn, NONE:
-        "e7a1c3b5d9f24806b2e4a6c8d0f1e3a5",
-        "A file in the folder of the scan log ends in the middle of a block, as after a power \
-         cut, or is damaged. All that is whole in it can be read.",
-        "Nothing after a power cut. Without one, the disk may be failing.";
 }

@@ -159,8 +159,8 @@ fn controller(input: &InputFile, progress: &Progress) -> Loaded {
     loaded
 }
 
-/// Loads the files of a recording: the texts of a controller file and of its ladder files, in order.
-/// No file is read.
+/// Loads the files of a recording: the texts of a controller file and of its ladder files, in
+/// order. No file is read.
 pub fn recorded_files(files: &[SourceFile]) -> Loaded {
     let mut loaded = Loaded { files: files.to_vec(), ..Loaded::default() };
     let Some(controller) = files.first() else { return loaded };

@@ -229,6 +229,8 @@ pub enum TapeEnd {
     Lost,
     /// Another process, or another recording.
     Restarted,
+    /// The search ended there: in a large program, of an operand below the one asked for.
+    Searched,
     /// A section that cannot be read, or does not fit the program.
     Unreadable,
 }

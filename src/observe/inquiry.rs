@@ -72,6 +72,8 @@ impl<'a> Inquiry<'a> {
     /// The write that decided the value that a cell has at a moment: in the last scan if one wrote
     /// it there, else the last that changed it.
     pub fn find(&mut self, cell: Cell, until: Moment) -> Found {
+        // The operand of the question is searched to the end of the tape.
+        let most = if self.nodes == 0 { usize::MAX } else { self.replay.sections_max() };
         let begin = self.replay.last_begin(until);
         let begin = begin.map(|(section, entry)| Moment { section, entry, step: 0 });
         let decided = begin.and_then(|begin| self.decided_in_scan(cell, begin, until));
@@ -79,12 +81,12 @@ impl<'a> Inquiry<'a> {
             if !self.may_be_later(cell, found.at, until) {
                 return found;
             }
-            return match self.replay.last_change(cell, until, &|_| true) {
+            return match self.replay.last_change(cell, until, most) {
                 Changed::At(change, at) if at > found.at => self.changed(cell, change, (at, true)),
                 Changed::At(..) | Changed::Never(..) => found,
             };
         }
-        match self.replay.last_change(cell, until, &|_| true) {
+        match self.replay.last_change(cell, until, most) {
             Changed::At(change, at) => {
                 let in_last_scan = begin.is_some_and(|begin| at >= begin);
                 self.changed(cell, change, (at, in_last_scan))

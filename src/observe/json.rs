@@ -124,6 +124,7 @@ fn tape_end(end: TapeEnd) -> &'static str {
         TapeEnd::Swapped => "swapped",
         TapeEnd::Lost => "lost",
         TapeEnd::Restarted => "restarted",
+        TapeEnd::Searched => "searched",
         TapeEnd::Unreadable => "unreadable",
     }
 }

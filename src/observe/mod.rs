@@ -23,6 +23,7 @@ mod reasons;
 mod replay;
 mod restarts;
 mod section_log;
+mod steady;
 mod subject;
 #[cfg(test)]
 mod tests;
@@ -30,6 +31,7 @@ mod text;
 mod walk;
 mod watch;
 mod why;
+mod writers;
 
 pub use answer::{
     About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance,

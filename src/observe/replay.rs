@@ -3,20 +3,26 @@
 //! Keeps the logs of the sections that were looked at, up to a number of changes, and the last
 //! states that it went to.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
 use super::answer::{Since, TapeEnd, When};
+use super::leaves::content;
 use super::past::{self, At, Moment, Past, Refusal, joins};
 use super::section_log::{CellChange, SectionLog};
+use super::steady::Steady;
 use super::subject::Subject;
 use super::walk::{Witness, walk};
-use crate::engine::{Cell, Engine, EngineCall, EngineState};
+use super::watch::Watch;
+use crate::engine::{Cell, Deed, Engine, EngineCall, EngineState, Image};
 use crate::runtime::{TapeEntry, TapeSection};
 
 /// The most changes that are kept in logs.
 const CHANGES_MAX: usize = 2_000_000;
+
+/// The most scans of a section that are seen one by one.
+const SUSPECTS_MAX: usize = 8;
 
 /// The states that are kept beside those in logs.
 const STATES_MAX: usize = 4;
@@ -29,13 +35,18 @@ pub(super) struct Replay<'a> {
     pub subject: &'a Subject,
     past: &'a mut dyn Past,
     engine: Engine,
+    /// The same program, as the scan thread executes it.
+    fast: Engine,
     sections: BTreeMap<usize, Arc<TapeSection>>,
     logs: BTreeMap<usize, Rc<SectionLog>>,
     /// The newest last.
     states: Vec<((usize, usize), EngineState)>,
+    /// The last changes of cells before the ends of sections.
+    known: HashMap<(Cell, usize), Changed>,
 }
 
 /// A change of a cell, or the end of the tape.
+#[derive(Clone, Copy)]
 pub(super) enum Changed {
     /// The change, and its moment.
     At(CellChange, Moment),
@@ -46,8 +57,18 @@ pub(super) enum Changed {
 impl<'a> Replay<'a> {
     pub fn new(subject: &'a Subject, past: &'a mut dyn Past) -> Replay<'a> {
         let engine = Engine::new(subject.seen.clone());
+        let fast = Engine::new(subject.fast.clone());
         let (sections, logs) = (BTreeMap::new(), BTreeMap::new());
-        Replay { subject, past, engine, sections, logs, states: Vec::new() }
+        Replay {
+            subject,
+            past,
+            engine,
+            fast,
+            sections,
+            logs,
+            states: Vec::new(),
+            known: HashMap::new(),
+        }
     }
 
     /// A section that fits the program.
@@ -79,8 +100,7 @@ impl<'a> Replay<'a> {
             return Ok(Moment { section: newest, entry: end.entries.len(), step: 0 });
         };
         let mut at = newest;
-        loop {
-            let Some(section) = self.section(at) else { break };
+        while let Some(section) = self.section(at) {
             let begins = past::begins(&section);
             if let Some(found) = begins.iter().find(|begin| begin.number == scan) {
                 return Ok(Moment {
@@ -128,19 +148,21 @@ impl<'a> Replay<'a> {
                 (from, start) = (at, state);
             }
         }
-        self.engine.resume(start);
+        self.fast.resume(start);
         let entries = of.entries.get(from..entry.min(of.entries.len())).unwrap_or_default();
         for entry in entries {
             if let TapeEntry::Call(call) = entry {
-                self.engine.apply(*call);
+                self.fast.apply(*call);
             }
         }
+        let state = EngineState::of(&self.fast);
+        self.engine.resume(&state);
         if entries.iter().any(|entry| matches!(entry, TapeEntry::Call(EngineCall::Execute))) {
             self.states.truncate(self.states.len().min(STATES_MAX));
             if self.states.len() == STATES_MAX {
                 self.states.remove(0);
             }
-            self.states.push(((section, entry), EngineState::of(&self.engine)));
+            self.states.push(((section, entry), state));
         }
         Some(&mut self.engine)
     }
@@ -155,31 +177,90 @@ impl<'a> Replay<'a> {
     }
 
     /// The last change of a cell before a moment.
-    pub fn last_change(
-        &mut self,
-        cell: Cell,
-        before: Moment,
-        is: &dyn Fn(&CellChange) -> bool,
-    ) -> Changed {
+    /// Of a cell that is steady the call of the moment itself is not looked at: who asks has seen it.
+    /// `most`: the most sections that are executed step by step.
+    pub fn last_change(&mut self, cell: Cell, before: Moment, most: usize) -> Changed {
         let mut section = before.section;
         let mut end = (before.entry, before.step);
         let quiet = !self.subject.is_written(cell);
-        loop {
+        let steady = Steady::of(self.subject, cell);
+        let is_seen = !quiet && steady.is_none();
+        let mut passed = Vec::new();
+        let changed = loop {
+            if let Some(known) = self.known.get(&(cell, section)).filter(|_| !passed.is_empty()) {
+                break *known;
+            }
+            if is_seen && passed.len() >= most {
+                break Changed::Never(TapeEnd::Searched, section);
+            }
             let found = if quiet {
                 self.written_from_outside(cell, section, end.0)
+            } else if let Some(steady) = &steady {
+                self.last_of_steady(cell, section, (end, steady))
             } else {
-                self.log(section).and_then(|log| log.last(cell, end, is))
+                self.log(section).and_then(|log| log.last(cell, end, |_| true))
             };
             if let Some(change) = found {
                 let (entry, step) = (change.entry as usize, change.step);
-                return Changed::At(change, Moment { section, entry, step });
+                break Changed::At(change, Moment { section, entry, step });
             }
             match self.older(section) {
                 Ok(older) => section = older,
-                Err(why) => return Changed::Never(why, section),
+                Err(why) => break Changed::Never(why, section),
             }
+            passed.push(section);
             end = (usize::MAX, 0);
+        };
+        self.known.extend(passed.into_iter().map(|section| ((cell, section), changed)));
+        changed
+    }
+
+    /// The last change of a steady cell in a section.
+    fn last_of_steady(
+        &mut self,
+        cell: Cell,
+        section: usize,
+        (end, steady): ((usize, u32), &Steady),
+    ) -> Option<CellChange> {
+        if let Some(log) = self.logs.get(&section) {
+            return log.last(cell, end, |_| true);
         }
+        let of = self.section(section)?;
+        self.fast.resume(&of.state);
+        let mut suspects = Vec::new();
+        for (at, entry) in of.entries.iter().enumerate().take(end.0) {
+            let TapeEntry::Call(call) = entry else { continue };
+            let before = content(self.fast.image(), cell);
+            let powers = steady.powers(self.fast.image());
+            self.fast.apply(*call);
+            let image = self.fast.image();
+            let after = content(image, cell);
+            let is_scan = *call == EngineCall::Execute;
+            if before != after || is_scan && steady.may_turn(self.subject, cell, &powers, image) {
+                suspects.push((at, before, after));
+            }
+        }
+        if suspects.len() > SUSPECTS_MAX {
+            return self.log(section).and_then(|log| log.last(cell, end, |_| true));
+        }
+        for (at, before, after) in suspects.into_iter().rev() {
+            let call = of.entries.get(at);
+            let change = (at, before, after);
+            match call {
+                Some(TapeEntry::Call(EngineCall::Execute | EngineCall::Terminate)) => {
+                    let mut watch =
+                        Watch::new(self.subject, cell, self.subject.writers(cell), u32::MAX);
+                    self.see(section, at, &mut watch)?;
+                    let changed = watch.decided.iter().rfind(|of| of.before != of.after);
+                    if let Some(of) = changed {
+                        let found = (at, of.before, of.after);
+                        return Some(cell_change(cell, found, (of.step, Some(of.by))));
+                    }
+                }
+                Some(_) | None => return Some(cell_change(cell, change, (0, None))),
+            }
+        }
+        None
     }
 
     /// The last change of a cell that no step writes: nothing is executed.
@@ -290,10 +371,15 @@ impl<'a> Replay<'a> {
         }
     }
 
+    /// The most sections that a search for a lesser fact executes step by step.
+    pub fn sections_max(&self) -> usize {
+        (SEARCHED_MAX / self.subject.batches.len().max(1)).clamp(3, 120)
+    }
+
     /// When a cell changed last, in a certain way. Of a large program only the last few sections
     /// are searched.
     pub fn since(&mut self, cell: Cell, at: Moment, is: &dyn Fn(&CellChange) -> bool) -> Since {
-        let most = (SEARCHED_MAX / self.subject.batches.len().max(1)).clamp(3, 120);
+        let most = self.sections_max();
         let mut section = at.section;
         let mut end = (at.entry, at.step);
         for _ in 0..most {
@@ -309,14 +395,45 @@ impl<'a> Replay<'a> {
 
     /// The value of a cell at a moment.
     pub fn value(&mut self, cell: Cell, at: Moment) -> i32 {
-        let last =
-            self.log(at.section).and_then(|log| log.last(cell, (at.entry, at.step), |_| true));
-        match (last, self.section(at.section)) {
-            (Some(change), _) => change.after,
-            (None, Some(section)) => section.state.value(cell),
-            (None, None) => 0,
+        if at.step > 0 {
+            let mut peek = Peek { cell, step: at.step, value: None };
+            self.see(at.section, at.entry, &mut peek);
+            if let Some(value) = peek.value {
+                return value;
+            }
+        }
+        let entry = at.entries();
+        self.seek(at.section, entry).map_or(0, |engine| content(engine.image(), cell))
+    }
+}
+
+/// Sees the value of a cell right before a step.
+struct Peek {
+    cell: Cell,
+    step: u32,
+    value: Option<i32>,
+}
+
+impl Witness for Peek {
+    const PARTS: bool = false;
+
+    fn before(&mut self, _: Deed, number: u32, image: &Image) {
+        if number >= self.step && self.value.is_none() {
+            self.value = Some(content(image, self.cell));
         }
     }
+
+    fn after(&mut self, deed: Deed, number: u32, image: &Image) {
+        self.before(deed, number, image);
+    }
+}
+
+fn cell_change(
+    cell: Cell,
+    (entry, before, after): (usize, i32, i32),
+    (step, by): (u32, Option<Deed>),
+) -> CellChange {
+    CellChange { entry: entry as u32, step, cell, by, before, after }
 }
 
 /// The entry behind the execution of a scan that begins at an entry.

@@ -3,7 +3,7 @@
 //! Made by executing the section once, seen; asked for the last change of a cell. A state every few
 //! scans is kept, so that a scan of the section can be executed again soon.
 
-use super::past::{self, Begin};
+use super::past;
 use super::subject::Subject;
 use super::walk::{Witness, walk};
 use crate::engine::{BitCell, Cell, Deed, Engine, EngineCall, EngineState, Image, WordCell};
@@ -35,7 +35,6 @@ pub(super) struct CellChange {
 #[derive(Debug)]
 pub(super) struct SectionLog {
     pub changes: Vec<CellChange>,
-    pub begins: Vec<Begin>,
     /// States right before entries, in order.
     pub states: Vec<(usize, EngineState)>,
 }
@@ -43,8 +42,7 @@ pub(super) struct SectionLog {
 impl SectionLog {
     /// Executes a section that fits the engine.
     pub fn new(subject: &Subject, engine: &mut Engine, section: &TapeSection) -> SectionLog {
-        let begins = past::begins(section);
-        let apart = begins.len().div_ceil(STATES_MAX).max(8);
+        let apart = past::begins(section).len().div_ceil(STATES_MAX).max(8);
         let mut states = Vec::new();
         let mut recorder = Recorder::new(subject, &section.state);
         engine.resume(&section.state);
@@ -60,7 +58,7 @@ impl SectionLog {
             recorder.entry = at as u32;
             recorder.call(engine, *call);
         }
-        SectionLog { changes: recorder.changes, begins, states }
+        SectionLog { changes: recorder.changes, states }
     }
 
     /// The last change of a cell before a step of an entry that some condition holds for.
@@ -164,6 +162,8 @@ impl<'s> Recorder<'s> {
 }
 
 impl Witness for Recorder<'_> {
+    const PARTS: bool = false;
+
     fn before(&mut self, deed: Deed, number: u32, image: &Image) {
         if !std::mem::replace(&mut self.begun, true) {
             // The engine has started LastScan.
@@ -182,6 +182,11 @@ impl Witness for Recorder<'_> {
     }
 
     fn after(&mut self, deed: Deed, number: u32, image: &Image) {
+        if let Deed::Batch(at) = deed
+            && !self.subject.writes[at as usize]
+        {
+            return;
+        }
         self.step(deed, image, (number, Some(deed)));
     }
 }

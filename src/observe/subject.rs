@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::answer::{Block, Place, Rung};
 use super::names::CellNames;
+use super::writers::Writers;
 use crate::engine::{self, Cell, Deed, Engine, EngineState, Stretches};
 use crate::isa::{BlockId, ElementId};
 use crate::lower::sites::{RungPart, Site, Sites};
@@ -30,6 +31,8 @@ pub struct Subject {
     files: Vec<SourceFile>,
     /// By batch: the cells that it may write.
     pub(super) batches: Vec<Stretches>,
+    /// By batch: whether it may write any.
+    pub(super) writes: Vec<bool>,
     /// By step of the passes.
     pub(super) passes: Vec<Stretches>,
     /// By block.
@@ -38,6 +41,7 @@ pub struct Subject {
     ready: Vec<(u32, u32)>,
     /// By batch: the first in `ready`.
     ready_from: Vec<u32>,
+    writers: Writers,
 }
 
 impl Subject {
@@ -51,6 +55,9 @@ impl Subject {
         let batches = sites.batches.iter().enumerate();
         let batches =
             batches.map(|(at, site)| seen.written_by_batch(at as u32, element(site))).collect();
+        let batches: Vec<Stretches> = batches;
+        let any = |of: &Stretches| !of.bits.is_empty() || !of.words.is_empty();
+        let writes = batches.iter().map(any).collect();
         let passes = (0..sites.passes.len()).map(|at| seen.written_by_pass(at as u32)).collect();
         let turns =
             (0..program.blocks.len()).map(|at| seen.written_by_turn(BlockId(at as u32))).collect();
@@ -59,7 +66,7 @@ impl Subject {
         ready.sort_unstable();
         let from = |batch: u32| ready.partition_point(|(at, _)| *at < batch) as u32;
         let ready_from = (0..=sites.batches.len() as u32 + 1).map(from).collect();
-        Subject {
+        let mut subject = Subject {
             program,
             seen,
             fast,
@@ -69,11 +76,15 @@ impl Subject {
             initial,
             files,
             batches,
+            writes,
             passes,
             turns,
             ready,
             ready_from,
-        }
+            writers: Writers::default(),
+        };
+        subject.writers = Writers::new(&subject);
+        subject
     }
 
     /// The parts of rungs whose contacts have been evaluated right before a batch.
@@ -141,22 +152,14 @@ impl Subject {
         }
     }
 
-    /// The steps that may write a cell, in file order: operations, then passes, then turns.
+    /// The steps that may write a cell: operations, then passes, then turns.
     pub(super) fn writers(&self, cell: Cell) -> Vec<Deed> {
-        let of = |all: &[Stretches], deed: &dyn Fn(u32) -> Deed| -> Vec<Deed> {
-            let has = all.iter().enumerate().filter(|(_, written)| written.has(cell));
-            has.map(|(at, _)| deed(at as u32)).collect()
-        };
-        let mut all = of(&self.batches, &Deed::Batch);
-        all.extend(of(&self.passes, &Deed::Pass));
-        all.extend(of(&self.turns, &|at| Deed::Turn(BlockId(at))));
-        all
+        self.writers.of(cell, |deed| self.written_by(deed))
     }
 
     /// Whether a step of the program may write a cell.
     pub(super) fn is_written(&self, cell: Cell) -> bool {
-        let has = |all: &[Stretches]| all.iter().any(|written| written.has(cell));
-        has(&self.batches) || has(&self.passes) || has(&self.turns)
+        !self.writers(cell).is_empty()
     }
 
     /// A place with its file, line and text; of a part of a template, in the template.

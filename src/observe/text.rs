@@ -374,6 +374,7 @@ fn end_text(end: TapeEnd) -> &'static str {
         TapeEnd::Swapped => "a new program came there",
         TapeEnd::Lost => "scans are missing before it",
         TapeEnd::Restarted => "the process started there",
+        TapeEnd::Searched => "what is before it was not searched",
         TapeEnd::Unreadable => "what is before it cannot be read",
     }
 }

@@ -10,6 +10,9 @@ use crate::engine::{Deed, Engine, EngineCall, Eye, Image};
 
 /// Sees a scan rung by rung. What a witness does not want to see has an empty method.
 pub(crate) trait Witness {
+    /// Whether it wants to see contacts.
+    const PARTS: bool = true;
+
     /// The contacts of a part of a rung are evaluated; its instructions execute next.
     fn part(&mut self, _part: u32, _number: u32, _image: &Image) {}
 
@@ -40,7 +43,9 @@ pub(crate) fn walk(
 impl<W: Witness> Eye for Walk<'_, W> {
     fn before(&mut self, deed: Deed, image: &Image) {
         self.number += 1;
-        if let Deed::Batch(at) = deed {
+        if let Deed::Batch(at) = deed
+            && W::PARTS
+        {
             for part in self.subject.ready_at(at) {
                 self.witness.part(part, self.number, image);
             }

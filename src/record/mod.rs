@@ -7,10 +7,12 @@
 
 mod block;
 mod bytes;
+mod codes;
 mod file_name;
 mod folder;
 mod foretold;
 mod program;
+mod quiet;
 mod recent;
 mod recorder;
 mod recording;
@@ -24,6 +26,7 @@ mod who;
 mod zip;
 
 pub use block::{BlockHead, RecordBlock, StateHash, state_hash};
+pub use codes::ENTRIES_MAX;
 pub use folder::{Folder, FolderOnDisk};
 pub use program::{RecordedFile, RecordedProgram};
 pub use recent::Recent;
@@ -31,7 +34,7 @@ pub use recorder::{Recorder, TapeClock};
 pub use recording::{EXTENSION, ReadSection, Recording};
 pub(crate) use replay::fits;
 pub use replay::{Replay, ReplayedScan, Unreplayable, Verified};
-pub use section::{ENTRIES_MAX, SectionBody};
+pub use section::SectionBody;
 pub use segment::{SegmentStart, VERSION};
 pub use segment_read::{FileIndex, Flaw, IndexedBlock, index};
 pub use store::{Store, StoreNews, StoreSettings, StoreStatus};

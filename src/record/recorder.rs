@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::block::{BlockHead, RecordBlock, StateHash, hash_of};
+use super::codes::ENTRIES_MAX;
 use super::program::RecordedProgram;
-use super::section::{ENTRIES_MAX, SectionBody};
+use super::section::SectionBody;
 use super::who::WhoNotes;
 use crate::engine::{EngineCall, EngineState};
 use crate::runtime::exchange::Mode;
@@ -35,6 +36,8 @@ pub struct Recorder {
     sequence: u64,
     /// Steps lost since the last section.
     lost: u64,
+    /// The tape has a new program, and its first state is still to come.
+    awaits_state: bool,
     who: WhoNotes,
 }
 
@@ -64,6 +67,7 @@ impl Recorder {
             open: None,
             sequence: 0,
             lost: 0,
+            awaits_state: false,
             who: WhoNotes::default(),
         };
         recorder.program(program);
@@ -108,6 +112,13 @@ impl Recorder {
             | TapeEntry::Number(_)
             | TapeEntry::Mode(_)
             | TapeEntry::Swap { .. } => {
+                if self.awaits_state {
+                    // The state of the new program could not be handed over in time.
+                    let is_scan = matches!(entry, TapeEntry::Call(EngineCall::Begin { .. }));
+                    self.lost = self.lost.saturating_add(u64::from(is_scan));
+                    return None;
+                }
+                self.awaits_state = matches!(entry, TapeEntry::Swap { .. });
                 let block = self.split(entry, clock);
                 if let Some(open) = &mut self.open {
                     open.take(entry);
@@ -120,7 +131,8 @@ impl Recorder {
     /// Ends the section here, without a state: so that it is on the disk, or for a reader. What
     /// comes next goes on from it. Call it when the tape has nothing more for now.
     pub fn flush(&mut self, clock: TapeClock) -> Option<RecordBlock> {
-        let open = self.open.as_ref().filter(|open| !open.entries.is_empty())?;
+        let is_due = |open: &&OpenSection| !open.entries.is_empty() && !self.awaits_state;
+        let open = self.open.as_ref().filter(is_due)?;
         let (mode, number) = open.now;
         let mut next = OpenSection::new(open.generation, number, mode, clock);
         let block = self.close(None);
@@ -137,6 +149,7 @@ impl Recorder {
 
     fn state(&mut self, state: Option<Vec<u8>>, mut next: OpenSection) -> Option<RecordBlock> {
         let lost = std::mem::take(&mut self.lost);
+        self.awaits_state = false;
         let hash = state.as_deref().map(hash_of).filter(|_| lost == 0);
         let block = self.close(hash);
         next.follows = lost == 0 && block.is_some();

@@ -104,7 +104,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         let base = self.recording.base_of(at).ok_or(Unreplayable::NoBase)?;
         let begin = self.at.filter(|now| (base..=at).contains(now)).unwrap_or(base);
         for section in begin..at {
-            self.execute(section, &mut |_, _| ControlFlow::Continue(()))?;
+            let _ = self.execute(section, &mut |_, _| ControlFlow::Continue(()))?;
         }
         self.prepare(at)?;
         self.engine.as_ref().map(|(_, engine)| &**engine).ok_or(Unreplayable::NoBase)

@@ -1,56 +1,16 @@
 //! A section's entries as bytes: most of them differ little from what was expected.
 //!
 //! `block` packs the bytes and puts them into a segment; `section_read` is the way back.
-//! `docs/record-format.md` describes them under *Entries*. A quiet scan takes two bytes: how far
-//! its time is from the expected one, and by how much the scan time before it has changed.
+//! `docs/record-format.md` describes them under *Entries*. A quiet scan takes less than two bytes:
+//! how far its time is from the expected one, and the scan time before it (`quiet`).
 
-use super::bytes::{folded, put_number, put_signed, put_text};
+use super::bytes::{put_number, put_signed, put_text};
+use super::codes::{code, scan_flag};
 use super::foretold::{Foretold, NEAR};
+use super::quiet::{QuietRun, QuietScan};
 use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
 use crate::runtime::exchange::{FaultReason, Mode, StopReason};
 use crate::runtime::{Origin, TapeEntry};
-
-/// The most entries of a section.
-pub const ENTRIES_MAX: usize = 1 << 17;
-
-/// The most bytes of a section before they are packed: more than its entries can need.
-pub(super) const SECTION_BYTES_MAX: usize = 1 << 23;
-
-/// The first bytes of entries. Those below `SCAN` are quiet scans.
-pub(super) mod code {
-    pub const SCAN: u8 = 0xC0;
-    pub const EXECUTE: u8 = 0xC1;
-    pub const START: u8 = 0xC2;
-    pub const REQUEST_STOP: u8 = 0xC3;
-    pub const TERMINATE: u8 = 0xC4;
-    pub const ORIGIN: u8 = 0xC5;
-    pub const NUMBER: u8 = 0xC6;
-    pub const MODE: u8 = 0xC7;
-    pub const SWAP: u8 = 0xC8;
-    pub const LOST: u8 = 0xC9;
-    pub const BIT_OFF: u8 = 0xCA;
-    pub const BIT_ON: u8 = 0xCB;
-    pub const WORD: u8 = 0xCC;
-    pub const FORCE_OFF: u8 = 0xCD;
-    pub const FORCE_ON: u8 = 0xCE;
-    pub const FORCE_WORD: u8 = 0xCF;
-    pub const RELEASE_BIT: u8 = 0xD0;
-    pub const RELEASE_WORD: u8 = 0xD1;
-}
-
-/// The flags of a scan.
-pub(super) mod scan_flag {
-    /// The mean scan time has changed.
-    pub const MEAN: u8 = 1;
-    /// The shortest and longest scan time are not as expected.
-    pub const EXTREMES: u8 = 2;
-    /// Local time is not as expected.
-    pub const LOCAL: u8 = 4;
-    /// The time is not in whole microseconds.
-    pub const NANOSECONDS: u8 = 8;
-    /// The scan executes without further entries.
-    pub const EXECUTES: u8 = 16;
-}
 
 /// What a section holds beside its state and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,7 +23,7 @@ pub struct SectionBody {
     pub lost: u64,
     /// Who stands behind an origin, of this section or of the one before it.
     pub who: Vec<(Origin, String)>,
-    /// What came in: no states among it, at most [`ENTRIES_MAX`].
+    /// What came in: no states among it, at most `ENTRIES_MAX`.
     pub entries: Vec<TapeEntry>,
 }
 
@@ -81,12 +41,14 @@ impl SectionBody {
             put_number(&mut out, number);
             put_text(&mut out, who);
         }
-        let mut writer = EntryWriter { foretold: foretold(&self.entries), out };
+        let quiet = QuietRun::default();
+        let mut writer = EntryWriter { foretold: foretold(&self.entries), out, quiet };
         writer.foretold.put(&mut writer.out);
         let mut entries = self.entries.as_slice();
         while let Some((entry, rest)) = entries.split_first() {
             entries = writer.entry(entry, rest);
         }
+        writer.quiet.put(&mut writer.out);
         writer.out
     }
 }
@@ -177,11 +139,16 @@ fn local_offset_us(entries: &[TapeEntry]) -> i64 {
 struct EntryWriter {
     out: Vec<u8>,
     foretold: Foretold,
+    /// The scans right behind them.
+    quiet: QuietRun,
 }
 
 impl EntryWriter {
     /// Writes an entry, and perhaps the next; gives the entries that are left.
     fn entry<'e>(&mut self, entry: &TapeEntry, rest: &'e [TapeEntry]) -> &'e [TapeEntry] {
+        if !matches!(entry, TapeEntry::Call(EngineCall::Begin { .. })) {
+            self.quiet.put(&mut self.out);
+        }
         match *entry {
             TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }) => {
                 let executes = rest.first() == Some(&TapeEntry::Call(EngineCall::Execute));
@@ -231,11 +198,16 @@ impl EntryWriter {
             (executes, scan_flag::EXECUTES),
         ];
         let flags = flags.iter().filter(|(is, _)| *is).fold(0, |all, (_, flag)| all | flag);
+        let scan = QuietScan { deviation_us, last_us: times.last_us };
+        let before_us = foretold.times.last_us;
+        let is_quiet = flags == scan_flag::EXECUTES && NEAR.contains(&deviation_us);
+        if !is_quiet || !self.quiet.takes(scan, before_us) {
+            self.quiet.put(&mut self.out);
+            // An empty run takes any quiet scan.
+            let _ = is_quiet && self.quiet.takes(scan, before_us);
+        }
         let out = &mut self.out;
-        if flags == scan_flag::EXECUTES && NEAR.contains(&deviation_us) {
-            out.push(folded(deviation_us) as u8);
-            put_signed(out, change_us);
-        } else {
+        if !is_quiet {
             out.extend([code::SCAN, flags]);
             put_signed(out, deviation_us);
             put_signed(out, change_us);

@@ -3,8 +3,10 @@
 //! Bytes from outside never panic, and the result has at most `ENTRIES_MAX` entries.
 
 use super::bytes::ByteSource;
+use super::codes::{ENTRIES_MAX, code, scan_flag};
 use super::foretold::Foretold;
-use super::section::{ENTRIES_MAX, SectionBody, code, scan_flag};
+use super::quiet::{self, QuietScan};
+use super::section::SectionBody;
 use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
 use crate::runtime::command::CommandId;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
@@ -84,6 +86,10 @@ impl EntryReader<'_> {
                 let deviation_us = self.bytes.signed()?;
                 return self.scan(flags, deviation_us);
             }
+            code::QUIET => {
+                let scans = quiet::read(&mut self.bytes, self.foretold.times.last_us)?;
+                return scans.into_iter().try_for_each(|scan| self.quiet(scan));
+            }
             code::ORIGIN => TapeEntry::Origin(self.origin()?),
             code::NUMBER => TapeEntry::Number(self.bytes.number()?),
             code::MODE => TapeEntry::Mode(mode(&mut self.bytes)?),
@@ -127,6 +133,16 @@ impl EntryReader<'_> {
             self.entries.push(TapeEntry::Call(EngineCall::Execute));
         }
         (ns < 1000 && flags < scan_flag::EXECUTES << 1).then_some(())
+    }
+
+    fn quiet(&mut self, scan: QuietScan) -> Option<()> {
+        let now_us = self.foretold.at_deviation(scan.deviation_us);
+        let times = self.foretold.times_after(scan.last_us);
+        let (now_ns, local_s) = (now_us.checked_mul(1000)?, self.foretold.local_s(now_us));
+        self.foretold.scan(now_us, times);
+        self.entries.push(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }));
+        self.entries.push(TapeEntry::Call(EngineCall::Execute));
+        Some(())
     }
 
     fn call(&mut self, first: u8) -> Option<EngineCall> {

@@ -11,8 +11,9 @@ use std::sync::Arc;
 
 use super::block::BlockHead;
 use super::bytes::ByteSource;
+use super::codes::SECTION_BYTES_MAX;
 use super::program::RecordedProgram;
-use super::section::{SECTION_BYTES_MAX, SectionBody};
+use super::section::SectionBody;
 use super::segment::{
     BASE_BYTES_MAX, BLOCK_HEAD_BYTES, BLOCK_MARK, MAGIC, SEGMENT_HEAD_BYTES, VERSION, block_flag,
 };

@@ -27,7 +27,9 @@ impl WhoNotes {
         if self.notes.len() == NOTES_MAX {
             self.notes.pop_front();
         }
-        who.truncate(who.floor_char_boundary(WHO_BYTES_MAX));
+        while who.len() > WHO_BYTES_MAX {
+            who.pop();
+        }
         self.notes.push_back((origin, who));
     }
 

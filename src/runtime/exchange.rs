@@ -20,8 +20,9 @@ use std::time::Duration;
 
 use super::command::{Answer, Before, Command, CommandId, Denial, Desk};
 pub use super::image::{Safe, Snapshot};
-use super::machine::Origin;
 pub use super::mode::{FaultReason, Mode, StopReason};
+use super::origin::Origin;
+pub use super::origin::Ticket;
 use crate::engine::{BitCell, WordCell};
 
 /// The greatest number of writes in one batch. (A Modbus request writes at most 1968 coils, and
@@ -80,10 +81,6 @@ pub enum Refused {
     /// More than [`BATCH_WRITES_MAX`] writes.
     TooLarge,
 }
-
-/// The number of an accepted batch: the first one of a process is 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Ticket(pub u64);
 
 /// The outcome of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

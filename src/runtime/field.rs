@@ -16,7 +16,8 @@ use super::image::Safe;
 use super::inputs::{InputEnd, Pulse};
 use super::latest::{InputReader, LatestInput, latest};
 use super::local::{LocalEnd, LocalSide};
-use super::machine::{Machine, Origin};
+use super::machine::Machine;
+use super::origin::Origin;
 use super::record::{DeviceEdge, RecordEvent};
 use super::wiring::{Wiring, WiringTarget};
 

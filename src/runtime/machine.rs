@@ -3,9 +3,8 @@
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
 //! a test says. Nothing here adds to what the engine does.
 
-use super::command::CommandId;
-use super::exchange::Ticket;
 use super::mode::Mode;
+use super::origin::Origin;
 use crate::calendar::LocalTime;
 use crate::engine::{BitCell, BlockEvent, Cell, Engine, MathEvent, ScanTimes, Transfer, WordCell};
 
@@ -66,19 +65,6 @@ pub struct ScanStart {
     pub times: ScanTimes,
     /// Local time, as seconds since 1970-01-01 00:00:00 of the local clock.
     pub local_s: i64,
-}
-
-/// Where something comes from that changes memory from outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// The X inputs, as drivers without a wiring set them: simulated inputs, Modbus clients.
-    Inputs,
-    /// A field device, by its number.
-    Device(u32),
-    /// A batch of queued writes.
-    Batch(Ticket),
-    /// An operator's command.
-    Command(CommandId),
 }
 
 impl Machine for Engine {

@@ -25,6 +25,7 @@ mod machine;
 mod mode;
 mod monitor;
 mod obey;
+mod origin;
 pub mod pacing;
 mod posture;
 mod record;
@@ -52,8 +53,9 @@ pub use image::Safe;
 pub use link::{Facts, Shape, link};
 #[cfg(test)]
 pub(crate) use link::{ScanSide, WorldSide};
-pub use machine::{Machine, Origin, ScanStart};
+pub use machine::{Machine, ScanStart};
 pub use monitor::{Monitor, Observer};
+pub use origin::Origin;
 pub(crate) use posture::{Grant, Held};
 pub use posture::{Policy, Posture};
 pub use record::{Carried, DeviceEdge, Record, RecordEvent, Watched};

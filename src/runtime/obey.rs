@@ -6,7 +6,8 @@
 
 use super::command::{Answer, Before, Command, Denial};
 use super::exchange::{FaultReason, Mode, StopReason};
-use super::machine::{Machine, Origin};
+use super::machine::Machine;
+use super::origin::Origin;
 use super::pacing::Clock;
 use super::scanner::{Scanner, TICK_NS_MAX};
 use super::swap::NO_PROGRAM;

@@ -11,8 +11,9 @@
 
 use rtrb::{Consumer, Producer};
 
-use super::machine::{Machine, Origin, ScanStart};
+use super::machine::{Machine, ScanStart};
 use super::mode::{FaultReason, Mode};
+use super::origin::Origin;
 use crate::engine::{
     BitCell, BlockEvent, Cell, Engine, EngineCall, EngineState, MathEvent, Transfer, WordCell,
 };

@@ -6,8 +6,8 @@
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use super::machine::Origin;
 use super::mode::{Mode, StopReason};
+use super::origin::Origin;
 use super::tape::{Handed, SPARE_STATES, STEP_ENTRIES_MAX, Tape, TapeEntry, Taped};
 use crate::engine::{Engine, EngineState};
 

@@ -3,8 +3,8 @@
 //! `record` makes sections of the tape, keeps them and reads them again; `observe` executes them
 //! again. The entries of a section have no state among them.
 
-use super::machine::Origin;
 use super::mode::Mode;
+use super::origin::Origin;
 use super::tape::TapeEntry;
 use crate::engine::EngineState;
 

@@ -1,8 +1,8 @@
 //! The simulator: virtual time, the real engine, no sleeping.
 //!
 //! Called by `rungd sim` and tests, with an engine program, a [`Plan`] and a `Trace` for the
-//! rows. `rungd replay` writes its rows with the same traces. Scan k has the timestamp k × period. Reads no clock and no file, so the same input always
-//! gives the same bytes.
+//! rows. `rungd replay` writes its rows with the same traces. Scan k has the timestamp
+//! k × period. Reads no clock and no file, so the same input always gives the same bytes.
 
 mod run;
 pub mod stimulus;

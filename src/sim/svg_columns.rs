@@ -10,7 +10,7 @@ use crate::isa::Real;
 pub(super) const COLUMNS_MAX: usize = 1_200;
 
 /// The least and the greatest value in a column, as contents of the cell.
-pub(super) type Spread = (i32, i32);
+pub(super) type ColumnSpread = (i32, i32);
 
 /// Columns of many scans.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ pub(super) struct WideColumns {
     /// The first scan of each column, and its time, µs.
     pub heads: Vec<(RowName, u64)>,
     /// For each operand, a spread for each column.
-    pub spreads: Vec<Vec<Spread>>,
+    pub spreads: Vec<Vec<ColumnSpread>>,
     /// Which operands are reals.
     reals: Vec<bool>,
     /// The scans in the last column.
@@ -62,13 +62,13 @@ impl WideColumns {
         self.heads = self.heads.iter().step_by(2).copied().collect();
         for (spreads, real) in self.spreads.iter_mut().zip(&self.reals) {
             let pair =
-                |pair: &[Spread]| pair[1..].iter().fold(pair[0], |a, b| joined(a, *b, *real));
+                |pair: &[ColumnSpread]| pair[1..].iter().fold(pair[0], |a, b| joined(a, *b, *real));
             *spreads = spreads.chunks(2).map(pair).collect();
         }
     }
 
     /// The least and the greatest value of an operand.
-    pub fn whole(&self, operand: usize) -> Spread {
+    pub fn whole(&self, operand: usize) -> ColumnSpread {
         let spreads = self.spreads[operand].iter().copied();
         spreads.reduce(|a, b| joined(a, b, self.reals[operand])).unwrap_or((0, 0))
     }
@@ -79,7 +79,7 @@ pub(super) fn number(content: i32, real: bool) -> f64 {
     if real { f64::from(Real::of_cell(content).number()) } else { f64::from(content) }
 }
 
-fn joined(a: Spread, b: Spread, real: bool) -> Spread {
+fn joined(a: ColumnSpread, b: ColumnSpread, real: bool) -> ColumnSpread {
     let is_less = |a: i32, b: i32| number(a, real) < number(b, real);
     let least = if is_less(b.0, a.0) { b.0 } else { a.0 };
     let greatest = if is_less(a.1, b.1) { b.1 } else { a.1 };

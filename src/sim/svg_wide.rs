@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use super::svg_columns::{Spread, WideColumns, number};
+use super::svg_columns::{ColumnSpread, WideColumns, number};
 use super::trace::{Watched, ms_text};
 use crate::engine::Cell;
 
@@ -126,7 +126,7 @@ fn head(svg: &mut String, columns: &WideColumns, measures: &WideMeasures) {
 }
 
 /// A bit: high and shaded while ON, low while OFF, dark where it was both.
-fn bit(svg: &mut String, spreads: &[Spread], top: usize, measures: &WideMeasures) {
+fn bit(svg: &mut String, spreads: &[ColumnSpread], top: usize, measures: &WideMeasures) {
     let (high, low) = (top + HIGH, top + LOW);
     let (mut line, mut on, mut both) = (String::new(), String::new(), String::new());
     let (mut from, mut goes_on) = (0, false);
@@ -202,7 +202,7 @@ fn word(
 }
 
 /// How high above the lower edge a value is, px: 0 to the height of the band.
-fn height(content: i32, (least, greatest): Spread, real: bool) -> usize {
+fn height(content: i32, (least, greatest): ColumnSpread, real: bool) -> usize {
     let [value, least, greatest] = [content, least, greatest].map(|cell| number(cell, real));
     let part = (value - least) / (greatest - least);
     // Between 0 and 1, and of two equal ends not a number, which is 0 as an integer.

@@ -1,4 +1,4 @@
-//! A stretch of a recording as the text of a test file (`docs/testing.md` has the form of such files).
+//! A stretch of a recording as the text of a test file.
 //!
 //! The scenario is tried in virtual time before it is handed out: an expectation stands in the file
 //! only if the trial meets it. A scenario begins with a cold start: where the recording does not,

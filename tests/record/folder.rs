@@ -38,8 +38,10 @@ pub struct Disk {
     pub calls: u64,
     pub syncs: u64,
     /// Called after every call.
-    pub watch: Option<Rc<dyn Fn(&Disk)>>,
+    pub watch: Option<Watch>,
 }
+
+pub type Watch = Rc<dyn Fn(&Disk)>;
 
 #[derive(Clone)]
 pub struct Handle(pub Rc<RefCell<Disk>>);

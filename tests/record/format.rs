@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::drawn::{Numbers, block, program, section};
-use crate::replayed::{Line, engine, on_disk};
+use crate::line::{Line, engine, on_disk};
 use crate::support::needs::not_installed;
 use rungd::engine::{BitCell, Cell, EngineCall, EngineState, WordCell};
 use rungd::record::{Recording, SectionBody, SegmentStart, state_hash};

@@ -1,10 +1,19 @@
 //! The scan log: sections and segments as bytes, what is in memory, the folder on every kind of
-//! disk, replay, and the reader of the page.
+//! disk, replay, the reader of the page, and all of it with the real rungd.
 
 mod bytes;
 mod drawn;
 mod folder;
 mod format;
+mod line;
+mod live_crash;
+mod live_disk;
+mod live_ends;
+mod live_places;
+mod live_random;
+mod live_rig;
+mod live_stall;
+mod recorder;
 mod replayed;
 mod size;
 mod stored;
@@ -13,9 +22,14 @@ mod stored;
 #[allow(dead_code, unused_imports)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod case;
+    pub mod live;
+    pub mod metronome;
+    pub mod modbus;
     pub mod model;
     pub mod needs;
+    pub mod process;
     pub mod run;
     pub mod table;
     pub mod written_out;

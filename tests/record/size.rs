@@ -7,12 +7,15 @@
 //! ```
 
 use crate::drawn::Numbers;
-use crate::replayed::Line;
+use crate::line::Line;
 use rungd::engine::{Cell, ScanTimes, WordCell};
 use rungd::record::SegmentStart;
 use rungd::runtime::{Machine, Origin, ScanStart};
 
-const SECONDS: u64 = 240;
+const SECONDS: u64 = 180;
+
+/// The first seconds, in which the mean scan time still moves, are no part of the figure.
+const FIRST_SECONDS: usize = 60;
 const SCANS_A_SECOND: u64 = 100;
 
 /// Bytes on disk in a day. `change`: what comes in before a scan.
@@ -44,18 +47,17 @@ fn bytes_a_day(ladder: &str, mut change: impl FnMut(u64, &mut Numbers, &mut dyn 
     }
     let start = SegmentStart::new(&line.blocks[0].program);
     let (mut out, mut bases) = (Vec::new(), 0);
-    for (at, block) in line.blocks.iter().enumerate() {
-        // A new segment every ten minutes, a base image every minute.
-        if at % 600 == 0 {
-            out.extend_from_slice(&start.bytes);
-        }
+    for (at, block) in line.blocks.iter().skip(FIRST_SECONDS).enumerate() {
+        // A base image every minute.
         bases += usize::from(at % 60 == 0);
         block.write(start.sum, at % 60 == 0, &mut out);
     }
     let base = line.blocks[0].bytes(true) - line.blocks[0].bytes(false);
     let blocks = line.blocks.len();
     println!("{blocks} blocks, {bases} base images of about {base} bytes, {} bytes", out.len());
-    out.len() as u64 * 86_400 / SECONDS
+    // A new segment every ten minutes.
+    let segments = start.bytes.len() as u64 * 6 * 24;
+    out.len() as u64 * 86_400 / (blocks - FIRST_SECONDS) as u64 + segments
 }
 
 /// Inputs that change.
@@ -79,10 +81,9 @@ impl Change for rungd::runtime::Taped {
     }
 }
 
-const PLANTS: [(&str, &str); 3] = [
+const PLANTS: [(&str, &str); 2] = [
     ("bottling-plant", include_str!("../../config/programs/bottling-plant.toml")),
     ("batch-mixer", include_str!("../../config/programs/batch-mixer.toml")),
-    ("traffic-light", include_str!("../../config/programs/traffic-light.toml")),
 ];
 
 const MEGABYTE: u64 = 1_000_000;
@@ -104,7 +105,7 @@ fn ten_inputs_changing_every_second_take_at_most_60_megabytes_a_day() {
             let which = scan % SCANS_A_SECOND / 10;
             if scan % 10 == (which * 7) % 10 {
                 if which < 5 {
-                    engine.input(which as u32, scan / SCANS_A_SECOND % 2 == 0);
+                    engine.input(which as u32, (scan / SCANS_A_SECOND).is_multiple_of(2));
                 } else {
                     engine.word(100 + which as u32, 2000 + numbers.below(50) as i32);
                 }

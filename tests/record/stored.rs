@@ -9,7 +9,7 @@ use std::rc::Rc;
 
 use crate::drawn::Numbers;
 use crate::folder::{Disk, Fault, Handle};
-use crate::replayed::{Line, engine, in_memory};
+use crate::line::{Line, engine, in_memory};
 use rungd::record::{
     BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, Replay, SectionBody, Store, StoreNews,
     StoreSettings, TapeClock, index,
@@ -79,7 +79,7 @@ fn settings() -> StoreSettings {
         controller: "line".into(),
         keep_ns: 3600 * SECOND_NS,
         bytes_max: 1 << 20,
-        file_ns: 20 * SECOND_NS as u64,
+        file_ns: 10 * SECOND_NS as u64,
         file_bytes: 1 << 20,
     }
 }
@@ -91,7 +91,7 @@ fn clock(block: &RecordBlock) -> TapeClock {
 
 #[test]
 fn after_a_cut_anywhere_what_was_durable_is_there() {
-    let blocks = blocks(40);
+    let blocks = blocks(24);
     let known = Rc::new(known(&blocks));
     let disk = Handle::new();
     let (durable, put, states) =
@@ -122,10 +122,10 @@ fn after_a_cut_anywhere_what_was_durable_is_there() {
         assert!(store.tick(clock(block)).is_none());
         assert!(put.get() - durable.get() <= 3, "{} of {}", durable.get(), put.get());
     }
-    assert!(store.finish(clock(&blocks[39])).is_none());
-    assert!(durable.get() >= 39);
-    assert!(disk.0.borrow().files.len() > 1 && states.get() > 5_000, "{}", states.get());
-    assert_eq!(all_found(&disk.0.borrow(), &known), (0..40).collect::<Vec<_>>());
+    assert!(store.finish(clock(&blocks[23])).is_none());
+    assert!(durable.get() >= 23);
+    assert!(disk.0.borrow().files.len() > 1 && states.get() > 3_000, "{}", states.get());
+    assert_eq!(all_found(&disk.0.borrow(), &known), (0..24).collect::<Vec<_>>());
 }
 
 const FAULTS: [Fault; 4] = [Fault::Errno(5), Fault::Errno(28), Fault::Errno(4), Fault::Short];
@@ -230,7 +230,7 @@ fn the_oldest_files_go_and_the_limits_hold() {
         assert_eq!(found, (first..=block.head.sequence).collect::<Vec<_>>());
         assert!(used > 18_000 || first == 0, "{used}: more than is necessary went");
     }
-    // By age: files of 20 s, kept for 60 s.
+    // By age: files of 10 s, kept for 60 s.
     let disk = Handle::new();
     let keep_ns = 60 * SECOND_NS;
     let mut store = Store::new(disk.clone(), StoreSettings { keep_ns, ..settings() });
@@ -241,7 +241,7 @@ fn the_oldest_files_go_and_the_limits_hold() {
         }
         let found = all_found(&disk.0.borrow(), &known);
         let age_ns = block.head.end_ns - known[&found[0]].0.begin_ns;
-        assert!(age_ns <= keep_ns + 25 * SECOND_NS, "{age_ns}");
+        assert!(age_ns <= keep_ns + 15 * SECOND_NS, "{age_ns}");
         assert!(age_ns >= keep_ns || found[0] == 0, "{age_ns}");
     }
 }
@@ -261,7 +261,7 @@ fn a_block_larger_than_the_limit_is_not_written() {
 fn lives_one_after_the_other_leave_what_was_durable_and_touch_nobody() {
     let blocks = blocks(300);
     let known = known(&blocks);
-    for seed in 0..12 {
+    for seed in 0..8 {
         let mut numbers = Numbers(seed);
         let disk = Handle::new();
         let mut foreign = Vec::new();

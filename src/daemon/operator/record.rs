@@ -1,4 +1,4 @@
-//! Answers an operator with what the scan log has in memory: `rungd why` and `rungd record` read it.
+//! Answers an operator with what the scan log has in memory, for `rungd why` and `rungd record`.
 //!
 //! Called by `desk`. A recording has the ladder's files in it, so those who may only look get it
 //! only where everybody may read these files.

@@ -23,6 +23,8 @@ pub struct Bench {
     pub scans: u64,
     /// The operands that are asked for.
     pub operands: Vec<String>,
+    /// Those that changed.
+    pub lively: Vec<String>,
 }
 
 fn section(engine: &Engine, number: u64, running: bool) -> TapeSection {
@@ -72,16 +74,25 @@ impl Bench {
         let case = generate(seed);
         let text = case.ladder();
         let file = SourceFile { name: "random.toml".into(), text: text.clone() };
-        let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+        let (program, findings) =
+            load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
         let program = Arc::new(program.unwrap_or_else(|| panic!("seed {seed}: {findings:?}")));
         let subject = Subject::new(Arc::clone(&program), vec![file]);
         let mut recorder = Recorder::new(Engine::new(lower(&program).0));
         let mut rng = Rng::new(seed ^ 0x7461_7065);
         recorder.call(EngineCall::Start { now_ns: 0 });
         let scans = run(&case, &subject, &mut recorder, &mut rng);
-        let operands = case.watch().into_iter().filter(|name| !is_status(name)).collect();
-        let sections = recorder.sections.into_iter().map(Arc::new).collect();
-        Bench { case, text, program, subject, sections, scans, operands }
+        let operands = case.watch().into_iter().filter(|name| !is_status(name));
+        let operands: Vec<String> = operands.collect();
+        let sections: Vec<Arc<TapeSection>> = recorder.sections.into_iter().map(Arc::new).collect();
+        let changes = |name: &&String| {
+            let cell = subject.cell(name).expect("an operand");
+            let first = sections[0].state.value(cell);
+            let end = EngineState::of(&recorder.engine).value(cell);
+            first != end || sections.iter().any(|section| section.state.value(cell) != first)
+        };
+        let lively = operands.iter().filter(changes).cloned().collect();
+        Bench { case, text, program, subject, sections, scans, operands, lively }
     }
 }
 

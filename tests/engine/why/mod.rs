@@ -39,7 +39,9 @@ fn why_stands_before_an_independent_judge() {
                 println!("{count} questions: {kinds:?}");
                 return;
             }
-            let name = rng.pick(&bench.operands).clone();
+            let is_lively = rng.chance(70) && !bench.lively.is_empty();
+            let of = if is_lively { &bench.lively } else { &bench.operands };
+            let name = rng.pick(of).clone();
             let at = match rng.chance(50) {
                 true => At::Now,
                 false => At::Scan(rng.below(bench.scans as usize) as u64),

@@ -23,7 +23,7 @@ fn the_example_is_what_the_program_says() {
     let page = fs::read_to_string(&path).expect("the page");
     let text = between(&page, "```toml\n", "```").to_owned();
     let file = SourceFile { name: "bottling.toml".into(), text };
-    let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+    let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
     let program = Arc::new(program.unwrap_or_else(|| panic!("{findings:?}")));
     let subject = Subject::new(Arc::clone(&program), vec![file]);
     let mut recorder = Recorder::new(Engine::new(lower(&program).0));

@@ -14,7 +14,7 @@ use std::time::Instant;
 fn ladder() -> String {
     let mut text = String::from("[[program]]\nname = \"Main\"\n");
     for n in 0..10_000u32 {
-        let (x, y, c, t) = (n % 1000, n % 2000, n % 4000, n % 200);
+        let (x, y, c, t) = (n % 1000, n % 2000, n % 2000, n % 200);
         let (when, act) = match n % 10 {
             0 if n < 2000 => (format!("\"X{x}\""), format!("TMR T{t} preset=5s")),
             1 if n < 4000 => (format!("\"X{x}\", \"!C{c}\""), format!("SET C{}", n % 500)),
@@ -35,7 +35,7 @@ fn ladder() -> String {
 #[ignore = "prints times"]
 fn times_of_a_large_ladder() {
     let file = SourceFile { name: "large.toml".into(), text: ladder() };
-    let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+    let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
     let program = Arc::new(program.unwrap_or_else(|| panic!("{:?}", &findings[..3])));
     let begin = Instant::now();
     let subject = Subject::new(Arc::clone(&program), vec![file]);

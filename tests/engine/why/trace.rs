@@ -143,7 +143,7 @@ impl Brute<'_> {
 
     fn power(&self, part: u32, of: &Instruction) -> bool {
         let all = |series: &[Expr], states: &[bool], at: &mut usize| {
-            series.iter().fold(true, |all, expr| value(expr, states, at) && all)
+            values(series, states, at).iter().all(|on| *on)
         };
         let none = Vec::new();
         let states = |part: u32| self.states.get(&part).unwrap_or(&none);
@@ -176,9 +176,14 @@ fn value(expr: &Expr, states: &[bool], at: &mut usize) -> bool {
             *at += 1;
             states.get(*at - 1).copied().unwrap_or_default()
         }
-        Expr::All(all) => all.iter().fold(true, |so_far, one| value(one, states, at) && so_far),
-        Expr::Any(any) => any.iter().fold(false, |so_far, one| value(one, states, at) || so_far),
+        Expr::All(all) => values(all, states, at).iter().all(|on| *on),
+        Expr::Any(any) => values(any, states, at).iter().any(|on| *on),
     }
+}
+
+/// The values of all: every one takes its states.
+fn values(all: &[Expr], states: &[bool], at: &mut usize) -> Vec<bool> {
+    all.iter().map(|one| value(one, states, at)).collect()
 }
 
 impl Eye for Brute<'_> {

@@ -1,0 +1,72 @@
+//! Why operands differ between two programs: the answer of `rungd why` in both, at the scan of the
+//! first difference.
+//!
+//! Called by `replay_ladder`. The past of the recorded program is the recording; that of the new
+//! one is made by executing it again.
+
+use anyhow::Result;
+
+use super::compared::{Compared, Comparison, FirstDifference};
+use super::recorded_plant::RecordedPlant;
+use super::recording::{self, RecordedPast};
+use super::replay::ReplayArgs;
+use super::twin_run::TwinRun;
+use crate::observe::{At, Limits, Past, Subject};
+use crate::record::Recording;
+
+/// The most operands that are explained: those that differ first.
+const EXPLAINED_MAX: usize = 3;
+/// How many sections (about a second each) of the new program's past are kept.
+const SECTIONS_MAX: usize = 60;
+
+/// The reasons of the first differences; empty if nothing differs. The new program begins at the
+/// base of section `first`, as it did when it was compared.
+///
+/// # Errors
+/// The recording cannot be read.
+pub(super) fn reasons(
+    (args, recording): (&ReplayArgs, &Recording),
+    (first, new, mut again): (usize, &RecordedPlant, TwinRun),
+    comparison: &Comparison,
+) -> Result<String> {
+    let mut differing: Vec<(&Compared, FirstDifference)> =
+        comparison.operands.iter().filter_map(|o| Some((o, o.first?))).collect();
+    differing.sort_by_key(|(_, first)| (first.scan.section, first.scan.number));
+    let Some((_, earliest)) = differing.first() else { return Ok(String::new()) };
+    // One more section, since a difference may be in its last scan.
+    let last = earliest.scan.section;
+    let from = recording.base_of(first).unwrap_or(first);
+    let mut new_past = again.past(from..last + 1, SECTIONS_MAX);
+    let old_subject = recording::subject(recording.program(last)).ok();
+    let new_subject = Subject::new(new.program.clone(), new.loaded.files.clone());
+    let mut text = String::new();
+    let in_it = differing.iter().filter(|(_, first)| first.scan.section == last);
+    for (operand, first) in in_it.take(EXPLAINED_MAX) {
+        let number = first.scan.number;
+        let mut old_past = RecordedPast::around(recording::opened(&args.recording)?, last);
+        let old = old_subject.as_ref().and_then(|it| answer(it, &mut old_past, operand, number));
+        let new = answer(&new_subject, &mut new_past, operand, number);
+        for (side, answer) in [("old", old), ("new", new)] {
+            if let Some(answer) = answer {
+                text.push_str(&format!("\n{side} program, scan {number}:\n{answer}"));
+            }
+        }
+    }
+    if !text.is_empty() {
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+/// The answer to why an operand is what it is at the end of a scan.
+fn answer(
+    subject: &Subject,
+    past: &mut impl Past,
+    operand: &Compared,
+    number: u64,
+) -> Option<String> {
+    let cell = subject.cell(&operand.name).ok()?;
+    let limits = Limits { change: false, ..Limits::default() };
+    let answer = subject.why(past, cell, (At::Scan(number), limits)).ok()?;
+    Some(answer.text().lines().map(|line| format!("  {line}\n")).collect())
+}

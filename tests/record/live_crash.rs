@@ -1,0 +1,94 @@
+//! The real rungd killed at random while it records: the folder can be read and verified, reaches
+//! to right before the kill, and the next start goes on beside what is there.
+//!
+//! ```console
+//! cargo test --release --test record live_crash -- --ignored --nocapture
+//! ```
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use crate::drawn::Numbers;
+use crate::live_rig::{BUSY, FAST, Operator, last_scan, logs, recorded_run, verified};
+use crate::support::live::{Live, folder};
+use crate::support::metronome;
+use crate::support::modbus::Client;
+use rungd::record::Recording;
+
+/// The time of a cut that may be missing, beside what the machine held threads up.
+const LOST_MAX: Duration = Duration::from_secs(2);
+/// The period of [`FAST`].
+const PERIOD: Duration = Duration::from_millis(2);
+
+/// The contents of each file.
+fn contents(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    logs(dir).into_iter().map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
+}
+
+/// What the last scan of a process is that began last.
+fn reached(dir: &Path) -> u64 {
+    let recording = Recording::open(dir).unwrap();
+    let newest = logs(dir).pop().expect("there is a file");
+    let of_newest = Recording::open(&newest).unwrap();
+    assert!(recording.count() >= of_newest.count());
+    last_scan(&of_newest)
+}
+
+/// One life: it is killed after a random time. Gives the scans that it cost.
+fn one(home: &Path, dir: &Path, numbers: &mut Numbers) -> u64 {
+    let before = contents(dir);
+    metronome::begin();
+    let mut live = Live::of(home.to_owned(), recorded_run(home, dir));
+    let mut operator = Operator::new(&live);
+    let status = operator.status();
+    let mut modbus = Client::connect(status["devices"]["modbus"]["address"].as_str().unwrap());
+    let (begin, time) = (Instant::now(), Duration::from_millis(numbers.below(4000)));
+    while begin.elapsed() < time {
+        modbus.ask(1, &[6, 0, 0, 0, numbers.below(200) as u8]);
+    }
+    let told = operator.scans();
+    live.child.kill().unwrap();
+    live.child.wait().unwrap();
+    let after = contents(dir);
+    let is_kept = before.iter().all(|(path, bytes)| after.get(path) == Some(bytes));
+    assert!(is_kept, "a file of an earlier process was touched");
+    let verified = verified(dir, false);
+    let held_up = metronome::held_up_within(begin.elapsed());
+    // A life may be over before its first block is.
+    let end = if after.len() > before.len() { reached(dir) } else { 0 };
+    let lost = told.saturating_sub(end);
+    let allowed = (LOST_MAX + 2 * held_up).as_millis() / PERIOD.as_millis();
+    assert!(u128::from(lost) <= allowed, "{lost} scans of {told} are missing: {verified:?}");
+    // The folder is the next one's.
+    live.folder = PathBuf::from("/nonexistent");
+    lost
+}
+
+fn kills(count: usize, seed: u64) {
+    let (home, mut numbers, begin) = (folder(BUSY, FAST), Numbers(seed), Instant::now());
+    let dir = home.join("log");
+    let lost: Vec<u64> = (0..count).map(|_| one(&home, &dir, &mut numbers)).collect();
+    let recording = Recording::open(&dir).unwrap();
+    let most = lost.iter().max().copied().unwrap_or(0) * PERIOD.as_millis() as u64;
+    println!(
+        "{count} kills: {} files, {} sections, {} torn ends; at most {most} ms lost; {:.0} s",
+        logs(&dir).len(),
+        recording.count(),
+        recording.flaws.len(),
+        begin.elapsed().as_secs_f64()
+    );
+    fs::remove_dir_all(&home).unwrap();
+}
+
+#[test]
+fn killed_at_random_it_has_all_but_the_last_moment() {
+    kills(3, 1);
+}
+
+#[test]
+#[ignore = "three minutes"]
+fn killed_at_random_it_has_all_but_the_last_moment_45_times() {
+    kills(45, 2);
+}

@@ -1,0 +1,173 @@
+//! The real rungd records on a disk that is full, read-only, or no folder at all: no scan is later
+//! than in a control run beside it, the log says it once, `status` shows it, recording goes on by
+//! itself, and a gap is told and never bridged.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::live_rig::{
+    BUSY, FAST, Operator, Watch, count, ended, failing, last_scan, logs, recorded_run, rounds,
+    verified,
+};
+use crate::support::live::{Live, folder};
+use crate::support::needs::{Need, skip};
+use crate::support::process::mounted;
+use rungd::record::Recording;
+
+fn shell(words: &[&str]) -> bool {
+    let mut command = Command::new(words[0]);
+    let command = command.args(&words[1..]).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// rungd with its folder on a tmpfs with these options, in a mount namespace of its own.
+struct OnTmpfs {
+    live: Live,
+    /// The tmpfs as its namespace calls it.
+    inside: PathBuf,
+}
+
+impl OnTmpfs {
+    fn start(options: &str) -> Option<OnTmpfs> {
+        let home = folder(BUSY, FAST);
+        let inside = home.join("disk");
+        fs::create_dir(&inside).unwrap();
+        let mount = format!("mount -t tmpfs -o {options} tmpfs {}", inside.display());
+        let Some(prefix) = mounted(&format!("{mount} && exec \"$@\"")) else {
+            fs::remove_dir_all(&home).unwrap();
+            skip(Need::MountNamespace, "no mount namespace to be had");
+            return None;
+        };
+        let plain = recorded_run(&home, &inside.join("log"));
+        let mut command = Command::new(&prefix[0]);
+        command.args(&prefix[1..]).arg(plain.get_program()).args(plain.get_args());
+        for (name, value) in plain.get_envs() {
+            match value {
+                Some(value) => command.env(name, value),
+                None => command.env_remove(name),
+            };
+        }
+        command.stderr(Stdio::piped()).stdout(Stdio::null());
+        Some(OnTmpfs { live: Live::of(home, command), inside })
+    }
+
+    /// The tmpfs as it is seen from here, while the process lives.
+    fn seen(&self) -> PathBuf {
+        PathBuf::from(format!("/proc/{}/root{}", self.live.child.id(), self.inside.display()))
+    }
+
+    /// Mounts it again; false: there is no way into its namespace.
+    fn remount(&self, options: &str) -> bool {
+        let (pid, options) = (self.live.child.id().to_string(), format!("remount,{options}"));
+        let inside = self.inside.to_str().unwrap();
+        let again = |namespaces: &[&str]| {
+            let enter = ["nsenter", "-t", &pid, "-m"];
+            shell(&[&enter, namespaces, &["mount", "-o", &options, inside]].concat())
+        };
+        again(&[]) || again(&["-U", "--preserve-credentials"])
+    }
+}
+
+impl OnTmpfs {
+    fn goes_on(&mut self, operator: &mut Operator) -> Recording {
+        let (seen, to) = (self.seen().join("log"), self.live.folder.join("copy"));
+        goes_on(&mut self.live, operator, || copy(&seen, &to))
+    }
+}
+
+/// Copies a folder, since a tmpfs goes with the process.
+fn copy(from: &Path, to: &Path) -> PathBuf {
+    let _ = fs::remove_dir_all(to);
+    fs::create_dir(to).unwrap();
+    for log in logs(from) {
+        fs::copy(&log, to.join(log.file_name().unwrap())).unwrap();
+    }
+    to.to_owned()
+}
+
+/// Waits until a disk works again and what came in then is on it, and ends the controller, which
+/// has said what happened once. `copy` gives a folder with what is on the disk.
+fn goes_on(live: &mut Live, operator: &mut Operator, copy: impl Fn() -> PathBuf) -> Recording {
+    operator.await_status(|status| !failing(status));
+    let wanted = operator.scans();
+    let at_disk = |_: &Value| last_scan(&Recording::open(&copy()).unwrap()) >= wanted;
+    operator.await_status(at_disk);
+    let dir = copy();
+    let recording = Recording::open(&dir).unwrap();
+    let verified = verified(&dir, true);
+    assert!(verified.scans < last_scan(&recording), "nothing is missing: {verified:?}");
+    let lines = ended(live);
+    assert_eq!(count(&lines, "record-failed"), 1, "{lines:#?}");
+    assert_eq!(count(&lines, "record-resumed"), 1, "{lines:#?}");
+    recording
+}
+
+/// In trouble a controller scans on, and says it.
+fn scans_on(operator: &mut Operator) {
+    let status = operator.await_status(failing);
+    assert_eq!((&status["mode"], &status["record"]["lost"]), (&"RUN".into(), &0.into()));
+    operator.await_scans(600);
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_told_and_used_once_it_can() {
+    rounds(|| {
+        let home = folder(BUSY, FAST);
+        // Whoever runs the test, no folder can be made in a file.
+        let (dir, file) = (home.join("log/deep"), home.join("log"));
+        fs::write(&file, "a file").unwrap();
+        let mut live = Live::of(home.clone(), recorded_run(&home, &dir));
+        let mut operator = Operator::new(&live);
+        let watch = Watch::begin(&mut operator);
+        scans_on(&mut operator);
+        let is_good = watch.end(&mut operator);
+        assert_eq!(fs::read(&file).unwrap(), b"a file");
+        fs::remove_file(&file).unwrap();
+        let recording = goes_on(&mut live, &mut operator, || dir.clone());
+        assert!(recording.head(0).number > 1);
+        is_good
+    });
+}
+
+#[test]
+fn a_read_only_disk_costs_no_scan_and_is_used_once_it_can_be_written() {
+    rounds(|| {
+        let Some(mut disk) = OnTmpfs::start("size=4m,ro") else { return true };
+        let mut operator = Operator::new(&disk.live);
+        let watch = Watch::begin(&mut operator);
+        scans_on(&mut operator);
+        let is_good = watch.end(&mut operator);
+        if !disk.remount("rw") {
+            skip(Need::MountNamespace, "no way into the mount namespace");
+            return true;
+        }
+        let recording = disk.goes_on(&mut operator);
+        assert!(recording.head(0).number > 1);
+        is_good
+    });
+}
+
+#[test]
+fn a_disk_without_room_costs_no_scan_and_is_used_once_there_is_some() {
+    rounds(|| {
+        let Some(mut disk) = OnTmpfs::start("size=4m") else { return true };
+        let mut operator = Operator::new(&disk.live);
+        operator.await_status(|status| status["record"]["disk"]["bytes"].as_u64() > Some(0));
+        let watch = Watch::begin(&mut operator);
+        let fill = disk.seen().join("fill");
+        let filled =
+            File::create(&fill).and_then(|mut fill| io::copy(&mut io::repeat(1), &mut fill));
+        assert!(filled.is_err(), "it has no end");
+        scans_on(&mut operator);
+        let is_good = watch.end(&mut operator);
+        fs::remove_file(&fill).unwrap();
+        let recording = disk.goes_on(&mut operator);
+        let gaps = (1..recording.count()).filter(|at| !recording.follows(*at)).count();
+        assert!(recording.head(0).number == 1 && gaps >= 1, "{gaps}");
+        is_good
+    });
+}

@@ -1,0 +1,38 @@
+//! An orderly end of the real rungd: every scan that was complete is in the recording, however
+//! busy the machine is.
+
+use std::thread;
+
+use crate::live_rig::{BUSY, last_scan, recorded_run, verified};
+use crate::support::live::{folder, said};
+use rungd::record::Recording;
+
+/// Runs so many processes of random lengths at once that they hold each other up.
+#[test]
+fn an_orderly_end_has_every_scan() {
+    let home = folder(BUSY, "scan.period = \"1ms\"\n");
+    std::fs::write(
+        home.join("controller.toml"),
+        "ladder = [\"ladder.toml\"]\nscan.period = \"1ms\"\nscan.watchdog = \"30s\"\n",
+    )
+    .unwrap();
+    thread::scope(|scope| {
+        for lane in 0..8_u64 {
+            let home = &home;
+            scope.spawn(move || {
+                for turn in 0..4 {
+                    let scans = 990 + 13 * turn + lane;
+                    let dir = home.join(format!("log-{lane}-{turn}"));
+                    let mut command = recorded_run(home, &dir);
+                    let said = said(command.args(["--scans", &scans.to_string()]));
+                    assert_eq!(said.code, 0, "{said:?}");
+                    let verified = verified(&dir, false);
+                    let last = last_scan(&Recording::open(&dir).unwrap());
+                    let is_whole = verified.gaps > 0 || verified.scans == scans;
+                    assert!(is_whole && last == scans, "of {scans}: {last}, {verified:?}");
+                }
+            });
+        }
+    });
+    std::fs::remove_dir_all(&home).unwrap();
+}

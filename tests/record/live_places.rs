@@ -1,0 +1,205 @@
+//! Where the real rungd records, how much it keeps there, and who may read what it has in memory.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+use crate::live_rig::{BUSY, FAST, Operator, ended, last_scan, logs, recorded_run, verified};
+use crate::support::live::{Live, folder, run, said};
+use crate::support::modbus::Client;
+use crate::support::needs::{Need, skip};
+use rungd::record::Recording;
+
+fn files(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names
+}
+
+/// Runs a few scans, with these words behind the command.
+fn scanned(home: &Path, words: &[&str], variable: Option<&Path>) {
+    let mut command = run(home, words);
+    command.args(["--scans", "5"]).env_remove("RUNGD_RECORD").current_dir("/");
+    variable.map(|dir| command.env("RUNGD_RECORD", dir));
+    let said = said(&mut command);
+    assert_eq!(said.code, 0, "{said:?}");
+}
+
+#[test]
+fn nobody_records_on_disk_unasked() {
+    let home = folder(BUSY, "");
+    scanned(&home, &[], None);
+    assert_eq!(files(&home), ["controller.toml", "ladder.toml", "s.lock"]);
+    fs::remove_dir_all(&home).unwrap();
+}
+
+#[test]
+fn the_command_line_and_the_environment_name_a_folder() {
+    let home = folder(BUSY, "");
+    let (one, other) = (home.join("one"), home.join("other"));
+    scanned(&home, &["--record", one.to_str().unwrap()], Some(&other));
+    assert_eq!((logs(&one).len(), logs(&other).len()), (1, 0));
+    scanned(&home, &[], Some(&other));
+    assert_eq!((logs(&one).len(), logs(&other).len()), (1, 1));
+    assert_eq!(verified(&other, false).scans, 5);
+    fs::remove_dir_all(&home).unwrap();
+}
+
+#[test]
+fn a_controller_file_names_a_folder_beside_itself() {
+    let home = folder(BUSY, "[record]\ndir = \"deep/log\"\n");
+    let asked = home.join("asked");
+    scanned(&home, &["--record", asked.to_str().unwrap()], None);
+    assert_eq!(logs(&home.join("deep/log")).len(), 1);
+    assert!(!asked.exists(), "the controller file's folder comes first");
+    fs::remove_dir_all(&home).unwrap();
+}
+
+#[test]
+fn who_switches_it_off_has_nothing_on_disk() {
+    let home = folder(BUSY, "[record]\nenabled = false\ndir = \"log\"\n");
+    let asked = home.join("asked");
+    scanned(&home, &["--record", asked.to_str().unwrap()], Some(&asked));
+    assert_eq!(files(&home), ["controller.toml", "ladder.toml", "s.lock"]);
+    fs::remove_dir_all(&home).unwrap();
+}
+
+/// A plant whose words nobody foretells: megabytes in seconds.
+fn noise() -> String {
+    let mut rungs = String::new();
+    for n in 0..4 {
+        rungs += &format!("{{ when = [\"$On\"], do = [\"MOVE MHR{} to=D{n}\"] }},\n", n * 100 + 1);
+    }
+    format!("[[program]]\nname = \"Main\"\nrung = [\n{rungs}]\n")
+}
+
+#[test]
+fn the_oldest_files_go_first_and_those_of_others_stay() {
+    const SIZE: u64 = 1_000_000;
+    let settings = "[scan]\nperiod = \"2ms\"\n[record]\ndir = \"log\"\nsize = \"1MB\"\n\
+                    [modbus-server]\nlisten = \"127.0.0.1:0\"\nwritable = [\"MHR1..MHR1000\"]\n";
+    let home = folder(&noise(), settings);
+    let dir = home.join("log");
+    fs::create_dir(&dir).unwrap();
+    let foreign = ["notes.txt", "other-20200101T000000Z-000000.rungd-log", "controller.rungd-log"];
+    foreign.iter().for_each(|name| fs::write(dir.join(name), "mine").unwrap());
+    // One of this controller, from long ago.
+    let old = dir.join("controller-20200101T000000Z-000000.rungd-log");
+    fs::write(&old, "old").unwrap();
+    let mut live = Live::of(home.clone(), run(&home, &[]));
+    let mut operator = Operator::new(&live);
+    let status = operator.status();
+    let mut modbus = Client::connect(status["devices"]["modbus"]["address"].as_str().unwrap());
+    let own = || {
+        let own = |path: &std::path::PathBuf| {
+            path.file_name().unwrap().to_str().unwrap().starts_with("controller-")
+        };
+        logs(&dir).into_iter().filter(own).collect::<Vec<_>>()
+    };
+    let (mut first, mut state, mut removed) = (None, 1_u64, 0);
+    while removed < 3 {
+        for at in 0..8 {
+            // As many registers as a request may write, none of them foretold.
+            let mut pdu = vec![16, (at * 123_u16 >> 8) as u8, (at * 123) as u8, 0, 123, 246];
+            for _ in 0..246 {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695);
+                pdu.push((state >> 40) as u8);
+            }
+            assert_eq!(modbus.ask(1, &pdu)[0], 16);
+        }
+        let oldest = own().first().cloned();
+        removed += u64::from(first.is_some() && oldest != first);
+        first = oldest;
+        let bytes: u64 =
+            own().iter().filter_map(|path| fs::metadata(path).ok()).map(|of| of.len()).sum();
+        assert!(bytes <= SIZE, "{bytes}");
+    }
+    let disk = operator.status()["record"]["disk"].clone();
+    assert!(disk["bytes"].as_u64().unwrap() <= SIZE && disk["size"] == SIZE, "{disk}");
+    let scans = operator.scans();
+    ended(&mut live);
+    assert!(!old.exists());
+    for name in foreign {
+        assert_eq!(fs::read(dir.join(name)).unwrap(), b"mine", "{name}");
+        fs::remove_file(dir.join(name)).unwrap();
+    }
+    verified(&dir, false);
+    let recording = Recording::open(&dir).unwrap();
+    assert!(recording.head(0).number > 1 && last_scan(&recording) >= scans);
+}
+
+#[test]
+fn what_is_too_old_goes() {
+    let home = folder(BUSY, &format!("{FAST}[record]\ndir = \"log\"\nkeep = \"1m\"\n"));
+    let dir = home.join("log");
+    fs::create_dir(&dir).unwrap();
+    let name = |year| dir.join(format!("controller-{year}0101T000000Z-000000.rungd-log"));
+    for year in [2020, 2021] {
+        fs::write(name(year), "old").unwrap();
+    }
+    scanned(&home, &[], None);
+    assert!(!name(2020).exists(), "the next one began more than a minute ago");
+    assert!(logs(&dir).len() <= 2 && verified_new(&dir) == 5);
+    fs::remove_dir_all(&home).unwrap();
+}
+
+/// The scans of the newest file.
+fn verified_new(dir: &Path) -> u64 {
+    verified(logs(dir).last().unwrap(), false).scans
+}
+
+/// What a user who may only look is answered.
+fn asked_as_nobody(live: &Live) -> Value {
+    let socket = live.socket.to_str().unwrap();
+    // A process of its own becomes that user.
+    let script = "import socket, sys\ns = socket.socket(socket.AF_UNIX)\ns.connect(sys.argv[1])\n\
+                  s.sendall(b'{\"do\":\"recording\"}\\n')\nsys.stdout.write(s.makefile().readline())";
+    let mut command = Command::new("python3");
+    command.args(["-c", script, socket]).uid(65_534).gid(65_534).current_dir("/");
+    let said = said(&mut command);
+    assert_eq!(said.code, 0, "{said:?}");
+    serde_json::from_str(&said.out).unwrap()
+}
+
+/// Needs root, to become another user.
+#[test]
+fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
+    if Command::new("id").arg("-u").output().unwrap().stdout != b"0\n" {
+        return skip(Need::Root, "only root becomes another user");
+    }
+    const OPEN: &str = "[operator]\nsocket = \"s\"\nmode = \"0666\"\n";
+    for (ladder, controller, is_public) in
+        [(0o644, 0o644, true), (0o640, 0o644, false), (0o604, 0o644, true), (0o644, 0o640, false)]
+    {
+        let home = folder(BUSY, OPEN);
+        fs::set_permissions(&home, fs::Permissions::from_mode(0o755)).unwrap();
+        let modes = [("ladder.toml", ladder), ("controller.toml", controller)];
+        for (name, mode) in modes {
+            fs::set_permissions(home.join(name), fs::Permissions::from_mode(mode)).unwrap();
+        }
+        let live = Live::of(home.clone(), recorded_run(&home, &home.join("log")));
+        let answer = asked_as_nobody(&live);
+        let is_given = answer["ok"]["base64"].is_string();
+        assert_eq!(is_given, is_public, "{ladder:o} {controller:o}: {answer:.200}");
+        if !is_public {
+            let why = answer["error"]["message"].as_str().unwrap();
+            assert!(answer["error"]["kind"] == "not-permitted" && why.contains("may only look"));
+            assert!(why.contains("not everybody may read"), "{why}");
+        }
+        // Who may change everything may have it in any case.
+        let mut own = BufReader::new(UnixStream::connect(&live.socket).unwrap());
+        own.get_mut().write_all(format!("{}\n", json!({"do": "recording"})).as_bytes()).unwrap();
+        let mut line = String::new();
+        own.read_line(&mut line).unwrap();
+        let answer: Value = serde_json::from_str(&line).unwrap();
+        assert!(answer["ok"]["base64"].is_string(), "{answer:.200}");
+    }
+}

@@ -1,0 +1,206 @@
+//! The real rungd records on a disk that stalls: no scan is later than in a control run beside it.
+//! A stall that is shorter than the queue loses nothing; a longer one is told and leaves a gap.
+//!
+//! A stall that outlasts the queue is had in a moment: whoever asks for what is in memory ends a
+//! block. The disk is an ext4 image that is frozen, which wants root and a loop device; or the
+//! named fault point of a debug build.
+//!
+//! ```console
+//! cargo test --release --test record live_stall -- --ignored --nocapture
+//! ```
+
+use std::fs::{self, File};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+
+use crate::live_rig::{
+    BUSY, FAST, Operator, Watch, count, ended, failing, last_scan, recorded, recorded_run, rounds,
+    verified,
+};
+use crate::support::live::{Live, PATIENCE, folder};
+use crate::support::needs::{Need, skip};
+use rungd::record::Recording;
+
+/// The blocks that wait for the disk, as `src/daemon/record_disk.rs` has them.
+const QUEUE: usize = 120;
+
+fn shell(words: &[&str]) -> bool {
+    let mut command = Command::new(words[0]);
+    let command = command.args(&words[1..]).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// An ext4 image, mounted while this lives.
+struct Disk {
+    at: PathBuf,
+}
+
+impl Disk {
+    fn new(home: &std::path::Path) -> Option<Disk> {
+        let (image, at) = (home.join("image"), home.join("disk"));
+        fs::create_dir(&at).unwrap();
+        File::create(&image).unwrap().set_len(32 << 20).unwrap();
+        let image = image.to_str().unwrap();
+        let made = shell(&["mkfs.ext4", "-q", image])
+            && shell(&["mount", "-o", "loop", image, at.to_str().unwrap()]);
+        if !made {
+            skip(Need::Ext4, "no ext4 on a loop device to be had");
+        }
+        made.then_some(Disk { at })
+    }
+
+    fn freeze(&self, on: bool) {
+        let word = if on { "--freeze" } else { "--unfreeze" };
+        assert!(shell(&["fsfreeze", word, self.at.to_str().unwrap()]));
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        let at = self.at.to_str().unwrap();
+        let _ = shell(&["fsfreeze", "--unfreeze", at]);
+        let since = Instant::now();
+        while !shell(&["umount", at]) && since.elapsed() < PATIENCE {
+            sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+/// A controller that records on a disk of its own. The disk goes last but for the folder.
+struct OnDisk {
+    live: Live,
+    disk: Option<Disk>,
+    dir: PathBuf,
+}
+
+impl OnDisk {
+    fn start() -> Option<OnDisk> {
+        let home = folder(BUSY, FAST);
+        let Some(disk) = Disk::new(&home) else {
+            fs::remove_dir_all(&home).unwrap();
+            return None;
+        };
+        let dir = disk.at.join("log");
+        let live = Live::of(home.clone(), recorded_run(&home, &dir));
+        Some(OnDisk { live, disk: Some(disk), dir })
+    }
+
+    fn freeze(&self, on: bool) {
+        self.disk.iter().for_each(|disk| disk.freeze(on));
+    }
+}
+
+impl Drop for OnDisk {
+    fn drop(&mut self) {
+        self.freeze_off();
+        let _ = self.live.child.kill();
+        let _ = self.live.child.wait();
+        self.disk = None;
+    }
+}
+
+impl OnDisk {
+    fn freeze_off(&self) {
+        let at = self.disk.as_ref().map(|disk| disk.at.to_str().unwrap().to_owned());
+        at.iter().for_each(|at| drop(shell(&["fsfreeze", "--unfreeze", at])));
+    }
+}
+
+/// Ends as many blocks, each with a scan.
+fn end_blocks(operator: &mut Operator, count: usize) {
+    for _ in 0..count {
+        operator.await_scans(1);
+        assert!(operator.ask(&json!({"do": "recording"}))["ok"].is_object());
+    }
+}
+
+/// A stall of so long that the queue holds all: nothing is lost and nothing is said.
+fn stalls(time: Duration) {
+    rounds(|| {
+        let Some(mut on) = OnDisk::start() else { return true };
+        let mut operator = Operator::new(&on.live);
+        operator.await_status(|status| status["record"]["disk"]["bytes"].as_u64() > Some(0));
+        let watch = Watch::begin(&mut operator);
+        on.freeze(true);
+        end_blocks(&mut operator, QUEUE / 4);
+        sleep(time);
+        on.freeze(false);
+        let is_good = watch.end(&mut operator);
+        let scans = operator.scans();
+        let lines = ended(&mut on.live);
+        assert_eq!(count(&lines, "record-failed"), 0, "{lines:#?}");
+        let verified = verified(&on.dir, false);
+        let recording = Recording::open(&on.dir).unwrap();
+        assert!(last_scan(&recording) >= scans && recording.flaws.is_empty());
+        println!("stalled for {time:?}: {verified:?}");
+        is_good
+    });
+}
+
+#[test]
+fn a_stall_that_is_shorter_than_the_queue_loses_nothing() {
+    stalls(Duration::from_millis(300));
+}
+
+#[test]
+#[ignore = "half a minute"]
+fn a_stall_of_30_s_loses_nothing() {
+    stalls(Duration::from_secs(30));
+}
+
+#[test]
+fn a_stall_that_is_longer_is_told_and_leaves_a_gap() {
+    rounds(|| {
+        let Some(mut on) = OnDisk::start() else { return true };
+        let mut operator = Operator::new(&on.live);
+        operator.await_status(|status| status["record"]["disk"]["bytes"].as_u64() > Some(0));
+        let watch = Watch::begin(&mut operator);
+        on.freeze(true);
+        end_blocks(&mut operator, 2 * QUEUE);
+        let status = operator.await_status(failing);
+        let why = &status["record"]["disk"]["failing"];
+        assert!(why.as_str().unwrap().contains("does not answer"), "{why}");
+        let is_good = watch.end(&mut operator);
+        on.freeze(false);
+        operator.await_status(|status| !failing(status));
+        // A block with the state from which it goes on comes once a second.
+        operator.await_scans(1000);
+        let scans = operator.scans();
+        let lines = ended(&mut on.live);
+        assert_eq!(count(&lines, "record-failed"), 1, "{lines:#?}");
+        assert_eq!(count(&lines, "record-resumed"), 1, "{lines:#?}");
+        let verified = verified(&on.dir, true);
+        assert!(verified.gaps >= 1 && verified.scans < scans, "{verified:?}");
+        assert!(last_scan(&Recording::open(&on.dir).unwrap()) >= scans, "{verified:?}");
+        is_good
+    });
+}
+
+/// The disk's thread takes a second longer, again and again.
+#[test]
+fn a_disk_thread_that_is_late_loses_nothing() {
+    if !cfg!(debug_assertions) {
+        return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
+    }
+    rounds(|| {
+        let (mut live, dir) = recorded(BUSY, FAST);
+        let mut operator = Operator::new(&live);
+        let watch = Watch::begin(&mut operator);
+        let faults = live.folder.join("faults");
+        for _ in 0..3 {
+            fs::write(&faults, "record-disk").unwrap();
+            end_blocks(&mut operator, 1);
+            operator.await_status(|_| !faults.exists());
+        }
+        let is_good = watch.end(&mut operator);
+        let scans = operator.scans();
+        let lines = ended(&mut live);
+        assert_eq!(count(&lines, "record-failed"), 0, "{lines:#?}");
+        assert!(verified(&dir, false).scans >= scans);
+        is_good
+    });
+}

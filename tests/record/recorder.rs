@@ -1,0 +1,156 @@
+//! The recorder: gaps, late states, names, and sections that are too long for one.
+
+use crate::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
+use rungd::engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
+use rungd::record::{Recorder, Recording, Replay};
+use rungd::runtime::command::CommandId;
+use rungd::runtime::exchange::{Mode, Ticket};
+use rungd::runtime::{Machine, Origin, TapeEntry};
+
+#[test]
+fn a_reload_whose_state_comes_late_makes_a_gap() {
+    let mut line = Line::new(COUNTER);
+    let state = EngineState::of(line.taped.engine());
+    let clock = line.clock();
+    line.recorder.program(recorded(COUNTER, 1));
+    let at = |generation, number| TapeEntry::State { generation, number, mode: Mode::Run };
+    let scan = |now_ns| {
+        let times = ScanTimes::default();
+        TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s: 0 })
+    };
+    let execute = TapeEntry::Call(EngineCall::Execute);
+    let mut take = |entry| line.recorder.take(entry, Some(&state), clock);
+    assert!(take(at(0, 1)).is_none());
+    for entry in [scan(1000), execute, TapeEntry::Swap { generation: 1 }, scan(2000), execute] {
+        assert!(take(entry).is_none());
+    }
+    let block = take(at(1, 3)).expect("the section of the old program");
+    assert_eq!((block.head.scans, block.head.end_hash, block.head.number), (1, None, 1));
+    assert!(take(scan(3000)).is_none() && take(execute).is_none());
+    let block = take(at(1, 4)).expect("the first of the new program");
+    assert!(!block.head.follows && block.has_base() && block.head.end_hash.is_some());
+    assert_eq!((block.program.generation, block.head.number), (1, 3));
+}
+
+#[test]
+fn a_second_of_a_busy_plant_becomes_several_sections() {
+    let mut line = Line::new(COUNTER);
+    let state = EngineState::of(line.taped.engine());
+    let clock = line.clock();
+    let state_entry = TapeEntry::State { generation: 0, number: 1, mode: Mode::Run };
+    assert!(line.recorder.take(state_entry, Some(&state), clock).is_none());
+    let (mut entries, mut blocks) = (Vec::new(), Vec::new());
+    for scan in 0..100_u64 {
+        let (now_ns, times) = (scan * 10_000_000, ScanTimes::default());
+        entries.push(TapeEntry::Number(scan * 2));
+        entries.push(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s: 0 }));
+        for cell in 0..3000 {
+            let value = (scan as i32) * cell as i32;
+            entries.push(TapeEntry::Call(EngineCall::Write(Cell::Word(WordCell(cell)), value)));
+        }
+        entries.push(TapeEntry::Call(EngineCall::Execute));
+    }
+    // Nothing but commands: there is no scan at which to split.
+    let bits = (0..300_000).map(|at| EngineCall::Force(Cell::Bit(BitCell(at % 50)), 1));
+    entries.extend(bits.map(TapeEntry::Call));
+    for entry in &entries {
+        blocks.extend(line.recorder.take(*entry, None, clock));
+    }
+    blocks.extend(line.recorder.flush(clock));
+    let recording = Recording::of_bytes(in_memory(&blocks));
+    assert!(recording.count() == blocks.len() && blocks.len() >= 6, "{}", blocks.len());
+    let mut read = Vec::new();
+    for at in 0..recording.count() {
+        assert!(at == 0 || recording.follows(at));
+        let (state, section) = recording.read(at).unwrap().expect("it is whole");
+        assert_eq!(state.is_some(), at == 0);
+        let is_scan = recording.head(at).scans > 0;
+        assert_eq!(is_scan, matches!(section.entries[0], TapeEntry::Number(_)));
+        read.extend(section.entries);
+    }
+    assert!(read == entries);
+}
+
+#[test]
+fn a_program_that_nobody_has_told_makes_a_gap() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    for _ in 0..170 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    line.recorder = Recorder::new(recorded(COUNTER, 7));
+    for _ in 0..500 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    let blocks = line.blocks.len();
+    line.recorder.program(recorded(COUNTER, 0));
+    for _ in 0..500 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    let (known, late) = line.blocks.split_at(blocks);
+    assert!(known.len() < 5 && late.len() > 2);
+    assert!(!late[0].head.follows && late[0].has_base() && late[1].head.follows);
+}
+
+#[test]
+fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    for _ in 0..100 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    line.keeps_images = false;
+    // Nobody reads until the tape is full.
+    for _ in 0..70_000 {
+        line.scan(10_000_000, |_| {});
+    }
+    for _ in 0..300 {
+        line.read();
+        line.scan(10_000_000, |_| {});
+    }
+    line.flush();
+    let recording = Recording::of_bytes(on_disk(&line.blocks));
+    let gaps: Vec<_> = (1..recording.count()).filter(|at| !recording.follows(*at)).collect();
+    assert_eq!(gaps.len(), 1);
+    let mut replay = Replay::new(recording, engine);
+    let section = replay.section(gaps[0]).unwrap();
+    assert!(section.start.lost > 100 && !section.start.follows);
+    let count = replay.recording().count();
+    let verified = replay.verify(0..count);
+    assert_eq!((verified.first_difference, verified.gaps, verified.unreplayable), (None, 1, 0));
+}
+
+#[test]
+fn who_stands_behind_an_origin_is_known_though_it_is_told_late() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    let (early, late) = (Origin::Batch(Ticket(1)), Origin::Command(CommandId(9)));
+    line.recorder.note(early, "Modbus client 10.0.0.7");
+    for scan in 0..350 {
+        line.scan(10_000_000, |taped| {
+            if scan == 120 {
+                taped.comes_from(early);
+                taped.set_input(0, true);
+            }
+        });
+        if scan == 130 {
+            line.taped.comes_from(late);
+            line.taped.force(Cell::Bit(BitCell(3)), 1);
+            line.taped.settle();
+        }
+        line.read();
+        if scan == 220 {
+            line.recorder.note(late, "root");
+        }
+    }
+    line.flush();
+    let mut replay = Replay::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
+    let at = replay.recording().place_of_scan(130).unwrap();
+    let who = replay.section(at).unwrap().who;
+    assert!(who.contains(&(early, "Modbus client 10.0.0.7".to_owned())), "{who:?}");
+    assert!(who.contains(&(late, "root".to_owned())), "{who:?}");
+}
