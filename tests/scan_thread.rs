@@ -12,8 +12,7 @@ use std::cell::Cell;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::rc::Rc;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 
 use rungd::calendar::LocalTime;
 use rungd::engine::{Cell as MemoryCell, Engine};

@@ -22,7 +22,7 @@ use crate::say::say;
 /// The longest time between two looks at the tape.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// A section ends after this time, if scans are that far apart, or in STOP.
-const SECTION_MAX: Duration = Duration::from_secs(1);
+const SECTION_MAX: Duration = Duration::from_secs(2);
 /// How long the end of the process waits for the last block.
 const END_MAX: Duration = Duration::from_secs(3);
 

@@ -7,13 +7,13 @@ use crate::runtime::Origin;
 
 /// The answer to `why`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct Explanation {
     /// The time that the question is about.
     pub at: When,
     /// The operand, its value, and the reasons.
     pub root: Node,
     /// What would turn it over in the next scan; `None` of a word.
-    pub change: Option<Change>,
+    pub change: Option<Remedy>,
 }
 
 /// How far an answer goes.
@@ -55,7 +55,7 @@ pub enum Since {
 
 /// A bit or word.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Operand {
+pub struct OperandName {
     /// Its cell.
     pub cell: Cell,
     /// Its tag, or else its address, nickname, Stage or block.
@@ -89,7 +89,7 @@ pub struct Place {
 
 /// A block or Stage.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Block {
+pub struct BlockPlace {
     /// Its name; of a Stage with its Program's.
     pub name: String,
     /// The place of its name.
@@ -98,9 +98,9 @@ pub struct Block {
 
 /// A rung, or a branch of one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Rung {
+pub struct RungName {
     /// Its block or Stage.
-    pub element: Block,
+    pub element: BlockPlace,
     /// Its name.
     pub name: Option<String>,
     /// Its number in the block or Stage, from 1.
@@ -113,7 +113,7 @@ pub struct Rung {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
     /// The operand.
-    pub operand: Operand,
+    pub operand: OperandName,
     /// Its value.
     pub value: i32,
     /// The write that decided the value.
@@ -143,18 +143,18 @@ pub enum Cause {
     /// An instruction.
     Instruction {
         /// Its rung.
-        rung: Rung,
+        rung: RungName,
         /// Its place and text.
         place: Place,
         /// Its legs, each with the contacts that decided its power.
-        legs: Vec<Leg>,
+        legs: Vec<LegSeen>,
         /// The operands whose values it used.
-        operands: Vec<(Operand, i32, Followed)>,
+        operands: Vec<(OperandName, i32, Followed)>,
     },
     /// A termination pass over the block or Stage of an instruction.
     Pass {
         /// The rung of the instruction.
-        rung: Rung,
+        rung: RungName,
         /// The place and text of the instruction.
         place: Place,
         /// What caused the pass.
@@ -164,7 +164,7 @@ pub enum Cause {
     /// Stages that go OFF with their Program.
     Turn {
         /// The block.
-        block: Block,
+        block: BlockPlace,
         /// The block's `.Running`.
         running: Option<Box<Node>>,
         /// The RESTART that it obeyed.
@@ -202,7 +202,7 @@ pub enum Stop {
     /// The block or Stage was stopped: its bit, and why it went OFF.
     Bit(Box<Node>),
     /// The block was stopped and started again at once, by a RESTART.
-    Again(Block, Option<Box<Restart>>),
+    Again(BlockPlace, Option<Box<Restart>>),
 }
 
 /// A RESTART that acted.
@@ -211,11 +211,11 @@ pub struct Restart {
     /// When.
     pub at: When,
     /// Its rung.
-    pub rung: Rung,
+    pub rung: RungName,
     /// Its place and text.
     pub place: Place,
     /// Its leg.
-    pub legs: Vec<Leg>,
+    pub legs: Vec<LegSeen>,
 }
 
 /// The end of the tape that can be searched.
@@ -237,7 +237,7 @@ pub enum TapeEnd {
 
 /// A leg of an instruction, at its execution.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Leg {
+pub struct LegSeen {
     /// `when`, or the name after `leg.`.
     pub name: &'static str,
     /// Its power.
@@ -245,14 +245,14 @@ pub struct Leg {
     /// The places of its contacts, in series; of a branch the rung's own first.
     pub series: Vec<Place>,
     /// The contacts that decide its power alone.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<ContactSeen>,
     /// Other contacts of a series that were OFF.
-    pub also_off: Vec<Contact>,
+    pub also_off: Vec<ContactSeen>,
 }
 
 /// A contact, as its rung saw it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Contact {
+pub struct ContactSeen {
     /// Its place and text.
     pub place: Place,
     /// Its state.
@@ -265,18 +265,18 @@ pub struct Contact {
 #[derive(Clone, Debug, PartialEq)]
 pub enum ContactDetail {
     /// A bit.
-    Bit(Operand, Followed),
+    Bit(OperandName, Followed),
     /// A bit of an array that a word selects; `None` outside of the array.
     Element {
         /// The bit.
-        bit: Option<(Operand, Followed)>,
+        bit: Option<(OperandName, Followed)>,
         /// The word that selects.
-        index: (Operand, i32, Followed),
+        index: (OperandName, i32, Followed),
     },
     /// A compare: the operands with their values, left and right; of a constant the value alone.
     Compare {
         /// Left and right.
-        sides: [(i32, Option<Operand>, Followed); 2],
+        sides: [(i32, Option<OperandName>, Followed); 2],
         /// Whether left and right are reals.
         real: [bool; 2],
     },
@@ -287,7 +287,7 @@ pub enum ContactDetail {
         /// Whether the contacts within were ON.
         inner_on: bool,
         /// Those that decide that.
-        inner: Vec<Contact>,
+        inner: Vec<ContactSeen>,
     },
 }
 
@@ -344,7 +344,7 @@ pub enum About {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Idle {
     /// The rung of the instruction.
-    pub rung: Rung,
+    pub rung: RungName,
     /// The place and text of the instruction.
     pub place: Place,
     /// What keeps it from it.
@@ -355,14 +355,14 @@ pub struct Idle {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Hindrance {
     /// Its block or Stage does not run: the bit, and why it is OFF.
-    Stopped(Operand, Followed),
+    Stopped(OperandName, Followed),
     /// The powers of its legs, in the last scan.
-    Legs(Vec<Leg>),
+    Legs(Vec<LegSeen>),
 }
 
 /// What would turn a bit over in the next scan.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Change {
+pub enum Remedy {
     /// These, all at once; tried on a copy.
     Edits(Vec<Edit>),
     /// Nothing is needed: it turns over by itself.
@@ -381,14 +381,14 @@ pub enum Edit {
     /// An operand gets a value.
     Write {
         /// The operand.
-        operand: Operand,
+        operand: OperandName,
         /// The value.
         value: i32,
     },
     /// A Program is started.
     Run {
         /// The Program.
-        block: Block,
+        block: BlockPlace,
     },
 }
 

@@ -1,7 +1,7 @@
 //! Operands with the writes that decided their values, as data.
 
-use super::answer::{About, Cause, Cut, Followed, Node, Since, Stop, Write};
-use super::inquiry::{Found, Inquiry, Writer};
+use super::answer::{About, Cause, Cut, Followed, Node, Since, Stop, TapeEnd, Write};
+use super::inquiry::{Found, FoundWriter, Inquiry};
 use super::leaves::{LeafSeen, Side, side};
 use super::operands::structure;
 use super::past::{self, Moment};
@@ -43,7 +43,7 @@ impl Inquiry<'_> {
             }
             self.nodes += 1;
             self.shown.push((cell, found.at));
-            let is_status = is_status(address) && !matches!(found.writer, Writer::Step { .. });
+            let is_status = is_status(address) && !matches!(found.writer, FoundWriter::Step { .. });
             if is_status { self.status(at) } else { self.write(cell, value, found, (at, depth)) }
         };
         if let Some(Address::Bit(Bit::Running(block))) = address
@@ -60,7 +60,7 @@ impl Inquiry<'_> {
         Some(Node { operand, value, write, about, idle })
     }
 
-    fn force(&mut self, since: Result<Moment, super::answer::TapeEnd>, at: Moment) -> Write {
+    fn force(&mut self, since: Result<Moment, TapeEnd>, at: Moment) -> Write {
         let (since, who) = match since {
             Ok(moment) => {
                 let section = self.replay.section(moment.section);
@@ -82,17 +82,15 @@ impl Inquiry<'_> {
         let Found { at, before, in_last_scan, writer } = found;
         let mut since = Since::At(self.replay.when_of(at.section, at.entry));
         let cause = match writer {
-            Writer::Step { deed, leaves, operands } => {
+            FoundWriter::Step { deed, leaves, operands } => {
                 self.step(deed, (&leaves, &operands), at, depth)
             }
-            Writer::Turn(block) => self.turn(cell, block, at, depth),
-            Writer::Call => self.call(at),
-            Writer::End(end, section) => {
+            FoundWriter::Turn(block) => self.turn(cell, block, at, depth),
+            FoundWriter::Call => self.call(at),
+            FoundWriter::End(end, section) => {
                 since = Since::Before(self.replay.start_of(section));
-                let is_start = self
-                    .replay
-                    .section(section)
-                    .is_some_and(|section| section.start.number == 0 && section.state.scans() == 0);
+                let of = self.replay.section(section).filter(|_| end != TapeEnd::Searched);
+                let is_start = of.is_some_and(|of| of.start.number == 0 && of.state.scans() == 0);
                 match is_start {
                     true if self.subject.initial.value(cell) == value => Cause::Initial,
                     true => Cause::Restored,

@@ -5,7 +5,7 @@
 //! writes; two and three among the reasons alone. Of a large program not every one is tried; the
 //! answer says so.
 
-use super::answer::{Block, Change, Edit, SearchEnd};
+use super::answer::{BlockPlace, Edit, Remedy, SearchEnd};
 use super::inquiry::Inquiry;
 use super::past::Moment;
 use super::subject::Subject;
@@ -35,7 +35,7 @@ enum Try {
 }
 
 /// A copy of the engine, and the next scan.
-struct Trial<'a> {
+struct TrialScan<'a> {
     subject: &'a Subject,
     engine: Engine,
     state: EngineState,
@@ -45,7 +45,7 @@ struct Trial<'a> {
     tried_max: usize,
 }
 
-impl Trial<'_> {
+impl TrialScan<'_> {
     /// Whether these edits turn the bit over; `None`: the search is over.
     fn turns_over(&mut self, edits: &[Try]) -> Option<bool> {
         if self.tried >= self.tried_max {
@@ -118,16 +118,16 @@ impl Trial<'_> {
 
 impl Inquiry<'_> {
     /// What would turn a bit over in the scan after a moment.
-    pub fn change(&mut self, cell: Cell, at: Moment) -> Change {
+    pub fn change(&mut self, cell: Cell, at: Moment) -> Remedy {
         if self.replay.forced(cell, at).is_some() {
-            return Change::Release;
+            return Remedy::Release;
         }
         self.propose(cell, vec![0, 1]);
-        let Some(begin) = self.next_begin(at) else { return Change::NoScan };
-        let Some(engine) = self.replay.seek(at.section, at.entry) else { return Change::NoScan };
+        let Some(begin) = self.next_begin(at) else { return Remedy::NoScan };
+        let Some(engine) = self.replay.seek(at.section, at.entry) else { return Remedy::NoScan };
         let state = EngineState::of(engine);
         let operations = self.subject.batches.len().max(1);
-        let mut trial = Trial {
+        let mut trial = TrialScan {
             subject: self.subject,
             engine: Engine::new(self.subject.fast.clone()),
             state,
@@ -139,10 +139,10 @@ impl Inquiry<'_> {
         let change = self.try_all(&mut trial);
         let tried = trial.tried as u32;
         match change {
-            Some(Some(edits)) if edits.is_empty() => Change::Itself,
-            Some(Some(edits)) => Change::Edits(edits.iter().map(|edit| self.edit(*edit)).collect()),
-            Some(None) => Change::None(SearchEnd { every_single: true, tried }),
-            None => Change::None(SearchEnd { every_single: self.subject_is_tried(tried), tried }),
+            Some(Some(edits)) if edits.is_empty() => Remedy::Itself,
+            Some(Some(edits)) => Remedy::Edits(edits.iter().map(|edit| self.edit(*edit)).collect()),
+            Some(None) => Remedy::None(SearchEnd { every_single: true, tried }),
+            None => Remedy::None(SearchEnd { every_single: self.subject_is_tried(tried), tried }),
         }
     }
 
@@ -151,7 +151,7 @@ impl Inquiry<'_> {
         self.singles_end.is_some_and(|end| tried > end)
     }
 
-    fn try_all(&mut self, trial: &mut Trial) -> Option<Option<Vec<Try>>> {
+    fn try_all(&mut self, trial: &mut TrialScan) -> Option<Option<Vec<Try>>> {
         if trial.turns_over(&[])? {
             return Some(Some(Vec::new()));
         }
@@ -174,7 +174,7 @@ impl Inquiry<'_> {
     }
 
     /// Edits of the operands among the reasons, and of the Programs that do not run.
-    fn reasons(&self, trial: &Trial) -> Vec<Try> {
+    fn reasons(&self, trial: &TrialScan) -> Vec<Try> {
         let free = self.free.iter().filter(|(cell, _)| trial.is_free(*cell));
         let mut tries: Vec<Try> =
             free.flat_map(|(cell, values)| trial.values(*cell, values)).collect();
@@ -189,7 +189,7 @@ impl Inquiry<'_> {
     }
 
     /// Edits of all other bits that the ladder names.
-    fn others(&self, trial: &Trial, reasons: &[Try]) -> Vec<Try> {
+    fn others(&self, trial: &TrialScan, reasons: &[Try]) -> Vec<Try> {
         let layout = &self.subject.symbols.layout;
         let named = self.subject.program.named(ELEMENTS_MAX);
         let cells = named.iter().filter_map(|operand| layout.cell(operand.address));
@@ -208,7 +208,7 @@ impl Inquiry<'_> {
         }
     }
 
-    fn block(&self, block: BlockId) -> Block {
+    fn block(&self, block: BlockId) -> BlockPlace {
         self.subject.element(ElementId { block, stage: None })
     }
 

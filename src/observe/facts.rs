@@ -1,6 +1,6 @@
 //! Facts about a program that is observed, for those that make something else of a recording.
 
-use super::answer::Operand;
+use super::answer::OperandName;
 use super::subject::Subject;
 use crate::engine::{self, Cell};
 use crate::isa::status::dst;
@@ -13,7 +13,7 @@ impl Subject {
     }
 
     /// The operand that a cell is.
-    pub(crate) fn operand(&self, cell: Cell) -> Operand {
+    pub(crate) fn operand(&self, cell: Cell) -> OperandName {
         self.names.operand(&self.symbols, cell)
     }
 

@@ -39,12 +39,12 @@ pub(super) struct Found {
     pub before: Option<i32>,
     /// Whether it happened in the last scan before the question.
     pub in_last_scan: bool,
-    pub writer: Writer,
+    pub writer: FoundWriter,
 }
 
 /// What wrote.
 #[derive(Debug)]
-pub(super) enum Writer {
+pub(super) enum FoundWriter {
     /// An instruction or a step of a pass, with the contacts of its part and its operands.
     Step { deed: Deed, leaves: Vec<LeafSeen>, operands: Vec<Side> },
     /// A block's turn.
@@ -95,7 +95,7 @@ impl<'a> Inquiry<'a> {
                 at: Moment { section, entry: 0, step: 0 },
                 before: None,
                 in_last_scan: false,
-                writer: Writer::End(end, section),
+                writer: FoundWriter::End(end, section),
             },
         }
     }
@@ -147,9 +147,9 @@ impl<'a> Inquiry<'a> {
         None
     }
 
-    fn writer(&self, watch: &Watch, decided: &Decided) -> Writer {
+    fn writer(&self, watch: &Watch, decided: &Decided) -> FoundWriter {
         let part = self.subject.site(decided.by).map(|site| site.part);
-        Writer::Step {
+        FoundWriter::Step {
             deed: decided.by,
             leaves: part.map(|part| watch.leaves(part)).unwrap_or_default(),
             operands: decided.operands.clone(),
@@ -159,16 +159,16 @@ impl<'a> Inquiry<'a> {
     /// A change from the log, with what its rung saw.
     fn changed(&mut self, cell: Cell, change: CellChange, (at, last): (Moment, bool)) -> Found {
         let writer = match change.by {
-            None => Writer::Call,
-            Some(Deed::Turn(block)) => Writer::Turn(block),
-            Some(Deed::Element(_)) => Writer::Call,
+            None => FoundWriter::Call,
+            Some(Deed::Turn(block)) => FoundWriter::Turn(block),
+            Some(Deed::Element(_)) => FoundWriter::Call,
             Some(deed @ (Deed::Batch(_) | Deed::Pass(_))) => {
                 let limit = at.step.saturating_add(1);
                 let mut watch = Watch::new(self.subject, cell, vec![deed], limit);
                 self.replay.see(at.section, at.entry, &mut watch);
                 match watch.decided.last().cloned() {
                     Some(decided) => self.writer(&watch, &decided),
-                    None => Writer::Step { deed, leaves: Vec::new(), operands: Vec::new() },
+                    None => FoundWriter::Step { deed, leaves: Vec::new(), operands: Vec::new() },
                 }
             }
         };

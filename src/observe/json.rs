@@ -3,13 +3,14 @@
 use serde_json::{Value, json};
 
 use super::answer::{
-    About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance,
-    Idle, Leg, Node, Operand, Place, Restart, Rung, Since, Stop, TapeEnd, When, Write,
+    About, BlockPlace, Cause, ContactDetail, ContactSeen, Cut, Edit, Explanation, Followed,
+    Hindrance, Idle, LegSeen, Node, OperandName, Place, Remedy, Restart, RungName, Since, Stop,
+    TapeEnd, When, Write,
 };
 use crate::isa::Real;
 use crate::runtime::Origin;
 
-impl Answer {
+impl Explanation {
     /// The answer as JSON.
     pub fn json(&self) -> Value {
         json!({
@@ -31,7 +32,7 @@ fn since(of: Since) -> Value {
     }
 }
 
-fn value(operand: &Operand, value: i32) -> Value {
+fn value(operand: &OperandName, value: i32) -> Value {
     if operand.is_bit { json!(value != 0) } else { number(value, operand.is_real) }
 }
 
@@ -39,7 +40,7 @@ fn number(value: i32, real: bool) -> Value {
     if real { json!(f64::from(Real::of_cell(value))) } else { json!(value) }
 }
 
-fn operand(of: &Operand) -> Value {
+fn operand(of: &OperandName) -> Value {
     json!({ "name": of.name, "address": of.address, "doc": of.doc })
 }
 
@@ -48,11 +49,11 @@ fn place(of: &Place) -> Value {
     json!({ "file": file, "line": line, "start": start, "end": end, "text": text })
 }
 
-fn block(of: &Block) -> Value {
+fn block(of: &BlockPlace) -> Value {
     json!({ "name": of.name, "place": place(&of.place) })
 }
 
-fn rung(of: &Rung) -> Value {
+fn rung(of: &RungName) -> Value {
     json!({
         "in": of.element.name,
         "name": of.name,
@@ -73,7 +74,7 @@ fn node(of: &Node) -> Value {
     })
 }
 
-fn write(of: &Write, operand: &Operand) -> Value {
+fn write(of: &Write, operand: &OperandName) -> Value {
     json!({
         "since": since(of.since),
         "from": of.before.map(|before| value(operand, before)),
@@ -148,7 +149,7 @@ fn restart(of: &Restart) -> Value {
     })
 }
 
-fn operand_read((of, content, next): &(Operand, i32, Followed)) -> Value {
+fn operand_read((of, content, next): &(OperandName, i32, Followed)) -> Value {
     json!({ "operand": operand(of), "value": value(of, *content), "why": followed(next) })
 }
 
@@ -166,7 +167,7 @@ fn followed(of: &Followed) -> Value {
     }
 }
 
-fn leg(of: &Leg) -> Value {
+fn leg(of: &LegSeen) -> Value {
     json!({
         "name": of.name,
         "on": of.on,
@@ -176,7 +177,7 @@ fn leg(of: &Leg) -> Value {
     })
 }
 
-fn contact(of: &Contact) -> Value {
+fn contact(of: &ContactSeen) -> Value {
     let detail = match &of.detail {
         ContactDetail::Bit(of, next) => {
             json!({ "kind": "bit", "operand": operand(of), "why": followed(next) })
@@ -240,16 +241,16 @@ fn idle(of: &Idle) -> Value {
     json!({ "rung": rung(&of.rung), "place": place(&of.place), "because": because })
 }
 
-fn change(of: &Change) -> Value {
+fn change(of: &Remedy) -> Value {
     match of {
-        Change::Edits(edits) => json!({
+        Remedy::Edits(edits) => json!({
             "kind": "edits",
             "edits": edits.iter().map(edit).collect::<Vec<_>>(),
         }),
-        Change::Itself => json!({ "kind": "itself" }),
-        Change::Release => json!({ "kind": "release" }),
-        Change::NoScan => json!({ "kind": "no-scan" }),
-        Change::None(end) => json!({
+        Remedy::Itself => json!({ "kind": "itself" }),
+        Remedy::Release => json!({ "kind": "release" }),
+        Remedy::NoScan => json!({ "kind": "no-scan" }),
+        Remedy::None(end) => json!({
             "kind": "none",
             "every_single": end.every_single,
             "tried": end.tried,

@@ -34,9 +34,9 @@ mod why;
 mod writers;
 
 pub use answer::{
-    About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance,
-    Idle, Leg, Limits, Node, Operand, Place, Restart, Rung, SearchEnd, Since, Stop, TapeEnd, When,
-    Write,
+    About, BlockPlace, Cause, ContactDetail, ContactSeen, Cut, Edit, Explanation, Followed,
+    Hindrance, Idle, LegSeen, Limits, Node, OperandName, Place, Remedy, Restart, RungName,
+    SearchEnd, Since, Stop, TapeEnd, When, Write,
 };
 pub use past::{At, Past, Refusal};
 pub use subject::Subject;

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::answer::Operand;
+use super::answer::OperandName;
 use crate::engine::{Cell, Layout};
 use crate::isa::status::{BIT_NICKNAMES, word_nickname};
 use crate::isa::{
@@ -65,12 +65,12 @@ impl CellNames {
     }
 
     /// The operand that a cell is.
-    pub fn operand(&self, symbols: &Symbols, cell: Cell) -> Operand {
+    pub fn operand(&self, symbols: &Symbols, cell: Cell) -> OperandName {
         let address = self.address(&symbols.layout, cell);
         let tag = self.tags.get(&cell);
         let own = address.map(|address| self.written(symbols, address));
         let real = matches!(cell, Cell::Word(word) if symbols.layout.is_real(word));
-        Operand {
+        OperandName {
             cell,
             name: tag.map(|(name, _)| name.clone()).or(own.clone()).unwrap_or_default(),
             address: own.filter(|own| tag.is_some_and(|(name, _)| name != own)),

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::answer::{Contact, ContactDetail, Cut, Followed, Leg, Operand};
+use super::answer::{ContactDetail, ContactSeen, Cut, Followed, LegSeen, OperandName};
 use super::inquiry::Inquiry;
 use super::leaves::{LeafSeen, LegLogic, Side, legs};
 use super::logic::{Leaves, Logic};
@@ -38,18 +38,18 @@ impl PartSeen<'_> {
 
 impl Inquiry<'_> {
     /// The legs of an instruction of a part, at its execution.
-    pub fn legs(&mut self, part: u32, seen: &[LeafSeen], at: Moment, depth: u32) -> Vec<Leg> {
+    pub fn legs(&mut self, part: u32, seen: &[LeafSeen], at: Moment, depth: u32) -> Vec<LegSeen> {
         let (legs, leaves) = legs(self.subject, part);
         let keys = keys(&leaves);
         let part = PartSeen { leaves, seen, keys, at };
         legs.iter().map(|leg| self.leg(&part, leg, depth)).collect()
     }
 
-    fn leg(&mut self, part: &PartSeen, leg: &LegLogic, depth: u32) -> Leg {
+    fn leg(&mut self, part: &PartSeen, leg: &LegLogic, depth: u32) -> LegSeen {
         let (on, key) = (|at: usize| part.is_on(at), |at: usize| part.key(at));
         let why = leg.logic.why(&on, &key);
         let series = leg.series.iter().map(|contact| self.subject.place(contact.span()));
-        Leg {
+        LegSeen {
             name: leg.name.key(),
             on: leg.logic.is_on(&on),
             series: series.collect(),
@@ -58,10 +58,10 @@ impl Inquiry<'_> {
         }
     }
 
-    fn contact(&mut self, part: &PartSeen, leaf: usize, depth: u32) -> Contact {
+    fn contact(&mut self, part: &PartSeen, leaf: usize, depth: u32) -> ContactSeen {
         let contact = part.leaves.contacts[leaf];
         let place = self.subject.place(contact.span());
-        Contact { place, on: part.is_on(leaf), detail: self.detail(part, leaf, depth) }
+        ContactSeen { place, on: part.is_on(leaf), detail: self.detail(part, leaf, depth) }
     }
 
     fn detail(&mut self, part: &PartSeen, leaf: usize, depth: u32) -> ContactDetail {
@@ -103,7 +103,13 @@ impl Inquiry<'_> {
         }
     }
 
-    fn operand(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> (Operand, Followed) {
+    fn operand(
+        &mut self,
+        cell: Cell,
+        value: i32,
+        at: Moment,
+        depth: u32,
+    ) -> (OperandName, Followed) {
         if let Cell::Bit(_) = cell {
             self.propose(cell, vec![1 - value]);
         }
@@ -112,7 +118,12 @@ impl Inquiry<'_> {
     }
 
     /// A side of a compare, or an operand of an instruction.
-    pub fn side(&mut self, side: Side, at: Moment, depth: u32) -> (i32, Option<Operand>, Followed) {
+    pub fn side(
+        &mut self,
+        side: Side,
+        at: Moment,
+        depth: u32,
+    ) -> (i32, Option<OperandName>, Followed) {
         match side.cell {
             Some(cell) => {
                 let (operand, followed) = self.operand(cell, side.value, at, depth);

@@ -176,8 +176,8 @@ impl<'a> Replay<'a> {
         Some(())
     }
 
-    /// The last change of a cell before a moment.
-    /// Of a cell that is steady the call of the moment itself is not looked at: who asks has seen it.
+    /// The last change of a cell before a moment. Of a steady cell the call of the moment itself is
+    /// not looked at: who asks has seen it.
     /// `most`: the most sections that are executed step by step.
     pub fn last_change(&mut self, cell: Cell, before: Moment, most: usize) -> Changed {
         let mut section = before.section;

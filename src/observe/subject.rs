@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::answer::{Block, Place, Rung};
+use super::answer::{BlockPlace, Place, RungName};
 use super::names::CellNames;
 use super::writers::Writers;
 use crate::engine::{self, Cell, Deed, Engine, EngineState, Stretches};
@@ -83,7 +83,7 @@ impl Subject {
             ready_from,
             writers: Writers::default(),
         };
-        subject.writers = Writers::new(&subject);
+        subject.writers = Writers::new(subject.steps());
         subject
     }
 
@@ -152,6 +152,14 @@ impl Subject {
         }
     }
 
+    /// All steps, with the cells that each may write.
+    fn steps(&self) -> impl Iterator<Item = (Deed, &Stretches)> {
+        let batches = (0..).zip(&self.batches).map(|(at, of)| (Deed::Batch(at), of));
+        let passes = (0..).zip(&self.passes).map(|(at, of)| (Deed::Pass(at), of));
+        let turns = (0..).zip(&self.turns).map(|(at, of)| (Deed::Turn(BlockId(at)), of));
+        batches.chain(passes).chain(turns)
+    }
+
     /// The steps that may write a cell: operations, then passes, then turns.
     pub(super) fn writers(&self, cell: Cell) -> Vec<Deed> {
         self.writers.of(cell, |deed| self.written_by(deed))
@@ -179,9 +187,9 @@ impl Subject {
     }
 
     /// The rung of a part, for people.
-    pub(super) fn place_of_rung(&self, part: u32) -> Rung {
+    pub(super) fn place_of_rung(&self, part: u32) -> RungName {
         let (of, rung) = (self.part(part), self.rung(part));
-        Rung {
+        RungName {
             element: self.element(of.element),
             name: rung.name.clone(),
             number: of.rung + 1,
@@ -190,7 +198,7 @@ impl Subject {
     }
 
     /// A block or Stage, for people.
-    pub(super) fn element(&self, element: ElementId) -> Block {
+    pub(super) fn element(&self, element: ElementId) -> BlockPlace {
         let name = match element.stage {
             Some(stage) => self.symbols.stage(stage).to_owned(),
             None => self.symbols.block(element.block).to_owned(),
@@ -199,7 +207,7 @@ impl Subject {
             Some(stage) => self.program.stage(stage).span,
             None => self.program.block(element.block).span,
         };
-        Block { name, place: self.place(span) }
+        BlockPlace { name, place: self.place(span) }
     }
 
     /// The cell of an operand, by its name.

@@ -2,8 +2,9 @@
 //! them, indented.
 
 use super::answer::{
-    About, Answer, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance, Idle,
-    Leg, Node, Operand, Place, Restart, Rung, Since, Stop, TapeEnd, When, Write,
+    About, Cause, ContactDetail, ContactSeen, Cut, Edit, Explanation, Followed, Hindrance, Idle,
+    LegSeen, Node, OperandName, Place, Remedy, Restart, RungName, Since, Stop, TapeEnd, When,
+    Write,
 };
 use crate::isa::Real;
 use crate::runtime::Origin;
@@ -15,7 +16,7 @@ struct Lines {
     now: When,
 }
 
-impl Answer {
+impl Explanation {
     /// The answer as text, with a line end.
     pub fn text(&self) -> String {
         let mut lines = Lines { text: String::new(), now: self.at };
@@ -99,14 +100,14 @@ impl Lines {
         self.node(node, indent + 1);
     }
 
-    fn leg(&mut self, leg: &Leg, indent: usize) {
+    fn leg(&mut self, leg: &LegSeen, indent: usize) {
         let name = if leg.name == "when" { "the rung" } else { leg.name };
         self.add(indent + 1, &format!("{name} is {}, because", state(leg.on)));
         leg.contacts.iter().for_each(|contact| self.contact(contact, indent + 2, ""));
         leg.also_off.iter().for_each(|contact| self.contact(contact, indent + 2, "also: "));
     }
 
-    fn contact(&mut self, contact: &Contact, indent: usize, also: &str) {
+    fn contact(&mut self, contact: &ContactSeen, indent: usize, also: &str) {
         match &contact.detail {
             ContactDetail::Bit(operand, followed) => {
                 let line = format!("{also}{} is {}", operand_text(operand), state(contact.on));
@@ -244,17 +245,17 @@ impl Lines {
         }
     }
 
-    fn change(&mut self, change: &Change, is_off: bool) {
+    fn change(&mut self, change: &Remedy, is_off: bool) {
         let to = state(is_off);
         let line = match change {
-            Change::Edits(edits) => {
+            Remedy::Edits(edits) => {
                 let edits: Vec<String> = edits.iter().map(edit_text).collect();
                 format!("{} would turn it {to} in the next scan", edits.join(" and "))
             }
-            Change::Itself => format!("it turns {to} in the next scan by itself"),
-            Change::Release => "it is forced: only a release lets it change".to_owned(),
-            Change::NoScan => "nothing scans: it stays".to_owned(),
-            Change::None(end) => {
+            Remedy::Itself => format!("it turns {to} in the next scan by itself"),
+            Remedy::Release => "it is forced: only a release lets it change".to_owned(),
+            Remedy::NoScan => "nothing scans: it stays".to_owned(),
+            Remedy::None(end) => {
                 let all =
                     if end.every_single { "no input alone" } else { "nothing that was tried" };
                 format!("{all} would turn it {to} in the next scan ({} tried)", end.tried)
@@ -306,14 +307,14 @@ fn state(on: bool) -> &'static str {
     if on { "ON" } else { "OFF" }
 }
 
-fn operand_text(operand: &Operand) -> String {
+fn operand_text(operand: &OperandName) -> String {
     match &operand.address {
         Some(address) => format!("{} ({address})", operand.name),
         None => operand.name.clone(),
     }
 }
 
-pub(super) fn value_text(operand: &Operand, value: i32) -> String {
+pub(super) fn value_text(operand: &OperandName, value: i32) -> String {
     if operand.is_bit {
         state(value != 0).to_owned()
     } else if operand.is_real {
@@ -325,7 +326,7 @@ pub(super) fn value_text(operand: &Operand, value: i32) -> String {
     }
 }
 
-fn side_text(value: i32, operand: Option<&Operand>, real: bool) -> String {
+fn side_text(value: i32, operand: Option<&OperandName>, real: bool) -> String {
     match operand {
         Some(operand) => format!("{} = {}", operand.name, value_text(operand, value)),
         None if real => Real::of_cell(value).to_string(),
@@ -342,7 +343,7 @@ fn edit_text(edit: &Edit) -> String {
     }
 }
 
-fn rung_text(rung: &Rung, place: &Place) -> String {
+fn rung_text(rung: &RungName, place: &Place) -> String {
     let name = match &rung.name {
         Some(name) => format!("rung {name}"),
         None => format!("rung {}", rung.number),

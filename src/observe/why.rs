@@ -1,6 +1,6 @@
 //! `why`: the question and its answer.
 
-use super::answer::{Answer, Limits};
+use super::answer::{Explanation, Limits};
 use super::inquiry::Inquiry;
 use super::past::{At, Past, Refusal};
 use super::replay::Replay;
@@ -17,7 +17,7 @@ impl Subject {
         past: &mut dyn Past,
         cell: Cell,
         (at, limits): (At, Limits),
-    ) -> Result<Answer, Refusal> {
+    ) -> Result<Explanation, Refusal> {
         let layout = &self.symbols.layout;
         let is_known = match cell {
             Cell::Bit(BitCell(at)) => at < layout.bit_count(),
@@ -37,6 +37,6 @@ impl Subject {
             Cell::Bit(_) if limits.change => Some(inquiry.change(cell, moment)),
             Cell::Bit(_) | Cell::Word(_) => None,
         };
-        Ok(Answer { at: when, root, change })
+        Ok(Explanation { at: when, root, change })
     }
 }

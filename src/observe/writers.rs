@@ -2,9 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::subject::Subject;
 use crate::engine::{BitCell, Cell, Deed, Stretches, WordCell};
-use crate::isa::BlockId;
 
 /// The longest stretch of which every cell is listed.
 const LISTED_MAX: u32 = 16;
@@ -18,16 +16,10 @@ pub(super) struct Writers {
 }
 
 impl Writers {
-    pub fn new(subject: &Subject) -> Writers {
+    /// Of all steps with what they write.
+    pub fn new<'s>(steps: impl Iterator<Item = (Deed, &'s Stretches)>) -> Writers {
         let mut writers = Writers::default();
-        let batches = (0..subject.batches.len() as u32).map(Deed::Batch);
-        let passes = (0..subject.passes.len() as u32).map(Deed::Pass);
-        let turns = (0..subject.turns.len() as u32).map(|at| Deed::Turn(BlockId(at)));
-        for deed in batches.chain(passes).chain(turns) {
-            if let Some(written) = subject.written_by(deed) {
-                writers.add(deed, written);
-            }
-        }
+        steps.for_each(|(deed, written)| writers.add(deed, written));
         writers
     }
 

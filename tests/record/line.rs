@@ -70,7 +70,7 @@ impl Line {
             images: Vec::new(),
             keeps_images: true,
             now_ns: 5_000_000_000,
-            number: 0,
+            number: 1,
             ladder: ladder.into(),
         }
     }

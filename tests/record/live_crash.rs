@@ -27,7 +27,7 @@ fn contents(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     logs(dir).into_iter().map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
 }
 
-/// What the last scan of a process is that began last.
+/// The last scan of the process that began last.
 fn reached(dir: &Path) -> u64 {
     let recording = Recording::open(dir).unwrap();
     let newest = logs(dir).pop().expect("there is a file");

@@ -1,17 +1,16 @@
 //! Where the real rungd records, how much it keeps there, and who may read what it has in memory.
 
 use std::fs;
-use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::PermissionsExt;
-use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
+use crate::drawn::Numbers;
 use crate::live_rig::{BUSY, FAST, Operator, ended, last_scan, logs, recorded_run, verified};
-use crate::support::live::{Live, folder, run, said};
+use crate::support::live::{Live, Said, folder, run, said};
 use crate::support::modbus::Client;
 use crate::support::needs::{Need, skip};
 use rungd::record::Recording;
@@ -72,21 +71,12 @@ fn who_switches_it_off_has_nothing_on_disk() {
     fs::remove_dir_all(&home).unwrap();
 }
 
-/// A plant whose words nobody foretells: megabytes in seconds.
-fn noise() -> String {
-    let mut rungs = String::new();
-    for n in 0..4 {
-        rungs += &format!("{{ when = [\"$On\"], do = [\"MOVE MHR{} to=D{n}\"] }},\n", n * 100 + 1);
-    }
-    format!("[[program]]\nname = \"Main\"\nrung = [\n{rungs}]\n")
-}
-
 #[test]
 fn the_oldest_files_go_first_and_those_of_others_stay() {
     const SIZE: u64 = 1_000_000;
     let settings = "[scan]\nperiod = \"2ms\"\n[record]\ndir = \"log\"\nsize = \"1MB\"\n\
                     [modbus-server]\nlisten = \"127.0.0.1:0\"\nwritable = [\"MHR1..MHR1000\"]\n";
-    let home = folder(&noise(), settings);
+    let home = folder(BUSY, settings);
     let dir = home.join("log");
     fs::create_dir(&dir).unwrap();
     let foreign = ["notes.txt", "other-20200101T000000Z-000000.rungd-log", "controller.rungd-log"];
@@ -99,20 +89,17 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
     let status = operator.status();
     let mut modbus = Client::connect(status["devices"]["modbus"]["address"].as_str().unwrap());
     let own = || {
-        let own = |path: &std::path::PathBuf| {
-            path.file_name().unwrap().to_str().unwrap().starts_with("controller-")
-        };
+        let own =
+            |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().starts_with("controller-");
         logs(&dir).into_iter().filter(own).collect::<Vec<_>>()
     };
-    let (mut first, mut state, mut removed) = (None, 1_u64, 0);
+    let (mut first, mut numbers, mut removed) = (None, Numbers(1), 0);
+    // Megabytes in seconds, none of which can be foretold.
     while removed < 3 {
         for at in 0..8 {
-            // As many registers as a request may write, none of them foretold.
+            // As many registers as a request may write.
             let mut pdu = vec![16, (at * 123_u16 >> 8) as u8, (at * 123) as u8, 0, 123, 246];
-            for _ in 0..246 {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695);
-                pdu.push((state >> 40) as u8);
-            }
+            pdu.extend((0..246).map(|_| numbers.below(256) as u8));
             assert_eq!(modbus.ask(1, &pdu)[0], 16);
         }
         let oldest = own().first().cloned();
@@ -156,17 +143,16 @@ fn verified_new(dir: &Path) -> u64 {
     verified(logs(dir).last().unwrap(), false).scans
 }
 
-/// What a user who may only look is answered.
-fn asked_as_nobody(live: &Live) -> Value {
-    let socket = live.socket.to_str().unwrap();
-    // A process of its own becomes that user.
-    let script = "import socket, sys\ns = socket.socket(socket.AF_UNIX)\ns.connect(sys.argv[1])\n\
-                  s.sendall(b'{\"do\":\"recording\"}\\n')\nsys.stdout.write(s.makefile().readline())";
-    let mut command = Command::new("python3");
-    command.args(["-c", script, socket]).uid(65_534).gid(65_534).current_dir("/");
-    let said = said(&mut command);
-    assert_eq!(said.code, 0, "{said:?}");
-    serde_json::from_str(&said.out).unwrap()
+/// `rungd why Y0`, as a user who may only look.
+fn why_as_nobody(live: &Live) -> Said {
+    // Only root may be able to read the build's folder. A process of its own copies, so that no
+    // other test's child has the copy open for writing when it is started.
+    let copy = live.folder.join("rungd");
+    let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];
+    assert!(Command::new("cp").args(words).status().unwrap().success());
+    let mut command = Command::new(copy);
+    command.args(["why", "Y0"]).env("RUNGD_SOCKET", &live.socket).current_dir("/");
+    said(command.uid(65_534).gid(65_534))
 }
 
 /// Needs root, to become another user.
@@ -186,20 +172,13 @@ fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
             fs::set_permissions(home.join(name), fs::Permissions::from_mode(mode)).unwrap();
         }
         let live = Live::of(home.clone(), recorded_run(&home, &home.join("log")));
-        let answer = asked_as_nobody(&live);
-        let is_given = answer["ok"]["base64"].is_string();
-        assert_eq!(is_given, is_public, "{ladder:o} {controller:o}: {answer:.200}");
-        if !is_public {
-            let why = answer["error"]["message"].as_str().unwrap();
-            assert!(answer["error"]["kind"] == "not-permitted" && why.contains("may only look"));
-            assert!(why.contains("not everybody may read"), "{why}");
-        }
+        let said = why_as_nobody(&live);
+        let told = format!("{ladder:o} {controller:o}: {said:?}");
+        assert_eq!(said.code, if is_public { 0 } else { 77 }, "{told}");
+        let refusal = "may only look, and a recording holds the ladder's files";
+        assert_eq!(said.err.contains(refusal), !is_public, "{told}");
         // Who may change everything may have it in any case.
-        let mut own = BufReader::new(UnixStream::connect(&live.socket).unwrap());
-        own.get_mut().write_all(format!("{}\n", json!({"do": "recording"})).as_bytes()).unwrap();
-        let mut line = String::new();
-        own.read_line(&mut line).unwrap();
-        let answer: Value = serde_json::from_str(&line).unwrap();
+        let answer = Operator::new(&live).ask(&json!({"do": "recording"}));
         assert!(answer["ok"]["base64"].is_string(), "{answer:.200}");
     }
 }

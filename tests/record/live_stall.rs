@@ -10,7 +10,7 @@
 //! ```
 
 use std::fs::{self, File};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -40,7 +40,7 @@ struct Disk {
 }
 
 impl Disk {
-    fn new(home: &std::path::Path) -> Option<Disk> {
+    fn new(home: &Path) -> Option<Disk> {
         let (image, at) = (home.join("image"), home.join("disk"));
         fs::create_dir(&at).unwrap();
         File::create(&image).unwrap().set_len(32 << 20).unwrap();
@@ -57,12 +57,17 @@ impl Disk {
         let word = if on { "--freeze" } else { "--unfreeze" };
         assert!(shell(&["fsfreeze", word, self.at.to_str().unwrap()]));
     }
+
+    /// Ends a freeze, if there is one.
+    fn thaw(&self) {
+        let _ = shell(&["fsfreeze", "--unfreeze", self.at.to_str().unwrap()]);
+    }
 }
 
 impl Drop for Disk {
     fn drop(&mut self) {
+        self.thaw();
         let at = self.at.to_str().unwrap();
-        let _ = shell(&["fsfreeze", "--unfreeze", at]);
         let since = Instant::now();
         while !shell(&["umount", at]) && since.elapsed() < PATIENCE {
             sleep(Duration::from_millis(50));
@@ -96,17 +101,11 @@ impl OnDisk {
 
 impl Drop for OnDisk {
     fn drop(&mut self) {
-        self.freeze_off();
+        // A process that waits for a frozen disk does not end.
+        self.disk.iter().for_each(Disk::thaw);
         let _ = self.live.child.kill();
         let _ = self.live.child.wait();
         self.disk = None;
-    }
-}
-
-impl OnDisk {
-    fn freeze_off(&self) {
-        let at = self.disk.as_ref().map(|disk| disk.at.to_str().unwrap().to_owned());
-        at.iter().for_each(|at| drop(shell(&["fsfreeze", "--unfreeze", at])));
     }
 }
 

@@ -150,10 +150,10 @@ fn a_section_is_had_from_anywhere_and_is_the_same() {
         let at = recording.place_of_scan(*scan).unwrap();
         let head = recording.head(at);
         assert!((head.number..head.number + u64::from(head.scans)).contains(scan));
-        let unix_ns = UNIX_NS + 5_010_000_000 + *scan as i64 * 10_000_000;
+        let unix_ns = UNIX_NS + 5_000_000_000 + *scan as i64 * 10_000_000;
         assert_eq!(recording.place_of_time(unix_ns), Some(at), "scan {scan}");
     }
-    assert_eq!(recording.place_of_scan(900), None);
+    assert_eq!(recording.place_of_scan(901), None);
     assert_eq!(recording.place_of_time(UNIX_NS - 1), None);
     let mut cut = Vec::new();
     recording.cut(3..6, &mut cut).unwrap();

@@ -25,15 +25,15 @@ const SIDE: &str = r#"
     when = ["$On"]
     do = ["OUT Y0"]
     [[program.stage]]
-    name = "Open"
+    name = "A"
     [[program.stage.rung]]
     when = ["X3"]
-    do = ["JMP Shut"]
+    do = ["JMP B"]
     [[program.stage.rung]]
     when = ["$On"]
     do = ["OUT Y1"]
     [[program.stage]]
-    name = "Shut"
+    name = "B"
     [[program.stage.rung]]
     when = ["X4"]
     do = ["EXIT"]
@@ -100,22 +100,22 @@ fn a_pass_of_a_stage_names_the_jump() {
         "Y1",
         expect![[r#"
         Y1 is OFF
-          the termination of OUT Y1 turned it OFF 20 ms ago, in scan 2: Side.Open, rung 2, case.toml:25
-            because Side.Open is OFF
-              JMP Shut turned it OFF 30 ms ago, in scan 1: Side.Open, rung 1, case.toml:22
+          the termination of OUT Y1 turned it OFF 20 ms ago, in scan 2: Side.A, rung 2, case.toml:25
+            because Side.A is OFF
+              JMP B turned it OFF 30 ms ago, in scan 1: Side.A, rung 1, case.toml:22
                 the rung is ON, because
                   X3 is ON
                     the input turned it ON 30 ms ago, in scan 1
-          OUT Y1 does not execute: Side.Open, rung 2, case.toml:25: Side.Open is OFF (see above)
+          OUT Y1 does not execute: Side.A, rung 2, case.toml:25: Side.A is OFF (see above)
         X2 ON would turn it ON in the next scan
     "#]],
     );
     check(
         &plc,
-        "Side.Shut",
+        "Side.B",
         expect![[r#"
-        Side.Shut is ON
-          JMP Shut turned it ON 30 ms ago, in scan 1: Side.Open, rung 1, case.toml:22
+        Side.B is ON
+          JMP B turned it ON 30 ms ago, in scan 1: Side.A, rung 1, case.toml:22
             the rung is ON, because
               X3 is ON
                 the input turned it ON 30 ms ago, in scan 1
@@ -133,9 +133,9 @@ fn a_restart_stops_and_starts_at_once() {
     plc.scan(&[("X2", 1)]);
     check(
         &plc,
-        "Side.Open",
+        "Side.A",
         expect![[r#"
-            Side.Open is ON
+            Side.A is ON
               the turn of Side turned it ON in this scan: case.toml:14
                 because of RESTART Side in this scan: Main, rung 3, case.toml:12
                   the rung is ON, because
@@ -146,9 +146,9 @@ fn a_restart_stops_and_starts_at_once() {
     );
     check(
         &plc,
-        "Side.Shut",
+        "Side.B",
         expect![[r#"
-            Side.Shut is OFF
+            Side.B is OFF
               the turn of Side turned it OFF in this scan: case.toml:14
                 because of RESTART Side in this scan: Main, rung 3, case.toml:12
                   the rung is ON, because

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
-use crate::observe::{Answer, At, Limits, Subject};
+use crate::observe::{At, Explanation, Limits, Subject};
 use crate::resolve::{LoadOptions, load_ladders};
 use crate::runtime::exchange::Mode;
 use crate::runtime::{Origin, SectionStart, TapeEntry, TapeSection};
@@ -100,7 +100,7 @@ impl Tape {
         self.sections.push(Arc::new(std::mem::replace(&mut self.now, next)));
     }
 
-    pub fn answer(&self, name: &str, at: At) -> Answer {
+    pub fn answer(&self, name: &str, at: At) -> Explanation {
         let mut past = self.sections.clone();
         past.push(Arc::new(self.now.clone()));
         let cell = self.cell(name);

@@ -7,8 +7,8 @@ use crate::support::model::rng::Rng;
 use rungd::engine::{Cell, Engine, EngineCall, ScanTimes};
 use rungd::lower::lower;
 use rungd::observe::{
-    Answer, At, Cause, Change, Contact, ContactDetail, Edit, Followed, Hindrance, Leg, Node, Place,
-    Rung, Since, Stop,
+    At, Cause, ContactDetail, ContactSeen, Edit, Explanation, Followed, Hindrance, LegSeen, Node,
+    Place, Remedy, RungName, Since, Stop,
 };
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub fn judge(
     bench: &Bench,
     cell: Cell,
     at: At,
-    answer: &Answer,
+    answer: &Explanation,
     rng: &mut Rng,
 ) -> Result<(), String> {
     let trace = trace(bench, cell, at);
@@ -35,7 +35,7 @@ pub fn judge(
 }
 
 /// (a) The write is the one of the judge's trace.
-fn write(bench: &Bench, trace: &Trace, answer: &Answer) -> Result<(), String> {
+fn write(bench: &Bench, trace: &Trace, answer: &Explanation) -> Result<(), String> {
     let write = &answer.root.write;
     if trace.forced {
         return match write.cause {
@@ -53,7 +53,7 @@ fn write(bench: &Bench, trace: &Trace, answer: &Answer) -> Result<(), String> {
             _ => Err("nothing wrote it".to_owned()),
         };
     };
-    let is_it = |number: u32, rung: &Rung, place: &Place| {
+    let is_it = |number: u32, rung: &RungName, place: &Place| {
         let of = &trace.instructions[number as usize];
         let Instruction { element, rung: at, branch, text, .. } = of;
         (element, *at, *branch, text) == (&rung.element.name, rung.number, rung.branch, &place.text)
@@ -131,7 +131,7 @@ fn followed(bench: &Bench, of: &Followed, rng: &mut Rng) -> Result<(), String> {
     }
 }
 
-fn contact(bench: &Bench, of: &Contact, rng: &mut Rng) -> Result<(), String> {
+fn contact(bench: &Bench, of: &ContactSeen, rng: &mut Rng) -> Result<(), String> {
     match &of.detail {
         ContactDetail::Bit(_, next) => followed(bench, next, rng),
         ContactDetail::Element { bit, index } => {
@@ -147,7 +147,7 @@ fn contact(bench: &Bench, of: &Contact, rng: &mut Rng) -> Result<(), String> {
     }
 }
 
-fn check_leg(bench: &Bench, leg: &Leg, rng: &mut Rng) -> Result<(), String> {
+fn check_leg(bench: &Bench, leg: &LegSeen, rng: &mut Rng) -> Result<(), String> {
     let mut reader = Reader::new(&bench.text, &bench.subject);
     let series = leg.series.iter();
     let tree = series.map(|place| reader.read(place.start as usize, place.end as usize));
@@ -191,12 +191,12 @@ fn check_leg(bench: &Bench, leg: &Leg, rng: &mut Rng) -> Result<(), String> {
     all.into_iter().try_for_each(|of| contact(bench, of, rng))
 }
 
-fn texts(leg: &Leg) -> Vec<&str> {
+fn texts(leg: &LegSeen) -> Vec<&str> {
     leg.series.iter().map(|place| place.text.as_str()).collect()
 }
 
 /// (d) What would change it does, and no single input is passed over.
-fn change(bench: &Bench, cell: Cell, trace: &Trace, found: &Change) -> Result<(), String> {
+fn change(bench: &Bench, cell: Cell, trace: &Trace, found: &Remedy) -> Result<(), String> {
     let mut engine = Engine::new(lower(&bench.program).0);
     let value = trace.state.value(cell);
     let mut turns_over = |edits: &[Edit]| {
@@ -222,23 +222,23 @@ fn change(bench: &Bench, cell: Cell, trace: &Trace, found: &Change) -> Result<()
         content(engine.image(), cell) != value
     };
     match found {
-        Change::Release if trace.forced => return Ok(()),
-        Change::Release => return Err("it is not forced".to_owned()),
-        Change::NoScan if !trace.runs => return Ok(()),
-        Change::NoScan => return Err("it scans".to_owned()),
-        Change::Itself if turns_over(&[]) => return Ok(()),
-        Change::Itself => return Err("it does not turn over by itself".to_owned()),
-        Change::Edits(edits) if !turns_over(edits) => {
+        Remedy::Release if trace.forced => return Ok(()),
+        Remedy::Release => return Err("it is not forced".to_owned()),
+        Remedy::NoScan if !trace.runs => return Ok(()),
+        Remedy::NoScan => return Err("it scans".to_owned()),
+        Remedy::Itself if turns_over(&[]) => return Ok(()),
+        Remedy::Itself => return Err("it does not turn over by itself".to_owned()),
+        Remedy::Edits(edits) if !turns_over(edits) => {
             return Err(format!("it does not turn over: {edits:?}"));
         }
-        Change::Edits(edits) if edits.len() == 1 => return Ok(()),
-        Change::Edits(_) => {}
-        Change::None(end) if !end.every_single => return Ok(()),
-        Change::None(_) => {}
+        Remedy::Edits(edits) if edits.len() == 1 => return Ok(()),
+        Remedy::Edits(_) => {}
+        Remedy::None(end) if !end.every_single => return Ok(()),
+        Remedy::None(_) => {}
     }
     for input in ["X0", "X1", "X2", "X3"] {
         let at = bench.subject.cell(input).expect("an input");
-        let operand = rungd::observe::Operand {
+        let operand = rungd::observe::OperandName {
             cell: at,
             name: input.to_owned(),
             address: None,
