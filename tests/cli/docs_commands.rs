@@ -1,14 +1,19 @@
-//! `README.md`, `docs/start.md` and `docs/operator.md`, executed: each command in a ```` ```console ```` block runs, in order, in a
-//! folder with a copy of `config/`, and prints what the page shows.
+//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/record.md` and `docs/black-box.md`, executed:
+//! each command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`, and
+//! prints what the page shows.
 //!
 //! In what the page shows, `…` within a line stands for any text, and a line `…` for any lines.
-//! Overruns of a busy machine are passed over.
+//! Overruns of a busy machine are passed over. On the pages about recordings, which show times and
+//! numbers of scans as they were once, every number is masked, and a number that a command takes
+//! from an earlier output is taken from the output of now (`support/masked.rs`).
 //! `UPDATE_EXPECT=1 cargo test --test cli docs_commands` writes the outputs that have no `…` anew.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::support::calm::calmed;
+use crate::support::masked::{Carried, masked};
 use crate::support::shown::lines_match;
 
 /// A part of the page.
@@ -50,8 +55,13 @@ fn parts(page: &str) -> Vec<Part<'_>> {
     }
 }
 
+/// The pages about recordings: their numbers are masked, and a pause of a busy machine must not end
+/// their stories in a FAULT.
+const RECORDED: [&str; 2] = ["record", "black-box"];
+
 /// The folder that a reader would stand in.
 fn workplace(page: &str) -> PathBuf {
+    let is_calm = RECORDED.contains(&page);
     let folder = std::env::temp_dir().join(format!("rungd-docs-{page}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
@@ -61,7 +71,10 @@ fn workplace(page: &str) -> PathBuf {
         for entry in fs::read_dir(source).expect("config") {
             let path = entry.expect("an entry").path();
             if path.is_file() {
-                fs::copy(&path, folder.join(sub).join(path.file_name().unwrap())).expect("a copy");
+                let text = fs::read_to_string(&path).expect("text");
+                let is_controller = sub == "config" && text.contains("\nwatchdog");
+                let text = if is_calm && is_controller { calmed(&text) } else { text };
+                fs::write(folder.join(sub).join(path.file_name().unwrap()), text).expect("a copy");
             }
         }
     }
@@ -73,8 +86,10 @@ fn output(command: &str, folder: &Path) -> String {
     let binary = Path::new(env!("CARGO_BIN_EXE_rungd"));
     let path = std::env::var("PATH").unwrap_or_default();
     let bin = binary.parent().expect("a folder").display();
-    // On the page of the operator's commands they and their controller meet here.
-    let has_socket = folder.to_string_lossy().contains("-operator-");
+    // On these pages the commands and their controller meet here.
+    let name = folder.to_string_lossy();
+    let has_socket =
+        ["operator"].iter().chain(&RECORDED).any(|page| name.contains(&format!("-{page}-")));
     let socket = has_socket.then(|| folder.join("rungd.sock"));
     let output = Command::new("sh")
         .args(["-c", &format!("{{ {command}\n}} 2>&1")])
@@ -99,24 +114,53 @@ fn plural(line: &str) -> String {
     })
 }
 
-/// Runs the commands of a block; gives the block with outputs as they are, and the differences.
-fn run_block(block: &str, folder: &Path, differences: &mut Vec<String>) -> String {
-    let mut anew = String::new();
-    let mut commands = block.split("$ ").skip(1);
-    assert!(block.starts_with("$ "), "a console block begins with a command: {block}");
-    for session in commands.by_ref() {
-        let (command, shown) = session.split_once('\n').expect("a command is a line");
-        let printed = output(command, folder);
+/// A page that is executed.
+struct Execution {
+    folder: PathBuf,
+    /// The numbers of a recording; `None`: every number of the page is what is printed.
+    carried: Option<Carried>,
+    differences: Vec<String>,
+}
+
+impl Execution {
+    /// Runs the commands of a block; gives the block with outputs as they are.
+    fn run_block(&mut self, block: &str) -> String {
+        let mut anew = String::new();
+        assert!(block.starts_with("$ "), "a console block begins with a command: {block}");
+        for session in format!("\n{block}").split("\n$ ").skip(1) {
+            let (command, shown) = session.split_once('\n').unwrap_or((session, ""));
+            let now = self.carried.as_ref().map(|carried| carried.translate(command));
+            let printed = output(now.as_deref().unwrap_or(command), &self.folder);
+            let fits = self.fits(shown, &printed);
+            if !fits {
+                let difference = format!("$ {command}\nshown:\n{shown}\nprinted:\n{printed}");
+                self.differences.push(difference);
+            }
+            let kept = fits || shown.contains('…') && !shown.starts_with("…\n");
+            let shown = if shown.is_empty() {
+                String::new()
+            } else {
+                format!("{}\n", shown.trim_end_matches('\n'))
+            };
+            anew.push_str(&format!("$ {command}\n{}", if kept { &shown } else { &printed }));
+        }
+        anew
+    }
+
+    /// Whether an output is what the page shows. Its numbers are remembered.
+    fn fits(&mut self, shown: &str, printed: &str) -> bool {
         let (wanted, got): (Vec<&str>, Vec<&str>) =
             (shown.lines().collect(), printed.lines().collect());
-        let fits = lines_match(&wanted, &got);
-        if !fits {
-            differences.push(format!("$ {command}\nshown:\n{shown}\nprinted:\n{printed}"));
+        let Some(carried) = &mut self.carried else { return lines_match(&wanted, &got) };
+        if wanted.len() == got.len() {
+            wanted.iter().zip(&got).for_each(|(wanted, got)| carried.learn(wanted, got));
         }
-        let kept = fits || shown.contains('…');
-        anew.push_str(&format!("$ {command}\n{}", if kept { shown } else { &printed }));
+        let (wanted, got): (Vec<String>, Vec<String>) =
+            (wanted.into_iter().map(masked).collect(), got.into_iter().map(masked).collect());
+        let (wanted, got): (Vec<&str>, Vec<&str>) =
+            (wanted.iter().map(String::as_str).collect(), got.iter().map(String::as_str).collect());
+        lines_match(&wanted, &got)
     }
-    anew
 }
 
 #[test]
@@ -134,16 +178,28 @@ fn the_operators_commands_print_what_the_page_shows() {
     run_page("docs/operator.md");
 }
 
+#[test]
+fn the_scan_logs_commands_print_what_the_page_shows() {
+    run_page("docs/record.md");
+}
+
+#[test]
+fn the_black_box_tells_what_stopped_the_bottling_line() {
+    run_page("docs/black-box.md");
+}
+
 fn run_page(name: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
     let page = fs::read_to_string(&path).expect("the page");
-    let folder = workplace(path.file_stem().and_then(|stem| stem.to_str()).expect("a name"));
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a name");
+    let folder = workplace(stem);
+    let carried = RECORDED.contains(&stem).then(Carried::default);
+    let mut execution = Execution { folder: folder.clone(), carried, differences: Vec::new() };
     let mut anew = String::new();
-    let mut differences = Vec::new();
     for part in parts(&page) {
         match part {
             Part::Text(text) => anew.push_str(text),
-            Part::Console(block) => anew.push_str(&run_block(block, &folder, &mut differences)),
+            Part::Console(block) => anew.push_str(&execution.run_block(block)),
             Part::File(name, text) => {
                 let body = text.split_once("```").and_then(|(_, body)| body.split_once('\n'));
                 fs::write(folder.join(name), body.expect("a body").1).expect("a file");
@@ -160,6 +216,7 @@ fn run_page(name: &str) {
     if std::env::var_os("UPDATE_EXPECT").is_some() {
         fs::write(&path, anew).expect("the page");
     }
+    let differences = execution.differences;
     assert!(differences.is_empty(), "{}", differences.join("\n"));
 }
 

@@ -18,6 +18,7 @@ mod waves;
 #[path = "../support"]
 mod support {
     pub mod calm;
+    pub mod masked;
     pub mod model;
     pub mod shown;
 }

@@ -1,6 +1,7 @@
 //! `docs/questions.md`, executed. A plant goes through its troubles and logs to a fake journal
 //! socket. A real journal is made from the entries. Each command of the page must print the answer
-//! that the page shows. The commands for a text log read a real text log.
+//! that the page shows. The commands for a text log read a real text log, and those for the scan log
+//! its real recording.
 //!
 //! The command lines are those of the page, with `journalctl -D FOLDER` for `journalctl`. Without
 //! journalctl or systemd-journal-remote, the test prints the reason and passes, unless
@@ -19,8 +20,8 @@ use std::time::{Duration, Instant};
 use crate::support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
 use crate::support::needs::{Need, skip};
 
-/// The number of questions on the page.
-const QUESTIONS: usize = 20;
+/// The number of questions on the page, and of those to the log; the others are for the scan log.
+const QUESTIONS: (usize, usize) = (30, 20);
 
 /// Settings of a fast plant that a busy machine does not bring to FAULT.
 const QUICK: &str = "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n";
@@ -162,7 +163,8 @@ impl Mixing {
         );
         let controller = with_operator(folder, &controller);
         write(folder, "mixing", include_str!("../questions/mixing.toml"), &controller);
-        let child = rungd(folder, "mixing-controller.toml", log, &[]).spawn().unwrap();
+        let child =
+            rungd(folder, "mixing-controller.toml", log, &["--record", "record"]).spawn().unwrap();
         let mixing = Mixing { child };
         mixing.refuse(port);
         mixing
@@ -302,6 +304,7 @@ fn run(command: &str, folder: &Path, journal: &Path) -> String {
         .args(["-c", &command])
         .current_dir(folder)
         .env("PATH", format!("{}:{path}", bin.display()))
+        .env("RUNGD_SOCKET", folder.join("rungd.sock"))
         .env_remove("JOURNAL_STREAM")
         .output()
         .unwrap();
@@ -359,15 +362,19 @@ fn each_command_for_a_text_log_gives_the_answer_that_the_page_shows() {
 }
 
 #[test]
-fn there_are_twenty_questions_each_with_a_command_for_either_log() {
+fn there_are_thirty_questions_twenty_with_a_command_for_either_log() {
     let page = page::text("questions.md");
     let questions: Vec<&str> = page.split("\n### ").skip(1).collect();
-    assert_eq!(questions.len(), QUESTIONS);
+    assert_eq!(questions.len(), QUESTIONS.0);
     for (at, question) in questions.iter().enumerate() {
         let title = question.lines().next().unwrap();
         assert!(title.starts_with(&format!("{}. ", at + 1)) && title.ends_with('?'), "{title}");
-        assert_eq!(question.matches("\n$ journalctl -u rungd ").count(), 1, "{title}");
+        let is_to_log = at < QUESTIONS.1;
+        let journal = question.matches("\n$ journalctl -u rungd ").count();
+        assert_eq!(journal, usize::from(is_to_log), "{title}");
         let text_log = |line: &&str| line.starts_with("$ ") && line.contains(" rungd.log");
-        assert_eq!(question.lines().filter(text_log).count(), 1, "{title}");
+        assert_eq!(question.lines().filter(text_log).count(), journal, "{title}");
+        let recording = question.matches("$ rungd ").count() + question.matches("; rungd ").count();
+        assert_eq!(recording > 0, !is_to_log || at + 1 == QUESTIONS.0, "{title}");
     }
 }
