@@ -3,7 +3,7 @@
 //! `replay` and `replay_ladder` execute it.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -48,7 +48,7 @@ impl ReplayArgs {
     /// Prints the report where it does not mix with a trace.
     pub fn report(&self, text: &str) -> io::Result<()> {
         match self.trace() {
-            Some(trace) if trace == PathBuf::from("-") => {
+            Some(trace) if trace == Path::new("-") => {
                 text.lines().for_each(say_line);
                 Ok(())
             }
@@ -85,7 +85,7 @@ pub(super) fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at) % 3 == 0 {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);

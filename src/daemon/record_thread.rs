@@ -177,7 +177,7 @@ impl Worker {
         for (origin, who) in self.port.signatures() {
             self.recorder.note(origin, who);
         }
-        while let Some((entry, state)) = self.tape.next() {
+        while let Some((entry, state)) = self.tape.take() {
             match entry {
                 // Its program was told before.
                 TapeEntry::State { .. } => self.learn_programs(),
