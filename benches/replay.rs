@@ -101,7 +101,7 @@ fn record() -> Vec<u8> {
         taped.execute();
         taped.settle();
         let clock = TapeClock { unix_ns: BEGIN_NS + now_ns as i64, unix_offset_ns: BEGIN_NS };
-        while let Some((entry, state)) = reader.next() {
+        while let Some((entry, state)) = reader.take() {
             blocks.extend(recorder.take(entry, state.as_deref(), clock));
             state.into_iter().for_each(|state| reader.give_back(state));
         }

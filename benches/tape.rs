@@ -44,7 +44,7 @@ fn compare(changes: u32) {
     for number in 0..SCANS {
         without.push(scan(&mut bare, number, (inputs, changes)));
         with.push(scan(&mut taped, number, (inputs, changes)));
-        while let Some((_, state)) = reader.next() {
+        while let Some((_, state)) = reader.take() {
             if let Some(state) = state {
                 reader.give_back(state);
             }

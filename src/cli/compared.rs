@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use super::exit::CommandLine;
 use super::recorded_plant::{RecordedPlant, RecordedPlants};
 use super::recorded_trace::{content, seconds};
-use super::replay::{counted, thousands};
+use super::replay_args::{counted, thousands};
 use super::when::LocalClock;
 use crate::engine::{Cell, Image};
 use crate::isa::{Address, Bit, BitSpace, Real};

@@ -22,6 +22,7 @@ mod recorded_trace;
 mod recording;
 mod reload;
 mod replay;
+mod replay_args;
 mod replay_ladder;
 mod replay_why;
 mod replay_window;
@@ -77,7 +78,7 @@ enum Command {
     Mode(mode::ModeArgs),
     Reload(reload::ReloadArgs),
     Rollback(reload::RollbackArgs),
-    Replay(replay::ReplayArgs),
+    Replay(replay_args::ReplayArgs),
     Retain(retain::RetainArgs),
     LogLevel(log_level::LogLevelArgs),
     Record(record::RecordArgs),

@@ -147,10 +147,10 @@ impl AlarmLog {
             }
             self.on[at] = on;
             if !on {
-                if let Some(stretch) = self.open.remove(&alarm.tag) {
-                    if let Some(stretch) = self.stretches.get_mut(stretch) {
-                        stretch.to_ns = Some(scan.unix_ns);
-                    }
+                if let Some(stretch) = self.open.remove(&alarm.tag)
+                    && let Some(stretch) = self.stretches.get_mut(stretch)
+                {
+                    stretch.to_ns = Some(scan.unix_ns);
                 }
                 continue;
             }

@@ -4,66 +4,21 @@
 //! It writes nothing but its trace, and asks no running controller.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
-use clap::Args;
 
 use super::exit::Exit;
 use super::recorded_plant::RecordedPlants;
 use super::recorded_trace::{AlarmLog, RecordedTrace};
+use super::replay_args::{ReplayArgs, Scene, counted, pace, thousands};
 use super::replay_ladder;
 use super::replay_window::ReplayWindow;
-use super::terminal::{print, say_line};
+use super::terminal::say_line;
 use super::trace_file;
-use super::when::{LocalClock, When};
+use super::when::LocalClock;
 use super::{recording, watched_operands};
 use crate::record::{RecordedProgram, Recording, Replay, Verified};
-
-/// Executes a recording again: verifies it, traces it, or tries another program on it
-#[derive(Args, Debug)]
-pub struct ReplayArgs {
-    /// A recording: a file, or a folder as `[record] dir` names it
-    #[arg(value_name = "RECORDING")]
-    pub recording: PathBuf,
-    /// From this time or scan on: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
-    pub from: Option<When>,
-    /// Until this time or scan
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
-    pub to: Option<When>,
-    /// Execute these ladder files on the recorded inputs, instead of the recorded ones (library
-    /// files stay), and compare
-    #[arg(long, value_name = "NEW.toml", num_args = 1..)]
-    pub ladder: Vec<PathBuf>,
-    /// Operands to trace and compare, in this order
-    #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
-    pub watch: Option<Vec<String>>,
-    /// The trace's file: CSV, a timing diagram if the name ends in .svg, waves if in .vcd; - is CSV
-    /// on standard output (default with --watch, but without --ladder)
-    #[arg(long, value_name = "OUT.csv|OUT.svg|OUT.vcd|-")]
-    pub trace: Option<PathBuf>,
-}
-
-impl ReplayArgs {
-    /// Where the trace goes, if there is one.
-    fn trace(&self) -> Option<PathBuf> {
-        let by_watch = self.watch.is_some() && self.ladder.is_empty();
-        self.trace.clone().or_else(|| by_watch.then(|| PathBuf::from("-")))
-    }
-
-    /// Prints the report where it does not mix with a trace.
-    pub fn report(&self, text: &str) -> io::Result<()> {
-        match self.trace() {
-            Some(trace) if trace == PathBuf::from("-") => {
-                text.lines().for_each(say_line);
-                Ok(())
-            }
-            Some(_) | None => print(text),
-        }
-    }
-}
 
 /// Replays.
 ///
@@ -101,9 +56,6 @@ pub fn replay(args: &ReplayArgs) -> Result<Exit> {
         replay_ladder::replay(args, &recording, (&plants, &window, &clock))
     }
 }
-
-/// The programs of a recording, the part of it, and the reader's clock.
-pub(super) type Scene<'a> = (&'a RecordedPlants, &'a ReplayWindow, &'a LocalClock);
 
 fn refused(why: &str) -> Exit {
     say_line(&format!("rungd: {why}"));
@@ -217,50 +169,5 @@ fn gap(recording: &Recording, at: usize, clock: &LocalClock) -> String {
             format!("of {} at {when}", counted(body.lost, "step"))
         }
         Ok(_) | Err(_) => format!("at {when}"),
-    }
-}
-
-/// `replayed in 0.2 s, 617 × real time`.
-pub(super) fn pace(recording: &Recording, window: &ReplayWindow, seconds: f64) -> String {
-    let spans = window.sections.clone().map(|at| {
-        let head = recording.head(at);
-        head.end_ns.saturating_sub(head.begin_ns).max(0)
-    });
-    let real: f64 = spans.map(|ns| ns as f64 / 1e9).sum();
-    let times = if seconds > 0.0 { (real / seconds).round() } else { 0.0 };
-    // Far below 2^53.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let times = thousands(times as u64);
-    format!("replayed in {seconds:.1} s, {times} × real time")
-}
-
-/// `1 scan`, `12,345 scans`.
-pub(super) fn counted(count: u64, what: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{} {what}{plural}", thousands(count))
-}
-
-/// `12,345`.
-pub(super) fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at) % 3 == 0 {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_their_thousands() {
-        let texts = [0, 7, 999, 1_000, 12_345, 1_234_567].map(thousands);
-        assert_eq!(texts, ["0", "7", "999", "1,000", "12,345", "1,234,567"]);
-        assert_eq!((counted(1, "scan"), counted(2, "scan")), ("1 scan".into(), "2 scans".into()));
     }
 }

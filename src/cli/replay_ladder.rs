@@ -13,7 +13,7 @@ use super::compared::Comparison;
 use super::exit::Exit;
 use super::recorded_plant::RecordedPlant;
 use super::recorded_trace::RecordedTrace;
-use super::replay::{ReplayArgs, Scene, counted, pace, thousands};
+use super::replay_args::{ReplayArgs, Scene, counted, pace, thousands};
 use super::replay_why;
 use super::terminal::{say_drawn, say_line};
 use super::twin_run::TwinRun;

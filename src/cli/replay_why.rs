@@ -9,7 +9,7 @@ use anyhow::Result;
 use super::compared::{Compared, Comparison, FirstDifference};
 use super::recorded_plant::RecordedPlant;
 use super::recording::{self, RecordedPast};
-use super::replay::ReplayArgs;
+use super::replay_args::ReplayArgs;
 use super::twin_run::TwinRun;
 use crate::observe::{At, Limits, Past, Subject};
 use crate::record::Recording;

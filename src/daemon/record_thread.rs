@@ -177,7 +177,7 @@ impl Worker {
         for (origin, who) in self.port.signatures() {
             self.recorder.note(origin, who);
         }
-        while let Some((entry, state)) = self.tape.next() {
+        while let Some((entry, state)) = self.tape.take() {
             match entry {
                 // Its program was told before.
                 TapeEntry::State { .. } => self.learn_programs(),
@@ -241,4 +241,69 @@ impl Worker {
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::{Engine, ScanTimes};
+    use crate::lower::lower;
+    use crate::resolve::{LoadOptions, load_ladders};
+    use crate::runtime::{Machine, ScanStart, Shape, link, tape};
+    use crate::source::span::SourceFile;
+
+    fn engine() -> Engine {
+        let text =
+            "[[program]]\nname = \"Main\"\nrung = [{ when = [\"X0\"], do = [\"OUT Y0\"] }]\n";
+        let file = SourceFile { name: "main.toml".into(), text: text.into() };
+        let (program, _) = load_ladders(&[file], &LoadOptions::default());
+        Engine::new(lower(&program.expect("it has no errors")).0)
+    }
+
+    fn worker(tape: TapeReader) -> (Worker, Sender<Order>) {
+        let (bits, words) = (vec![0; 2], vec![0]);
+        let shape =
+            Shape { inputs: 1, bits, words, first_output: 1, forces_active: 0, safe: Vec::new() };
+        let first = RecordedProgram {
+            version: String::new(),
+            process_start_ns: 0,
+            generation: 0,
+            source: String::new(),
+            hash: String::new(),
+            files: Vec::new(),
+        };
+        let (orders, inbox) = channel();
+        let worker = Worker {
+            inbox,
+            tape,
+            port: link(shape).0,
+            recorder: Recorder::new(first),
+            recent: Recent::new(1 << 20),
+            disk: None,
+            figures: Arc::default(),
+            section: Instant::now(),
+            asked: Vec::new(),
+            ended: None,
+        };
+        (worker, orders)
+    }
+
+    /// The tape begins with a state, before which the orders are looked through.
+    #[test]
+    fn an_end_that_comes_while_a_state_is_read_waits_for_the_last_block() {
+        let (mut taped, reader) = tape(engine());
+        taped.start(1_000_000);
+        let (times, now_ns) = (ScanTimes::default(), 2_000_000);
+        taped.begin_scan(&ScanStart { number: 1, now_ns, times, local_s: 0 });
+        taped.execute();
+        taped.settle();
+        let (mut worker, orders) = worker(reader);
+        let figures = Arc::clone(&worker.figures);
+        let (reply, done) = channel();
+        let _ = orders.send(Order::End(reply));
+        worker.read();
+        assert!(done.try_recv().is_err(), "the last block is not kept yet");
+        worker.work();
+        assert!(done.try_recv().is_ok() && locked(&figures).in_memory_ns.is_some());
+    }
 }

@@ -94,12 +94,16 @@ pub(super) struct Tape {
     pub broken: bool,
 }
 
+/// Spare states. Each is a box, since a box goes through the rings without being copied.
+#[allow(clippy::vec_box)]
+type SpareStates = Vec<Box<EngineState>>;
+
 /// An engine with a tape; without one it is the engine alone.
 pub struct Taped {
     engine: Engine,
     tape: Option<Box<Tape>>,
     /// Spare states of this program's shape.
-    fresh: Vec<Box<EngineState>>,
+    fresh: SpareStates,
 }
 
 impl Taped {
@@ -174,7 +178,7 @@ impl Tape {
     }
 
     /// Hands a state over where one is due.
-    fn hand_over_state(&mut self, engine: &Engine, fresh: &mut Vec<Box<EngineState>>) {
+    fn hand_over_state(&mut self, engine: &Engine, fresh: &mut SpareStates) {
         let now_ns = engine.now_ns();
         let is_due = self.needs_state || now_ns >= self.next_state_ns;
         if is_due && !self.broken && self.push_state(engine, fresh) {
@@ -189,7 +193,7 @@ impl Tape {
     }
 
     /// Hands a state over; false if there is no spare one, or no room.
-    fn push_state(&mut self, engine: &Engine, fresh: &mut Vec<Box<EngineState>>) -> bool {
+    fn push_state(&mut self, engine: &Engine, fresh: &mut SpareStates) -> bool {
         if self.entries.slots() < 2 || self.states.slots() == 0 {
             return false;
         }
@@ -208,11 +212,7 @@ impl Tape {
     }
 
     /// A spare state of this program. Those of earlier programs go back, to be dropped elsewhere.
-    fn spare(
-        &mut self,
-        engine: &Engine,
-        fresh: &mut Vec<Box<EngineState>>,
-    ) -> Option<Box<EngineState>> {
+    fn spare(&mut self, engine: &Engine, fresh: &mut SpareStates) -> Option<Box<EngineState>> {
         if let Some(state) = fresh.pop() {
             return Some(state);
         }

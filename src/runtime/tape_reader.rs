@@ -57,7 +57,7 @@ pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
 
 impl TapeReader {
     /// The next entry, with the state that belongs to a [`TapeEntry::State`].
-    pub fn next(&mut self) -> Option<(TapeEntry, Option<Box<EngineState>>)> {
+    pub fn take(&mut self) -> Option<(TapeEntry, Option<Box<EngineState>>)> {
         let entry = self.entries.pop().ok()?;
         let state = match entry {
             TapeEntry::State { .. } => self.state(),

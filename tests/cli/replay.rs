@@ -104,7 +104,7 @@ impl Line {
     }
 
     fn read(&mut self) {
-        while let Some((entry, state)) = self.reader.next() {
+        while let Some((entry, state)) = self.reader.take() {
             self.blocks.extend(self.recorder.take(entry, state.as_deref(), self.clock()));
             state.into_iter().for_each(|state| self.reader.give_back(state));
         }

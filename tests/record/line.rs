@@ -82,7 +82,7 @@ impl Line {
 
     /// Reads the tape to its end.
     pub fn read(&mut self) {
-        while let Some((entry, state)) = self.reader.next() {
+        while let Some((entry, state)) = self.reader.take() {
             if !matches!(entry, TapeEntry::State { .. } | TapeEntry::Lost { .. }) {
                 self.entries.push(entry);
             }

@@ -98,7 +98,8 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
     while removed < 3 {
         for at in 0..8 {
             // As many registers as a request may write.
-            let mut pdu = vec![16, (at * 123_u16 >> 8) as u8, (at * 123) as u8, 0, 123, 246];
+            let [high, low] = (at * 123_u16).to_be_bytes();
+            let mut pdu = vec![16, high, low, 0, 123, 246];
             pdu.extend((0..246).map(|_| numbers.below(256) as u8));
             assert_eq!(modbus.ask(1, &pdu)[0], 16);
         }

@@ -147,7 +147,7 @@ pub fn verified(dir: &Path, excused: bool) -> Verified {
 pub fn last_scan(recording: &Recording) -> u64 {
     let heads = (0..recording.count()).map(|at| recording.head(at));
     let ends = heads.filter(|head| head.scans > 0);
-    ends.map(|head| head.number + u64::from(head.scans) - 1).last().unwrap_or(0)
+    ends.map(|head| head.number + u64::from(head.scans) - 1).next_back().unwrap_or(0)
 }
 
 /// Whether `status` says that the disk cannot be written.

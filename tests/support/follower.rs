@@ -33,7 +33,7 @@ impl Follower {
 
     /// Reads all entries that are there.
     pub fn follow(&mut self) {
-        while let Some((entry, state)) = self.reader.next() {
+        while let Some((entry, state)) = self.reader.take() {
             match entry {
                 TapeEntry::Call(call) => {
                     self.calls += 1;

@@ -31,7 +31,7 @@ pub fn tape(main: &str) -> Tape {
 /// A controller that is not started yet.
 pub fn ladder(text: &str) -> Tape {
     let file = SourceFile { name: "case.toml".into(), text: text.into() };
-    let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+    let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
     let program = program.unwrap_or_else(|| panic!("{findings:?}"));
     let subject = Subject::new(Arc::new(program), vec![file]);
     let engine = Engine::new(subject.fast.clone());
@@ -71,7 +71,7 @@ impl Tape {
     }
 
     pub fn begin(&mut self) {
-        if self.number % SECTION_SCANS == 0 && self.number > 0 {
+        if self.number.is_multiple_of(SECTION_SCANS) && self.number > 0 {
             self.cut();
         }
         let now_ns = self.now_ns;
