@@ -208,7 +208,7 @@ const HEAD: &str = "# The events of the log
 
 Every line of the log is one event: a code and a name, which never change, then a sentence, then
 key=value. `rungd explain alarm-on` or `rungd explain RUNGD-0301` explains one on the spot,
-`journalctl -u rungd -x` each line beneath it, and [twenty questions](questions.md) shows what to ask
+`journalctl -u rungd -x` each line beneath it, and [thirty questions](questions.md) shows what to ask
 a log. How a line is built is in [running](running.md).
 
 *At most* is how many lines of the event are written at once, and then in a second; what is left
