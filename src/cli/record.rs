@@ -212,10 +212,11 @@ fn verdict(recording: &Recording, verified: &Verified) -> String {
         }
     };
     if gaps > 0 {
-        text += &format!("{gaps} gaps: `rungd record list` shows them\n");
+        let gaps = if gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") };
+        text += &format!("{gaps}: see `rungd record list`\n");
     }
     if unreplayable > 0 {
-        text += &format!("{unreplayable} sections cannot be executed\n");
+        text += &format!("sections that cannot be executed: {unreplayable}\n");
     }
     text
 }

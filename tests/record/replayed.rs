@@ -200,7 +200,7 @@ fn a_reload_begins_a_segment_and_goes_on() {
         let recording = replay.recording();
         let count = recording.count();
         assert!((1..count).all(|at| recording.follows(at)));
-        let first = recording.place_of_scan(170).unwrap();
+        let first = recording.place_of_scan(171).unwrap();
         assert_eq!((recording.program(first).generation, recording.has_base(first)), (1, true));
         let verified = replay.verify(0..count);
         assert_eq!((verified.first_difference, verified.gaps, verified.unreplayable), (None, 0, 0));
