@@ -36,10 +36,6 @@ pub(super) struct DiskFigures {
     pub bytes: u64,
     /// The most bytes that it may take.
     pub size: u64,
-    /// When the oldest file was begun, ns since 1970 (UTC).
-    pub begun_ns: Option<i64>,
-    /// Blocks that were not written since the start.
-    pub lost_blocks: u64,
     /// Why it cannot be written at present.
     pub failing: Option<String>,
 }
@@ -109,7 +105,6 @@ impl RecordDisk {
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {
                 let is_first = self.stalled.is_none();
                 self.stalled.get_or_insert((Instant::now(), 0)).1 += 1;
-                locked(&self.figures).lost_blocks += 1;
                 if is_first {
                     let why = "the disk does not answer";
                     locked(&self.figures).failing = Some(why.to_owned());
@@ -127,8 +122,12 @@ impl RecordDisk {
     /// Waits until the last block is durable.
     pub fn end(&mut self, most: Duration) {
         let (reply, done) = channel();
-        if self.blocks.try_send(DiskOrder::End(reply)).is_ok() {
-            let _ = done.recv_timeout(most);
+        let is_asked = self.blocks.try_send(DiskOrder::End(reply)).is_ok();
+        if !is_asked || done.recv_timeout(most).is_err() {
+            let waited = span(most.as_nanos() as u64);
+            let why =
+                format!("the disk has not answered for {waited}; the last scans may be missing");
+            tell_failure(&self.dir, &why);
         }
     }
 }
@@ -166,8 +165,7 @@ impl DiskWriter {
     fn show(&self) {
         let status = self.store.status();
         let mut figures = locked(&self.figures);
-        (figures.bytes, figures.begun_ns) = (status.bytes, status.begun_ns);
-        (figures.lost_blocks, figures.failing) = (status.lost_blocks, status.trouble);
+        (figures.bytes, figures.failing) = (status.bytes, status.trouble);
     }
 
     fn tell(&mut self, news: Option<StoreNews>) {

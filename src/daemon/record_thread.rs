@@ -25,6 +25,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 const SECTION_MAX: Duration = Duration::from_secs(2);
 /// How long the end of the process waits for the last block.
 const END_MAX: Duration = Duration::from_secs(3);
+/// How long the thread waits for the disk then: the log tells of one that is later.
+const DISK_END_MAX: Duration = Duration::from_secs(2);
 
 /// A handle to the thread. Cheap to clone.
 #[derive(Clone)]
@@ -146,7 +148,7 @@ impl Worker {
             self.answer();
             if let Some(done) = ended {
                 if let Some(disk) = &mut self.disk {
-                    disk.end(END_MAX);
+                    disk.end(DISK_END_MAX);
                 }
                 let _ = done.send(());
                 return;
