@@ -169,6 +169,7 @@ pub(super) fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
         ("`[realtime]`", old.posture != new.posture),
         ("`[retain]` but for its ranges, or the first of them", retain_differs),
         ("`[operator]`", old.operator != new.operator),
+        ("`[record]`", old.record != new.record),
         (
             "`[modbus-server]` listen, connections and timeouts, or whether there is one",
             modbus(old) != modbus(new),
