@@ -149,6 +149,20 @@ impl Disk {
         assert_eq!(done, 0, "{}", std::io::Error::last_os_error());
     }
 
+    /// Mounts it as it is on the disk. Another test's mount namespace may hold the file system for a
+    /// while: until it lets go, a mount finds it as it was cut, and nothing can be written.
+    fn mount_anew(&self) {
+        let (probe, since) = (self.at.join("probe"), Instant::now());
+        loop {
+            assert!(self.unmount() && self.mount());
+            if File::create(&probe).and_then(|_| fs::remove_file(&probe)).is_ok() {
+                return;
+            }
+            assert!(since.elapsed() < Duration::from_secs(30), "the cut file system is held");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
     fn freeze(&self, on: bool) {
         let word = if on { "--freeze" } else { "--unfreeze" };
         assert!(shell(&["fsfreeze".as_ref(), word.as_ref(), self.at.as_os_str()]));
@@ -184,7 +198,7 @@ fn cuts(count: u64) {
             disk.cut();
             running.child.kill().unwrap();
             running.end();
-            assert!(disk.unmount() && disk.mount());
+            disk.mount_anew();
         });
     }
     lives.told("power cut", begin);
