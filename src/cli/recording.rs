@@ -15,14 +15,14 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::say_line;
 use super::when::Moment;
-use crate::engine::{Engine, EngineCall};
+use crate::engine::Engine;
 use crate::load::{self, Loaded};
 use crate::lower::lower;
 use crate::observe::{Past, Subject};
 use crate::operator::protocol::{RecordingBytes, Request};
 use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
 use crate::resolve::program::Program;
-use crate::runtime::{TapeEntry, TapeSection};
+use crate::runtime::{NumberedCall, TapeSection, scan_begins};
 use crate::source::span::SourceFile;
 
 /// Makes the engine of a recorded program.
@@ -74,27 +74,10 @@ pub(super) fn span(recording: &Recording) -> Option<RangeInclusive<i64>> {
 pub(super) fn scan_at(recording: &Recording, unix_ns: i64) -> Option<u64> {
     let section = recording.place_of_time(unix_ns)?;
     let (_, body) = recording.read(section).ok()??;
-    let mut number = recording.head(section).number;
-    let mut found = number.checked_sub(1);
-    for entry in &body.entries {
-        match entry {
-            TapeEntry::Number(next) => number = *next,
-            TapeEntry::Call(EngineCall::Begin { now_ns, .. }) => {
-                if body.unix_offset_ns.saturating_add_unsigned(*now_ns) > unix_ns {
-                    break;
-                }
-                found = Some(number);
-                number = number.wrapping_add(1);
-            }
-            TapeEntry::Call(_)
-            | TapeEntry::Origin(_)
-            | TapeEntry::Mode(_)
-            | TapeEntry::Swap { .. }
-            | TapeEntry::State { .. }
-            | TapeEntry::Lost { .. } => {}
-        }
-    }
-    found
+    let first = recording.head(section).number;
+    let unix = |of: &NumberedCall| body.unix_offset_ns.saturating_add_unsigned(of.now_ns);
+    let begun = scan_begins(&body.entries, first).take_while(|of| unix(of) <= unix_ns);
+    begun.last().map_or(first.checked_sub(1), |of| Some(of.number))
 }
 
 /// The section in which a moment lies, or the last one before it.

@@ -13,7 +13,7 @@ use crate::engine::{BitCell, Cell, Engine, EngineCall, EngineState, Transfer, Wo
 use crate::record::{Recording, ReplayedScan, SectionBody, fits, state_hash};
 use crate::reload::{ReloadPlan, Side};
 use crate::runtime::exchange::Mode;
-use crate::runtime::{TapeEntry, TapeSection};
+use crate::runtime::{NumberedCall, TapeEntry, TapeSection, numbered_calls};
 
 /// The ends of a scan in both programs.
 pub(super) struct TwinScan<'a> {
@@ -186,35 +186,19 @@ impl<'a> TwinRun<'a> {
         visit: &mut impl FnMut(&TwinScan),
     ) -> Result<ControlFlow<()>, String> {
         let Some(engines) = &mut self.engines else { return Err("it has no engine".into()) };
-        let mut number = self.recording.head(at).number;
-        let mut unix_ns = body.unix_offset_ns;
-        for entry in &body.entries {
-            let call = match *entry {
-                TapeEntry::Call(call) => call,
-                TapeEntry::Number(next) => {
-                    number = next;
-                    continue;
-                }
-                TapeEntry::Origin(_)
-                | TapeEntry::Mode(_)
-                | TapeEntry::Swap { .. }
-                | TapeEntry::State { .. }
-                | TapeEntry::Lost { .. } => continue,
-            };
+        let first = self.recording.head(at).number;
+        for NumberedCall { call, number, now_ns, .. } in numbered_calls(&body.entries, first) {
             if !fits(call, &engines.old) {
                 return Err("it does not fit its program".into());
             }
-            if let EngineCall::Begin { now_ns, .. } = call {
-                unix_ns = body.unix_offset_ns.saturating_add_unsigned(now_ns);
-                if engines.last.is_some() {
-                    self.stopped = engines.last;
-                    return Ok(ControlFlow::Break(()));
-                }
+            if let (EngineCall::Begin { .. }, Some(last)) = (call, engines.last) {
+                self.stopped = Some(last);
+                return Ok(ControlFlow::Break(()));
             }
+            let unix_ns = body.unix_offset_ns.saturating_add_unsigned(now_ns);
             let scan = ReplayedScan { number, unix_ns, section: at };
             engines.apply(call, &scan);
             if call == EngineCall::Execute {
-                number = number.wrapping_add(1);
                 self.scans += 1;
                 let Engines { place, old, new, .. } = engines;
                 visit(&TwinScan { scan, place: *place, old, new });

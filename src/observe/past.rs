@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::answer::{TapeEnd, When};
 use crate::engine::EngineCall;
-use crate::runtime::{Origin, TapeEntry, TapeSection};
+use crate::runtime::{NumberedCall, Origin, TapeEntry, TapeSection, scan_begins};
 
 /// The sections of a tape, the newest last.
 pub trait Past {
@@ -68,41 +68,13 @@ impl Moment {
     }
 }
 
-/// A scan that begins in a section.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Begin {
-    /// The entry.
-    pub entry: usize,
-    /// The number of the scan.
-    pub number: u64,
-    /// Its timestamp.
-    pub now_ns: u64,
-}
-
 /// The scans of a section, in order.
-pub(super) fn begins(section: &TapeSection) -> Vec<Begin> {
-    let mut number = section.start.number;
-    let mut begins = Vec::new();
-    for (entry, of) in section.entries.iter().enumerate() {
-        match of {
-            TapeEntry::Number(next) => number = *next,
-            TapeEntry::Call(EngineCall::Begin { now_ns, .. }) => {
-                begins.push(Begin { entry, number, now_ns: *now_ns });
-                number = number.saturating_add(1);
-            }
-            TapeEntry::Call(_)
-            | TapeEntry::Origin(_)
-            | TapeEntry::Mode(_)
-            | TapeEntry::Swap { .. }
-            | TapeEntry::State { .. }
-            | TapeEntry::Lost { .. } => {}
-        }
-    }
-    begins
+pub(super) fn begins(section: &TapeSection) -> Vec<NumberedCall> {
+    scan_begins(&section.entries, section.start.number).collect()
 }
 
 /// The scan and time of an entry: those of the scan that began last.
-pub(super) fn when(section: &TapeSection, begins: &[Begin], entry: usize) -> When {
+pub(super) fn when(section: &TapeSection, begins: &[NumberedCall], entry: usize) -> When {
     let last = begins.partition_point(|begin| begin.entry <= entry).checked_sub(1);
     let (scan, now_ns) = match last.and_then(|at| begins.get(at)) {
         Some(begin) => (Some(begin.number), begin.now_ns),

@@ -15,7 +15,7 @@ use super::program::RecordedProgram;
 use super::recording::{ReadSection, Recording};
 use super::section::SectionBody;
 use crate::engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
-use crate::runtime::{Origin, TapeEntry, TapeSection};
+use crate::runtime::{NumberedCall, Origin, TapeSection, numbered_calls};
 
 /// Why a section cannot be replayed.
 #[derive(Debug)]
@@ -234,35 +234,17 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     ) -> Result<ControlFlow<()>, Unreplayable> {
         let body = self.prepare(at)?;
         self.at = None;
-        let mut number = self.recording.head(at).number;
-        let mut unix_ns = body.unix_offset_ns;
+        let first = self.recording.head(at).number;
         let Some((_, engine)) = &mut self.engine else { return Err(Unreplayable::NoBase) };
-        for entry in &body.entries {
-            let call = match *entry {
-                TapeEntry::Call(call) => call,
-                TapeEntry::Number(next) => {
-                    number = next;
-                    continue;
-                }
-                TapeEntry::Origin(_)
-                | TapeEntry::Mode(_)
-                | TapeEntry::Swap { .. }
-                | TapeEntry::State { .. }
-                | TapeEntry::Lost { .. } => continue,
-            };
+        for NumberedCall { call, number, now_ns, .. } in numbered_calls(&body.entries, first) {
             if !fits(call, engine) {
                 return Err(Unreplayable::DoesNotFit);
             }
             engine.apply(call);
-            if let EngineCall::Begin { now_ns, .. } = call {
-                unix_ns = body.unix_offset_ns.saturating_add_unsigned(now_ns);
-            }
-            if call == EngineCall::Execute {
-                let scan = ReplayedScan { number, unix_ns, section: at };
-                number = number.wrapping_add(1);
-                if visit(scan, engine).is_break() {
-                    return Ok(ControlFlow::Break(()));
-                }
+            let unix_ns = body.unix_offset_ns.saturating_add_unsigned(now_ns);
+            let scan = ReplayedScan { number, unix_ns, section: at };
+            if call == EngineCall::Execute && visit(scan, engine).is_break() {
+                return Ok(ControlFlow::Break(()));
             }
         }
         self.at = Some(at + 1);

@@ -68,7 +68,7 @@ pub(crate) use swap::{Generations, Swapped};
 pub use sys::monotonic_ns;
 pub use tape::{TapeEntry, Taped};
 pub use tape_reader::{TapeReader, tape, tape_of};
-pub use tape_section::{SectionStart, TapeSection};
+pub use tape_section::{NumberedCall, SectionStart, TapeSection, numbered_calls, scan_begins};
 
 use crate::engine::Layout;
 use crate::isa::status::st;

@@ -1,12 +1,13 @@
 //! A section of the tape: a state, and what came in after it, until the next state.
 //!
 //! `record` makes sections of the tape, keeps them and reads them again; `observe` executes them
-//! again. The entries of a section have no state among them.
+//! again. The entries of a section have no state among them; [`numbered_calls`] gives each call its
+//! scan.
 
 use super::mode::Mode;
 use super::origin::Origin;
 use super::tape::TapeEntry;
-use crate::engine::EngineState;
+use crate::engine::{EngineCall, EngineState};
 
 /// A state and the entries after it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,4 +38,52 @@ pub struct SectionStart {
     /// Whether it goes on where the section before it ended: the same process, and nothing lost.
     /// A swap may lie between the two.
     pub follows: bool,
+}
+
+/// A call of a section, with the scan in which it is made.
+#[derive(Clone, Copy, Debug)]
+pub struct NumberedCall {
+    /// Its entry.
+    pub entry: usize,
+    /// The call.
+    pub call: EngineCall,
+    /// The number of the scan that began last; the first of a process is 1.
+    pub number: u64,
+    /// The timestamp of that scan, ns; 0 before the first scan of the section.
+    pub now_ns: u64,
+}
+
+/// The calls of a section, in order. `number`: of its first scan.
+pub fn numbered_calls(
+    entries: &[TapeEntry],
+    number: u64,
+) -> impl Iterator<Item = NumberedCall> + use<'_> {
+    let (mut next, mut number, mut now_ns) = (number, number.saturating_sub(1), 0);
+    entries.iter().enumerate().filter_map(move |(entry, of)| {
+        let call = match *of {
+            TapeEntry::Call(call) => call,
+            TapeEntry::Number(number) => {
+                next = number;
+                return None;
+            }
+            TapeEntry::Origin(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => return None,
+        };
+        if let EngineCall::Begin { now_ns: begin_ns, .. } = call {
+            (number, now_ns) = (next, begin_ns);
+            next = next.saturating_add(1);
+        }
+        Some(NumberedCall { entry, call, number, now_ns })
+    })
+}
+
+/// The starts of scans in a section, in order. `number`: of its first scan.
+pub fn scan_begins(
+    entries: &[TapeEntry],
+    number: u64,
+) -> impl Iterator<Item = NumberedCall> + use<'_> {
+    numbered_calls(entries, number).filter(|of| matches!(of.call, EngineCall::Begin { .. }))
 }
