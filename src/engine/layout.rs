@@ -220,7 +220,7 @@ impl Layout {
     }
 
     /// The structure of a record.
-    fn structure(&self, record: u32) -> Option<Structure> {
+    pub(super) fn structure(&self, record: u32) -> Option<Structure> {
         let counts = [
             (Structure::Counter(0), self.sizes.ct),
             (Structure::Timer(0), self.sizes.t),

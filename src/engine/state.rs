@@ -88,6 +88,16 @@ impl EngineState {
         }
     }
 
+    /// All bits: 0 or 1.
+    pub(crate) fn bits(&self) -> &[u8] {
+        &self.bits
+    }
+
+    /// All words.
+    pub(crate) fn words(&self) -> &[i32] {
+        &self.words
+    }
+
     /// Whether a bit or word is forced.
     pub(crate) fn is_forced(&self, cell: Cell) -> bool {
         self.forces > 0

@@ -7,10 +7,9 @@ use super::control::ControlKind;
 use super::eye::Deed;
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
-use super::ops::{Elements, OpKind, Put, Touches};
+use super::ops::{Elements, Formulas, OpKind, Put, Touches};
 use super::program::{PassStep, Program};
 use super::role::{self, Role};
-use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, ElementId};
 
 /// Neighbouring cells, the first and their number: of bits and of words.
@@ -36,7 +35,7 @@ impl Stretches {
         self.bits.push((at, 1));
     }
 
-    fn add(&mut self, touches: &Touches) {
+    pub(super) fn add(&mut self, touches: &Touches) {
         let one = |cell: &u32| (*cell, 1);
         let many = |cells: &role::Cells| (cells.first, cells.count);
         self.bits.extend(touches.bits_written.iter().map(one));
@@ -81,7 +80,6 @@ impl Program {
 
     fn math(&self, at: usize, written: &mut Stretches) {
         let math = &self.tables.ops.math[at];
-        let status = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
         match math.put {
             Put::Word { to, .. } | Put::Real(to) => written.words.push((to.word.0, 1)),
             Put::Bit(bit) => written.bits.push((bit.0, 1)),
@@ -96,11 +94,17 @@ impl Program {
             }
             Put::Index(_) => {}
         }
-        let mishaps = st::INDEX_ERROR + 1 - st::DIVIDE_BY_ZERO;
-        written.bits.push((status + st::DIVIDE_BY_ZERO, mishaps));
+        let mishaps = Formulas { reads: &[], status: self.status() }.mishaps();
+        written.bits.push((mishaps.start, mishaps.end - mishaps.start));
     }
 
-    fn control(&self, kind: ControlKind, element: ElementId, written: &mut Stretches) {
+    /// The cell of the first status bit, ST0.
+    pub(super) fn status(&self) -> u32 {
+        self.layout.bit(Bit::Space(BitSpace::St, 0)).0
+    }
+
+    /// The bits of blocks and Stages that a control instruction may write.
+    pub(super) fn control(&self, kind: ControlKind, element: ElementId, written: &mut Stretches) {
         let running = |block| self.layout.bit(Bit::Running(block));
         let stage = |stage| self.layout.bit(Bit::Stage(stage));
         match kind {

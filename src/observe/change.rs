@@ -126,10 +126,10 @@ impl Inquiry<'_> {
         let Some(begin) = self.next_begin(at) else { return Remedy::NoScan };
         let Some(engine) = self.replay.seek(at.section, at.entry) else { return Remedy::NoScan };
         let state = EngineState::of(engine);
-        let operations = self.subject.batches.len().max(1);
+        let operations = self.replay.slice().places.len().max(1);
         let mut trial = TrialScan {
             subject: self.subject,
-            engine: Engine::new(self.subject.fast.clone()),
+            engine: Engine::new(self.replay.slice().program.clone()),
             state,
             begin,
             cell,
@@ -188,12 +188,15 @@ impl Inquiry<'_> {
         tries
     }
 
-    /// Edits of all other bits that the ladder names.
+    /// Edits of all other bits that the ladder names and that can affect the one asked about.
     fn others(&self, trial: &TrialScan, reasons: &[Try]) -> Vec<Try> {
         let layout = &self.subject.symbols.layout;
         let named = self.subject.program.named(ELEMENTS_MAX);
         let cells = named.iter().filter_map(|operand| layout.cell(operand.address));
-        let bits = cells.filter(|cell| matches!(cell, Cell::Bit(_)) && trial.is_free(*cell));
+        let slice = self.replay.slice();
+        let bits = cells
+            .filter(|cell| matches!(cell, Cell::Bit(_)) && slice.knows(*cell))
+            .filter(|cell| trial.is_free(*cell));
         let tries = bits.map(|cell| Try::Write(cell, 1 - trial.state.value(cell)));
         tries.filter(|edit| !reasons.contains(edit)).collect()
     }

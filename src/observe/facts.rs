@@ -7,9 +7,9 @@ use crate::isa::status::dst;
 use crate::isa::{Address, Bit, DeviceId, Health, Word, WordSpace};
 
 impl Subject {
-    /// The program as the scan thread executes it.
+    /// The program, to be executed.
     pub(crate) fn code(&self) -> &engine::Program {
-        &self.fast
+        &self.seen
     }
 
     /// The operand that a cell is.

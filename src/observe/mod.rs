@@ -23,7 +23,6 @@ mod reasons;
 mod replay;
 mod restarts;
 mod section_log;
-mod steady;
 mod subject;
 #[cfg(test)]
 mod tests;

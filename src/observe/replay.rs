@@ -1,7 +1,7 @@
 //! Executes parts of the past again: goes to a moment, finds the last change of a cell.
 //!
-//! Keeps the logs of the sections that were looked at, up to a number of changes, and the last
-//! states that it went to.
+//! What is executed is the slice of the program for the cell of the question, step by step: of each
+//! section that is looked at a log of all changes is kept, up to a number of changes.
 
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
@@ -11,18 +11,16 @@ use super::answer::{Since, TapeEnd, When};
 use super::leaves::content;
 use super::past::{self, At, Moment, Past, Refusal, joins};
 use super::section_log::{CellChange, SectionLog};
-use super::steady::Steady;
 use super::subject::Subject;
 use super::walk::{Witness, walk};
-use super::watch::Watch;
-use crate::engine::{Cell, Deed, Engine, EngineCall, EngineState, Image};
+use crate::engine::{Cell, Deed, Engine, EngineCall, EngineState, Image, Slice};
 use crate::runtime::{TapeEntry, TapeSection};
 
 /// The most changes that are kept in logs.
 const CHANGES_MAX: usize = 2_000_000;
 
-/// The most scans of a section that are seen one by one.
-const SUSPECTS_MAX: usize = 8;
+/// The most sections that are kept. A search goes back in time: the oldest go first.
+const SECTIONS_MAX: usize = 256;
 
 /// The states that are kept beside those in logs.
 const STATES_MAX: usize = 4;
@@ -34,9 +32,8 @@ const SEARCHED_MAX: usize = 100_000;
 pub(super) struct Replay<'a> {
     pub subject: &'a Subject,
     past: &'a mut dyn Past,
+    slice: Slice,
     engine: Engine,
-    /// The same program, as the scan thread executes it.
-    fast: Engine,
     sections: BTreeMap<usize, Arc<TapeSection>>,
     logs: BTreeMap<usize, Rc<SectionLog>>,
     /// The newest last.
@@ -55,20 +52,18 @@ pub(super) enum Changed {
 }
 
 impl<'a> Replay<'a> {
-    pub fn new(subject: &'a Subject, past: &'a mut dyn Past) -> Replay<'a> {
-        let engine = Engine::new(subject.seen.clone());
-        let fast = Engine::new(subject.fast.clone());
+    /// For a question about a cell. What can affect it can be asked about too.
+    pub fn new(subject: &'a Subject, past: &'a mut dyn Past, cell: Cell) -> Replay<'a> {
+        let slice = subject.seen.slice(&[cell]);
+        let engine = Engine::new(slice.program.clone());
         let (sections, logs) = (BTreeMap::new(), BTreeMap::new());
-        Replay {
-            subject,
-            past,
-            engine,
-            fast,
-            sections,
-            logs,
-            states: Vec::new(),
-            known: HashMap::new(),
-        }
+        let (states, known) = (Vec::new(), HashMap::new());
+        Replay { subject, past, slice, engine, sections, logs, states, known }
+    }
+
+    /// The slice.
+    pub fn slice(&self) -> &Slice {
+        &self.slice
     }
 
     /// A section that fits the program.
@@ -79,6 +74,9 @@ impl<'a> Replay<'a> {
         let section = self.past.section(at)?;
         if !section.state.fits(&self.subject.seen) || !calls_fit(self.subject, &section) {
             return None;
+        }
+        while self.sections.len() >= SECTIONS_MAX {
+            self.sections.pop_first();
         }
         self.sections.insert(at, Arc::clone(&section));
         Some(section)
@@ -126,7 +124,8 @@ impl<'a> Replay<'a> {
             return Some(Rc::clone(log));
         }
         let section = self.section(at)?;
-        let log = Rc::new(SectionLog::new(self.subject, &mut self.engine, &section));
+        let sliced = (self.subject, &self.slice);
+        let log = Rc::new(SectionLog::new(sliced, &mut self.engine, &section));
         while self.logs.values().map(|log| log.changes.len()).sum::<usize>() > CHANGES_MAX {
             self.logs.pop_first();
         }
@@ -148,21 +147,20 @@ impl<'a> Replay<'a> {
                 (from, start) = (at, state);
             }
         }
-        self.fast.resume(start);
+        self.engine.resume(start);
         let entries = of.entries.get(from..entry.min(of.entries.len())).unwrap_or_default();
+        let mut scans = 0;
         for entry in entries {
             if let TapeEntry::Call(call) = entry {
-                self.fast.apply(*call);
+                self.engine.apply(*call);
+                scans += usize::from(*call == EngineCall::Execute);
             }
         }
-        let state = EngineState::of(&self.fast);
-        self.engine.resume(&state);
-        if entries.iter().any(|entry| matches!(entry, TapeEntry::Call(EngineCall::Execute))) {
-            self.states.truncate(self.states.len().min(STATES_MAX));
+        if scans > 0 {
             if self.states.len() == STATES_MAX {
                 self.states.remove(0);
             }
-            self.states.push(((section, entry), state));
+            self.states.push(((section, entry), EngineState::of(&self.engine)));
         }
         Some(&mut self.engine)
     }
@@ -172,35 +170,25 @@ impl<'a> Replay<'a> {
         let of = self.section(section)?;
         let TapeEntry::Call(call) = of.entries.get(entry)? else { return None };
         self.seek(section, entry)?;
-        walk(self.subject, &mut self.engine, *call, witness);
+        walk((self.subject, &self.slice), &mut self.engine, *call, witness);
         Some(())
     }
 
-    /// The last change of a cell before a moment. Of a steady cell the call of the moment itself is
-    /// not looked at: who asks has seen it.
-    /// `most`: the most sections that are executed step by step.
+    /// The last change of a cell before a moment. `most`: the most sections that are executed for a
+    /// cell that the program writes.
     pub fn last_change(&mut self, cell: Cell, before: Moment, most: usize) -> Changed {
         let mut section = before.section;
         let mut end = (before.entry, before.step);
-        let quiet = !self.subject.is_written(cell);
-        let steady = Steady::of(self.subject, cell);
-        let is_seen = !quiet && steady.is_none();
+        let most = if self.subject.is_written(cell) { most } else { usize::MAX };
         let mut passed = Vec::new();
         let changed = loop {
             if let Some(known) = self.known.get(&(cell, section)).filter(|_| !passed.is_empty()) {
                 break *known;
             }
-            if is_seen && passed.len() >= most {
+            if passed.len() >= most {
                 break Changed::Never(TapeEnd::Searched, section);
             }
-            let found = if quiet {
-                self.written_from_outside(cell, section, end.0)
-            } else if let Some(steady) = &steady {
-                self.last_of_steady(cell, section, (end, steady))
-            } else {
-                self.log(section).and_then(|log| log.last(cell, end, |_| true))
-            };
-            if let Some(change) = found {
+            if let Some(change) = self.log(section).and_then(|log| log.last(cell, end, |_| true)) {
                 let (entry, step) = (change.entry as usize, change.step);
                 break Changed::At(change, Moment { section, entry, step });
             }
@@ -213,94 +201,6 @@ impl<'a> Replay<'a> {
         };
         self.known.extend(passed.into_iter().map(|section| ((cell, section), changed)));
         changed
-    }
-
-    /// The last change of a steady cell in a section.
-    fn last_of_steady(
-        &mut self,
-        cell: Cell,
-        section: usize,
-        (end, steady): ((usize, u32), &Steady),
-    ) -> Option<CellChange> {
-        if let Some(log) = self.logs.get(&section) {
-            return log.last(cell, end, |_| true);
-        }
-        let of = self.section(section)?;
-        self.fast.resume(&of.state);
-        let mut suspects = Vec::new();
-        for (at, entry) in of.entries.iter().enumerate().take(end.0) {
-            let TapeEntry::Call(call) = entry else { continue };
-            let before = content(self.fast.image(), cell);
-            let powers = steady.powers(self.fast.image());
-            self.fast.apply(*call);
-            let image = self.fast.image();
-            let after = content(image, cell);
-            let is_scan = *call == EngineCall::Execute;
-            if before != after || is_scan && steady.may_turn(self.subject, cell, &powers, image) {
-                suspects.push((at, before, after));
-            }
-        }
-        if suspects.len() > SUSPECTS_MAX {
-            return self.log(section).and_then(|log| log.last(cell, end, |_| true));
-        }
-        for (at, before, after) in suspects.into_iter().rev() {
-            let call = of.entries.get(at);
-            let change = (at, before, after);
-            match call {
-                Some(TapeEntry::Call(EngineCall::Execute | EngineCall::Terminate)) => {
-                    let mut watch =
-                        Watch::new(self.subject, cell, self.subject.writers(cell), u32::MAX);
-                    self.see(section, at, &mut watch)?;
-                    let changed = watch.decided.iter().rfind(|of| of.before != of.after);
-                    if let Some(of) = changed {
-                        let found = (at, of.before, of.after);
-                        return Some(cell_change(cell, found, (of.step, Some(of.by))));
-                    }
-                }
-                Some(_) | None => return Some(cell_change(cell, change, (0, None))),
-            }
-        }
-        None
-    }
-
-    /// The last change of a cell that no step writes: nothing is executed.
-    fn written_from_outside(
-        &mut self,
-        cell: Cell,
-        section: usize,
-        end: usize,
-    ) -> Option<CellChange> {
-        let of = self.section(section)?;
-        let mut value = of.state.value(cell);
-        let mut is_forced = of.state.is_forced(cell);
-        let mut last = None;
-        for (at, entry) in of.entries.iter().enumerate().take(end) {
-            let TapeEntry::Call(call) = entry else { continue };
-            let new = match call {
-                EngineCall::Write(to, new) if *to == cell && !is_forced => *new,
-                EngineCall::Force(to, new) if *to == cell => {
-                    is_forced = true;
-                    *new
-                }
-                EngineCall::Release(to) if *to == cell => {
-                    is_forced = false;
-                    continue;
-                }
-                EngineCall::Write(..)
-                | EngineCall::Force(..)
-                | EngineCall::Release(_)
-                | EngineCall::Start { .. }
-                | EngineCall::RequestStop
-                | EngineCall::Begin { .. }
-                | EngineCall::Execute
-                | EngineCall::Terminate => continue,
-            };
-            if new != value {
-                let (entry, before) = (at as u32, std::mem::replace(&mut value, new));
-                last = Some(CellChange { entry, step: 0, cell, by: None, before, after: new });
-            }
-        }
-        last
     }
 
     /// Whether a cell is forced at a moment, and since when.
@@ -373,7 +273,7 @@ impl<'a> Replay<'a> {
 
     /// The most sections that a search for a lesser fact executes step by step.
     pub fn sections_max(&self) -> usize {
-        (SEARCHED_MAX / self.subject.batches.len().max(1)).clamp(3, 120)
+        (SEARCHED_MAX / self.slice.places.len().max(1)).clamp(3, 120)
     }
 
     /// When a cell changed last, in a certain way. Of a large program only the last few sections
@@ -426,14 +326,6 @@ impl Witness for Peek {
     fn after(&mut self, deed: Deed, number: u32, image: &Image) {
         self.before(deed, number, image);
     }
-}
-
-fn cell_change(
-    cell: Cell,
-    (entry, before, after): (usize, i32, i32),
-    (step, by): (u32, Option<Deed>),
-) -> CellChange {
-    CellChange { entry: entry as u32, step, cell, by, before, after }
 }
 
 /// The entry behind the execution of a scan that begins at an entry.

@@ -1,18 +1,18 @@
 //! All changes of public memory in one section, in order, with the step that made each.
 //!
-//! Made by executing the section once, seen; asked for the last change of a cell. A state every few
-//! scans is kept, so that a scan of the section can be executed again soon.
+//! Made by executing the section once, seen; asked for the last change of a cell. Of a large
+//! program a state every few scans is kept, so that a scan of the section can be executed again
+//! soon.
 
-use super::past;
 use super::subject::Subject;
 use super::walk::{Witness, walk};
-use crate::engine::{BitCell, Cell, Deed, Engine, EngineCall, EngineState, Image, WordCell};
+use crate::engine::{BitCell, Cell, Deed, Engine, EngineCall, EngineState, Image, Slice, WordCell};
 use crate::isa::status::ST_COUNT;
 use crate::isa::{Bit, BitSpace, BlockId};
 use crate::runtime::{TapeEntry, TapeSection};
 
-/// The most states that are kept of a section.
-const STATES_MAX: usize = 8;
+/// The operations from one state that is kept to the next.
+const APART: usize = 20_000;
 
 /// A change of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,11 +40,15 @@ pub(super) struct SectionLog {
 }
 
 impl SectionLog {
-    /// Executes a section that fits the engine.
-    pub fn new(subject: &Subject, engine: &mut Engine, section: &TapeSection) -> SectionLog {
-        let apart = past::begins(section).len().div_ceil(STATES_MAX).max(8);
+    /// Executes a section that fits the engine of a slice.
+    pub fn new(
+        (subject, slice): (&Subject, &Slice),
+        engine: &mut Engine,
+        section: &TapeSection,
+    ) -> SectionLog {
+        let apart = (APART / slice.places.len().max(1)).max(8);
         let mut states = Vec::new();
-        let mut recorder = Recorder::new(subject, &section.state);
+        let mut recorder = Recorder::new((subject, slice), &section.state);
         engine.resume(&section.state);
         let mut scans = 0;
         for (at, entry) in section.entries.iter().enumerate() {
@@ -76,6 +80,7 @@ impl SectionLog {
 /// Notes changes while a section is executed. Keeps a copy of public memory.
 struct Recorder<'s> {
     subject: &'s Subject,
+    slice: &'s Slice,
     bits: Vec<u8>,
     words: Vec<i32>,
     changes: Vec<CellChange>,
@@ -85,13 +90,13 @@ struct Recorder<'s> {
 }
 
 impl<'s> Recorder<'s> {
-    fn new(subject: &'s Subject, state: &EngineState) -> Recorder<'s> {
-        let (bits, words) = (subject.seen.bit_count, subject.symbols.layout.word_count());
-        let bit = |at| state.value(Cell::Bit(BitCell(at))) as u8;
+    fn new((subject, slice): (&'s Subject, &'s Slice), state: &EngineState) -> Recorder<'s> {
+        let words = subject.symbols.layout.word_count() as usize;
         Recorder {
             subject,
-            bits: (0..bits).map(bit).collect(),
-            words: (0..words).map(|at| state.value(Cell::Word(WordCell(at)))).collect(),
+            slice,
+            bits: state.bits().to_vec(),
+            words: state.words()[..words].to_vec(),
             changes: Vec::new(),
             entry: 0,
             begun: false,
@@ -100,7 +105,7 @@ impl<'s> Recorder<'s> {
 
     fn call(&mut self, engine: &mut Engine, call: EngineCall) {
         self.begun = false;
-        walk(self.subject, engine, call, self);
+        walk((self.subject, self.slice), engine, call, self);
         let image = engine.image();
         match call {
             EngineCall::Write(cell, _) | EngineCall::Force(cell, _) => {

@@ -3,6 +3,7 @@
 //! Made once of a program and its files, used for every question. It finds the rung of a part, the
 //! text and place of an instruction, and the steps that may write a cell.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::answer::{BlockPlace, Place, RungName};
@@ -11,7 +12,7 @@ use super::writers::Writers;
 use crate::engine::{self, Cell, Deed, Engine, EngineState, Stretches};
 use crate::isa::{BlockId, ElementId};
 use crate::lower::sites::{RungPart, Site, Sites};
-use crate::lower::{Symbols, lower, lower_seen};
+use crate::lower::{Symbols, lower_seen};
 use crate::resolve::program::{self, Instruction, Program};
 use crate::source::span::{SourceFile, Span};
 
@@ -21,8 +22,6 @@ pub struct Subject {
     pub(super) program: Arc<Program>,
     /// One operation a batch, in file order.
     pub(super) seen: engine::Program,
-    /// The same, as the scan thread executes it.
-    pub(super) fast: engine::Program,
     pub(super) symbols: Symbols,
     pub(super) sites: Sites,
     pub(super) names: CellNames,
@@ -48,7 +47,6 @@ impl Subject {
     /// Lowers a program to be seen. `files`: those of the load, by the numbers that places have.
     pub fn new(program: Arc<Program>, files: Vec<SourceFile>) -> Subject {
         let (seen, symbols, sites) = lower_seen(&program);
-        let (fast, _) = lower(&program);
         let names = CellNames::new(&program, &symbols);
         let initial = EngineState::of(&Engine::new(seen.clone()));
         let element = |site: &Site| sites.parts[site.part as usize].element;
@@ -69,7 +67,6 @@ impl Subject {
         let mut subject = Subject {
             program,
             seen,
-            fast,
             symbols,
             sites,
             names,
@@ -87,10 +84,10 @@ impl Subject {
         subject
     }
 
-    /// The parts of rungs whose contacts have been evaluated right before a batch.
-    pub(super) fn ready_at(&self, batch: u32) -> impl Iterator<Item = u32> + use<'_> {
+    /// The parts of rungs whose contacts have been evaluated right before one of these batches.
+    pub(super) fn ready_at(&self, batches: Range<u32>) -> impl Iterator<Item = u32> + use<'_> {
         let from = |at: u32| self.ready_from.get(at as usize).map_or(0, |from| *from as usize);
-        let ready = self.ready.get(from(batch)..from(batch + 1)).unwrap_or_default();
+        let ready = self.ready.get(from(batches.start)..from(batches.end)).unwrap_or_default();
         ready.iter().map(|(_, part)| *part)
     }
 

@@ -2,11 +2,12 @@
 //!
 //! Executes one call of an engine and tells a [`Witness`] of each rung part when its contacts are
 //! evaluated, and of each step before and after. `why` watches a cell with it; coverage and a live
-//! picture of the ladder can use it as it is. The steps of a call have numbers, the same whenever
-//! the call is executed from the same state.
+//! picture of the ladder can use it as it is. The engine executes a slice of the program, which may
+//! be all of it; a witness gets the steps of the whole program. The steps of a call have numbers,
+//! the same whenever the call is executed from the same state.
 
 use super::subject::Subject;
-use crate::engine::{Deed, Engine, EngineCall, Eye, Image};
+use crate::engine::{Deed, Engine, EngineCall, Eye, Image, Slice};
 
 /// Sees a scan rung by rung. What a witness does not want to see has an empty method.
 pub(crate) trait Witness {
@@ -26,18 +27,29 @@ pub(crate) trait Witness {
 /// The eye of a witness.
 struct Walk<'a, W> {
     subject: &'a Subject,
+    slice: &'a Slice,
     witness: &'a mut W,
     number: u32,
 }
 
-/// Makes a call; a scan and the passes are seen.
+/// Makes a call of an engine of a slice; a scan and the passes are seen.
 pub(crate) fn walk(
-    subject: &Subject,
+    (subject, slice): (&Subject, &Slice),
     engine: &mut Engine,
     call: EngineCall,
     witness: &mut impl Witness,
 ) {
-    engine.apply_seen(call, &mut Walk { subject, witness, number: 0 });
+    engine.apply_seen(call, &mut Walk { subject, slice, witness, number: 0 });
+}
+
+impl<W> Walk<'_, W> {
+    /// A step of the whole program.
+    fn whole(&self, deed: Deed) -> Deed {
+        match deed {
+            Deed::Batch(at) => Deed::Batch(self.slice.places[at as usize].end - 1),
+            Deed::Turn(_) | Deed::Element(_) | Deed::Pass(_) => deed,
+        }
+    }
 }
 
 impl<W: Witness> Eye for Walk<'_, W> {
@@ -46,17 +58,17 @@ impl<W: Witness> Eye for Walk<'_, W> {
         if let Deed::Batch(at) = deed
             && W::PARTS
         {
-            for part in self.subject.ready_at(at) {
+            for part in self.subject.ready_at(self.slice.places[at as usize].clone()) {
                 self.witness.part(part, self.number, image);
             }
         }
-        self.witness.before(deed, self.number, image);
+        self.witness.before(self.whole(deed), self.number, image);
     }
 
     fn after(&mut self, deed: Deed, image: &Image) {
         if let Deed::Turn(_) | Deed::Element(_) = deed {
             self.number += 1;
         }
-        self.witness.after(deed, self.number, image);
+        self.witness.after(self.whole(deed), self.number, image);
     }
 }

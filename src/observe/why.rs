@@ -26,7 +26,7 @@ impl Subject {
         if !is_known {
             return Err(Refusal::NoSuchCell);
         }
-        let mut replay = Replay::new(self, past);
+        let mut replay = Replay::new(self, past, cell);
         let moment = replay.moment(at)?;
         let image = replay.seek(moment.section, moment.entry).ok_or(Refusal::NoPast)?.image();
         let value = super::leaves::content(image, cell);

@@ -57,10 +57,12 @@ fn a_coverage_is_a_witness() {
         legs: BTreeMap::new(),
         instructions: 0,
     };
-    let mut engine = Engine::new(plc.subject.seen.clone());
+    let outputs = ["Y0", "Y1", "Y2"].map(|name| plc.cell(name));
+    let slice = plc.subject.seen.slice(&outputs);
+    let mut engine = Engine::new(slice.program.clone());
     for entry in &plc.sections[0].entries {
         let TapeEntry::Call(call) = entry else { continue };
-        walk(&plc.subject, &mut engine, *call, &mut coverage);
+        walk((&plc.subject, &slice), &mut engine, *call, &mut coverage);
     }
     let first = &coverage.contacts[&0];
     assert_eq!(first[..], [[true, true], [true, false], [true, false]]);

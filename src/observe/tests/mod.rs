@@ -3,5 +3,6 @@
 mod coverage;
 mod kinds;
 mod past;
+mod slices;
 mod stops;
 mod tape;

@@ -216,7 +216,7 @@ fn before_the_start_memory_is_initial() {
         expect![[r#"
         Main.Running is OFF
           nothing wrote it: a cold start's value
-        no input alone would turn it ON in the next scan (2 tried)
+        no input alone would turn it ON in the next scan (1 tried)
     "#]],
     );
 }

@@ -34,7 +34,7 @@ pub fn ladder(text: &str) -> Tape {
     let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
     let program = program.unwrap_or_else(|| panic!("{findings:?}"));
     let subject = Subject::new(Arc::new(program), vec![file]);
-    let engine = Engine::new(subject.fast.clone());
+    let engine = Engine::new(subject.seen.clone());
     let now = section(&engine, 0);
     Tape { subject, engine, sections: Vec::new(), now, number: 0, now_ns: 0 }
 }

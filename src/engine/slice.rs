@@ -1,0 +1,335 @@
+//! The slice of a program for some cells: the operations that can affect them, and no others.
+//!
+//! `observe` executes a slice instead of the whole program: what it asks about depends on few of
+//! ten thousand rungs. A slice has the cells of its program, so a state of the one engine is a
+//! state of the other. It *knows* every cell that a kept operation touches: the cell has the value
+//! that it has in the whole program. The values of all other cells mean nothing.
+//!
+//! Kept is every operation that writes a known cell, and what decides whether the operation
+//! executes: the bits of its block and Stage. Turns and passes execute in every slice; of one that
+//! writes a known cell the bits of its block are known too. STOP is always kept. That a MATH can
+//! turn the status bits of mishaps ON is no reason to keep other MATHs.
+
+use std::ops::Range;
+
+use super::control::{Control, ControlKind};
+use super::image::{BitCell, WordCell};
+use super::layout::Cell;
+use super::ops::{Cells, Formulas, Math, OpKind, Reads, Touches, reads};
+use super::program::{ElementCode, PassStep, Program};
+use super::record::RECORD;
+use super::role::Role;
+use super::written::Stretches;
+use crate::isa::{Bit, BlockId, ElementId, StageId, Word};
+
+/// The longest stretch of written cells of which each has a list of its writers.
+const LISTED_MAX: u32 = 16;
+
+/// A slice of a program.
+#[derive(Clone, Debug)]
+pub(crate) struct Slice {
+    /// The program with the kept batches alone.
+    pub program: Program,
+    /// By batch of the slice: its place in the whole program (the last of these), and the places
+    /// before it that were left out behind the batch that was kept before it in its element.
+    pub places: Vec<Range<u32>>,
+    /// By cell, bits first.
+    known: Vec<bool>,
+}
+
+impl Slice {
+    /// Whether a cell has the value that it has in the whole program.
+    pub fn knows(&self, cell: Cell) -> bool {
+        self.known[number(&self.program, cell)]
+    }
+}
+
+impl Program {
+    /// The slice for some cells.
+    pub(crate) fn slice(&self, cells: &[Cell]) -> Slice {
+        let reads = self.formulas();
+        let formulas = Formulas { reads: &reads, status: self.status() };
+        let mut cone = Cone::new(self, formulas);
+        cells.iter().for_each(|cell| cone.add(*cell));
+        cone.close();
+        let Cone { kept, known, .. } = cone;
+        let mut program = self.clone();
+        let (mut batches, mut places) = (Vec::new(), Vec::new());
+        let own = program.blocks.iter_mut().map(|block| &mut block.own);
+        for code in own.chain(&mut program.stages) {
+            let (first, mut begin) = (places.len() as u32, code.batches.start);
+            for at in code.batches.clone().filter(|at| kept[*at as usize]) {
+                batches.push(self.tables.batches[at as usize]);
+                places.push(begin..at + 1);
+                begin = at + 1;
+            }
+            code.batches = first..places.len() as u32;
+        }
+        program.tables.batches = batches;
+        Slice { program, places, known }
+    }
+
+    /// What each formula reads, by the number of its MATH.
+    fn formulas(&self) -> Vec<Reads> {
+        let mut all = Vec::new();
+        for math in self.tables.ops.math.iter().chain(&self.tables.picks) {
+            let at = math.number as usize;
+            all.resize(all.len().max(at + 1), Reads::default());
+            all[at] = reads(&self.tables.steps[math.first as usize..][..math.count as usize]);
+        }
+        all
+    }
+
+    /// The elements with their code.
+    fn elements(&self) -> impl Iterator<Item = (ElementId, &ElementCode)> {
+        (0..).map(BlockId).zip(&self.blocks).flat_map(move |(block, code)| {
+            let own = (ElementId { block, stage: None }, &code.own);
+            let stages = code.stages.clone().map(move |at| {
+                let stage = Some(StageId(at));
+                (ElementId { block, stage }, &self.stages[at as usize])
+            });
+            [own].into_iter().chain(stages)
+        })
+    }
+}
+
+/// The number of a cell: bits first.
+fn number(program: &Program, cell: Cell) -> usize {
+    match cell {
+        Cell::Bit(BitCell(at)) => at as usize,
+        Cell::Word(WordCell(at)) => (program.bit_count + at) as usize,
+    }
+}
+
+/// A step that may write cells.
+#[derive(Clone, Copy, Debug)]
+enum SliceStep {
+    Batch(u32),
+    Pass(u32),
+    Turn(u32),
+}
+
+/// The known cells and the kept steps, as they are found.
+struct Cone<'p> {
+    program: &'p Program,
+    formulas: Formulas<'p>,
+    /// The steps that write a cell, by the cell's number.
+    writers: Vec<Vec<SliceStep>>,
+    /// Those that write long stretches of cells.
+    wide: Vec<(SliceStep, Stretches)>,
+    /// By step: batches, then passes, then turns.
+    elements: Vec<ElementId>,
+    kept: Vec<bool>,
+    /// By cell.
+    known: Vec<bool>,
+    /// Known cells whose writers are not kept yet.
+    todo: Vec<Cell>,
+}
+
+impl<'p> Cone<'p> {
+    fn new(program: &'p Program, formulas: Formulas<'p>) -> Cone<'p> {
+        let tables = &program.tables;
+        let steps = tables.batches.len() + tables.terminations.len() + program.blocks.len();
+        let cells = (program.bit_count + program.word_count) as usize;
+        let nobody = ElementId { block: BlockId(0), stage: None };
+        let mut cone = Cone {
+            program,
+            formulas,
+            writers: vec![Vec::new(); cells],
+            wide: Vec::new(),
+            elements: vec![nobody; steps],
+            kept: vec![false; steps],
+            known: vec![false; cells],
+            todo: Vec::new(),
+        };
+        for (element, code) in program.elements() {
+            let batches = code.batches.clone().map(SliceStep::Batch);
+            let passes = code.terminations.clone().map(SliceStep::Pass);
+            batches.chain(passes).for_each(|step| cone.enter(step, element));
+        }
+        for at in 0..program.blocks.len() as u32 {
+            cone.enter(SliceStep::Turn(at), ElementId { block: BlockId(at), stage: None });
+        }
+        cone
+    }
+
+    /// The number of a step.
+    fn index(&self, step: SliceStep) -> usize {
+        let (batches, passes) = {
+            let tables = &self.program.tables;
+            (tables.batches.len(), tables.terminations.len())
+        };
+        match step {
+            SliceStep::Batch(at) => at as usize,
+            SliceStep::Pass(at) => batches + at as usize,
+            SliceStep::Turn(at) => batches + passes + at as usize,
+        }
+    }
+
+    /// Enters a step at the cells that it writes; keeps it if it is a STOP.
+    fn enter(&mut self, step: SliceStep, element: ElementId) {
+        let index = self.index(step);
+        self.elements[index] = element;
+        let written = self.touched(step).1;
+        let mut all = written.bits.iter().chain(&written.words);
+        if all.any(|(_, count)| *count > LISTED_MAX) {
+            self.wide.push((step, written));
+        } else {
+            for cell in cells(&written) {
+                self.writers[number(self.program, cell)].push(step);
+            }
+        }
+        if self.stops(step) {
+            self.keep(step);
+        }
+    }
+
+    fn stops(&self, step: SliceStep) -> bool {
+        let SliceStep::Batch(at) = step else { return false };
+        let batch = self.program.tables.batches[at as usize];
+        let all = batch.first as usize..(batch.first + batch.count) as usize;
+        let stops = |of: &Control| matches!(of.kind, ControlKind::Stop);
+        batch.kind == OpKind::Control && self.program.tables.ops.control[all].iter().any(stops)
+    }
+
+    /// Adds a cell to the known ones; with a member of a structure all of the structure.
+    fn add(&mut self, cell: Cell) {
+        let layout = &self.program.layout;
+        let record = match cell {
+            Cell::Bit(BitCell(at)) => at / RECORD as u32,
+            Cell::Word(WordCell(at)) => at,
+        };
+        match layout.structure(record) {
+            Some(structure) => {
+                let acc = Cell::Word(layout.word(Word::Acc(structure)));
+                let bits = layout.record_bits(structure).map(|at| Cell::Bit(BitCell(at)));
+                bits.chain([acc]).for_each(|member| self.add_one(member));
+            }
+            None => self.add_one(cell),
+        }
+    }
+
+    fn add_one(&mut self, cell: Cell) {
+        let known = &mut self.known[number(self.program, cell)];
+        if !std::mem::replace(known, true) {
+            self.todo.push(cell);
+        }
+    }
+
+    /// Keeps every step that writes a known cell.
+    fn close(&mut self) {
+        while let Some(cell) = self.todo.pop() {
+            let listed = std::mem::take(&mut self.writers[number(self.program, cell)]);
+            listed.into_iter().for_each(|step| self.keep(step));
+            for at in 0..self.wide.len() {
+                if self.wide[at].1.has(cell) {
+                    self.keep(self.wide[at].0);
+                }
+            }
+        }
+    }
+
+    fn keep(&mut self, step: SliceStep) {
+        let index = self.index(step);
+        if std::mem::replace(&mut self.kept[index], true) {
+            return;
+        }
+        let ElementId { block, stage } = self.elements[index];
+        let (read, mut written) = self.touched(step);
+        if let SliceStep::Turn(_) = step {
+            written = Stretches::default();
+        }
+        let mishaps = self.formulas.mishaps();
+        written.bits.retain(|(first, _)| !mishaps.contains(first));
+        for bit in [Bit::Running(block)].into_iter().chain(stage.map(Bit::Stage)) {
+            self.add(Cell::Bit(self.program.layout.bit(bit)));
+        }
+        cells(&read).chain(cells(&written)).for_each(|cell| self.add(cell));
+    }
+
+    /// The cells that a step reads and those that it writes.
+    fn touched(&self, step: SliceStep) -> (Stretches, Stretches) {
+        let mut touches = Touches { formulas: self.formulas, ..Touches::default() };
+        let mut written = Stretches::default();
+        match step {
+            SliceStep::Batch(at) => self.batch(at, &mut touches, &mut written),
+            SliceStep::Pass(at) => self.pass(at, &mut touches),
+            SliceStep::Turn(at) => written = self.program.written_by_turn(BlockId(at)),
+        }
+        written.add(&touches);
+        (read(&touches), written)
+    }
+
+    fn batch(&self, at: u32, touches: &mut Touches, written: &mut Stretches) {
+        let tables = &self.program.tables;
+        let batch = tables.batches[at as usize];
+        let element = self.elements[at as usize];
+        for at in batch.first as usize..(batch.first + batch.count) as usize {
+            if matches!(batch.kind, OpKind::Math | OpKind::Columns) {
+                tables.ops.math[at].touches(touches);
+            } else if batch.kind == OpKind::Control {
+                let control = &tables.ops.control[at];
+                self.program.control(control.kind, element, written);
+                self.control(control, touches);
+            } else {
+                tables.ops.touches(batch.kind, at, touches);
+            }
+        }
+    }
+
+    /// The cells of a control instruction, but for the bits of blocks and Stages.
+    fn control(&self, control: &Control, touches: &mut Touches) {
+        touches.bits_read.push(control.leg.cell());
+        match control.kind {
+            ControlKind::Restart(of) => touches.bits_written.push(of.history),
+            ControlKind::EnableOnce { history, task: _ } => touches.bits_written.push(history),
+            ControlKind::EnableEvery { every, pick, task: _ } => {
+                touches.words_read.push(every);
+                pick.into_iter().for_each(|pick| self.pick(pick).touches(touches));
+            }
+            ControlKind::Run(_)
+            | ControlKind::Halt(_)
+            | ControlKind::Exit
+            | ControlKind::Jump(_)
+            | ControlKind::StageOn(_)
+            | ControlKind::StageOff(_)
+            | ControlKind::Converge { .. }
+            | ControlKind::Stop => {}
+        }
+    }
+
+    fn pass(&self, at: u32, touches: &mut Touches) {
+        match &self.program.tables.terminations[at as usize] {
+            PassStep::BitOff(bit) | PassStep::HistoryOff(bit) => touches.bits_written.push(*bit),
+            PassStep::Counter(counter, rule) => {
+                counter.touches(touches);
+                rule.touches(touches);
+            }
+            PassStep::Timer(timer, _) | PassStep::HoldTimer(timer) => timer.touches(touches),
+            PassStep::CountUp(counter) | PassStep::CountDown(counter) => counter.touches(touches),
+            PassStep::DisableTask(task) => {
+                touches.bits_written.push(self.program.layout.bit(Bit::Running(*task)).0);
+            }
+            PassStep::Pick(pick) => self.pick(*pick).touches(touches),
+        }
+    }
+
+    fn pick(&self, pick: u32) -> &'p Math {
+        &self.program.tables.picks[pick as usize]
+    }
+}
+
+/// The cells that touches read.
+fn read(touches: &Touches) -> Stretches {
+    let one = |cell: &u32| (*cell, 1);
+    let many = |cells: &Cells| (cells.first, cells.count);
+    let bits = touches.bits_read.iter().map(one).chain(touches.bit_arrays_read.iter().map(many));
+    let words = touches.words_read.iter().map(one).chain(touches.word_arrays_read.iter().map(many));
+    Stretches { bits: bits.collect(), words: words.collect() }
+}
+
+fn cells(of: &Stretches) -> impl Iterator<Item = Cell> + use<'_> {
+    let bits = of.bits.iter().flat_map(|(first, count)| *first..first + count);
+    let words = of.words.iter().flat_map(|(first, count)| *first..first + count);
+    bits.map(|at| Cell::Bit(BitCell(at))).chain(words.map(|at| Cell::Word(WordCell(at))))
+}
