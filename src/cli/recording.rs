@@ -3,6 +3,7 @@
 //!
 //! Used by `why`, `record` and `replay`. No command of these changes anything in a controller.
 
+use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,18 +16,21 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::say_line;
 use super::when::Moment;
-use crate::engine::Engine;
+use crate::engine::{Engine, Program};
 use crate::load::{self, Loaded};
 use crate::lower::lower;
 use crate::observe::{Past, Subject};
 use crate::operator::protocol::{RecordingBytes, Request};
 use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
-use crate::resolve::program::Program;
+use crate::resolve::program;
 use crate::runtime::{NumberedCall, TapeSection, scan_begins};
 use crate::source::span::SourceFile;
 
 /// Makes the engine of a recorded program.
 type MakeEngine = fn(&RecordedProgram) -> Result<Engine, String>;
+
+/// Makes the engine for a question, whatever the section: all are of one program.
+type MakeSlice = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String>>;
 
 /// A recording that can be executed again.
 pub(super) type RecordedRun = Replay<MakeEngine>;
@@ -145,7 +149,7 @@ pub(super) fn stretches(recording: &Recording) -> Vec<RecordedStretch> {
 }
 
 /// The files of a recorded program, loaded.
-pub(super) fn loaded(program: &RecordedProgram) -> Result<(Program, Loaded), String> {
+pub(super) fn loaded(program: &RecordedProgram) -> Result<(program::Program, Loaded), String> {
     let file =
         |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
     let files: Vec<SourceFile> = program.files.iter().map(file).collect();
@@ -182,18 +186,22 @@ pub(super) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
 
 /// The sections of one program in a recording, for a question about it.
 pub(super) struct RecordedPast {
-    run: RecordedRun,
+    run: Replay<MakeSlice>,
     first: usize,
     end: usize,
+    /// Those from a base image to the section that was asked for last.
+    loaded: BTreeMap<usize, Arc<TapeSection>>,
 }
 
 impl RecordedPast {
-    /// Those around a section: from the first of its program to the last.
-    pub fn around(recording: Recording, section: usize) -> RecordedPast {
+    /// Those around a section: from the first of its program to the last. `slice`: the program as
+    /// far as the question goes.
+    pub fn around(recording: Recording, section: usize, slice: Program) -> RecordedPast {
         let same = |at: &usize| recording.program(*at) == recording.program(section);
         let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
         let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;
-        RecordedPast { run: run_of(recording), first, end }
+        let make: MakeSlice = Box::new(move |_| Ok(Engine::new(slice.clone())));
+        RecordedPast { run: Replay::new(recording, make), first, end, loaded: BTreeMap::new() }
     }
 }
 
@@ -203,6 +211,13 @@ impl Past for RecordedPast {
     }
 
     fn section(&mut self, at: usize) -> Option<Arc<TapeSection>> {
-        self.run.section(self.first + at).ok().map(Arc::new)
+        let at = self.first + at;
+        if !self.loaded.contains_key(&at) {
+            // A search goes back in time, but states come forward from a base image.
+            let base = self.run.recording().base_of(at)?;
+            let sections = (base..=at).map_while(|at| Some((at, self.run.section(at).ok()?)));
+            self.loaded = sections.map(|(at, section)| (at, Arc::new(section))).collect();
+        }
+        self.loaded.get(&at).cloned()
     }
 }

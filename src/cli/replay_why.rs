@@ -43,8 +43,12 @@ pub(super) fn reasons(
     let in_it = differing.iter().filter(|(_, first)| first.scan.section == last);
     for (operand, first) in in_it.take(EXPLAINED_MAX) {
         let number = first.scan.number;
-        let mut old_past = RecordedPast::around(recording::opened(&args.recording)?, last);
-        let old = old_subject.as_ref().and_then(|it| answer(it, &mut old_past, operand, number));
+        let recording = recording::opened(&args.recording)?;
+        let old = old_subject.as_ref().and_then(|subject| {
+            let cell = subject.cell(&operand.name).ok()?;
+            let mut past = RecordedPast::around(recording, last, subject.code_for(cell));
+            answer(subject, &mut past, operand, number)
+        });
         let new = answer(&new_subject, &mut new_past, operand, number);
         for (side, answer) in [("old", old), ("new", new)] {
             if let Some(answer) = answer {

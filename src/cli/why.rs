@@ -56,7 +56,7 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
         Ok(cell) => cell,
         Err(why) => return Ok(refused(args, &why)),
     };
-    let mut past = RecordedPast::around(recording, section);
+    let mut past = RecordedPast::around(recording, section, subject.code_for(cell));
     let limits = Limits { depth: args.depth, ..Limits::default() };
     match subject.why(&mut past, cell, (at, limits)) {
         Ok(answer) if args.controller.json => {

@@ -224,7 +224,8 @@ impl Machine {
         eye.before(seen, &self.memory.image);
         let mut maths_told = self.events.maths().len();
         let mut goes_on = true;
-        for at in code.batches.clone() {
+        let mut at = eye.next(code.batches.clone());
+        while at < code.batches.end {
             eye.before(Deed::Batch(at), &self.memory.image);
             let batch = self.program.tables.batches[at as usize];
             let places = batch.first as usize..batch.first as usize + batch.count as usize;
@@ -242,6 +243,7 @@ impl Machine {
             if !goes_on {
                 break;
             }
+            at = eye.next(at + 1..code.batches.end);
         }
         eye.after(seen, &self.memory.image);
         goes_on

@@ -4,6 +4,8 @@
 //! without an eye ([`Blind`]), for which the compiler leaves nothing behind. In a program that was
 //! lowered to be seen (`lower::lower_seen`) a batch is one operation.
 
+use std::ops::Range;
+
 use super::events::Element;
 use super::image::Image;
 use crate::isa::BlockId;
@@ -24,6 +26,13 @@ pub enum Deed {
 
 /// Sees the steps of a scan.
 pub trait Eye {
+    /// Of the batches that an element has left, the next one to execute; the end: none. An eye that
+    /// knows that a batch would change nothing may leave it out.
+    #[inline(always)]
+    fn next(&mut self, batches: Range<u32>) -> u32 {
+        batches.start
+    }
+
     /// The step begins.
     fn before(&mut self, deed: Deed, image: &Image);
 

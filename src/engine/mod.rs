@@ -48,6 +48,7 @@ mod steps;
 mod termination;
 mod timers;
 mod transfer;
+mod wiring;
 mod written;
 
 pub use call::EngineCall;

@@ -9,18 +9,24 @@
 //! executes: the bits of its block and Stage. Turns and passes execute in every slice; of one that
 //! writes a known cell the bits of its block are known too. STOP is always kept. That a MATH can
 //! turn the status bits of mishaps ON is no reason to keep other MATHs.
+//!
+//! A slice also knows its [`Wiring`]: an operation that changed nothing when it executed last, and
+//! of whose cells none has changed since, would change nothing again.
 
 use std::ops::Range;
 
 use super::control::{Control, ControlKind};
+use super::events::Element;
+use super::eye::Deed;
 use super::image::{BitCell, WordCell};
 use super::layout::Cell;
 use super::ops::{Cells, Formulas, Math, OpKind, Reads, Touches, reads};
 use super::program::{ElementCode, PassStep, Program};
 use super::record::RECORD;
 use super::role::Role;
+use super::wiring::{Wiring, WiringMaker};
 use super::written::Stretches;
-use crate::isa::{Bit, BlockId, ElementId, StageId, Word};
+use crate::isa::{Bit, BlockId, ElementId, StageId, Structure, Word};
 
 /// The longest stretch of written cells of which each has a list of its writers.
 const LISTED_MAX: u32 = 16;
@@ -33,6 +39,8 @@ pub(crate) struct Slice {
     /// By batch of the slice: its place in the whole program (the last of these), and the places
     /// before it that were left out behind the batch that was kept before it in its element.
     pub places: Vec<Range<u32>>,
+    /// The cells of its steps.
+    pub wiring: Wiring,
     /// By cell, bits first.
     known: Vec<bool>,
 }
@@ -41,6 +49,22 @@ impl Slice {
     /// Whether a cell has the value that it has in the whole program.
     pub fn knows(&self, cell: Cell) -> bool {
         self.known[number(&self.program, cell)]
+    }
+
+    /// A step as one of the whole program.
+    pub fn whole(&self, deed: Deed) -> Deed {
+        match deed {
+            Deed::Batch(at) => Deed::Batch(self.places[at as usize].end - 1),
+            Deed::Turn(_) | Deed::Element(_) | Deed::Pass(_) => deed,
+        }
+    }
+
+    /// The code of a block's own rungs or of a Stage.
+    pub fn code(&self, element: Element) -> &ElementCode {
+        match element {
+            Element::Block(BlockId(at)) => &self.program.blocks[at as usize].own,
+            Element::Stage(StageId(at)) => &self.program.stages[at as usize],
+        }
     }
 }
 
@@ -52,13 +76,12 @@ impl Program {
         let mut cone = Cone::new(self, formulas);
         cells.iter().for_each(|cell| cone.add(*cell));
         cone.close();
-        let Cone { kept, known, .. } = cone;
         let mut program = self.clone();
         let (mut batches, mut places) = (Vec::new(), Vec::new());
         let own = program.blocks.iter_mut().map(|block| &mut block.own);
         for code in own.chain(&mut program.stages) {
             let (first, mut begin) = (places.len() as u32, code.batches.start);
-            for at in code.batches.clone().filter(|at| kept[*at as usize]) {
+            for at in code.batches.clone().filter(|at| cone.kept[*at as usize]) {
                 batches.push(self.tables.batches[at as usize]);
                 places.push(begin..at + 1);
                 begin = at + 1;
@@ -66,7 +89,8 @@ impl Program {
             code.batches = first..places.len() as u32;
         }
         program.tables.batches = batches;
-        Slice { program, places, known }
+        let wiring = cone.wiring(&places);
+        Slice { program, places, wiring, known: cone.known }
     }
 
     /// What each formula reads, by the number of its MATH.
@@ -194,19 +218,62 @@ impl<'p> Cone<'p> {
 
     /// Adds a cell to the known ones; with a member of a structure all of the structure.
     fn add(&mut self, cell: Cell) {
-        let layout = &self.program.layout;
-        let record = match cell {
-            Cell::Bit(BitCell(at)) => at / RECORD as u32,
-            Cell::Word(WordCell(at)) => at,
-        };
-        match layout.structure(record) {
-            Some(structure) => {
-                let acc = Cell::Word(layout.word(Word::Acc(structure)));
-                let bits = layout.record_bits(structure).map(|at| Cell::Bit(BitCell(at)));
-                bits.chain([acc]).for_each(|member| self.add_one(member));
-            }
+        match self.structure(cell) {
+            Some(of) => self.members(of).for_each(|member| self.add_one(member)),
             None => self.add_one(cell),
         }
+    }
+
+    /// The structure of which a cell is a member.
+    fn structure(&self, cell: Cell) -> Option<Structure> {
+        self.program.layout.structure(match cell {
+            Cell::Bit(BitCell(at)) => at / RECORD as u32,
+            Cell::Word(WordCell(at)) => at,
+        })
+    }
+
+    /// The cells of a structure, its private state among them.
+    fn members(&self, of: Structure) -> impl Iterator<Item = Cell> + use<> {
+        let acc = Cell::Word(self.program.layout.word(Word::Acc(of)));
+        let bits = self.program.layout.record_bits(of).map(|at| Cell::Bit(BitCell(at)));
+        bits.chain([acc])
+    }
+
+    /// The numbers of cells, each structure whole; and whether a timer is among them.
+    fn numbers(&self, of: &Stretches) -> (Vec<u32>, bool) {
+        let (mut numbers, mut has_timer) = (Vec::new(), false);
+        for cell in cells(of) {
+            let structure = self.structure(cell);
+            has_timer |= matches!(structure, Some(Structure::Timer(_)));
+            match structure {
+                Some(of) => numbers.extend(self.members(of).map(|of| self.number(of))),
+                None => numbers.push(self.number(cell)),
+            }
+        }
+        numbers.sort_unstable();
+        numbers.dedup();
+        (numbers, has_timer)
+    }
+
+    fn number(&self, cell: Cell) -> u32 {
+        number(self.program, cell) as u32
+    }
+
+    /// The wiring of the kept batches, of all passes and turns.
+    fn wiring(&self, places: &[Range<u32>]) -> Wiring {
+        let tables = &self.program.tables;
+        let mut wiring = WiringMaker::new(self.known.len());
+        for place in places {
+            let at = place.end - 1;
+            let (read, written) = self.touched(SliceStep::Batch(at));
+            let is_control = tables.batches[at as usize].kind == OpKind::Control;
+            let ((written, is_timer), (read, _)) = (self.numbers(&written), self.numbers(&read));
+            wiring.batch(&read, &written, is_control || is_timer);
+        }
+        let passes = (0..tables.terminations.len() as u32).map(SliceStep::Pass);
+        let turns = (0..self.program.blocks.len() as u32).map(SliceStep::Turn);
+        passes.chain(turns).for_each(|step| wiring.step(&self.numbers(&self.touched(step).1).0));
+        wiring.wired()
     }
 
     fn add_one(&mut self, cell: Cell) {

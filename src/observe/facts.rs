@@ -12,6 +12,11 @@ impl Subject {
         &self.seen
     }
 
+    /// The program as far as it can affect a cell: states of both are of one shape.
+    pub(crate) fn code_for(&self, cell: Cell) -> engine::Program {
+        self.seen.slice(&[cell]).program
+    }
+
     /// The operand that a cell is.
     pub(crate) fn operand(&self, cell: Cell) -> OperandName {
         self.names.operand(&self.symbols, cell)

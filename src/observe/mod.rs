@@ -23,6 +23,8 @@ mod reasons;
 mod replay;
 mod restarts;
 mod section_log;
+mod slice_run;
+mod step_numbers;
 mod subject;
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! Executes parts of the past again: goes to a moment, finds the last change of a cell.
 //!
-//! What is executed is the slice of the program for the cell of the question, step by step: of each
-//! section that is looked at a log of all changes is kept, up to a number of changes.
+//! What is executed is the slice of the program for the cell of the question. Of each section that
+//! is looked at a log of all changes is kept, up to a number of changes.
 
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
@@ -11,9 +11,10 @@ use super::answer::{Since, TapeEnd, When};
 use super::leaves::content;
 use super::past::{self, At, Moment, Past, Refusal, joins};
 use super::section_log::{CellChange, SectionLog};
+use super::slice_run::SliceRun;
 use super::subject::Subject;
 use super::walk::{Witness, walk};
-use crate::engine::{Cell, Deed, Engine, EngineCall, EngineState, Image, Slice};
+use crate::engine::{Cell, Deed, Engine, EngineCall, Image, Slice};
 use crate::runtime::{TapeEntry, TapeSection};
 
 /// The most changes that are kept in logs.
@@ -22,9 +23,6 @@ const CHANGES_MAX: usize = 2_000_000;
 /// The most sections that are kept. A search goes back in time: the oldest go first.
 const SECTIONS_MAX: usize = 256;
 
-/// The states that are kept beside those in logs.
-const STATES_MAX: usize = 4;
-
 /// Sections times operations that a search for a lesser fact may execute.
 const SEARCHED_MAX: usize = 100_000;
 
@@ -32,12 +30,10 @@ const SEARCHED_MAX: usize = 100_000;
 pub(super) struct Replay<'a> {
     pub subject: &'a Subject,
     past: &'a mut dyn Past,
-    slice: Slice,
-    engine: Engine,
+    slice: &'a Slice,
+    run: SliceRun<'a>,
     sections: BTreeMap<usize, Arc<TapeSection>>,
     logs: BTreeMap<usize, Rc<SectionLog>>,
-    /// The newest last.
-    states: Vec<((usize, usize), EngineState)>,
     /// The last changes of cells before the ends of sections.
     known: HashMap<(Cell, usize), Changed>,
 }
@@ -52,18 +48,16 @@ pub(super) enum Changed {
 }
 
 impl<'a> Replay<'a> {
-    /// For a question about a cell. What can affect it can be asked about too.
-    pub fn new(subject: &'a Subject, past: &'a mut dyn Past, cell: Cell) -> Replay<'a> {
-        let slice = subject.seen.slice(&[cell]);
-        let engine = Engine::new(slice.program.clone());
-        let (sections, logs) = (BTreeMap::new(), BTreeMap::new());
-        let (states, known) = (Vec::new(), HashMap::new());
-        Replay { subject, past, slice, engine, sections, logs, states, known }
+    /// The slice is that of the cell of the question: what can affect it can be asked about too.
+    pub fn new(subject: &'a Subject, slice: &'a Slice, past: &'a mut dyn Past) -> Replay<'a> {
+        let run = SliceRun::new(subject, slice);
+        let (sections, logs, known) = (BTreeMap::new(), BTreeMap::new(), HashMap::new());
+        Replay { subject, past, slice, run, sections, logs, known }
     }
 
     /// The slice.
-    pub fn slice(&self) -> &Slice {
-        &self.slice
+    pub fn slice(&self) -> &'a Slice {
+        self.slice
     }
 
     /// A section that fits the program.
@@ -124,8 +118,7 @@ impl<'a> Replay<'a> {
             return Some(Rc::clone(log));
         }
         let section = self.section(at)?;
-        let sliced = (self.subject, &self.slice);
-        let log = Rc::new(SectionLog::new(sliced, &mut self.engine, &section));
+        let log = Rc::new(SectionLog::new(&mut self.run, &section));
         while self.logs.values().map(|log| log.changes.len()).sum::<usize>() > CHANGES_MAX {
             self.logs.pop_first();
         }
@@ -136,41 +129,21 @@ impl<'a> Replay<'a> {
     /// The engine, right before an entry. `None` if the section is gone.
     pub fn seek(&mut self, section: usize, entry: usize) -> Option<&mut Engine> {
         let of = self.section(section)?;
-        let mut from = 0;
-        let mut start = &of.state;
-        let log = self.logs.get(&section).cloned();
-        let kept = log.iter().flat_map(|log| log.states.iter());
-        let own = self.states.iter().filter(|((at, _), _)| *at == section);
-        for (at, state) in kept.map(|(at, state)| (*at, state)).chain(own.map(|(at, s)| (at.1, s)))
-        {
-            if at <= entry && at >= from {
-                (from, start) = (at, state);
-            }
-        }
-        self.engine.resume(start);
-        let entries = of.entries.get(from..entry.min(of.entries.len())).unwrap_or_default();
-        let mut scans = 0;
-        for entry in entries {
+        self.run.resume(&of.state);
+        for (at, entry) in (0..).zip(of.entries.iter().take(entry)) {
             if let TapeEntry::Call(call) = entry {
-                self.engine.apply(*call);
-                scans += usize::from(*call == EngineCall::Execute);
+                self.run.call(at, *call, None);
             }
         }
-        if scans > 0 {
-            if self.states.len() == STATES_MAX {
-                self.states.remove(0);
-            }
-            self.states.push(((section, entry), EngineState::of(&self.engine)));
-        }
-        Some(&mut self.engine)
+        Some(self.run.engine())
     }
 
     /// Executes an entry again, seen.
     pub fn see(&mut self, section: usize, entry: usize, witness: &mut impl Witness) -> Option<()> {
         let of = self.section(section)?;
         let TapeEntry::Call(call) = of.entries.get(entry)? else { return None };
-        self.seek(section, entry)?;
-        walk((self.subject, &self.slice), &mut self.engine, *call, witness);
+        let (subject, slice) = (self.subject, self.slice);
+        walk((subject, slice), self.seek(section, entry)?, *call, witness);
         Some(())
     }
 

@@ -30,8 +30,6 @@ pub struct Subject {
     files: Vec<SourceFile>,
     /// By batch: the cells that it may write.
     pub(super) batches: Vec<Stretches>,
-    /// By batch: whether it may write any.
-    pub(super) writes: Vec<bool>,
     /// By step of the passes.
     pub(super) passes: Vec<Stretches>,
     /// By block.
@@ -54,8 +52,6 @@ impl Subject {
         let batches =
             batches.map(|(at, site)| seen.written_by_batch(at as u32, element(site))).collect();
         let batches: Vec<Stretches> = batches;
-        let any = |of: &Stretches| !of.bits.is_empty() || !of.words.is_empty();
-        let writes = batches.iter().map(any).collect();
         let passes = (0..sites.passes.len()).map(|at| seen.written_by_pass(at as u32)).collect();
         let turns =
             (0..program.blocks.len()).map(|at| seen.written_by_turn(BlockId(at as u32))).collect();
@@ -73,7 +69,6 @@ impl Subject {
             initial,
             files,
             batches,
-            writes,
             passes,
             turns,
             ready,

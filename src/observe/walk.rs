@@ -6,6 +6,7 @@
 //! be all of it; a witness gets the steps of the whole program. The steps of a call have numbers,
 //! the same whenever the call is executed from the same state.
 
+use super::step_numbers::StepNumbers;
 use super::subject::Subject;
 use crate::engine::{Deed, Engine, EngineCall, Eye, Image, Slice};
 
@@ -29,7 +30,7 @@ struct Walk<'a, W> {
     subject: &'a Subject,
     slice: &'a Slice,
     witness: &'a mut W,
-    number: u32,
+    numbers: StepNumbers,
 }
 
 /// Makes a call of an engine of a slice; a scan and the passes are seen.
@@ -39,36 +40,24 @@ pub(crate) fn walk(
     call: EngineCall,
     witness: &mut impl Witness,
 ) {
-    engine.apply_seen(call, &mut Walk { subject, slice, witness, number: 0 });
-}
-
-impl<W> Walk<'_, W> {
-    /// A step of the whole program.
-    fn whole(&self, deed: Deed) -> Deed {
-        match deed {
-            Deed::Batch(at) => Deed::Batch(self.slice.places[at as usize].end - 1),
-            Deed::Turn(_) | Deed::Element(_) | Deed::Pass(_) => deed,
-        }
-    }
+    engine.apply_seen(call, &mut Walk { subject, slice, witness, numbers: StepNumbers::default() });
 }
 
 impl<W: Witness> Eye for Walk<'_, W> {
     fn before(&mut self, deed: Deed, image: &Image) {
-        self.number += 1;
+        let number = self.numbers.before(deed, self.slice);
         if let Deed::Batch(at) = deed
             && W::PARTS
         {
             for part in self.subject.ready_at(self.slice.places[at as usize].clone()) {
-                self.witness.part(part, self.number, image);
+                self.witness.part(part, number, image);
             }
         }
-        self.witness.before(self.whole(deed), self.number, image);
+        self.witness.before(self.slice.whole(deed), number, image);
     }
 
     fn after(&mut self, deed: Deed, image: &Image) {
-        if let Deed::Turn(_) | Deed::Element(_) = deed {
-            self.number += 1;
-        }
-        self.witness.after(self.whole(deed), self.number, image);
+        let number = self.numbers.after(deed);
+        self.witness.after(self.slice.whole(deed), number, image);
     }
 }

@@ -26,7 +26,8 @@ impl Subject {
         if !is_known {
             return Err(Refusal::NoSuchCell);
         }
-        let mut replay = Replay::new(self, past, cell);
+        let slice = self.seen.slice(&[cell]);
+        let mut replay = Replay::new(self, &slice, past);
         let moment = replay.moment(at)?;
         let image = replay.seek(moment.section, moment.entry).ok_or(Refusal::NoPast)?.image();
         let value = super::leaves::content(image, cell);

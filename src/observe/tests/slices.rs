@@ -6,12 +6,13 @@ use crate::engine::{BitCell, Cell, Engine, EngineCall, ScanTimes, WordCell};
 use crate::isa::{Address, Bit, BitSpace};
 use crate::observe::Subject;
 use crate::observe::leaves::content;
+use crate::observe::slice_run::SliceRun;
 use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::span::SourceFile;
 use std::sync::Arc;
 
 /// The cells of a ladder that get a slice, and the scans.
-const CELLS: usize = 60;
+const CELLS: usize = 40;
 const SCANS: u64 = 150;
 
 /// Random numbers, the same on every run.
@@ -140,7 +141,8 @@ fn cells(subject: &Subject, random: &mut Random) -> [Vec<Cell>; 3] {
 
 /// The calls of a scan before its execution.
 fn calls(scan: u64, was_last: bool, named: &[Cell], random: &mut Random) -> Vec<EngineCall> {
-    let now_ns = scan * 10_000_000;
+    // Of three scans two come within the same millisecond.
+    let now_ns = scan / 3 * 30_000_000 + scan % 3 * 300_000;
     let mut calls = Vec::new();
     if was_last {
         calls.push(EngineCall::Terminate);
@@ -167,28 +169,51 @@ fn calls(scan: u64, was_last: bool, named: &[Cell], random: &mut Random) -> Vec<
     calls
 }
 
+/// A slice in two engines: one that executes all of it, and one that leaves out what it may.
+struct Beside<'s> {
+    of: Cell,
+    engine: Engine,
+    run: SliceRun<'s>,
+    known: Vec<Cell>,
+}
+
+impl Beside<'_> {
+    fn call(&mut self, call: EngineCall) {
+        self.engine.apply(call);
+        self.run.call(0, call, None);
+    }
+}
+
 /// Compares a slice of each of some cells with the whole program, call by call.
 fn compare(name: &str, subject: &Subject, random: &mut Random) {
     let [all, written, named] = cells(subject, random);
-    let sliced = |of: &Cell| {
-        let slice = subject.seen.slice(&[*of]);
-        let known: Vec<Cell> = all.iter().copied().filter(|cell| slice.knows(*cell)).collect();
-        (*of, Engine::new(slice.program), known)
-    };
-    let mut slices: Vec<(Cell, Engine, Vec<Cell>)> = written.iter().map(sliced).collect();
+    let sliced: Vec<_> = written.iter().map(|of| (*of, subject.seen.slice(&[*of]))).collect();
+    let mut slices = Vec::new();
+    for (of, slice) in &sliced {
+        slices.push(Beside {
+            of: *of,
+            engine: Engine::new(slice.program.clone()),
+            run: SliceRun::new(subject, slice),
+            known: all.iter().copied().filter(|cell| slice.knows(*cell)).collect(),
+        });
+    }
     let mut whole = Engine::new(subject.seen.clone());
     let mut last = false;
     for scan in 0..SCANS {
         for call in calls(scan, last, &named, random) {
             whole.apply(call);
-            slices.iter_mut().for_each(|(_, engine, _)| engine.apply(call));
+            slices.iter_mut().for_each(|beside| beside.call(call));
         }
         last = whole.execute().last;
-        for (of, engine, known) in &mut slices {
+        for Beside { of, engine, run, known } in &mut slices {
             assert_eq!(engine.execute().last, last, "{name}: {of:?}, scan {scan}");
+            run.call(0, EngineCall::Execute, None);
             for cell in known {
-                let [value, right] = [&*engine, &whole].map(|of| content(of.image(), *cell));
-                assert_eq!(value, right, "{name}: {cell:?} in the slice of {of:?}, scan {scan}");
+                let right = content(whole.image(), *cell);
+                for engine in [&*engine, run.engine()] {
+                    let value = content(engine.image(), *cell);
+                    assert_eq!(value, right, "{name}: {cell:?}, slice of {of:?}, scan {scan}");
+                }
             }
         }
     }

@@ -4,7 +4,9 @@ use super::bench::Recorder;
 use rungd::engine::{Engine, EngineCall, ScanTimes};
 use rungd::lower::lower;
 use rungd::observe::{At, Limits, Subject};
+use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::runtime::TapeSection;
 use rungd::source::span::SourceFile;
 use std::fmt::Write;
 use std::sync::Arc;
@@ -31,19 +33,26 @@ fn ladder() -> String {
     text
 }
 
-#[test]
-#[ignore = "prints times"]
-fn times_of_a_large_ladder() {
-    let file = SourceFile { name: "large.toml".into(), text: ladder() };
-    let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
-    let program = Arc::new(program.unwrap_or_else(|| panic!("{:?}", &findings[..3])));
-    let begin = Instant::now();
-    let subject = Subject::new(Arc::clone(&program), vec![file]);
-    println!("the subject: {:?}", begin.elapsed());
-    let engine = Engine::new(lower(&program).0);
-    let mut recorder = Recorder::new(engine);
+/// Ten thousand rungs, each with the output of the one before it; a latch at the end.
+fn chain() -> String {
+    let mut text = String::from("[tags]\nlink = { type = \"bit\", count = 10000 }\n");
+    text += "[[program]]\nname = \"Main\"\n";
+    for n in 0..10_000u32 {
+        let before = n.checked_sub(1).map_or("X0".to_owned(), |n| format!("link[{n}]"));
+        let x = n % 1000;
+        let _ = write!(
+            text,
+            "[[program.rung]]\nwhen = [\"{before} | X{x}\"]\ndo = [\"OUT link[{n}]\"]\n"
+        );
+    }
+    text += "[[program.rung]]\nwhen = [\"!link[9999]\", \"X999\"]\ndo = [\"SET Y0\"]\n";
+    text
+}
+
+/// A minute at 10 ms; few inputs change.
+fn minute(subject: &Subject, program: &Program) -> Vec<Arc<TapeSection>> {
+    let mut recorder = Recorder::new(Engine::new(lower(program).0));
     recorder.call(EngineCall::Start { now_ns: 0 });
-    let begin = Instant::now();
     for scan in 0..6000u64 {
         if scan > 0 && scan % 100 == 0 {
             recorder.cut(scan);
@@ -60,9 +69,34 @@ fn times_of_a_large_ladder() {
         }
         recorder.call(EngineCall::Execute);
     }
+    recorder.sections.into_iter().map(Arc::new).collect()
+}
+
+#[test]
+#[ignore = "prints times"]
+fn times_of_a_large_ladder() {
+    times(ladder(), &["Y1999", "X5", "X11", "C21", "C11", "T0.Done", "D1003"]);
+}
+
+#[test]
+#[ignore = "prints times"]
+fn times_of_a_ladder_in_which_all_depends_on_all() {
+    times(chain(), &["link[9999]", "link[5000]", "link[10]", "X11", "Y0"]);
+}
+
+fn times(text: String, names: &[&str]) {
+    let file = SourceFile { name: "large.toml".into(), text };
+    let begin = Instant::now();
+    let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
+    let program = Arc::new(program.unwrap_or_else(|| panic!("{:?}", &findings[..3])));
+    println!("the load: {:?}", begin.elapsed());
+    let begin = Instant::now();
+    let subject = Subject::new(Arc::clone(&program), vec![file]);
+    println!("the subject: {:?}", begin.elapsed());
+    let begin = Instant::now();
+    let past = minute(&subject, &program);
     println!("6000 scans: {:?}", begin.elapsed());
-    let past: Vec<_> = recorder.sections.into_iter().map(Arc::new).collect();
-    for name in ["Y1999", "X5", "X11", "C21", "C11", "T0.Done", "D1003"] {
+    for name in names {
         let mut past = past.clone();
         let begin = Instant::now();
         let cell = subject.cell(name).expect("an operand");

@@ -1,0 +1,102 @@
+//! Which cells each step of a slice may write, and which operations touch a cell.
+//!
+//! Cells have numbers, bits first. Of a structure all cells are listed, its private state among
+//! them, so that no operation has a state that is not in its cells.
+
+/// The most cells of an operation that are listed by cell.
+const LISTED_MAX: usize = 64;
+
+/// The cells of the steps of a slice: of its batches, then of all passes, then of all turns.
+#[derive(Clone, Debug)]
+pub(crate) struct Wiring {
+    /// By step: the cells that it may write.
+    written: Lists,
+    /// By cell: the batches that read or write it.
+    touching: Lists,
+    /// The batches that touch many cells, and these, in order.
+    wide: Vec<(u32, Vec<u32>)>,
+    /// By batch: whether it does more than follow its cells: control, and timers.
+    pub moves: Vec<bool>,
+}
+
+impl Wiring {
+    /// The cells that a step may write.
+    pub fn written(&self, step: usize) -> &[u32] {
+        self.written.of(step)
+    }
+
+    /// The batches that touch a cell.
+    pub fn touching(&self, cell: u32) -> impl Iterator<Item = u32> + use<'_> {
+        let wide = self.wide.iter().filter(move |(_, cells)| cells.binary_search(&cell).is_ok());
+        self.touching.of(cell as usize).iter().copied().chain(wide.map(|(batch, _)| *batch))
+    }
+}
+
+/// Lists of numbers, one behind the other.
+#[derive(Clone, Debug)]
+struct Lists {
+    /// By list: its first number in `all`; one more for the end.
+    from: Vec<u32>,
+    all: Vec<u32>,
+}
+
+impl Lists {
+    fn of(&self, list: usize) -> &[u32] {
+        &self.all[self.from[list] as usize..self.from[list + 1] as usize]
+    }
+}
+
+/// A wiring that is made, batch by batch, then step by step.
+pub(super) struct WiringMaker {
+    cells: usize,
+    written: Lists,
+    /// Cells with the batches that touch them.
+    touches: Vec<(u32, u32)>,
+    wide: Vec<(u32, Vec<u32>)>,
+    moves: Vec<bool>,
+}
+
+impl WiringMaker {
+    /// For so many cells.
+    pub fn new(cells: usize) -> WiringMaker {
+        let written = Lists { from: vec![0], all: Vec::new() };
+        WiringMaker { cells, written, touches: Vec::new(), wide: Vec::new(), moves: Vec::new() }
+    }
+
+    /// The next batch.
+    pub fn batch(&mut self, read: &[u32], written: &[u32], moves: bool) {
+        let batch = self.moves.len() as u32;
+        let touched = read.iter().chain(written).copied();
+        if read.len() + written.len() > LISTED_MAX {
+            let mut cells: Vec<u32> = touched.collect();
+            cells.sort_unstable();
+            self.wide.push((batch, cells));
+        } else {
+            self.touches.extend(touched.map(|cell| (cell, batch)));
+        }
+        self.moves.push(moves);
+        self.step(written);
+    }
+
+    /// The next step behind all batches.
+    pub fn step(&mut self, written: &[u32]) {
+        self.written.all.extend_from_slice(written);
+        self.written.from.push(self.written.all.len() as u32);
+    }
+
+    /// The wiring.
+    pub fn wired(self) -> Wiring {
+        let WiringMaker { cells, written, touches, wide, moves } = self;
+        let mut from = vec![0; cells + 1];
+        touches.iter().for_each(|(cell, _)| from[*cell as usize + 1] += 1);
+        for at in 0..cells {
+            from[at + 1] += from[at];
+        }
+        let (mut next, mut all) = (from.clone(), vec![0; touches.len()]);
+        for (cell, batch) in touches {
+            all[next[cell as usize] as usize] = batch;
+            next[cell as usize] += 1;
+        }
+        Wiring { written, touching: Lists { from, all }, wide, moves }
+    }
+}
