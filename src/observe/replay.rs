@@ -14,7 +14,7 @@ use super::section_log::{CellChange, SectionLog};
 use super::slice_run::SliceRun;
 use super::subject::Subject;
 use super::walk::{Witness, walk};
-use crate::engine::{Cell, Deed, Engine, EngineCall, Image, Slice};
+use crate::engine::{Cell, Deed, Engine, EngineCall, EngineState, Image, Slice};
 use crate::runtime::{TapeEntry, TapeSection};
 
 /// The most changes that are kept in logs.
@@ -22,6 +22,9 @@ const CHANGES_MAX: usize = 2_000_000;
 
 /// The most sections that are kept. A search goes back in time: the oldest go first.
 const SECTIONS_MAX: usize = 256;
+
+/// The most states that are kept.
+const STATES_MAX: usize = 8;
 
 /// Sections times operations that a search for a lesser fact may execute.
 const SEARCHED_MAX: usize = 100_000;
@@ -34,6 +37,8 @@ pub(super) struct Replay<'a> {
     run: SliceRun<'a>,
     sections: BTreeMap<usize, Arc<TapeSection>>,
     logs: BTreeMap<usize, Rc<SectionLog>>,
+    /// The states right before entries, the newest first.
+    states: Vec<((usize, usize), EngineState)>,
     /// The last changes of cells before the ends of sections.
     known: HashMap<(Cell, usize), Changed>,
 }
@@ -51,8 +56,9 @@ impl<'a> Replay<'a> {
     /// The slice is that of the cell of the question: what can affect it can be asked about too.
     pub fn new(subject: &'a Subject, slice: &'a Slice, past: &'a mut dyn Past) -> Replay<'a> {
         let run = SliceRun::new(subject, slice);
-        let (sections, logs, known) = (BTreeMap::new(), BTreeMap::new(), HashMap::new());
-        Replay { subject, past, slice, run, sections, logs, known }
+        let (sections, logs) = (BTreeMap::new(), BTreeMap::new());
+        let (states, known) = (Vec::new(), HashMap::new());
+        Replay { subject, past, slice, run, sections, logs, states, known }
     }
 
     /// The slice.
@@ -129,12 +135,19 @@ impl<'a> Replay<'a> {
     /// The engine, right before an entry. `None` if the section is gone.
     pub fn seek(&mut self, section: usize, entry: usize) -> Option<&mut Engine> {
         let of = self.section(section)?;
+        if let Some((_, state)) = self.states.iter().find(|(at, _)| *at == (section, entry)) {
+            self.run.engine().resume(state);
+            return Some(self.run.engine());
+        }
         self.run.resume(&of.state);
         for (at, entry) in (0..).zip(of.entries.iter().take(entry)) {
             if let TapeEntry::Call(call) = entry {
                 self.run.call(at, *call, None);
             }
         }
+        let state = EngineState::of(self.run.engine());
+        self.states.truncate(STATES_MAX - 1);
+        self.states.insert(0, ((section, entry), state));
         Some(self.run.engine())
     }
 
