@@ -53,6 +53,10 @@ impl Telling {
             }
             Cause::Force { who } => {
                 let by = who.as_ref().map(|who| format!(" by {who}")).unwrap_or_default();
+                if write.before.is_some() {
+                    // It has ended, or another one has replaced it.
+                    return format!("a force{by} {did}");
+                }
                 let was = if of.past { "it was forced" } else { "forced" };
                 format!("{was} to {value}{by} since {}", self.since(write.since))
             }
@@ -73,7 +77,14 @@ impl Telling {
             Cause::Controller => format!("the controller {did}"),
             Cause::Initial | Cause::Restored | Cause::Older(_) => {
                 let then = if of.past { "until then " } else { "" };
-                format!("{then}{}", self.unchanged(write.since, &write.cause))
+                let what = if write.cause == Cause::Initial {
+                    ": its initial value"
+                } else if write.cause == Cause::Restored {
+                    ": restored from retentive memory"
+                } else {
+                    ""
+                };
+                format!("{then}{}{what}", self.unchanged(write.since, &write.cause))
             }
         }
     }
@@ -107,10 +118,7 @@ impl Telling {
     /// A value that nothing has changed, as far back as is known.
     fn unchanged(self, since: Since, cause: &Cause) -> String {
         let Cause::Older(end) = cause else {
-            let restored = matches!(cause, Cause::Restored);
-            let what =
-                if restored { "restored from retentive memory" } else { "its initial value" };
-            return format!("unchanged since rungd started: {what}");
+            return "unchanged since rungd started".to_owned();
         };
         let (Since::At(when) | Since::Before(when)) = since;
         let scan = self.scan(when);

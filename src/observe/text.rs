@@ -82,7 +82,7 @@ impl Explanation {
             }
             (true, combined) => format!(
                 "one input is not enough to turn it {to} in the next scan ({singles} tried), nor \
-                 any of {combined} sets of two or three"
+                 two or three together ({combined} tried)"
             ),
             (false, _) => {
                 format!("nothing that was tried turns it {to} in the next scan ({tried} tried)")

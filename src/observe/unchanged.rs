@@ -5,7 +5,7 @@
 use super::answer::{
     Cause, ContactDetail, ContactSeen, Followed, LastChange, LegSeen, Node, Remedy, Since, Write,
 };
-use super::inquiry::{Found, FoundWriter, Inquiry};
+use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
 use super::past::Moment;
 use super::replay::Changed;
 use crate::engine::Cell;
@@ -31,6 +31,7 @@ impl Inquiry<'_> {
         let half = self.limits.nodes.div_ceil(2);
         let shown = std::mem::take(&mut self.shown);
         self.nodes = half;
+        self.shown.push(Shown { cell, at: found.at, depth: u32::MAX });
         let depth_then = if is_word { 0 } else { depth };
         let Write { since, before, cause, .. } = self.write(cell, value, found, depth_then);
         let is_root = matches!(cause, Cause::Initial | Cause::Restored | Cause::Older(_));

@@ -61,6 +61,10 @@ impl Tape {
         self.now.entries.push(TapeEntry::Call(call));
     }
 
+    pub fn entry(&mut self, entry: TapeEntry) {
+        self.now.entries.push(entry);
+    }
+
     pub fn from(&mut self, origin: Origin, who: &str) {
         self.now.entries.push(TapeEntry::Origin(origin));
         self.now.who.push((origin, who.to_owned()));
@@ -101,10 +105,18 @@ impl Tape {
     }
 
     pub fn answer(&self, name: &str, at: At) -> Explanation {
+        self.asked(name, (at, Limits::default()))
+    }
+
+    /// The answer of now with limits.
+    pub fn limited(&self, name: &str, limits: Limits) -> Explanation {
+        self.asked(name, (At::Now, limits))
+    }
+
+    fn asked(&self, name: &str, how: (At, Limits)) -> Explanation {
         let mut past = self.sections.clone();
         past.push(Arc::new(self.now.clone()));
-        let cell = self.cell(name);
-        let answer = self.subject.why(&mut past, cell, (at, Limits::default()));
+        let answer = self.subject.why(&mut past, self.cell(name), how);
         answer.unwrap_or_else(|refusal| panic!("{refusal:?}"))
     }
 
