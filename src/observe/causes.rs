@@ -9,7 +9,7 @@ use crate::engine::{Cell, Deed, EngineCall};
 use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word, WordSpace};
 use crate::resolve::instruction::OperandValue;
-use crate::runtime::{Origin, TapeEntry};
+use crate::runtime::{Origin, SectionStart, TapeEntry, TapeSection};
 
 impl Inquiry<'_> {
     /// The reasons of an operand, if there is room for them.
@@ -102,7 +102,7 @@ impl Inquiry<'_> {
             FoundWriter::End(end, section) => {
                 since = Since::Before(self.replay.start_of(section));
                 let of = self.replay.section(section).filter(|_| end != TapeEnd::Searched);
-                let is_start = of.is_some_and(|of| of.start.number == 0 && of.state.scans() == 0);
+                let is_start = of.is_some_and(|of| is_first(&of));
                 match is_start {
                     true if self.subject.initial.value(cell) == value => Cause::Initial,
                     true => Cause::Restored,
@@ -286,6 +286,14 @@ impl Inquiry<'_> {
             None => self.free.push((cell, values)),
         }
     }
+}
+
+/// Whether a section begins with memory as it was at the start of the process. Its first scan has
+/// the number 1; the sections of a test may count from 0.
+fn is_first(section: &TapeSection) -> bool {
+    let SectionStart { number, follows, lost, .. } = section.start;
+    let is_first = number == 0 || number == 1 && !follows && lost == 0;
+    is_first && section.state.scans() == 0
 }
 
 /// Whether a scan's start writes it.

@@ -123,6 +123,9 @@ impl Telling {
         let (Since::At(when) | Since::Before(when)) = since;
         let scan = self.scan(when);
         match end {
+            TapeEnd::Oldest if when.scan.is_none() => {
+                "unchanged since the recording begins".to_owned()
+            }
             TapeEnd::Oldest => format!("unchanged since the recording begins, at {scan}"),
             TapeEnd::Swapped => format!("unchanged since the program was reloaded, after {scan}"),
             TapeEnd::Lost => format!("unchanged since {scan}; scans before that are missing"),
