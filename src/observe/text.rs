@@ -82,13 +82,21 @@ impl Explanation {
             }
             (true, combined) => format!(
                 "one input is not enough to turn it {to} in the next scan ({singles} tried), nor \
-                 two or three together ({combined} tried)"
+                 two or three ({combined} tried)"
             ),
             (false, _) => {
                 format!("nothing that was tried turns it {to} in the next scan ({tried} tried)")
             }
         }
     }
+}
+
+/// Whether an instruction is the OUT that turned a bit over, with its rung as it was then: a rung
+/// above it has read the bit, and the OUT will write the same again.
+fn keeps(idle: &Idle, legs: &[LegSeen], node: &Node) -> bool {
+    let Cause::Instruction { place, .. } = &node.write.cause else { return false };
+    let is_out = *place == idle.place && place.text.starts_with("OUT ");
+    is_out && legs.iter().all(|leg| leg.on) == (node.value != 0)
 }
 
 impl Lines {
@@ -128,7 +136,7 @@ impl Lines {
         let past = line.past || self.telling.is_earlier(node.write.since);
         self.cause(&node.write.cause, Line { past, ..line });
         for idle in &node.idle {
-            self.idle(idle, line);
+            self.idle(idle, node, line);
         }
     }
 
@@ -259,7 +267,7 @@ impl Lines {
         }
     }
 
-    fn idle(&mut self, idle: &Idle, line: Line) {
+    fn idle(&mut self, idle: &Idle, node: &Node, line: Line) {
         let text = &idle.place.text;
         let rung = rung_text(&idle.rung, &idle.place);
         let (does, is) = (if line.past { "did" } else { "does" }, line.is());
@@ -270,7 +278,15 @@ impl Lines {
                 self.followed(&told, followed, line);
             }
             Hindrance::Legs(legs) => {
-                let told = format!("{text} could change it, but {does} not: {rung}");
+                let value = value_text(&node.operand, node.value);
+                let told = if keeps(idle, legs, node) {
+                    format!(
+                        "{text} {} it {value}: {rung}",
+                        if line.past { "kept" } else { "keeps" }
+                    )
+                } else {
+                    format!("{text} could change it, but {does} not: {rung}")
+                };
                 self.add(line.indent, &told);
                 legs.iter().for_each(|leg| self.leg(leg, line));
             }

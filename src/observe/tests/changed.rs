@@ -50,11 +50,11 @@ fn a_seal_in_names_what_dropped_it_and_what_keeps_it_so() {
         "motor",
         expect![[r#"
             motor (Y0) is OFF
-              OUT motor turned it OFF 320 ms ago, in scan 17: Main, rung run, case.toml:7
+              OUT motor turned it OFF 320 ms ago, in scan 17: Main, rung run, a.toml:7
                 the rung was OFF, because
                   stop (X2) was ON
                     input X2 turned it ON 320 ms ago, in scan 17
-              OUT motor keeps it OFF: Main, rung run, case.toml:7
+              OUT motor keeps it OFF: Main, rung run, a.toml:7
                 the rung is OFF, because
                   start (X0) is OFF
                     input X0 turned it OFF 430 ms ago, in scan 6
@@ -66,24 +66,24 @@ fn a_seal_in_names_what_dropped_it_and_what_keeps_it_so() {
         &plc,
         "fan",
         expect![[r#"
-        fan (Y1) is OFF
-          OUT fan turned it OFF 320 ms ago, in scan 17: Main, rung fan, case.toml:11
-            the rung was OFF, because
-              motor (Y0) was OFF
-                OUT motor turned it OFF 320 ms ago, in scan 17: Main, rung run, case.toml:7
-                  the rung was OFF, because
-                    stop (X2) was ON
-                      input X2 turned it ON 320 ms ago, in scan 17
-          OUT fan keeps it OFF: Main, rung fan, case.toml:11
-            the rung is OFF, because
-              motor (Y0) is OFF
-                OUT motor keeps it OFF: Main, rung run, case.toml:7
-                  the rung is OFF, because
-                    start (X0) is OFF
-                      input X0 turned it OFF 430 ms ago, in scan 6
-                    motor (Y0) is OFF (see above)
-        start (X0) ON would turn it ON in the next scan
-    "#]],
+            fan (Y1) is OFF
+              OUT fan turned it OFF 320 ms ago, in scan 17: Main, rung fan, a.toml:11
+                the rung was OFF, because
+                  motor (Y0) was OFF
+                    OUT motor turned it OFF 320 ms ago, in scan 17: Main, rung run, a.toml:7
+                      the rung was OFF, because
+                        stop (X2) was ON
+                          input X2 turned it ON 320 ms ago, in scan 17
+              OUT fan keeps it OFF: Main, rung fan, a.toml:11
+                the rung is OFF, because
+                  motor (Y0) is OFF
+                    OUT motor keeps it OFF: Main, rung run, a.toml:7
+                      the rung is OFF, because
+                        start (X0) is OFF
+                          input X0 turned it OFF 430 ms ago, in scan 6
+                        motor (Y0) is OFF (see above)
+            start (X0) ON would turn it ON in the next scan
+        "#]],
     );
     let json = plc.answer("motor", At::Now).json();
     assert_eq!(json["changed"]["since"]["scan"], 17);
@@ -103,13 +103,13 @@ fn the_same_reasons_are_told_once() {
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is OFF
-          OUT Y0 turned it OFF 200 ms ago, in scan 4, and keeps it OFF: Main, rung 1, case.toml:5
-            the rung is OFF, because
-              X0 is OFF
-                input X0 turned it OFF 200 ms ago, in scan 4
-        X0 ON would turn it ON in the next scan
-    "#]],
+            Y0 is OFF
+              OUT Y0 turned it OFF 200 ms ago, in scan 4, and keeps it OFF: Main, rung 1, a.toml:5
+                the rung is OFF, because
+                  X0 is OFF
+                    input X0 turned it OFF 200 ms ago, in scan 4
+            X0 ON would turn it ON in the next scan
+        "#]],
     );
     plc.scan(&[("X0", 1)]);
     plc.scans(4);
@@ -117,12 +117,12 @@ fn the_same_reasons_are_told_once() {
         &plc,
         "D0",
         expect![[r#"
-        D0 is 7
-          MOVE 7 to=D0 keeps it at 7, unchanged for 290 ms, since scan 0: Main, rung 1, case.toml:5
-            the rung is ON, because
-              X0 is ON
-                input X0 turned it ON 40 ms ago, in scan 25
-    "#]],
+            D0 is 7
+              MOVE 7 to=D0 keeps it at 7, unchanged for 290 ms, since scan 0: Main, rung 1, a.toml:5
+                the rung is ON, because
+                  X0 is ON
+                    input X0 turned it ON 40 ms ago, in scan 25
+        "#]],
     );
     assert!(plc.answer("Y0", At::Scan(4)).changed.is_none());
 }
@@ -155,7 +155,7 @@ fn compares_and_edges_name_what_they_are_of() {
         "Y0",
         expect![[r#"
         Y0 is OFF
-          OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, case.toml:6
+          OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:6
             the rung is OFF, because
               rise(X0 & !X1) is OFF; last ON 30 ms ago, in scan 0
                 inside: X0 & !X1 is ON, because
@@ -165,65 +165,65 @@ fn compares_and_edges_name_what_they_are_of() {
                     unchanged since rungd started: its initial value
               also OFF: rise(X1); never ON since rungd started
                 inside: X1 is OFF (see above)
-        one input is not enough to turn it ON in the next scan (2 tried), nor two or three together (1 tried)
-    "#]],
+        one input is not enough to turn it ON in the next scan (2 tried), nor two or three (1 tried)
+        "#]],
     );
     plc.scan(&[("level", 80)]);
     check(
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is OFF
-          OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, case.toml:6
-            the rung is OFF, because
-              level >= least is OFF: level = 80, least = 100
-                level (D0) is 80
-                  input D0 made it 80 in this scan
-                least (D1) is 100
-                  input D1 made it 100 40 ms ago, in scan 0
-              also OFF: rise(X0 & !X1); last ON 40 ms ago, in scan 0
-                inside: X0 & !X1 is ON, because
-                  X0 is ON
-                    input X0 turned it ON 40 ms ago, in scan 0
-                  X1 is OFF
-                    unchanged since rungd started: its initial value
-              also OFF: rise(X1); never ON since rungd started
-                inside: X1 is OFF (see above)
-        one input is not enough to turn it ON in the next scan (8 tried), nor two or three together (84 tried)
+    Y0 is OFF
+      OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:6
+        the rung is OFF, because
+          level >= least is OFF: level = 80, least = 100
+            level (D0) is 80
+              input D0 made it 80 in this scan
+            least (D1) is 100
+              input D1 made it 100 40 ms ago, in scan 0
+          also OFF: rise(X0 & !X1); last ON 40 ms ago, in scan 0
+            inside: X0 & !X1 is ON, because
+              X0 is ON
+                input X0 turned it ON 40 ms ago, in scan 0
+              X1 is OFF
+                unchanged since rungd started: its initial value
+          also OFF: rise(X1); never ON since rungd started
+            inside: X1 is OFF (see above)
+    one input is not enough to turn it ON in the next scan (8 tried), nor two or three (84 tried)
     "#]],
     );
 }
 
 #[test]
 fn a_timer_that_is_done_says_so() {
-    let mut plc = tape("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"TMR T0 preset=1500ms\"]\n");
+    let mut plc = tape("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"TMR T0 preset=2s\"]\n");
     plc.scans(3);
     check(
         &plc,
         "T0.Done",
         expect![[r#"
-        T0.Done is OFF
-          TMR T0 preset=1500ms keeps it OFF, unchanged since rungd started: Main, rung 1, case.toml:5
-          0 ms of 1.5 s, not timing
-            the rung is OFF, because
-              X0 is OFF
-                unchanged since rungd started: its initial value
-        one input is not enough to turn it ON in the next scan (1 tried)
-    "#]],
+            T0.Done is OFF
+              TMR T0 preset=2s keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:5
+              0 ms of 2 s, not timing
+                the rung is OFF, because
+                  X0 is OFF
+                    unchanged since rungd started: its initial value
+            one input is not enough to turn it ON in the next scan (1 tried)
+        "#]],
     );
     plc.scan(&[("X0", 1)]);
-    plc.scans(180);
+    plc.scans(230);
     check(
         &plc,
         "T0.Done",
         expect![[r#"
-        T0.Done is ON
-          TMR T0 preset=1500ms turned it ON 300 ms ago, in scan 153, and keeps it ON: Main, rung 1, case.toml:5
-          done for 300 ms, since scan 153: 1.8 s of 1.5 s
-            the rung is ON, because
-              X0 is ON
-                input X0 turned it ON 1.8 s ago, in scan 3
-        X0 OFF would turn it OFF in the next scan
+    T0.Done is ON
+      TMR T0 preset=2s turned it ON 300 ms ago, in scan 203, and keeps it ON: Main, rung 1, a.toml:5
+      done for 300 ms, since scan 203: 2.3 s of 2 s
+        the rung is ON, because
+          X0 is ON
+            input X0 turned it ON 2.3 s ago, in scan 3
+    X0 OFF would turn it OFF in the next scan
     "#]],
     );
 }

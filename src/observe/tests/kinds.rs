@@ -26,7 +26,7 @@ fn an_out_is_written_in_every_scan() {
         "Y0",
         expect![[r#"
             Y0 is OFF
-              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, case.toml:5
+              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:5
                 the rung is OFF, because
                   X0 is OFF
                     unchanged since rungd started: its initial value
@@ -45,7 +45,7 @@ fn an_out_is_written_in_every_scan() {
         "Y0",
         expect![[r#"
             Y0 is ON
-              OUT Y0 turned it ON in this scan: Main, rung 1, case.toml:5
+              OUT Y0 turned it ON in this scan: Main, rung 1, a.toml:5
                 the rung is ON, because
                   X0 is ON
                     input X0 turned it ON in this scan
@@ -79,7 +79,7 @@ fn a_set_is_told_after_it_acted_and_before() {
         expect![[r#"
             C0 is OFF
               unchanged since rungd started: its initial value
-              SET C0 could change it, but does not: Main, rung on, case.toml:7
+              SET C0 could change it, but does not: Main, rung on, a.toml:7
                 the rung is OFF, because
                   X0 is OFF
                     unchanged since rungd started: its initial value
@@ -94,11 +94,11 @@ fn a_set_is_told_after_it_acted_and_before() {
         "C0",
         expect![[r#"
             C0 is ON
-              SET C0 turned it ON 310 ms ago, in scan 3: Main, rung on, case.toml:7
+              SET C0 turned it ON 310 ms ago, in scan 3: Main, rung on, a.toml:7
                 the rung was ON, because
                   X0 was ON
                     input X0 turned it ON 310 ms ago, in scan 3
-              RST C0 could change it, but does not: Main, rung off, case.toml:11
+              RST C0 could change it, but does not: Main, rung off, a.toml:11
                 the rung is OFF, because
                   X1 is OFF
                     unchanged since rungd started: its initial value
@@ -133,11 +133,11 @@ fn two_writes_in_one_scan_that_leave_the_value_are_found() {
         "C0",
         expect![[r#"
             C0 is ON
-              SET C0 turned it ON 160 ms ago, in scan 17: Main, rung 2, case.toml:9
+              SET C0 turned it ON 160 ms ago, in scan 17: Main, rung 2, a.toml:9
                 the rung was ON, because
                   X0 was ON
                     input X0 turned it ON 160 ms ago, in scan 17
-              RST C0 could change it, but does not: Main, rung 1, case.toml:6
+              RST C0 could change it, but does not: Main, rung 1, a.toml:6
                 the rung is OFF, because
                   X0 is OFF
                     input X0 turned it OFF 150 ms ago, in scan 18
@@ -165,16 +165,16 @@ fn a_counter_says_when_it_counted_and_was_reset() {
         &plc,
         "CT0.Done",
         expect![[r#"
-            CT0.Done is OFF
-              CNT CT0 preset=3 keeps it OFF, unchanged since rungd started: Main, rung 1, case.toml:7
-              1 of 3, last counted 200 ms ago, in scan 6, last reset 260 ms ago, in scan 0
-                up is ON, because
-                  X0 is ON
-                    input X0 turned it ON 200 ms ago, in scan 6
-                rst is OFF, because
-                  X1 is OFF
-                    input X1 turned it OFF 250 ms ago, in scan 1
-            one input is not enough to turn it ON in the next scan (2 tried), nor two or three together (1 tried)
+        CT0.Done is OFF
+          CNT CT0 preset=3 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:7
+          1 of 3, last counted 200 ms ago, in scan 6, last reset 260 ms ago, in scan 0
+            up is ON, because
+              X0 is ON
+                input X0 turned it ON 200 ms ago, in scan 6
+            rst is OFF, because
+              X1 is OFF
+                input X1 turned it OFF 250 ms ago, in scan 1
+        one input is not enough to turn it ON in the next scan (2 tried), nor two or three (1 tried)
         "#]],
     );
 }
@@ -190,7 +190,7 @@ fn a_timer_says_its_time_and_since_when_it_runs() {
         "T0.Done",
         expect![[r#"
             T0.Done is OFF
-              TMR T0 preset=2s keeps it OFF, unchanged since rungd started: Main, rung 1, case.toml:5
+              TMR T0 preset=2s keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:5
               1.2 s of 2 s, timing for 1.2 s, since scan 3
                 the rung is ON, because
                   X0 is ON
@@ -217,7 +217,7 @@ fn words_name_what_they_were_made_of() {
         "D2",
         expect![[r#"
             D2 is 7
-              ADD D0 D1 to=D2 made it 7 140 ms ago, in scan 0: Main, rung 1, case.toml:6
+              ADD D0 D1 to=D2 made it 7 140 ms ago, in scan 0: Main, rung 1, a.toml:6
                 the rung was ON, because
                   D0 >= 3 was ON: D0 = 5
                     D0 was 5
@@ -228,7 +228,7 @@ fn words_name_what_they_were_made_of() {
                 with D0 = 5 (see above)
                 with D1 = 2
                   input D1 made it 2 140 ms ago, in scan 0
-              ADD D0 D1 to=D2 could change it, but does not: Main, rung 1, case.toml:6
+              ADD D0 D1 to=D2 could change it, but does not: Main, rung 1, a.toml:6
                 the rung is OFF, because
                   rise(X0) is OFF; last ON 140 ms ago, in scan 0
                     inside: X0 is ON (see above)
@@ -275,7 +275,7 @@ fn forces_and_writes_have_their_people() {
         expect![[r#"
             Y0 is ON
               a force by root turned it ON 170 ms ago, in scan 3
-              OUT Y0 keeps it ON: Main, rung 1, case.toml:5
+              OUT Y0 keeps it ON: Main, rung 1, a.toml:5
                 the rung is ON, because
                   X0 is ON
                     device rack turned it ON 40 ms ago, in scan 16
@@ -303,7 +303,7 @@ fn what_a_rung_saw_is_what_counts_not_what_came_after() {
         "Y0",
         expect![[r#"
             Y0 is OFF
-              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, case.toml:6
+              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:6
                 the rung is OFF, because
                   C0 is OFF
                     unchanged since rungd started: its initial value
@@ -323,7 +323,7 @@ fn two_inputs_together_are_found_if_none_alone_is_enough() {
         "Y0",
         expect![[r#"
             Y0 is OFF
-              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, case.toml:5
+              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:5
                 the rung is OFF, because
                   X0 is OFF
                     unchanged since rungd started: its initial value
@@ -354,7 +354,7 @@ fn indexed_elements_are_named() {
         "D12",
         expect![[r#"
             row[2] (D12) is 9
-              MOVE D1 to=row[D0] made it 9 40 ms ago, in scan 0: Main, rung 1, case.toml:6
+              MOVE D1 to=row[D0] made it 9 40 ms ago, in scan 0: Main, rung 1, a.toml:6
                 the rung was ON, because
                   bits[D0] (bits[2]) was ON
                     input C2 turned it ON 40 ms ago, in scan 0
@@ -363,7 +363,7 @@ fn indexed_elements_are_named() {
                 with D1 = 9
                   input D1 made it 9 40 ms ago, in scan 0
                 with D0 = 2 (see above)
-              MOVE D1 to=row[D0] could change it, but does not: Main, rung 1, case.toml:6
+              MOVE D1 to=row[D0] could change it, but does not: Main, rung 1, a.toml:6
                 the rung is OFF, because
                   bits[D0] (bits[1]) is OFF
                     unchanged since rungd started: its initial value

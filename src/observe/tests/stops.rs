@@ -49,13 +49,13 @@ fn a_bit_of_a_block_that_never_ran_names_the_block_to_start() {
         expect![[r#"
             Y0 is OFF
               unchanged since rungd started: its initial value
-              OUT Y0 does not execute (Side, rung 1, case.toml:17), because Side.Running is OFF
+              OUT Y0 does not execute (Side, rung 1, a.toml:17), because Side.Running is OFF
                 unchanged since rungd started: its initial value
-                RUN Side could change it, but does not: Main, rung 1, case.toml:6
+                RUN Side could change it, but does not: Main, rung 1, a.toml:6
                   the rung is OFF, because
                     X0 is OFF
                       unchanged since rungd started: its initial value
-                RESTART Side could change it, but does not: Main, rung 3, case.toml:12
+                RESTART Side could change it, but does not: Main, rung 3, a.toml:12
                   the rung is OFF, because
                     X2 is OFF
                       unchanged since rungd started: its initial value
@@ -76,16 +76,16 @@ fn a_pass_names_what_stopped_the_block() {
         &plc,
         "Y0",
         expect![[r#"
-            Y0 is OFF
-              Side was stopped, which turned it OFF 150 ms ago, in scan 7: OUT Y0, Side, rung 1, case.toml:17
-                because Side.Running was OFF
-                  HALT Side turned it OFF 150 ms ago, in scan 7: Main, rung 2, case.toml:9
-                    the rung was ON, because
-                      X1 was ON
-                        input X1 turned it ON 150 ms ago, in scan 7
-              OUT Y0 does not execute (Side, rung 1, case.toml:17), because Side.Running is OFF (see above)
-            X2 ON would turn it ON in the next scan
-        "#]],
+    Y0 is OFF
+      Side was stopped, which turned it OFF 150 ms ago, in scan 7: OUT Y0, Side, rung 1, a.toml:17
+        because Side.Running was OFF
+          HALT Side turned it OFF 150 ms ago, in scan 7: Main, rung 2, a.toml:9
+            the rung was ON, because
+              X1 was ON
+                input X1 turned it ON 150 ms ago, in scan 7
+      OUT Y0 does not execute (Side, rung 1, a.toml:17), because Side.Running is OFF (see above)
+    X2 ON would turn it ON in the next scan
+    "#]],
     );
 }
 
@@ -99,23 +99,23 @@ fn a_pass_of_a_stage_names_the_jump() {
         &plc,
         "Y1",
         expect![[r#"
-            Y1 is OFF
-              Side.A was stopped, which turned it OFF 20 ms ago, in scan 2: OUT Y1, Side.A, rung 2, case.toml:25
-                because Side.A was OFF
-                  JMP B turned it OFF 30 ms ago, in scan 1: Side.A, rung 1, case.toml:22
-                    the rung was ON, because
-                      X3 was ON
-                        input X3 turned it ON 30 ms ago, in scan 1
-              OUT Y1 does not execute (Side.A, rung 2, case.toml:25), because Side.A is OFF (see above)
-            X2 ON would turn it ON in the next scan
-        "#]],
+Y1 is OFF
+  Side.A was stopped, which turned it OFF 20 ms ago, in scan 2: OUT Y1, Side.A, rung 2, a.toml:25
+    because Side.A was OFF
+      JMP B turned it OFF 30 ms ago, in scan 1: Side.A, rung 1, a.toml:22
+        the rung was ON, because
+          X3 was ON
+            input X3 turned it ON 30 ms ago, in scan 1
+  OUT Y1 does not execute (Side.A, rung 2, a.toml:25), because Side.A is OFF (see above)
+X2 ON would turn it ON in the next scan
+"#]],
     );
     check(
         &plc,
         "Side.B",
         expect![[r#"
             Side.B is ON
-              JMP B turned it ON 30 ms ago, in scan 1: Side.A, rung 1, case.toml:22
+              JMP B turned it ON 30 ms ago, in scan 1: Side.A, rung 1, a.toml:22
                 the rung was ON, because
                   X3 was ON
                     input X3 turned it ON 30 ms ago, in scan 1
@@ -136,8 +136,8 @@ fn a_restart_stops_and_starts_at_once() {
         "Side.A",
         expect![[r#"
             Side.A is ON
-              the restart of Side turned it ON in this scan: case.toml:14
-                because of RESTART Side in this scan: Main, rung 3, case.toml:12
+              the restart of Side turned it ON in this scan: a.toml:14
+                because of RESTART Side in this scan: Main, rung 3, a.toml:12
                   the rung is ON, because
                     X2 is ON
                       input X2 turned it ON in this scan
@@ -149,8 +149,8 @@ fn a_restart_stops_and_starts_at_once() {
         "Side.B",
         expect![[r#"
             Side.B is OFF
-              the restart of Side turned it OFF in this scan: case.toml:14
-                because of RESTART Side in this scan: Main, rung 3, case.toml:12
+              the restart of Side turned it OFF in this scan: a.toml:14
+                because of RESTART Side in this scan: Main, rung 3, a.toml:12
                   the rung is ON, because
                     X2 is ON
                       input X2 turned it ON in this scan
@@ -171,9 +171,9 @@ fn the_stop_of_the_controller_terminates() {
         &plc,
         "Y0",
         expect![[r#"
-            Y0 is OFF
-              the controller stopped, which turned it OFF in this scan: OUT Y0, Side, rung 1, case.toml:17
-            the controller does not scan: it stays
+        Y0 is OFF
+          the controller stopped, which turned it OFF in this scan: OUT Y0, Side, rung 1, a.toml:17
+        the controller does not scan: it stays
         "#]],
     );
     check(
@@ -202,11 +202,11 @@ fn before_the_start_memory_is_initial() {
         &ladder(text),
         "size",
         expect![[r#"
-            size (D0) is 12
-              (Parts in a crate)
-              unchanged since rungd started: its initial value
-              ADD size 1 to=size does not execute (Main, rung 1, case.toml:8), because Main.Running is OFF
-                unchanged since rungd started: its initial value
+        size (D0) is 12
+          (Parts in a crate)
+          unchanged since rungd started: its initial value
+          ADD size 1 to=size does not execute (Main, rung 1, a.toml:8), because Main.Running is OFF
+            unchanged since rungd started: its initial value
         "#]],
     );
     check(

@@ -30,7 +30,7 @@ pub fn tape(main: &str) -> Tape {
 
 /// A controller that is not started yet.
 pub fn ladder(text: &str) -> Tape {
-    let file = SourceFile { name: "case.toml".into(), text: text.into() };
+    let file = SourceFile { name: "a.toml".into(), text: text.into() };
     let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
     let program = program.unwrap_or_else(|| panic!("{findings:?}"));
     let subject = Subject::new(Arc::new(program), vec![file]);
