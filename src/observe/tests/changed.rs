@@ -93,6 +93,104 @@ fn a_seal_in_names_what_dropped_it_and_what_keeps_it_so() {
 }
 
 #[test]
+fn a_bit_that_a_rung_above_its_out_has_read_is_kept_by_it() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        when = ["C0"]
+        do = ["OUT Y0"]
+        [[program.rung]]
+        when = ["X0"]
+        do = ["OUT C0"]
+        "#,
+    );
+    plc.scans(3);
+    plc.scan(&[("X0", 1)]);
+    plc.scans(20);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is ON
+          OUT Y0 turned it ON 190 ms ago, in scan 4, and keeps it ON: Main, rung 1, a.toml:6
+            the rung is ON, because
+              C0 is ON
+                OUT C0 turned it ON 200 ms ago, in scan 3: Main, rung 2, a.toml:9
+                  the rung was ON, because
+                    X0 was ON
+                      input X0 turned it ON 200 ms ago, in scan 3
+        one input is not enough to turn it OFF in the next scan (1 tried)
+    "#]],
+    );
+}
+
+#[test]
+fn a_seal_in_that_holds_is_kept_by_its_own_out() {
+    let mut plc = tape(SEALED);
+    plc.scans(5);
+    plc.scan(&[("start", 1)]);
+    plc.scan(&[("start", 0)]);
+    plc.scans(25);
+    check(&plc, "motor", expect![[r#"
+        motor (Y0) is ON
+          OUT motor turned it ON 260 ms ago, in scan 5: Main, rung run, a.toml:7
+            the rung was ON, because
+              start (X0) was ON
+                input X0 turned it ON 260 ms ago, in scan 5
+              stop (X2) was OFF
+                until then unchanged since rungd started: its initial value
+          OUT motor keeps it ON: Main, rung run, a.toml:7
+            the rung is ON, because
+              motor (Y0) is ON (see above)
+              stop (X2) is OFF (see above)
+        stop (X2) ON would turn it OFF in the next scan
+    "#]]);
+    check(&plc, "fan", expect![[r#"
+        fan (Y1) is ON
+          OUT fan turned it ON 260 ms ago, in scan 5: Main, rung fan, a.toml:11
+            the rung was ON, because
+              motor (Y0) was ON
+                OUT motor turned it ON 260 ms ago, in scan 5: Main, rung run, a.toml:7
+                  the rung was ON, because
+                    start (X0) was ON
+                      input X0 turned it ON 260 ms ago, in scan 5
+                    stop (X2) was OFF
+                      until then unchanged since rungd started: its initial value
+          OUT fan keeps it ON: Main, rung fan, a.toml:11
+            the rung is ON, because
+              motor (Y0) is ON
+                OUT motor keeps it ON: Main, rung run, a.toml:7
+                  the rung is ON, because
+                    motor (Y0) is ON (see above)
+                    stop (X2) is OFF (see above)
+        stop (X2) ON would turn it OFF in the next scan
+    "#]]);
+}
+
+#[test]
+fn a_force_that_has_ended_is_told_as_a_change() {
+    let mut plc = tape("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT Y0\"]\n");
+    plc.scans(4);
+    plc.force("Y0", 1, "root (uid 0)");
+    plc.scans(12);
+    plc.release("Y0");
+    plc.scan(&[("X0", 1)]);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+        Y0 is ON
+          a force by root (uid 0) turned it ON 130 ms ago, in scan 3
+          OUT Y0 keeps it ON: Main, rung 1, a.toml:5
+            the rung is ON, because
+              X0 is ON
+                input X0 turned it ON in this scan
+        X0 OFF would turn it OFF in the next scan
+    "#]],
+    );
+}
+
+#[test]
 fn the_same_reasons_are_told_once() {
     let mut plc = tape("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT Y0\", \"MOVE 7 to=D0\"]\n");
     plc.scan(&[("X0", 1)]);
