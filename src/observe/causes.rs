@@ -5,6 +5,7 @@ use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
 use super::leaves::{LeafSeen, Side, side};
 use super::operands::structure;
 use super::past::{self, Moment};
+use super::replay::Changed;
 use crate::engine::{Cell, Deed, EngineCall};
 use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word, WordSpace};
@@ -19,6 +20,9 @@ impl Inquiry<'_> {
             return Followed::Cut(Cut::Constant);
         }
         if depth == 0 && self.subject.is_written(cell) {
+            if self.is_change_shown(cell, at) {
+                return Followed::Cut(Cut::Shown);
+            }
             self.cuts += 1;
             let deeper = self.limits.depth.saturating_add(1 + self.owed);
             self.deeper = Some(self.deeper.map_or(deeper, |known| known.max(deeper)));
@@ -33,6 +37,16 @@ impl Inquiry<'_> {
             Some(node) => Followed::Node(Box::new(node)),
             None => Followed::Cut(Cut::Shown),
         }
+    }
+
+    /// Whether the answer has explained the last change of a cell before a moment.
+    fn is_change_shown(&mut self, cell: Cell, at: Moment) -> bool {
+        if self.shown.iter().all(|shown| shown.cell != cell) {
+            return false;
+        }
+        let most = self.replay.sections_max();
+        let Changed::At(_, change) = self.replay.last_change(cell, at, most) else { return false };
+        self.shown.iter().any(|shown| (shown.cell, shown.at) == (cell, change))
     }
 
     /// An operand with the write that decided its value; `None` if the answer has it already.

@@ -131,7 +131,10 @@ fn a_seal_in_that_holds_is_kept_by_its_own_out() {
     plc.scan(&[("start", 1)]);
     plc.scan(&[("start", 0)]);
     plc.scans(25);
-    check(&plc, "motor", expect![[r#"
+    check(
+        &plc,
+        "motor",
+        expect![[r#"
         motor (Y0) is ON
           OUT motor turned it ON 260 ms ago, in scan 5: Main, rung run, a.toml:7
             the rung was ON, because
@@ -144,8 +147,12 @@ fn a_seal_in_that_holds_is_kept_by_its_own_out() {
               motor (Y0) is ON (see above)
               stop (X2) is OFF (see above)
         stop (X2) ON would turn it OFF in the next scan
-    "#]]);
-    check(&plc, "fan", expect![[r#"
+    "#]],
+    );
+    check(
+        &plc,
+        "fan",
+        expect![[r#"
         fan (Y1) is ON
           OUT fan turned it ON 260 ms ago, in scan 5: Main, rung fan, a.toml:11
             the rung was ON, because
@@ -164,6 +171,52 @@ fn a_seal_in_that_holds_is_kept_by_its_own_out() {
                     motor (Y0) is ON (see above)
                     stop (X2) is OFF (see above)
         stop (X2) ON would turn it OFF in the next scan
+    "#]],
+    );
+}
+
+#[test]
+fn a_contact_that_is_off_too_is_not_cut_where_it_is_the_cause() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        when = ["X3"]
+        do = ["OUT C2"]
+        [[program.rung]]
+        when = ["X0 | C0", "!C2"]
+        do = ["OUT C0"]
+        [[program.rung]]
+        when = ["C0"]
+        do = ["OUT Y0"]
+        "#,
+    );
+    plc.scan(&[("X0", 1)]);
+    plc.scan(&[("X0", 0)]);
+    plc.scans(5);
+    plc.scan(&[("X3", 1)]);
+    plc.scans(12);
+    check(&plc, "Y0", expect![[r#"
+        Y0 is OFF
+          OUT Y0 turned it OFF 120 ms ago, in scan 7: Main, rung 3, a.toml:12
+            the rung was OFF, because
+              C0 was OFF
+                OUT C0 turned it OFF 120 ms ago, in scan 7: Main, rung 2, a.toml:9
+                  the rung was OFF, because
+                    C2 was ON
+                      OUT C2 turned it ON 120 ms ago, in scan 7: Main, rung 1, a.toml:6
+                        the rung was ON, because
+                          X3 was ON
+                            input X3 turned it ON 120 ms ago, in scan 7
+          OUT Y0 keeps it OFF: Main, rung 3, a.toml:12
+            the rung is OFF, because
+              C0 is OFF
+                OUT C0 keeps it OFF: Main, rung 2, a.toml:9
+                  the rung is OFF, because
+                    X0 is OFF
+                      input X0 turned it OFF 180 ms ago, in scan 1
+                    C0 is OFF (see above)
+                    also ON: C2 (see above)
+        X0 ON and X3 OFF would turn it ON in the next scan
     "#]]);
 }
 
