@@ -195,7 +195,10 @@ fn a_contact_that_is_off_too_is_not_cut_where_it_is_the_cause() {
     plc.scans(5);
     plc.scan(&[("X3", 1)]);
     plc.scans(12);
-    check(&plc, "Y0", expect![[r#"
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
         Y0 is OFF
           OUT Y0 turned it OFF 120 ms ago, in scan 7: Main, rung 3, a.toml:12
             the rung was OFF, because
@@ -217,7 +220,8 @@ fn a_contact_that_is_off_too_is_not_cut_where_it_is_the_cause() {
                     C0 is OFF (see above)
                     also ON: C2 (see above)
         X0 ON and X3 OFF would turn it ON in the next scan
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
