@@ -65,7 +65,7 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
             Ok(Exit::Ok)
         }
         Ok(answer) => {
-            print(&answer.text())?;
+            print(&format!("{}{}", answer.text(), answer.hints()))?;
             Ok(Exit::Ok)
         }
         Err(refusal) => Ok(refused(args, &why_not(refusal))),

@@ -4,6 +4,7 @@
 
 use crate::engine::Cell;
 use crate::runtime::Origin;
+use crate::runtime::exchange::Mode;
 
 /// The answer to `why`.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,8 +13,31 @@ pub struct Explanation {
     pub at: When,
     /// The operand, its value, and the reasons.
     pub root: Node,
+    /// The last change, if it is older than the last scan, and the write in the last scan left the
+    /// value as it was.
+    pub changed: Option<LastChange>,
     /// What would turn it over in the next scan; `None` of a word.
     pub change: Option<Remedy>,
+    /// The sets of two and three edits that were tried for it.
+    pub combined: u32,
+    /// The mode, if it is not RUN, and since when.
+    pub mode: Option<(Mode, Since)>,
+    /// The depth at which all is explained that this answer cuts for its depth.
+    pub deeper: Option<u32>,
+    /// Whether reasons are cut, because the answer is long enough.
+    pub is_long: bool,
+}
+
+/// When a value changed last, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LastChange {
+    /// When; before the tape, if nothing on it changed the value.
+    pub since: Since,
+    /// The value before.
+    pub before: Option<i32>,
+    /// What changed it, with the reasons of then. `None` of a word, and of a bit if it is the
+    /// instruction that wrote in the last scan, for the same reasons.
+    pub cause: Option<Cause>,
 }
 
 /// How far an answer goes.
@@ -23,7 +47,7 @@ pub struct Limits {
     pub depth: u32,
     /// The most operands that are explained.
     pub nodes: u32,
-    /// Whether a change is looked for.
+    /// Whether the last change of the operand, and what would change it, are looked for.
     pub change: bool,
 }
 
@@ -326,6 +350,8 @@ pub enum About {
         timing: bool,
         /// Since when it is timing, or is not.
         since: Since,
+        /// Since when it is done; `None`: it is not.
+        done: Option<Since>,
     },
     /// A counter.
     Counter {

@@ -1,15 +1,16 @@
 //! Operands with the writes that decided their values, as data.
 
 use super::answer::{About, Cause, Cut, Followed, Node, Since, Stop, TapeEnd, Write};
-use super::inquiry::{Found, FoundWriter, Inquiry};
+use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
 use super::leaves::{LeafSeen, Side, side};
 use super::operands::structure;
 use super::past::{self, Moment};
+use super::replay::Changed;
 use crate::engine::{Cell, Deed, EngineCall};
 use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word, WordSpace};
 use crate::resolve::instruction::OperandValue;
-use crate::runtime::{Origin, TapeEntry};
+use crate::runtime::{Origin, SectionStart, TapeEntry, TapeSection};
 
 impl Inquiry<'_> {
     /// The reasons of an operand, if there is room for them.
@@ -19,9 +20,17 @@ impl Inquiry<'_> {
             return Followed::Cut(Cut::Constant);
         }
         if depth == 0 && self.subject.is_written(cell) {
+            if self.is_change_shown(cell, at) {
+                return Followed::Cut(Cut::Shown);
+            }
+            self.cuts += 1;
+            let deeper = self.limits.depth.saturating_add(1 + self.owed);
+            self.deeper = Some(self.deeper.map_or(deeper, |known| known.max(deeper)));
             return Followed::Cut(Cut::Depth);
         }
         if self.nodes >= self.limits.nodes {
+            self.cuts += 1;
+            self.is_long = true;
             return Followed::Cut(Cut::Length);
         }
         match self.node(cell, value, at, depth.saturating_sub(1)) {
@@ -30,21 +39,34 @@ impl Inquiry<'_> {
         }
     }
 
+    /// Whether the answer has explained the last change of a cell before a moment.
+    fn is_change_shown(&mut self, cell: Cell, at: Moment) -> bool {
+        if self.shown.iter().all(|shown| shown.cell != cell) {
+            return false;
+        }
+        let most = self.replay.sections_max();
+        let Changed::At(_, change) = self.replay.last_change(cell, at, most) else { return false };
+        self.shown.iter().any(|shown| (shown.cell, shown.at) == (cell, change))
+    }
+
     /// An operand with the write that decided its value; `None` if the answer has it already.
     pub fn node(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Option<Node> {
         let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        let (mut number, cuts) = (None, self.cuts);
         let write = if let Some(since) = self.replay.forced(cell, at) {
             self.nodes += 1;
             self.force(since, at)
         } else {
             let found = self.find(cell, at);
-            if self.shown.contains(&(cell, found.at)) {
+            let write = Shown { cell, at: found.at, depth };
+            if self.shown.iter().any(|shown| shown.covers(write)) {
                 return None;
             }
             self.nodes += 1;
-            self.shown.push((cell, found.at));
+            self.shown.push(Shown { depth: u32::MAX, ..write });
+            number = self.shown.len().checked_sub(1);
             let is_status = is_status(address) && !matches!(found.writer, FoundWriter::Step { .. });
-            if is_status { self.status(at) } else { self.write(cell, value, found, (at, depth)) }
+            if is_status { self.status(at) } else { self.write(cell, value, found, depth) }
         };
         if let Some(Address::Bit(Bit::Running(block))) = address
             && value == 0
@@ -57,6 +79,11 @@ impl Inquiry<'_> {
         };
         let about = structure(address).and_then(|of| self.about(of, at));
         let operand = self.subject.names.operand(&self.subject.symbols, cell);
+        if let Some(shown) = number.and_then(|number| self.shown.get_mut(number))
+            && self.cuts > cuts
+        {
+            shown.depth = depth;
+        }
         Some(Node { operand, value, write, about, idle })
     }
 
@@ -77,8 +104,7 @@ impl Inquiry<'_> {
         Write { since, before: None, in_last_scan: true, cause: Cause::Status }
     }
 
-    fn write(&mut self, cell: Cell, value: i32, found: Found, at: (Moment, u32)) -> Write {
-        let (_, depth) = at;
+    pub fn write(&mut self, cell: Cell, value: i32, found: Found, depth: u32) -> Write {
         let Found { at, before, in_last_scan, writer } = found;
         let mut since = Since::At(self.replay.when_of(at.section, at.entry));
         let cause = match writer {
@@ -90,7 +116,7 @@ impl Inquiry<'_> {
             FoundWriter::End(end, section) => {
                 since = Since::Before(self.replay.start_of(section));
                 let of = self.replay.section(section).filter(|_| end != TapeEnd::Searched);
-                let is_start = of.is_some_and(|of| of.start.number == 0 && of.state.scans() == 0);
+                let is_start = of.is_some_and(|of| is_first(&of));
                 match is_start {
                     true if self.subject.initial.value(cell) == value => Cause::Initial,
                     true => Cause::Restored,
@@ -213,12 +239,14 @@ impl Inquiry<'_> {
         let acc = self.replay.value(acc_cell, at);
         match of {
             Structure::Timer(_) => {
-                let timing = bit(Flag::Timing);
+                let (timing, done) = (bit(Flag::Timing), bit(Flag::Done));
+                let is_done = self.replay.value(done, at) != 0;
                 Some(About::Timer {
                     acc_ms: acc,
                     preset_ms: presets.first().copied(),
                     timing: self.replay.value(timing, at) != 0,
                     since: self.replay.since(timing, at, &|_| true),
+                    done: is_done.then(|| self.replay.since(done, at, &|_| true)),
                 })
             }
             Structure::Counter(_) => {
@@ -272,6 +300,14 @@ impl Inquiry<'_> {
             None => self.free.push((cell, values)),
         }
     }
+}
+
+/// Whether a section begins with memory as it was at the start of the process. Its first scan has
+/// the number 1; the sections of a test may count from 0.
+fn is_first(section: &TapeSection) -> bool {
+    let SectionStart { number, follows, lost, .. } = section.start;
+    let is_first = number == 0 || number == 1 && !follows && lost == 0;
+    is_first && section.state.scans() == 0
 }
 
 /// Whether a scan's start writes it.

@@ -21,13 +21,38 @@ pub(super) struct Inquiry<'a> {
     /// The operands explained so far.
     pub nodes: u32,
     /// The writes explained so far.
-    pub shown: Vec<(Cell, Moment)>,
+    pub shown: Vec<Shown>,
+    /// The reasons that were cut.
+    pub cuts: u32,
+    /// The depth at which all is explained that was cut for its depth.
+    pub deeper: Option<u32>,
+    /// Steps that what is explained now lies deeper than its indent says.
+    pub owed: u32,
+    /// Whether reasons were cut, because the answer is long enough.
+    pub is_long: bool,
     /// What may be tried: cells that nothing in the program writes, each with values.
     pub free: Vec<(Cell, Vec<i32>)>,
     /// Programs that do not run.
     pub stopped: Vec<BlockId>,
     /// The number of scans that were tried when every single edit had been.
     pub singles_end: Option<u32>,
+}
+
+/// A write that was explained.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shown {
+    pub cell: Cell,
+    /// The moment right before it.
+    pub at: Moment,
+    /// The steps to reasons of reasons that were explained; without a cut below, the most.
+    pub depth: u32,
+}
+
+impl Shown {
+    /// Whether this explains as much as would be explained now.
+    pub fn covers(self, now: Shown) -> bool {
+        (self.cell, self.at) == (now.cell, now.at) && self.depth >= now.depth
+    }
 }
 
 /// A write that was found.
@@ -63,6 +88,10 @@ impl<'a> Inquiry<'a> {
             limits,
             nodes: 0,
             shown: Vec::new(),
+            cuts: 0,
+            deeper: None,
+            owed: 0,
+            is_long: false,
             free: Vec::new(),
             stopped: Vec::new(),
             singles_end: None,
@@ -157,7 +186,7 @@ impl<'a> Inquiry<'a> {
     }
 
     /// A change from the log, with what its rung saw.
-    fn changed(&mut self, cell: Cell, change: CellChange, (at, last): (Moment, bool)) -> Found {
+    pub fn changed(&mut self, cell: Cell, change: CellChange, (at, last): (Moment, bool)) -> Found {
         let writer = match change.by {
             None => FoundWriter::Call,
             Some(Deed::Turn(block)) => FoundWriter::Turn(block),

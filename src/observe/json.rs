@@ -4,8 +4,8 @@ use serde_json::{Value, json};
 
 use super::answer::{
     About, BlockPlace, Cause, ContactDetail, ContactSeen, Cut, Edit, Explanation, Followed,
-    Hindrance, Idle, LegSeen, Node, OperandName, Place, Remedy, Restart, RungName, Since, Stop,
-    TapeEnd, When, Write,
+    Hindrance, Idle, LastChange, LegSeen, Node, OperandName, Place, Remedy, Restart, RungName,
+    Since, Stop, TapeEnd, When, Write,
 };
 use crate::isa::Real;
 use crate::runtime::Origin;
@@ -16,9 +16,19 @@ impl Explanation {
         json!({
             "at": when(self.at),
             "operand": node(&self.root),
-            "change": self.change.as_ref().map(change),
+            "changed": self.changed.as_ref().map(|of| changed(of, &self.root.operand)),
+            "change": self.change.as_ref().map(|of| change(of, self)),
+            "deeper": self.deeper,
         })
     }
+}
+
+fn changed(of: &LastChange, operand: &OperandName) -> Value {
+    json!({
+        "since": since(of.since),
+        "from": of.before.map(|before| value(operand, before)),
+        "cause": of.cause.as_ref().map(cause),
+    })
 }
 
 fn when(at: When) -> Value {
@@ -212,12 +222,13 @@ fn contact(of: &ContactSeen) -> Value {
 
 fn about(of: &About) -> Value {
     match of {
-        About::Timer { acc_ms, preset_ms, timing, since: at } => json!({
+        About::Timer { acc_ms, preset_ms, timing, since: at, done } => json!({
             "kind": "timer",
             "acc_ms": acc_ms,
             "preset_ms": preset_ms,
             "timing": timing,
             "since": since(*at),
+            "done": done.map(since),
         }),
         About::Counter { acc, presets, counted, reset } => json!({
             "kind": "counter",
@@ -241,7 +252,7 @@ fn idle(of: &Idle) -> Value {
     json!({ "rung": rung(&of.rung), "place": place(&of.place), "because": because })
 }
 
-fn change(of: &Remedy) -> Value {
+fn change(of: &Remedy, answer: &Explanation) -> Value {
     match of {
         Remedy::Edits(edits) => json!({
             "kind": "edits",
@@ -249,11 +260,20 @@ fn change(of: &Remedy) -> Value {
         }),
         Remedy::Itself => json!({ "kind": "itself" }),
         Remedy::Release => json!({ "kind": "release" }),
-        Remedy::NoScan => json!({ "kind": "no-scan" }),
+        Remedy::NoScan => {
+            let mode = answer.mode.map(|(mode, at)| {
+                json!({
+                    "name": mode.name(),
+                    "since": since(at),
+                })
+            });
+            json!({ "kind": "no-scan", "mode": mode })
+        }
         Remedy::None(end) => json!({
             "kind": "none",
             "every_single": end.every_single,
             "tried": end.tried,
+            "combined": answer.combined,
         }),
     }
 }

@@ -19,6 +19,7 @@ mod logic;
 mod names;
 mod operands;
 mod past;
+mod phrases;
 mod reasons;
 mod replay;
 mod restarts;
@@ -29,6 +30,7 @@ mod subject;
 #[cfg(test)]
 mod tests;
 mod text;
+mod unchanged;
 mod walk;
 mod watch;
 mod why;
@@ -36,8 +38,8 @@ mod writers;
 
 pub use answer::{
     About, BlockPlace, Cause, ContactDetail, ContactSeen, Cut, Edit, Explanation, Followed,
-    Hindrance, Idle, LegSeen, Limits, Node, OperandName, Place, Remedy, Restart, RungName,
-    SearchEnd, Since, Stop, TapeEnd, When, Write,
+    Hindrance, Idle, LastChange, LegSeen, Limits, Node, OperandName, Place, Remedy, Restart,
+    RungName, SearchEnd, Since, Stop, TapeEnd, When, Write,
 };
 pub use past::{At, Past, Refusal};
 pub use subject::Subject;

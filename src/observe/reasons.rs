@@ -10,6 +10,9 @@ use super::past::Moment;
 use crate::engine::{BitCell, Cell};
 use crate::resolve::program::{self, Comparison};
 
+/// The steps by which contacts that are OFF too are explained less deep.
+const ALSO_OFF_LESS: u32 = 2;
+
 /// The contacts of a part, as they were seen in the call of an entry.
 struct PartSeen<'s> {
     leaves: Leaves<'s>,
@@ -54,8 +57,17 @@ impl Inquiry<'_> {
             on: leg.logic.is_on(&on),
             series: series.collect(),
             contacts: why.named.iter().map(|at| self.contact(part, *at, depth)).collect(),
-            also_off: why.also_off.iter().map(|at| self.contact(part, *at, 0)).collect(),
+            also_off: why.also_off.iter().map(|at| self.also_off(part, *at, depth)).collect(),
         }
+    }
+
+    /// A contact that is OFF too: explained less deep than one that decides.
+    fn also_off(&mut self, part: &PartSeen, leaf: usize, depth: u32) -> ContactSeen {
+        let outer = self.owed;
+        self.owed += ALSO_OFF_LESS.saturating_sub(depth);
+        let contact = self.contact(part, leaf, depth.saturating_sub(ALSO_OFF_LESS));
+        self.owed = outer;
+        contact
     }
 
     fn contact(&mut self, part: &PartSeen, leaf: usize, depth: u32) -> ContactSeen {

@@ -1,6 +1,6 @@
 //! `why`: the question and its answer.
 
-use super::answer::{Explanation, Limits};
+use super::answer::{Explanation, Limits, Remedy};
 use super::inquiry::Inquiry;
 use super::past::{At, Past, Refusal};
 use super::replay::Replay;
@@ -34,10 +34,20 @@ impl Subject {
         let when = replay.when(moment);
         let mut inquiry = Inquiry::new(self, replay, limits);
         let root = inquiry.node(cell, value, moment, limits.depth).ok_or(Refusal::NoPast)?;
+        let (root, changed) = match limits.change {
+            true => inquiry.unchanged(root, moment),
+            false => (root, None),
+        };
         let change = match cell {
             Cell::Bit(_) if limits.change => Some(inquiry.change(cell, moment)),
             Cell::Bit(_) | Cell::Word(_) => None,
         };
-        Ok(Explanation { at: when, root, change })
+        let combined = inquiry.combined(change.as_ref());
+        let mode = match change {
+            Some(Remedy::NoScan) => inquiry.mode(moment),
+            Some(_) | None => None,
+        };
+        let Inquiry { deeper, is_long, .. } = inquiry;
+        Ok(Explanation { at: when, root, changed, change, combined, mode, deeper, is_long })
     }
 }

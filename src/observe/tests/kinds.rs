@@ -25,36 +25,36 @@ fn an_out_is_written_in_every_scan() {
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is OFF
-          OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
-            the rung is OFF, because
-              X0 is OFF
-                nothing wrote it: a cold start's value
-              also: X1 is ON
-                the input turned it ON 250 ms ago, in scan 0
-              also: X2 is OFF
-                nothing wrote it: a cold start's value
-              also: X3 is OFF
-                nothing wrote it: a cold start's value
-        X0 ON and X1 OFF and X3 ON would turn it ON in the next scan
-    "#]],
+            Y0 is OFF
+              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:5
+                the rung is OFF, because
+                  X0 is OFF
+                    unchanged since rungd started: its initial value
+                  also ON: X1
+                    input X1 turned it ON 250 ms ago, in scan 0
+                  also OFF: X2
+                    unchanged since rungd started: its initial value
+                  also OFF: X3
+                    unchanged since rungd started: its initial value
+            X0 ON and X1 OFF and X3 ON would turn it ON in the next scan
+        "#]],
     );
     plc.scan(&[("X0", 1), ("X2", 1), ("X3", 1)]);
     check(
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is ON
-          OUT Y0 turned it ON in this scan: Main, rung 1, case.toml:5
-            the rung is ON, because
-              X0 is ON
-                the input turned it ON in this scan
-              X2 is ON
-                the input turned it ON in this scan
-              X3 is ON
-                the input turned it ON in this scan
-        X0 OFF would turn it OFF in the next scan
-    "#]],
+            Y0 is ON
+              OUT Y0 turned it ON in this scan: Main, rung 1, a.toml:5
+                the rung is ON, because
+                  X0 is ON
+                    input X0 turned it ON in this scan
+                  X2 is ON
+                    input X2 turned it ON in this scan
+                  X3 is ON
+                    input X3 turned it ON in this scan
+            X0 OFF would turn it OFF in the next scan
+        "#]],
     );
 }
 
@@ -77,14 +77,14 @@ fn a_set_is_told_after_it_acted_and_before() {
         &plc,
         "C0",
         expect![[r#"
-        C0 is OFF
-          nothing wrote it: a cold start's value
-          SET C0 leaves it so: Main, rung on, case.toml:7
-            the rung is OFF, because
-              X0 is OFF
-                nothing wrote it: a cold start's value
-        X0 ON would turn it ON in the next scan
-    "#]],
+            C0 is OFF
+              unchanged since rungd started: its initial value
+              SET C0 could change it, but does not: Main, rung on, a.toml:7
+                the rung is OFF, because
+                  X0 is OFF
+                    unchanged since rungd started: its initial value
+            X0 ON would turn it ON in the next scan
+        "#]],
     );
     plc.scan(&[("X0", 1)]);
     plc.scan(&[("X0", 0)]);
@@ -93,17 +93,17 @@ fn a_set_is_told_after_it_acted_and_before() {
         &plc,
         "C0",
         expect![[r#"
-        C0 is ON
-          SET C0 turned it ON 310 ms ago, in scan 3: Main, rung on, case.toml:7
-            the rung is ON, because
-              X0 is ON
-                the input turned it ON 310 ms ago, in scan 3
-          RST C0 leaves it so: Main, rung off, case.toml:11
-            the rung is OFF, because
-              X1 is OFF
-                nothing wrote it: a cold start's value
-        X1 ON would turn it OFF in the next scan
-    "#]],
+            C0 is ON
+              SET C0 turned it ON 310 ms ago, in scan 3: Main, rung on, a.toml:7
+                the rung was ON, because
+                  X0 was ON
+                    input X0 turned it ON 310 ms ago, in scan 3
+              RST C0 could change it, but does not: Main, rung off, a.toml:11
+                the rung is OFF, because
+                  X1 is OFF
+                    unchanged since rungd started: its initial value
+            X1 ON would turn it OFF in the next scan
+        "#]],
     );
 }
 
@@ -132,17 +132,17 @@ fn two_writes_in_one_scan_that_leave_the_value_are_found() {
         &plc,
         "C0",
         expect![[r#"
-        C0 is ON
-          SET C0 turned it ON 160 ms ago, in scan 17: Main, rung 2, case.toml:9
-            the rung is ON, because
-              X0 is ON
-                the input turned it ON 160 ms ago, in scan 17
-          RST C0 leaves it so: Main, rung 1, case.toml:6
-            the rung is OFF, because
-              X0 is OFF
-                the input turned it OFF 150 ms ago, in scan 18
-        no input alone would turn it OFF in the next scan (3 tried)
-    "#]],
+            C0 is ON
+              SET C0 turned it ON 160 ms ago, in scan 17: Main, rung 2, a.toml:9
+                the rung was ON, because
+                  X0 was ON
+                    input X0 turned it ON 160 ms ago, in scan 17
+              RST C0 could change it, but does not: Main, rung 1, a.toml:6
+                the rung is OFF, because
+                  X0 is OFF
+                    input X0 turned it OFF 150 ms ago, in scan 18
+            one input is not enough to turn it OFF in the next scan (2 tried)
+        "#]],
     );
 }
 
@@ -166,16 +166,16 @@ fn a_counter_says_when_it_counted_and_was_reset() {
         "CT0.Done",
         expect![[r#"
         CT0.Done is OFF
-          CNT CT0 preset=3 wrote it in this scan: Main, rung 1, case.toml:7
+          CNT CT0 preset=3 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:7
           1 of 3, last counted 200 ms ago, in scan 6, last reset 260 ms ago, in scan 0
             up is ON, because
               X0 is ON
-                the input turned it ON 200 ms ago, in scan 6
+                input X0 turned it ON 200 ms ago, in scan 6
             rst is OFF, because
               X1 is OFF
-                the input turned it OFF 250 ms ago, in scan 1
-        no input alone would turn it ON in the next scan (4 tried)
-    "#]],
+                input X1 turned it OFF 250 ms ago, in scan 1
+        one input is not enough to turn it ON in the next scan (2 tried), nor two or three (1 tried)
+        "#]],
     );
 }
 
@@ -189,14 +189,14 @@ fn a_timer_says_its_time_and_since_when_it_runs() {
         &plc,
         "T0.Done",
         expect![[r#"
-        T0.Done is OFF
-          TMR T0 preset=2s wrote it in this scan: Main, rung 1, case.toml:5
-          1.2 s of 2 s, timing for 1.2 s, since scan 3
-            the rung is ON, because
-              X0 is ON
-                the input turned it ON 1.2 s ago, in scan 3
-        no input alone would turn it ON in the next scan (2 tried)
-    "#]],
+            T0.Done is OFF
+              TMR T0 preset=2s keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:5
+              1.2 s of 2 s, timing for 1.2 s, since scan 3
+                the rung is ON, because
+                  X0 is ON
+                    input X0 turned it ON 1.2 s ago, in scan 3
+            one input is not enough to turn it ON in the next scan (1 tried)
+        "#]],
     );
 }
 
@@ -216,25 +216,23 @@ fn words_name_what_they_were_made_of() {
         &plc,
         "D2",
         expect![[r#"
-        D2 is 7
-          ADD D0 D1 to=D2 made it 7 140 ms ago, in scan 0: Main, rung 1, case.toml:6
-            the rung is ON, because
-              D0 >= 3 is ON (D0 = 5, 3)
-                D0 is 5
-                  the input made it 5 140 ms ago, in scan 0
-              rise(X0) is ON
-                what it is of is ON, because
-                  X0 is ON
-                    the input turned it ON 140 ms ago, in scan 0
-            with D0 = 5 (see above)
-            with D1 = 2
-              the input made it 2 140 ms ago, in scan 0
-          ADD D0 D1 to=D2 leaves it so: Main, rung 1, case.toml:6
-            the rung is OFF, because
-              rise(X0) is OFF; it was ON last 140 ms ago, in scan 0
-                what it is of is ON, because
-                  X0 is ON (see above)
-    "#]],
+            D2 is 7
+              ADD D0 D1 to=D2 made it 7 140 ms ago, in scan 0: Main, rung 1, a.toml:6
+                the rung was ON, because
+                  D0 >= 3 was ON: D0 = 5
+                    D0 was 5
+                      input D0 made it 5 140 ms ago, in scan 0
+                  rise(X0) was ON
+                    inside: X0 was ON
+                      input X0 turned it ON 140 ms ago, in scan 0
+                with D0 = 5 (see above)
+                with D1 = 2
+                  input D1 made it 2 140 ms ago, in scan 0
+              ADD D0 D1 to=D2 could change it, but does not: Main, rung 1, a.toml:6
+                the rung is OFF, because
+                  rise(X0) is OFF; last ON 140 ms ago, in scan 0
+                    inside: X0 is ON (see above)
+        "#]],
     );
 }
 
@@ -248,10 +246,10 @@ fn forces_and_writes_have_their_people() {
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is ON
-          forced in this scan by root
-        it is forced: only a release lets it change
-    "#]],
+            Y0 is ON
+              forced to ON by root since scan 3, 120 ms ago
+            it is forced: only a release lets it change
+        "#]],
     );
     let cell = plc.cell("X0");
     plc.begin();
@@ -263,10 +261,10 @@ fn forces_and_writes_have_their_people() {
         &plc,
         "X0",
         expect![[r#"
-        X0 is ON
-          the field device turned it ON 30 ms ago, in scan 16 by rack
-        X0 OFF would turn it OFF in the next scan
-    "#]],
+            X0 is ON
+              device rack turned it ON 30 ms ago, in scan 16
+            nothing in the ladder writes it
+        "#]],
     );
     plc.from(Origin::Command(CommandId(3)), "anna");
     plc.release("Y0");
@@ -275,13 +273,14 @@ fn forces_and_writes_have_their_people() {
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is ON
-          OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
-            the rung is ON, because
-              X0 is ON
-                the field device turned it ON 40 ms ago, in scan 16 by rack
-        X0 OFF would turn it OFF in the next scan
-    "#]],
+            Y0 is ON
+              a force by root turned it ON 170 ms ago, in scan 3
+              OUT Y0 keeps it ON: Main, rung 1, a.toml:5
+                the rung is ON, because
+                  X0 is ON
+                    device rack turned it ON 40 ms ago, in scan 16
+            X0 OFF would turn it OFF in the next scan
+        "#]],
     );
 }
 
@@ -303,13 +302,13 @@ fn what_a_rung_saw_is_what_counts_not_what_came_after() {
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is OFF
-          OUT Y0 wrote it in this scan: Main, rung 1, case.toml:6
-            the rung is OFF, because
-              C0 is OFF
-                nothing wrote it: a cold start's value
-        it turns ON in the next scan by itself
-    "#]],
+            Y0 is OFF
+              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:6
+                the rung is OFF, because
+                  C0 is OFF
+                    unchanged since rungd started: its initial value
+            it turns ON in the next scan by itself
+        "#]],
     );
     let text = plc.answer("Y0", At::Scan(3)).text();
     assert!(text.starts_with("Y0 is OFF\n"), "{text}");
@@ -323,15 +322,15 @@ fn two_inputs_together_are_found_if_none_alone_is_enough() {
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is OFF
-          OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
-            the rung is OFF, because
-              X0 is OFF
-                nothing wrote it: a cold start's value
-              also: X1 is OFF
-                nothing wrote it: a cold start's value
-        X0 ON and X1 ON would turn it ON in the next scan
-    "#]],
+            Y0 is OFF
+              OUT Y0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:5
+                the rung is OFF, because
+                  X0 is OFF
+                    unchanged since rungd started: its initial value
+                  also OFF: X1
+                    unchanged since rungd started: its initial value
+            X0 ON and X1 ON would turn it ON in the next scan
+        "#]],
     );
 }
 
@@ -354,23 +353,23 @@ fn indexed_elements_are_named() {
         &plc,
         "D12",
         expect![[r#"
-        row[2] (D12) is 9
-          MOVE D1 to=row[D0] made it 9 40 ms ago, in scan 0: Main, rung 1, case.toml:6
-            the rung is ON, because
-              bits[D0] is ON: bits[2]
-                the input turned it ON 40 ms ago, in scan 0
-                with D0 = 2
-                  the input made it 2 40 ms ago, in scan 0
-            with D1 = 9
-              the input made it 9 40 ms ago, in scan 0
-            with D0 = 2 (see above)
-          MOVE D1 to=row[D0] leaves it so: Main, rung 1, case.toml:6
-            the rung is OFF, because
-              bits[D0] is OFF: bits[1]
-                nothing wrote it: a cold start's value
-                with D0 = 1
-                  the input made it 1 30 ms ago, in scan 1
-    "#]],
+            row[2] (D12) is 9
+              MOVE D1 to=row[D0] made it 9 40 ms ago, in scan 0: Main, rung 1, a.toml:6
+                the rung was ON, because
+                  bits[D0] (bits[2]) was ON
+                    input C2 turned it ON 40 ms ago, in scan 0
+                    with D0 = 2
+                      input D0 made it 2 40 ms ago, in scan 0
+                with D1 = 9
+                  input D1 made it 9 40 ms ago, in scan 0
+                with D0 = 2 (see above)
+              MOVE D1 to=row[D0] could change it, but does not: Main, rung 1, a.toml:6
+                the rung is OFF, because
+                  bits[D0] (bits[1]) is OFF
+                    unchanged since rungd started: its initial value
+                    with D0 = 1
+                      input D0 made it 1 30 ms ago, in scan 1
+        "#]],
     );
 }
 

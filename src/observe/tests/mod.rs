@@ -1,5 +1,6 @@
 //! Questions to small ladders, one for each kind of reason.
 
+mod changed;
 mod coverage;
 mod kinds;
 mod past;

@@ -47,6 +47,23 @@ fn a_gap_ends_the_past() {
 }
 
 #[test]
+fn the_first_scan_of_a_process_has_the_number_one() {
+    let mut plc = tape(RUNG);
+    plc.scans(3);
+    plc.cut();
+    let cause = |follows: bool| {
+        let mut first = (*plc.sections[0]).clone();
+        (first.start.number, first.start.follows) = (1, follows);
+        let mut past = vec![Arc::new(first)];
+        let asked = (At::Now, Limits::default());
+        plc.subject.why(&mut past, plc.cell("C0"), asked).map(|answer| answer.root.write.cause)
+    };
+    assert_eq!(cause(false), Ok(Cause::Initial));
+    // In memory, what is older was given up.
+    assert_eq!(cause(true), Ok(Cause::Older(TapeEnd::Oldest)));
+}
+
+#[test]
 fn a_section_of_another_shape_or_with_other_cells_ends_the_past() {
     let mut other = tape("[[program.rung]]\nwhen = [\"rise(X0)\"]\ndo = [\"SET C0\"]\n");
     other.scan(&[]);

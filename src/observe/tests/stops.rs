@@ -47,20 +47,20 @@ fn a_bit_of_a_block_that_never_ran_names_the_block_to_start() {
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is OFF
-          nothing wrote it: a cold start's value
-          OUT Y0 does not execute: Side, rung 1, case.toml:17: Side.Running is OFF
-            nothing wrote it: a cold start's value
-            RUN Side leaves it so: Main, rung 1, case.toml:6
-              the rung is OFF, because
-                X0 is OFF
-                  nothing wrote it: a cold start's value
-            RESTART Side leaves it so: Main, rung 3, case.toml:12
-              the rung is OFF, because
-                X2 is OFF
-                  nothing wrote it: a cold start's value
-        X0 ON would turn it ON in the next scan
-    "#]],
+            Y0 is OFF
+              unchanged since rungd started: its initial value
+              OUT Y0 does not execute (Side, rung 1, a.toml:17), because Side.Running is OFF
+                unchanged since rungd started: its initial value
+                RUN Side could change it, but does not: Main, rung 1, a.toml:6
+                  the rung is OFF, because
+                    X0 is OFF
+                      unchanged since rungd started: its initial value
+                RESTART Side could change it, but does not: Main, rung 3, a.toml:12
+                  the rung is OFF, because
+                    X2 is OFF
+                      unchanged since rungd started: its initial value
+            X0 ON would turn it ON in the next scan
+        "#]],
     );
 }
 
@@ -76,15 +76,15 @@ fn a_pass_names_what_stopped_the_block() {
         &plc,
         "Y0",
         expect![[r#"
-        Y0 is OFF
-          the termination of OUT Y0 turned it OFF 150 ms ago, in scan 7: Side, rung 1, case.toml:17
-            because Side.Running is OFF
-              HALT Side turned it OFF 150 ms ago, in scan 7: Main, rung 2, case.toml:9
-                the rung is ON, because
-                  X1 is ON
-                    the input turned it ON 150 ms ago, in scan 7
-          OUT Y0 does not execute: Side, rung 1, case.toml:17: Side.Running is OFF (see above)
-        X2 ON would turn it ON in the next scan
+    Y0 is OFF
+      Side was stopped, which turned it OFF 150 ms ago, in scan 7: OUT Y0, Side, rung 1, a.toml:17
+        because Side.Running was OFF
+          HALT Side turned it OFF 150 ms ago, in scan 7: Main, rung 2, a.toml:9
+            the rung was ON, because
+              X1 was ON
+                input X1 turned it ON 150 ms ago, in scan 7
+      OUT Y0 does not execute (Side, rung 1, a.toml:17), because Side.Running is OFF (see above)
+    X2 ON would turn it ON in the next scan
     "#]],
     );
 }
@@ -99,28 +99,28 @@ fn a_pass_of_a_stage_names_the_jump() {
         &plc,
         "Y1",
         expect![[r#"
-        Y1 is OFF
-          the termination of OUT Y1 turned it OFF 20 ms ago, in scan 2: Side.A, rung 2, case.toml:25
-            because Side.A is OFF
-              JMP B turned it OFF 30 ms ago, in scan 1: Side.A, rung 1, case.toml:22
-                the rung is ON, because
-                  X3 is ON
-                    the input turned it ON 30 ms ago, in scan 1
-          OUT Y1 does not execute: Side.A, rung 2, case.toml:25: Side.A is OFF (see above)
-        X2 ON would turn it ON in the next scan
-    "#]],
+Y1 is OFF
+  Side.A was stopped, which turned it OFF 20 ms ago, in scan 2: OUT Y1, Side.A, rung 2, a.toml:25
+    because Side.A was OFF
+      JMP B turned it OFF 30 ms ago, in scan 1: Side.A, rung 1, a.toml:22
+        the rung was ON, because
+          X3 was ON
+            input X3 turned it ON 30 ms ago, in scan 1
+  OUT Y1 does not execute (Side.A, rung 2, a.toml:25), because Side.A is OFF (see above)
+X2 ON would turn it ON in the next scan
+"#]],
     );
     check(
         &plc,
         "Side.B",
         expect![[r#"
-        Side.B is ON
-          JMP B turned it ON 30 ms ago, in scan 1: Side.A, rung 1, case.toml:22
-            the rung is ON, because
-              X3 is ON
-                the input turned it ON 30 ms ago, in scan 1
-        X1 ON would turn it OFF in the next scan
-    "#]],
+            Side.B is ON
+              JMP B turned it ON 30 ms ago, in scan 1: Side.A, rung 1, a.toml:22
+                the rung was ON, because
+                  X3 was ON
+                    input X3 turned it ON 30 ms ago, in scan 1
+            X1 ON would turn it OFF in the next scan
+        "#]],
     );
 }
 
@@ -136,11 +136,11 @@ fn a_restart_stops_and_starts_at_once() {
         "Side.A",
         expect![[r#"
             Side.A is ON
-              the turn of Side turned it ON in this scan: case.toml:14
-                because of RESTART Side in this scan: Main, rung 3, case.toml:12
+              the restart of Side turned it ON in this scan: a.toml:14
+                because of RESTART Side in this scan: Main, rung 3, a.toml:12
                   the rung is ON, because
                     X2 is ON
-                      the input turned it ON in this scan
+                      input X2 turned it ON in this scan
             X1 ON would turn it OFF in the next scan
         "#]],
     );
@@ -149,11 +149,11 @@ fn a_restart_stops_and_starts_at_once() {
         "Side.B",
         expect![[r#"
             Side.B is OFF
-              the turn of Side turned it OFF in this scan: case.toml:14
-                because of RESTART Side in this scan: Main, rung 3, case.toml:12
+              the restart of Side turned it OFF in this scan: a.toml:14
+                because of RESTART Side in this scan: Main, rung 3, a.toml:12
                   the rung is ON, because
                     X2 is ON
-                      the input turned it ON in this scan
+                      input X2 turned it ON in this scan
             X3 ON would turn it ON in the next scan
         "#]],
     );
@@ -172,19 +172,18 @@ fn the_stop_of_the_controller_terminates() {
         "Y0",
         expect![[r#"
         Y0 is OFF
-          the termination of OUT Y0 turned it OFF in this scan: Side, rung 1, case.toml:17
-            because the controller stopped
-        nothing scans: it stays
-    "#]],
+          the controller stopped, which turned it OFF in this scan: OUT Y0, Side, rung 1, a.toml:17
+        the controller does not scan: it stays
+        "#]],
     );
     check(
         &plc,
         "Side.Running",
         expect![[r#"
-        Side.Running is OFF
-          the controller turned it OFF in this scan
-        nothing scans: it stays
-    "#]],
+            Side.Running is OFF
+              the controller turned it OFF in this scan
+            the controller does not scan: it stays
+        "#]],
     );
 }
 
@@ -205,18 +204,18 @@ fn before_the_start_memory_is_initial() {
         expect![[r#"
         size (D0) is 12
           (Parts in a crate)
-          nothing wrote it: a cold start's value
-          ADD size 1 to=size does not execute: Main, rung 1, case.toml:8: Main.Running is OFF
-            nothing wrote it: a cold start's value
-    "#]],
+          unchanged since rungd started: its initial value
+          ADD size 1 to=size does not execute (Main, rung 1, a.toml:8), because Main.Running is OFF
+            unchanged since rungd started: its initial value
+        "#]],
     );
     check(
         &ladder(text),
         "Main.Running",
         expect![[r#"
-        Main.Running is OFF
-          nothing wrote it: a cold start's value
-        no input alone would turn it ON in the next scan (1 tried)
-    "#]],
+            Main.Running is OFF
+              unchanged since rungd started: its initial value
+            one input is not enough to turn it ON in the next scan (1 tried)
+        "#]],
     );
 }

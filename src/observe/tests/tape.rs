@@ -30,7 +30,7 @@ pub fn tape(main: &str) -> Tape {
 
 /// A controller that is not started yet.
 pub fn ladder(text: &str) -> Tape {
-    let file = SourceFile { name: "case.toml".into(), text: text.into() };
+    let file = SourceFile { name: "a.toml".into(), text: text.into() };
     let (program, findings) = load_ladders(std::slice::from_ref(&file), &LoadOptions::default());
     let program = program.unwrap_or_else(|| panic!("{findings:?}"));
     let subject = Subject::new(Arc::new(program), vec![file]);
@@ -59,6 +59,10 @@ impl Tape {
     pub fn call(&mut self, call: EngineCall) {
         self.engine.apply(call);
         self.now.entries.push(TapeEntry::Call(call));
+    }
+
+    pub fn entry(&mut self, entry: TapeEntry) {
+        self.now.entries.push(entry);
     }
 
     pub fn from(&mut self, origin: Origin, who: &str) {
@@ -101,10 +105,18 @@ impl Tape {
     }
 
     pub fn answer(&self, name: &str, at: At) -> Explanation {
+        self.asked(name, (at, Limits::default()))
+    }
+
+    /// The answer of now with limits.
+    pub fn limited(&self, name: &str, limits: Limits) -> Explanation {
+        self.asked(name, (At::Now, limits))
+    }
+
+    fn asked(&self, name: &str, how: (At, Limits)) -> Explanation {
         let mut past = self.sections.clone();
         past.push(Arc::new(self.now.clone()));
-        let cell = self.cell(name);
-        let answer = self.subject.why(&mut past, cell, (at, Limits::default()));
+        let answer = self.subject.why(&mut past, self.cell(name), how);
         answer.unwrap_or_else(|refusal| panic!("{refusal:?}"))
     }
 

@@ -27,6 +27,10 @@ pub fn judge(
         return Err(format!("the value is {}", trace.state.value(cell)));
     }
     write(bench, &trace, answer)?;
+    changed(bench, &trace, answer)?;
+    if let Some(cause) = answer.changed.as_ref().and_then(|changed| changed.cause.as_ref()) {
+        reasons(bench, cause, rng)?;
+    }
     node(bench, &answer.root, rng)?;
     match &answer.change {
         Some(found) => change(bench, cell, &trace, found),
@@ -53,26 +57,8 @@ fn write(bench: &Bench, trace: &Trace, answer: &Explanation) -> Result<(), Strin
             _ => Err("nothing wrote it".to_owned()),
         };
     };
-    let is_it = |number: u32, rung: &RungName, place: &Place| {
-        let of = &trace.instructions[number as usize];
-        let Instruction { element, rung: at, branch, text, .. } = of;
-        (element, *at, *branch, text) == (&rung.element.name, rung.number, rung.branch, &place.text)
-    };
-    let same = match (&step.by, &write.cause) {
-        (By::Instruction(number), Cause::Instruction { rung, place, .. })
-        | (By::Pass(number), Cause::Pass { rung, place, .. }) => is_it(*number, rung, place),
-        (By::Turn(block), Cause::Turn { block: of, .. }) => {
-            bench.case.blocks[*block as usize].name == of.name
-        }
-        (By::Write, Cause::Outside { .. })
-        | (By::Force, Cause::Force { .. })
-        | (By::Controller, Cause::Controller) => true,
-        _ => false,
-    };
-    let scan = match write.since {
-        Since::At(when) => when.scan,
-        Since::Before(_) => None,
-    };
+    let same = is_by(bench, trace, &step.by, &write.cause);
+    let scan = scan_of(write.since);
     if !same || scan != step.scan || write.before.is_some() != step.changed {
         let text = match &step.by {
             By::Instruction(number) | By::Pass(number) => {
@@ -82,6 +68,66 @@ fn write(bench: &Bench, trace: &Trace, answer: &Explanation) -> Result<(), Strin
             _ => String::new(),
         };
         return Err(format!("the judge found {step:?}{text}"));
+    }
+    Ok(())
+}
+
+fn scan_of(since: Since) -> Option<u64> {
+    match since {
+        Since::At(when) => when.scan,
+        Since::Before(_) => None,
+    }
+}
+
+/// Whether a cause is what the judge saw.
+fn is_by(bench: &Bench, trace: &Trace, by: &By, cause: &Cause) -> bool {
+    let is_it = |number: u32, rung: &RungName, place: &Place| {
+        let of = &trace.instructions[number as usize];
+        let Instruction { element, rung: at, branch, text, .. } = of;
+        (element, *at, *branch, text) == (&rung.element.name, rung.number, rung.branch, &place.text)
+    };
+    match (by, cause) {
+        (By::Instruction(number), Cause::Instruction { rung, place, .. })
+        | (By::Pass(number), Cause::Pass { rung, place, .. }) => is_it(*number, rung, place),
+        (By::Turn(block), Cause::Turn { block: of, .. }) => {
+            bench.case.blocks[*block as usize].name == of.name
+        }
+        (By::Write, Cause::Outside { .. })
+        | (By::Force, Cause::Force { .. })
+        | (By::Controller, Cause::Controller) => true,
+        _ => false,
+    }
+}
+
+/// (a) The last change is told if the last scan only wrote the value again, and is that of the
+/// judge's trace: its scan, and what made it.
+fn changed(bench: &Bench, trace: &Trace, answer: &Explanation) -> Result<(), String> {
+    let write = &answer.root.write;
+    let is_step = matches!(write.cause, Cause::Instruction { .. } | Cause::Pass { .. });
+    let is_again = is_step && write.in_last_scan && write.before.is_none();
+    let last = trace.steps.iter().rfind(|step| step.changed);
+    let is_older = last.is_none_or(|step| step.scan != trace.scan);
+    let Some(changed) = &answer.changed else {
+        return match is_again && is_older {
+            true => Err(format!("it changed last before that: {last:?}")),
+            false => Ok(()),
+        };
+    };
+    if !is_again || !is_older {
+        return Err("the last change is that of the last write".to_owned());
+    }
+    let is_bit = answer.root.operand.is_bit;
+    let same = match (last, &changed.cause) {
+        (None, Some(Cause::Initial | Cause::Restored)) => true,
+        (Some(_), None) if !is_bit => true,
+        // It is the instruction that wrote in the last scan.
+        (Some(step), None) => is_by(bench, trace, &step.by, &write.cause),
+        (Some(step), Some(cause)) => is_bit && is_by(bench, trace, &step.by, cause),
+        (None, _) => false,
+    };
+    let scan = last.and_then(|step| step.scan);
+    if !same || scan_of(changed.since) != scan || changed.before.is_some() != last.is_some() {
+        return Err(format!("it changed last by {last:?}, and {changed:?} was told"));
     }
     Ok(())
 }
@@ -97,7 +143,20 @@ fn is_unjudged(cause: &Cause, bench: &Bench) -> bool {
 
 /// (b) and (c), of the operand and of all that is named below it.
 fn node(bench: &Bench, of: &Node, rng: &mut Rng) -> Result<(), String> {
-    match &of.write.cause {
+    reasons(bench, &of.write.cause, rng)?;
+    for idle in &of.idle {
+        match &idle.because {
+            Hindrance::Stopped(_, next) => followed(bench, next, rng)?,
+            Hindrance::Legs(legs) => {
+                legs.iter().try_for_each(|leg| check_leg(bench, leg, rng))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn reasons(bench: &Bench, of: &Cause, rng: &mut Rng) -> Result<(), String> {
+    match of {
         Cause::Instruction { legs, operands, .. } => {
             for leg in legs {
                 check_leg(bench, leg, rng)?;
@@ -112,14 +171,6 @@ fn node(bench: &Bench, of: &Node, rng: &mut Rng) -> Result<(), String> {
             of.legs.iter().try_for_each(|leg| check_leg(bench, leg, rng))?;
         }
         _ => {}
-    }
-    for idle in &of.idle {
-        match &idle.because {
-            Hindrance::Stopped(_, next) => followed(bench, next, rng)?,
-            Hindrance::Legs(legs) => {
-                legs.iter().try_for_each(|leg| check_leg(bench, leg, rng))?;
-            }
-        }
     }
     Ok(())
 }
