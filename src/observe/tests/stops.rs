@@ -215,7 +215,7 @@ fn before_the_start_memory_is_initial() {
         expect![[r#"
             Main.Running is OFF
               unchanged since rungd started: its initial value
-            one input is not enough to turn it ON in the next scan (1 tried)
+            no input turns it ON in the next scan
         "#]],
     );
 }
