@@ -6,7 +6,7 @@ use super::answer::{Limits, TapeEnd};
 use super::leaves::{LeafSeen, Side};
 use super::past::Moment;
 use super::replay::{Changed, Replay};
-use super::section_log::CellChange;
+use super::slice_run::CellChange;
 use super::subject::Subject;
 use super::watch::{Decided, Watch};
 use crate::engine::{Cell, Deed, EngineCall};

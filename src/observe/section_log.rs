@@ -2,26 +2,9 @@
 //!
 //! Made by executing the section once; asked for the last change of a cell.
 
-use super::slice_run::SliceRun;
-use crate::engine::{Cell, Deed};
+use super::slice_run::{CellChange, SliceRun};
+use crate::engine::Cell;
 use crate::runtime::{TapeEntry, TapeSection};
-
-/// A change of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct CellChange {
-    /// The entry of the call.
-    pub entry: u32,
-    /// The number of the step; 0: the call itself.
-    pub step: u32,
-    /// The cell.
-    pub cell: Cell,
-    /// What made it; `None`: the call itself.
-    pub by: Option<Deed>,
-    /// The value before.
-    pub before: i32,
-    /// The value after.
-    pub after: i32,
-}
 
 /// The changes of a section, in order.
 #[derive(Debug)]

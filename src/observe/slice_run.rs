@@ -7,7 +7,6 @@
 
 use std::ops::Range;
 
-use super::section_log::CellChange;
 use super::step_numbers::StepNumbers;
 use super::subject::Subject;
 use crate::engine::{
@@ -15,6 +14,23 @@ use crate::engine::{
 };
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
+
+/// A change of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct CellChange {
+    /// The entry of the call.
+    pub entry: u32,
+    /// The number of the step; 0: the call itself.
+    pub step: u32,
+    /// The cell.
+    pub cell: Cell,
+    /// What made it; `None`: the call itself.
+    pub by: Option<Deed>,
+    /// The value before.
+    pub before: i32,
+    /// The value after.
+    pub after: i32,
+}
 
 /// An engine of a slice, and what it may leave out.
 pub(super) struct SliceRun<'s> {
