@@ -5,7 +5,7 @@ use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
 use super::leaves::{LeafSeen, Side, side};
 use super::operands::structure;
 use super::past::{self, Moment};
-use super::replay::Changed;
+use super::replay::{Changed, SEARCHED_MAX};
 use crate::engine::{Cell, Deed, EngineCall};
 use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word, WordSpace};
@@ -44,8 +44,8 @@ impl Inquiry<'_> {
         if self.shown.iter().all(|shown| shown.cell != cell) {
             return false;
         }
-        let most = self.replay.sections_max();
-        let Changed::At(_, change) = self.replay.last_change(cell, at, most) else { return false };
+        let found = self.replay.last_change(cell, at, SEARCHED_MAX);
+        let Changed::At(_, change) = found else { return false };
         self.shown.iter().any(|shown| (shown.cell, shown.at) == (cell, change))
     }
 

@@ -5,7 +5,7 @@
 use super::answer::{Limits, TapeEnd};
 use super::leaves::{LeafSeen, Side};
 use super::past::Moment;
-use super::replay::{Changed, Replay};
+use super::replay::{Changed, Replay, SEARCHED_MAX};
 use super::slice_run::CellChange;
 use super::subject::Subject;
 use super::watch::{Decided, Watch};
@@ -102,7 +102,7 @@ impl<'a> Inquiry<'a> {
     /// it there, else the last that changed it.
     pub fn find(&mut self, cell: Cell, until: Moment) -> Found {
         // The operand of the question is searched to the end of the tape.
-        let most = if self.nodes == 0 { usize::MAX } else { self.replay.sections_max() };
+        let most = if self.nodes == 0 { usize::MAX } else { SEARCHED_MAX };
         let begin = self.replay.last_begin(until);
         let begin = begin.map(|(section, entry)| Moment { section, entry, step: 0 });
         let decided = begin.and_then(|begin| self.decided_in_scan(cell, begin, until));

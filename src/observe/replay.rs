@@ -26,8 +26,8 @@ const SECTIONS_MAX: usize = 256;
 /// The most states that are kept.
 const STATES_MAX: usize = 8;
 
-/// Sections times operations that a search for a lesser fact may execute.
-const SEARCHED_MAX: usize = 100_000;
+/// The most sections in which a lesser fact is looked for: two minutes.
+pub(super) const SEARCHED_MAX: usize = 120;
 
 /// The past of a subject.
 pub(super) struct Replay<'a> {
@@ -257,18 +257,11 @@ impl<'a> Replay<'a> {
         }
     }
 
-    /// The most sections that a search for a lesser fact executes step by step.
-    pub fn sections_max(&self) -> usize {
-        (SEARCHED_MAX / self.slice.places.len().max(1)).clamp(3, 120)
-    }
-
-    /// When a cell changed last, in a certain way. Of a large program only the last few sections
-    /// are searched.
+    /// When a cell changed last, in a certain way. Only the last two minutes are searched.
     pub fn since(&mut self, cell: Cell, at: Moment, is: &dyn Fn(&CellChange) -> bool) -> Since {
-        let most = self.sections_max();
         let mut section = at.section;
         let mut end = (at.entry, at.step);
-        for _ in 0..most {
+        for _ in 0..SEARCHED_MAX {
             if let Some(change) = self.log(section).and_then(|log| log.last(cell, end, is)) {
                 return Since::At(self.when_of(section, change.entry as usize));
             }

@@ -7,7 +7,7 @@ use super::answer::{
 };
 use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
 use super::past::Moment;
-use super::replay::Changed;
+use super::replay::{Changed, SEARCHED_MAX};
 use crate::engine::Cell;
 use crate::runtime::TapeEntry;
 use crate::runtime::exchange::Mode;
@@ -54,7 +54,7 @@ impl Inquiry<'_> {
     fn last_change(&mut self, root: &Node, at: Moment) -> Option<Found> {
         let (section, entry) = self.replay.last_begin(at)?;
         let begin = Moment { section, entry, step: 0 };
-        let most = self.replay.sections_max().saturating_mul(FARTHER);
+        let most = SEARCHED_MAX * FARTHER;
         let cell = root.operand.cell;
         match self.replay.last_change(cell, at, most) {
             Changed::At(change, when) if when < begin && change.after == root.value => {
