@@ -7,6 +7,7 @@ use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
 use crate::support::live::{Live, PATIENCE, ask};
+use crate::support::process::processor_time;
 use serde_json::Value;
 
 const PERIOD_MS: f64 = 10.0;
@@ -40,6 +41,20 @@ fn rest(mut stream: UnixStream) -> String {
 /// The number of descriptors that the controller has open.
 fn descriptors(live: &Live) -> usize {
     std::fs::read_dir(format!("/proc/{}/fd", live.child.id())).unwrap().count()
+}
+
+/// Waits until it works no longer on what it was sent, however slow the machine is.
+fn at_rest(live: &Live) {
+    let begun = Instant::now();
+    let mut used = processor_time(live.child.id());
+    loop {
+        std::thread::sleep(Duration::from_millis(500));
+        let now = processor_time(live.child.id());
+        if now - std::mem::replace(&mut used, now) < 0.1 {
+            return;
+        }
+        assert!(begun.elapsed() < 4 * PATIENCE, "it is still at work");
+    }
 }
 
 fn live() -> Live {
@@ -131,7 +146,7 @@ fn as_many_as_there_are_seats_who_never_read_keep_nobody_out() {
         stream.set_nonblocking(true).unwrap();
         let _ = stream.write(read.repeat(60).as_bytes());
     }
-    std::thread::sleep(Duration::from_millis(1500));
+    at_rest(&live);
     for _ in 0..5 {
         live.ok("read size");
     }
