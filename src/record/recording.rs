@@ -123,6 +123,15 @@ impl Recording {
         self.sections.len()
     }
 
+    /// The bytes of its files.
+    pub fn bytes(&self) -> u64 {
+        let bytes = |source: &RecordSource| match source {
+            RecordSource::File(path) => fs::metadata(path).map_or(0, |facts| facts.len()),
+            RecordSource::Bytes(bytes) => bytes.len() as u64,
+        };
+        self.sources.iter().map(bytes).sum()
+    }
+
     /// The head of a section.
     pub fn head(&self, at: usize) -> &BlockHead {
         &self.sections[at].block.head
