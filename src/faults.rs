@@ -25,6 +25,8 @@ pub enum FaultPoint {
     Disk,
     /// The disk of the scan log takes one second longer.
     RecordDisk,
+    /// The thread of the scan log stalls for five seconds.
+    Record,
 }
 
 #[cfg(debug_assertions)]
@@ -48,7 +50,7 @@ mod armed {
 
     use super::FaultPoint;
 
-    const POINTS: [(&str, FaultPoint); 8] = [
+    const POINTS: [(&str, FaultPoint); 9] = [
         ("scan", FaultPoint::Scan),
         ("stall", FaultPoint::Stall),
         ("thread", FaultPoint::Thread),
@@ -57,11 +59,14 @@ mod armed {
         ("shell", FaultPoint::Shell),
         ("disk", FaultPoint::Disk),
         ("record-disk", FaultPoint::RecordDisk),
+        ("record", FaultPoint::Record),
     ];
     /// The interval at which the file is read.
     const LOOK_EVERY: Duration = Duration::from_millis(1);
     /// The time for which a scan, or the disk, stalls.
     const STALL: Duration = Duration::from_secs(1);
+    /// The time for which the thread of the scan log stalls: until its buffer overflows.
+    const RECORD_STALL: Duration = Duration::from_secs(5);
 
     /// The point that has a fault when it is reached next; 0: none.
     static ARMED: AtomicU8 = AtomicU8::new(0);
@@ -98,6 +103,7 @@ mod armed {
             FaultPoint::Stall | FaultPoint::Disk | FaultPoint::RecordDisk => {
                 thread::sleep(STALL);
             }
+            FaultPoint::Record => thread::sleep(RECORD_STALL),
             FaultPoint::Scan
             | FaultPoint::Thread
             | FaultPoint::Monitor

@@ -14,6 +14,7 @@ use tokio::sync::oneshot;
 
 use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
+use crate::faults::{self, FaultPoint};
 use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder};
 use crate::runtime::exchange::Port;
 use crate::runtime::{TapeEntry, TapeReader};
@@ -140,6 +141,7 @@ impl Worker {
                 Err(RecvTimeoutError::Disconnected) => return,
             };
             let ended = ended.or(self.obey_all());
+            faults::point(FaultPoint::Record);
             self.read();
             let ended = ended.or(self.ended.take());
             if self.section.elapsed() >= SECTION_MAX || !self.asked.is_empty() || ended.is_some() {

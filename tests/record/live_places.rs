@@ -76,14 +76,20 @@ fn who_switches_it_off_has_nothing_on_disk() {
 }
 
 /// A client that writes what nobody foretells.
-struct Noise {
+pub struct Noise {
     client: Client,
     numbers: Numbers,
 }
 
 impl Noise {
+    /// Several of them at a controller.
+    pub fn at(address: &str, count: u64) -> Vec<Noise> {
+        let noise = |at| Noise { client: Client::connect(address), numbers: Numbers(at) };
+        (0..count).map(noise).collect()
+    }
+
     /// A few requests, each with as many registers as it may write.
-    fn write(&mut self) {
+    pub fn write(&mut self) {
         for at in 0..8 {
             let [high, low] = (at * 123_u16).to_be_bytes();
             let mut pdu = vec![16, high, low, 0, 123, 246];
@@ -109,8 +115,7 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
     let mut live = Live::of(home.clone(), run(&home, &[]));
     let status = Operator::new(&live).status();
     let address = status["devices"]["modbus"]["address"].as_str().unwrap();
-    let mut clients: Vec<Noise> =
-        (0..6).map(|at| Noise { client: Client::connect(address), numbers: Numbers(at) }).collect();
+    let mut clients = Noise::at(address, 6);
     let own = || {
         let own =
             |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().starts_with("controller-");

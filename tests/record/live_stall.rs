@@ -1,5 +1,6 @@
 //! The real rungd records on a disk that stalls: no scan is later than in a control run beside it.
-//! A stall that is shorter than the queue loses nothing; a longer one is told and leaves a gap.
+//! A stall that is shorter than the queue loses nothing; a longer one is told and leaves a gap. So
+//! does the log's own thread when it stalls and what comes in exceeds its buffer.
 //!
 //! A stall that outlasts the queue is had in a moment: whoever asks for what is in memory ends a
 //! block. The disk is an ext4 image that is frozen, which wants root and a loop device; or the
@@ -15,8 +16,9 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use serde_json::json;
+use serde_json::{Value, json};
 
+use crate::live_places::Noise;
 use crate::live_rig::{
     BUSY, FAST, Operator, Watch, count, ended, failing, is_late, last_scan, recorded, recorded_run,
     rounds, verified,
@@ -209,4 +211,64 @@ fn a_disk_thread_that_is_late_loses_nothing() {
         assert!(verified(&dir, false).scans >= scans || is_late);
         is_good
     });
+}
+
+/// `rungd` with these words, for people.
+fn rungd(words: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_rungd")).args(words).output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The log's own thread stalls while far more comes in than its buffer holds.
+#[test]
+fn steps_that_the_thread_was_too_late_for_are_counted_told_and_a_gap() {
+    if !cfg!(debug_assertions) {
+        return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
+    }
+    let settings = "[scan]\nperiod = \"2ms\"\n[modbus-server]\nlisten = \"127.0.0.1:0\"\n\
+                    writable = [\"MHR1..MHR1000\"]\n";
+    let (mut live, dir) = recorded(BUSY, settings);
+    let mut operator = Operator::new(&live);
+    let status = operator.status();
+    let mut clients = Noise::at(status["devices"]["modbus"]["address"].as_str().unwrap(), 6);
+    let faults = live.folder.join("faults");
+    let lost = |status: &Value| status["record"]["lost"].as_u64().unwrap();
+    let since = Instant::now();
+    while lost(&operator.status()) == 0 {
+        assert!(since.elapsed() < PATIENCE, "nothing is lost");
+        if !faults.exists() {
+            fs::write(&faults, "record").unwrap();
+        }
+        std::thread::scope(|scope| {
+            clients.iter_mut().for_each(|client| drop(scope.spawn(|| client.write())));
+        });
+        assert_eq!(operator.status()["mode"], "RUN");
+    }
+    let _ = fs::remove_file(&faults);
+    // A further stall may have begun; what is recorded behind it has a state once a second.
+    let seen = lost(&operator.status());
+    operator.await_scans(4_000);
+    let status = operator.status();
+    let (scans, lost) = (status["scans"].as_u64().unwrap(), lost(&status));
+    let asked = Instant::now();
+    let lines = ended(&mut live);
+    let is_late = is_late(asked);
+    let told = lines.iter().filter(|line| line["event"] == "record-lost");
+    let told: Vec<u64> = told.map(|line| line["steps"].as_u64().unwrap()).collect();
+    assert!(lost >= seen && told.iter().sum::<u64>() == lost, "{told:?} of {lost}");
+    assert!(told.len() < 10, "a line for each stretch that is lost: {told:?}");
+    let verified = verified(&dir, false);
+    let recording = Recording::open(&dir).unwrap();
+    let bodies = (0..recording.count()).map(|at| recording.read(at).unwrap().unwrap().1);
+    assert_eq!(bodies.map(|body| body.lost).sum::<u64>(), lost);
+    assert!(verified.gaps >= 1 && (is_late || last_scan(&recording) >= scans), "{verified:?}");
+    let path = dir.to_str().unwrap();
+    let gap = match told[0] {
+        1 => "a gap: 1 scan is lost".to_owned(),
+        steps => format!("a gap: {steps} scans are lost"),
+    };
+    assert!(rungd(&["record", "list", path]).contains(&gap), "{gap}");
+    assert!(rungd(&["record", "info", path]).contains(&gap), "{gap}");
+    let replayed = rungd(&["replay", path]);
+    assert!(replayed.contains(" gap") && replayed.contains(" step"), "{replayed}");
 }
