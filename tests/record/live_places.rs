@@ -211,3 +211,24 @@ fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
         assert!(answer["ok"]["base64"].is_string(), "{answer:.200}");
     }
 }
+
+#[test]
+fn who_asks_often_makes_no_small_blocks() {
+    let home = folder(BUSY, FAST);
+    let dir = home.join("log");
+    let mut live = Live::of(home.clone(), recorded_run(&home, &dir));
+    let mut operator = Operator::new(&live);
+    for _ in 0..300 {
+        assert!(operator.ask(&json!({"do": "recording"}))["ok"]["base64"].is_string());
+        operator.await_scans(1);
+    }
+    let since = Instant::now();
+    let scans = operator.scans();
+    ended(&mut live);
+    let is_late = is_late(since);
+    let recording = Recording::open(&dir).unwrap();
+    // A second of scans in each, and the ends.
+    let most = scans / 500 + 4;
+    assert!((recording.count() as u64) <= most, "{} of {scans} scans", recording.count());
+    assert!(verified(&dir, false).scans >= scans || is_late);
+}
