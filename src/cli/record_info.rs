@@ -212,7 +212,10 @@ impl RecordInfo {
             })
         };
         let change = |(at, what): &(i64, String)| json!({ "unix_ns": at, "what": what });
-        let gap = |gap: &InfoGap| json!({ "unix_ns": gap.at_ns, "after_ns": gap.lasts_ns, "what": gap.what });
+        let gap = |gap: &InfoGap| {
+            let InfoGap { at_ns, lasts_ns, what } = gap;
+            json!({ "unix_ns": at_ns, "after_ns": lasts_ns, "what": what })
+        };
         json!({
             "programs": self.programs.iter().map(program).collect::<Vec<_>>(),
             "begin_unix_ns": self.span.map(|(begin, _)| begin),

@@ -143,8 +143,8 @@ impl Recorder {
         block
     }
 
-    /// The section under way as a block, for a reader: it goes on, and the block that it ends as has
-    /// the same number. Call it when the tape has nothing more for now.
+    /// The section under way as a block, for a reader: it goes on, and the block that it ends as
+    /// has the same number. Call it when the tape has nothing more for now.
     pub fn under_way(&self) -> Option<RecordBlock> {
         let is_due = |open: &&OpenSection| !open.entries.is_empty() && !self.awaits_state;
         let open = self.open.as_ref().filter(is_due)?;
