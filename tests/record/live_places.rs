@@ -217,7 +217,7 @@ fn who_asks_often_makes_no_small_blocks() {
     let home = folder(BUSY, FAST);
     let dir = home.join("log");
     let mut live = Live::of(home.clone(), recorded_run(&home, &dir));
-    let mut operator = Operator::new(&live);
+    let (mut operator, begun) = (Operator::new(&live), Instant::now());
     for _ in 0..300 {
         assert!(operator.ask(&json!({"do": "recording"}))["ok"]["base64"].is_string());
         operator.await_scans(1);
@@ -225,10 +225,10 @@ fn who_asks_often_makes_no_small_blocks() {
     let since = Instant::now();
     let scans = operator.scans();
     ended(&mut live);
-    let is_late = is_late(since);
+    let (is_late, lasted_s) = (is_late(since), begun.elapsed().as_secs());
     let recording = Recording::open(&dir).unwrap();
-    // A second of scans in each, and the ends.
-    let most = scans / 500 + 4;
-    assert!((recording.count() as u64) <= most, "{} of {scans} scans", recording.count());
+    // A second in each, and the ends.
+    let (count, most) = (recording.count() as u64, lasted_s + 5);
+    assert!(count <= most, "{count} in {lasted_s} s");
     assert!(verified(&dir, false).scans >= scans || is_late);
 }

@@ -187,7 +187,9 @@ fn a_stall_that_is_longer_is_told_and_leaves_a_gap() {
         let asked = Instant::now();
         let lines = ended(&mut on.live);
         let is_late = is_late(asked);
-        assert_eq!(count(&lines, "record-failed"), 1, "{lines:#?}");
+        // An end that waits for a busy disk for two seconds says so too.
+        let most = 1 + usize::from(asked.elapsed() >= Duration::from_secs(2));
+        assert!((1..=most).contains(&count(&lines, "record-failed")), "{lines:#?}");
         assert_eq!(count(&lines, "record-resumed"), 1, "{lines:#?}");
         let verified = verified(&on.dir, true);
         assert!(verified.gaps >= 1 && verified.scans < scans, "{verified:?}");
