@@ -25,10 +25,14 @@ pub enum FaultPoint {
     Disk,
     /// The disk of the scan log takes one second longer.
     RecordDisk,
+    /// The thread of the scan log stalls for five seconds.
+    Record,
+    /// The section of the scan log that is under way ends.
+    RecordSection,
 }
 
 #[cfg(debug_assertions)]
-pub use armed::{listen, point};
+pub use armed::{is_due, listen, point};
 
 /// Nothing, in a build without debug assertions.
 #[cfg(not(debug_assertions))]
@@ -39,6 +43,13 @@ pub fn listen() {}
 #[inline(always)]
 pub fn point(_: FaultPoint) {}
 
+/// Never, in a build without debug assertions.
+#[cfg(not(debug_assertions))]
+#[inline(always)]
+pub fn is_due(_: FaultPoint) -> bool {
+    false
+}
+
 #[cfg(debug_assertions)]
 mod armed {
     use std::path::Path;
@@ -48,7 +59,7 @@ mod armed {
 
     use super::FaultPoint;
 
-    const POINTS: [(&str, FaultPoint); 8] = [
+    const POINTS: [(&str, FaultPoint); 10] = [
         ("scan", FaultPoint::Scan),
         ("stall", FaultPoint::Stall),
         ("thread", FaultPoint::Thread),
@@ -57,11 +68,15 @@ mod armed {
         ("shell", FaultPoint::Shell),
         ("disk", FaultPoint::Disk),
         ("record-disk", FaultPoint::RecordDisk),
+        ("record", FaultPoint::Record),
+        ("record-section", FaultPoint::RecordSection),
     ];
     /// The interval at which the file is read.
     const LOOK_EVERY: Duration = Duration::from_millis(1);
     /// The time for which a scan, or the disk, stalls.
     const STALL: Duration = Duration::from_secs(1);
+    /// The time for which the thread of the scan log stalls: until its buffer overflows.
+    const RECORD_STALL: Duration = Duration::from_secs(5);
 
     /// The point that has a fault when it is reached next; 0: none.
     static ARMED: AtomicU8 = AtomicU8::new(0);
@@ -86,18 +101,25 @@ mod armed {
         }
     }
 
+    /// Whether a fault was requested for this point; it then is over.
+    pub fn is_due(point: FaultPoint) -> bool {
+        let (own, order) = (point as u8, Ordering::AcqRel);
+        ARMED.load(Ordering::Relaxed) == own
+            && ARMED.compare_exchange(own, 0, order, Ordering::Acquire).is_ok()
+    }
+
     /// A fault, if one was requested for this point.
     pub fn point(point: FaultPoint) {
-        let (own, order) = (point as u8, Ordering::AcqRel);
-        if ARMED.load(Ordering::Relaxed) != own
-            || ARMED.compare_exchange(own, 0, order, Ordering::Acquire).is_err()
-        {
+        if !is_due(point) {
             return;
         }
         match point {
+            // What it does stands where it is asked for.
+            FaultPoint::RecordSection => {}
             FaultPoint::Stall | FaultPoint::Disk | FaultPoint::RecordDisk => {
                 thread::sleep(STALL);
             }
+            FaultPoint::Record => thread::sleep(RECORD_STALL),
             FaultPoint::Scan
             | FaultPoint::Thread
             | FaultPoint::Monitor

@@ -17,6 +17,7 @@ mod mode;
 mod operator;
 mod read;
 mod record;
+mod record_info;
 mod recorded_plant;
 mod recorded_trace;
 mod recording;

@@ -1,6 +1,6 @@
 //! `rungd record`: lists, verifies and cuts recordings, and writes out the program in one.
 //!
-//! `replay` executes a recording and traces it; `record_test` makes a test of one.
+//! `replay` executes a recording and traces it, for `export` too; `record_info` tells what one is.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -13,7 +13,10 @@ use clap::{Args, Subcommand};
 
 use super::exit::Exit;
 use super::operator::OperatorArgs;
+use super::record_info::RecordInfo;
 use super::recording::{self, RecordedStretch, stretches};
+use super::replay;
+use super::replay_args::ReplayArgs;
 use super::terminal::{one_line, plain_json, print, say_line};
 use super::when::{LocalClock, When};
 use crate::record::{Recording, Verified};
@@ -34,6 +37,11 @@ enum RecordCommand {
         #[command(flatten)]
         of: RecordingSource,
     },
+    /// Tells what a recording is: its program, time, scans, size, changes of mode and gaps
+    Info {
+        #[command(flatten)]
+        of: RecordingSource,
+    },
     /// Executes a recording again, and compares every hash in it
     Verify {
         #[command(flatten)]
@@ -47,6 +55,20 @@ enum RecordCommand {
         part: RecordedPart,
         /// The file to write
         #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Writes the values of operands, scan by scan: as `rungd replay --trace`
+    Export {
+        #[command(flatten)]
+        of: RecordingSource,
+        #[command(flatten)]
+        part: RecordedPart,
+        /// Operands, in this order
+        #[arg(long, value_name = "A,B,…", value_delimiter = ',', required = true)]
+        watch: Vec<String>,
+        /// The file to write: CSV, a timing diagram if the name ends in .svg, waves if in .vcd; -
+        /// is CSV on standard output
+        #[arg(short, long, value_name = "X.csv|X.svg|X.vcd|-")]
         output: PathBuf,
     },
     /// Makes a test of a part of a recording: what came in as steps, outputs and alarms as
@@ -101,10 +123,17 @@ pub struct RecordedPart {
 /// The recording cannot be read, or the output cannot be written.
 pub fn record(args: &RecordArgs) -> Result<Exit> {
     let (RecordCommand::List { of }
+    | RecordCommand::Info { of }
+    | RecordCommand::Export { of, .. }
     | RecordCommand::Verify { of }
     | RecordCommand::Cut { of, .. }
     | RecordCommand::Test { of, .. }
     | RecordCommand::Files { of, .. }) = &args.what;
+    if let RecordCommand::Export { output, .. } = &args.what
+        && let Some(exit) = replay::refused_trace(("-o", output), of.path.iter())?
+    {
+        return Ok(exit);
+    }
     let recording = match recording::of(of.path.as_ref(), &of.at)? {
         Ok(recording) => recording,
         Err(exit) => return Ok(exit),
@@ -112,6 +141,14 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
     tell_flaws(&recording);
     match &args.what {
         RecordCommand::List { of } => list(&recording, of.at.json),
+        RecordCommand::Info { of } => info(&recording, of.at.json),
+        RecordCommand::Export { of, part, watch, output } => {
+            let RecordedPart { from, to } = part.clone();
+            let (recorded, trace) = (of.path.clone().unwrap_or_default(), Some(output.clone()));
+            let (ladder, watch) = (Vec::new(), Some(watch.clone()));
+            let args = ReplayArgs { recording: recorded, from, to, ladder, watch, trace };
+            replay::replay_of(&args, recording)
+        }
         RecordCommand::Verify { of } => verify(recording, of.at.json),
         RecordCommand::Cut { part, output, .. } => cut(&recording, part, output),
         RecordCommand::Test { part, output, .. } => test(recording, part, output),
@@ -139,6 +176,16 @@ fn list(recording: &Recording, json: bool) -> Result<Exit> {
     }
     for stretch in &all {
         print(&stretch_text(recording, stretch, &clock))?;
+    }
+    Ok(Exit::Ok)
+}
+
+fn info(recording: &Recording, json: bool) -> Result<Exit> {
+    let info = RecordInfo::of(recording);
+    if json {
+        print(&format!("{}\n", plain_json(&info.json().to_string())))?;
+    } else {
+        print(&info.text(&LocalClock::here()))?;
     }
     Ok(Exit::Ok)
 }

@@ -119,6 +119,7 @@ impl RecordedStretch {
         let read = recording.read(first).ok().flatten();
         Some(match read.map_or(0, |(_, body)| body.lost) {
             0 => "a gap: nothing was recorded here".to_owned(),
+            1 => "a gap: 1 scan is lost".to_owned(),
             lost => format!("a gap: {lost} scans are lost"),
         })
     }

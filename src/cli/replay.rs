@@ -4,6 +4,7 @@
 //! It writes nothing but its trace, and asks no running controller.
 
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
@@ -26,18 +27,41 @@ use crate::record::{RecordedProgram, Recording, Replay, Verified};
 /// The recording cannot be read, or the trace cannot be written.
 pub fn replay(args: &ReplayArgs) -> Result<Exit> {
     if let Some(trace) = &args.trace {
-        trace_file::refuse_other_forms(trace)?;
         let reads = args.ladder.iter().chain([&args.recording]);
-        if let Some(read) = trace_file::overwritten(trace, reads) {
-            let (trace, read) = (trace.display(), read.display());
-            say_line(&format!("error: --trace {trace} would overwrite {read}, which it reads"));
-            return Ok(Exit::Usage);
+        if let Some(exit) = refused_trace(("--trace", trace), reads)? {
+            return Ok(exit);
         }
     }
     let recording = recording::opened(&args.recording)?;
     for (path, flaw) in &recording.flaws {
         say_line(&format!("warning: {}: {flaw}", path.display()));
     }
+    replay_of(args, recording)
+}
+
+/// Refuses a trace, as an option names it, whose form is unknown or that would overwrite what is
+/// read.
+///
+/// # Errors
+/// The command line is wrong.
+pub(super) fn refused_trace<'p>(
+    (option, trace): (&str, &Path),
+    reads: impl Iterator<Item = &'p PathBuf>,
+) -> Result<Option<Exit>> {
+    trace_file::refuse_other_forms(option, trace)?;
+    let read = trace_file::overwritten(trace, reads);
+    Ok(read.map(|read| {
+        let (trace, read) = (trace.display(), read.display());
+        say_line(&format!("error: {option} {trace} would overwrite {read}, which it reads"));
+        Exit::Usage
+    }))
+}
+
+/// Replays an open recording.
+///
+/// # Errors
+/// As [`replay`].
+pub(super) fn replay_of(args: &ReplayArgs, recording: Recording) -> Result<Exit> {
     let clock = LocalClock::here();
     let window = match ReplayWindow::of((args.from.as_ref(), args.to.as_ref()), &clock, &recording)
     {

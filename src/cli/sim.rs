@@ -111,7 +111,7 @@ pub fn sim(args: &SimArgs) -> Result<Exit> {
 }
 
 fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
-    trace_file::refuse_other_forms(&args.trace)?;
+    trace_file::refuse_other_forms("--trace", &args.trace)?;
     let (engine_program, symbols) = lower(program);
     let plan = Plan {
         period_ms: args.period,

@@ -69,18 +69,18 @@ impl ValueTrace for TraceFile<'_> {
     }
 }
 
-/// Refuses a name whose ending says no form.
+/// Refuses a name, as an option gives it, whose ending says no form.
 ///
 /// # Errors
 /// The command line is wrong.
-pub(super) fn refuse_other_forms(trace: &Path) -> Result<()> {
+pub(super) fn refuse_other_forms(option: &str, trace: &Path) -> Result<()> {
     let name = trace.display();
     match extension(trace) {
         _ if trace == Path::new("-") || trace.starts_with("/dev") => Ok(()),
         Some("csv" | "svg" | "vcd") => Ok(()),
         _ => {
             let words = format!(
-                "--trace {name}: the ending says the form, and is `.csv`, `.svg` or `.vcd`"
+                "{option} {name}: the ending says the form, and is `.csv`, `.svg` or `.vcd`"
             );
             Err(CommandLine(words).into())
         }

@@ -14,6 +14,7 @@ use tokio::sync::oneshot;
 
 use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
+use crate::faults::{self, FaultPoint};
 use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder};
 use crate::runtime::exchange::Port;
 use crate::runtime::{TapeEntry, TapeReader};
@@ -140,9 +141,11 @@ impl Worker {
                 Err(RecvTimeoutError::Disconnected) => return,
             };
             let ended = ended.or(self.obey_all());
+            faults::point(FaultPoint::Record);
             self.read();
             let ended = ended.or(self.ended.take());
-            if self.section.elapsed() >= SECTION_MAX || !self.asked.is_empty() || ended.is_some() {
+            let is_cut_short = faults::is_due(FaultPoint::RecordSection);
+            if self.section.elapsed() >= SECTION_MAX || ended.is_some() || is_cut_short {
                 self.flush();
             }
             self.answer();
@@ -234,9 +237,18 @@ impl Worker {
         }
     }
 
+    /// Answers with all up to now. The section under way goes on: who asks often would else make
+    /// many small blocks, on disk too.
     fn answer(&mut self) {
+        if self.asked.is_empty() {
+            return;
+        }
+        let bytes = match self.recorder.under_way() {
+            Some(block) => self.recent.write_with(&block),
+            None => self.recent.write(),
+        };
         for asked in self.asked.drain(..) {
-            let _ = asked.send(self.recent.write());
+            let _ = asked.send(bytes.clone());
         }
     }
 }

@@ -43,6 +43,7 @@ mod sensaphone;
 mod slice;
 mod state;
 mod state_bytes;
+mod state_check;
 mod step_reads;
 mod steps;
 mod termination;
@@ -63,6 +64,7 @@ pub(crate) use program::{Batch, BlockCode, BlockRole, ElementCode, PassStep, Tab
 pub use scan::{Engine, ScanEnd, ScanTimes};
 pub(crate) use slice::Slice;
 pub use state::EngineState;
+pub(crate) use state_check::TIME_END_NS;
 pub use transfer::{Renumbered, Transfer};
 pub(crate) use transfer::{Restage, Stretch};
 pub(crate) use written::Stretches;

@@ -116,7 +116,8 @@ pub struct Program {
     pub word_count: u32,
     /// The values of bits after a cold start; all others are OFF.
     pub(crate) initial_bits: Vec<(BitCell, bool)>,
-    /// The values of words after a cold start (and the constants); all others are 0.
+    /// The values of words after a cold start; all others are 0. Those of private words are
+    /// constants.
     pub(crate) initial_words: Vec<(WordCell, i32)>,
     /// Operations, batches, terminations.
     pub tables: Tables,

@@ -119,10 +119,10 @@ impl EngineState {
 }
 
 impl Engine {
-    /// Goes on from a state of the same program; false, and nothing is changed, if it has a
-    /// different shape. Allocates nothing.
+    /// Goes on from a state of the same program; false, and nothing is changed, if it is none.
+    /// Allocates nothing.
     pub fn resume(&mut self, state: &EngineState) -> bool {
-        if !state.fits(&self.machine.program) {
+        if !state.is_of(&self.machine.program) {
             return false;
         }
         let machine = &mut self.machine;

@@ -1,10 +1,12 @@
 //! A state as bytes, and back: what `docs/record-format.md` calls a base image.
 //!
 //! `record` compresses, checks and stores these bytes. All numbers are little-endian. Bytes from
-//! outside never panic: [`EngineState::read`] refuses what no state can be.
+//! outside never panic: [`EngineState::read`] refuses what no state can be, of whatever program;
+//! `state_check` refuses what no state of a certain program can be.
 
 use super::blocks::{BlockState, StageState};
 use super::state::EngineState;
+use super::state_check::{INTERVAL_MAX_NS, TIME_END_NS};
 
 impl EngineState {
     /// Appends the state.
@@ -35,7 +37,7 @@ impl EngineState {
     /// Reads a state that takes all of `bytes`; `None`: these bytes are no state.
     pub fn read(bytes: &[u8]) -> Option<EngineState> {
         let mut bytes = StateReader(bytes);
-        let (now_ns, start_ns, scans) = (bytes.u64()?, bytes.u64()?, bytes.u64()?);
+        let (now_ns, start_ns, scans) = (bytes.time_ns()?, bytes.time_ns()?, bytes.u64()?);
         let [last, stop_requested] = bytes.flags()?;
         let count = bytes.u32()? as usize;
         let bits: Box<[u8]> = bytes.take(count)?.into();
@@ -99,11 +101,24 @@ impl<'b> StateReader<'b> {
         (u32::from(byte) < 1 << N).then(|| std::array::from_fn(|at| byte >> at & 1 == 1))
     }
 
-    /// The forced ones of so many cells.
+    /// A time, ns.
+    fn time_ns(&mut self) -> Option<u64> {
+        self.u64().filter(|time_ns| *time_ns < TIME_END_NS)
+    }
+
+    /// A time, whole ms.
+    fn time_ms(&mut self) -> Option<u64> {
+        self.u64().filter(|time_ms| *time_ms < TIME_END_NS / 1_000_000)
+    }
+
+    /// The forced ones of so many cells: each once, in ascending order.
     fn forced(&mut self, cells: usize) -> Option<Box<[bool]>> {
         let mut forced = vec![false; cells];
+        let mut least = 0;
         for _ in 0..self.u32()? {
-            *forced.get_mut(self.u32()? as usize)? = true;
+            let at = self.u32()? as usize;
+            *forced.get_mut(at).filter(|_| at >= least)? = true;
+            least = at + 1;
         }
         Some(forced.into())
     }
@@ -115,8 +130,9 @@ impl<'b> StateReader<'b> {
 
     fn block(&mut self) -> Option<BlockState> {
         let [pass_due, first_turn, executed, recurrent] = self.flags()?;
-        let (executed_ms, enabled_ns) = (self.u64()?, self.u64()?);
-        let (every_ns, intervals) = (self.u64()?, self.u64()?);
+        let (executed_ms, enabled_ns) = (self.time_ms()?, self.time_ns()?);
+        let every_ns = self.u64().filter(|every_ns| *every_ns <= INTERVAL_MAX_NS)?;
+        let intervals = self.time_ns()?;
         Some(BlockState {
             pass_due,
             first_turn,
@@ -131,6 +147,6 @@ impl<'b> StateReader<'b> {
 
     fn stage(&mut self) -> Option<StageState> {
         let [pass_due, executed] = self.flags()?;
-        Some(StageState { pass_due, executed, executed_ms: self.u64()? })
+        Some(StageState { pass_due, executed, executed_ms: self.time_ms()? })
     }
 }

@@ -12,7 +12,8 @@ rows! {
          comes in from now on is missing on disk. The line comes every minute while the trouble \
          lasts.",
         "Do what the line says: free room on the disk, mend the rights of the folder, replace a \
-         disk that fails, change `[record] dir`. rungd tries again by itself.";
+         disk that fails, stop another rungd of the same name, change `[record] dir`. rungd \
+         tries again by itself.";
 
     RECORD_RESUMED = 1203, "record-resumed", Info, NONE:
         "c2d5e8f1a40b4b6f9d3a7e60b8c91f24",

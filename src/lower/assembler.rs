@@ -145,9 +145,15 @@ impl<'p> Assembler<'p> {
         if let Some(cell) = self.constants.get(&value) {
             return *cell;
         }
-        let cell = self.words;
-        self.words += 1;
+        let cell = self.fixed_word(value);
         self.constants.insert(value, cell);
+        cell
+    }
+
+    /// Allots a private word that keeps its value. Those that are written begin with 0, so the
+    /// private words with a value at the start are those that never change.
+    fn fixed_word(&mut self, value: i32) -> u32 {
+        let cell = self.private_word();
         self.initial_words.push((WordCell(cell), value));
         cell
     }
@@ -167,13 +173,10 @@ impl<'p> Assembler<'p> {
         AnyWord { word: self.value(value), real: value.is_real() }
     }
 
-    /// Allots a private word.
-    pub fn private_word(&mut self, initial: i32) -> u32 {
+    /// Allots a private word, 0 at the start.
+    pub fn private_word(&mut self) -> u32 {
         let cell = self.words;
         self.words += 1;
-        if initial != 0 {
-            self.initial_words.push((WordCell(cell), initial));
-        }
         cell
     }
 
@@ -202,8 +205,8 @@ impl<'p> Assembler<'p> {
         all.truncate(if each { all.len() } else { 1 });
         let first = self.words;
         for (low, high) in all {
-            self.private_word(low);
-            self.private_word(high);
+            self.fixed_word(low);
+            self.fixed_word(high);
         }
         let limits = ArrayLimits { first, each };
         self.array_limits.insert(key, limits);

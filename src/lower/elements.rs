@@ -30,7 +30,7 @@ impl Assembler<'_> {
     pub fn picked_word(&mut self, element: Element) -> WordRead {
         let from = WordsRead(self.cells(element.array));
         let index = WordRead(self.layout.word(element.index).0);
-        let cell = self.private_word(0);
+        let cell = self.private_word();
         self.op(Op::PickWord(PickWord { cell: WordWritten(cell), from, index }));
         WordRead(cell)
     }
@@ -75,7 +75,7 @@ impl Assembler<'_> {
 
     /// A MATH that reads an element into a private word.
     fn reading(&mut self, element: Element, leg: LegPowers) -> (Math, WordRead) {
-        let cell = self.private_word(0);
+        let cell = self.private_word();
         let parts = vec![Part::Word(element.index), Part::Element(element.array)];
         let (min, max) = (i32::MIN, i32::MAX);
         let to = Target { word: WordWritten(cell), min, max };
@@ -129,7 +129,7 @@ impl Assembler<'_> {
         let cell = match index.parts[..] {
             [Part::Word(word)] => self.layout.word(word).0,
             _ => {
-                let cell = self.private_word(0);
+                let cell = self.private_word();
                 let math = self.formula_into(Put::Index(WordWritten(cell)), index, leg);
                 self.op(Op::Math(math));
                 cell

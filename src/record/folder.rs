@@ -5,10 +5,23 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+
+use rustix::fs::{FlockOperation, OFlags, flock};
+use rustix::io::Errno;
+
+use crate::retain::file::is_named;
 
 /// A folder with one file open for writing at most.
 pub trait Folder {
+    /// Owns the files of a controller until the folder is dropped: no other process deletes them.
+    /// Called again after a failure.
+    ///
+    /// # Errors
+    /// `ResourceBusy` if another process owns them; else the system's.
+    fn own(&mut self, controller: &str) -> io::Result<()>;
+
     /// All of its files: names and bytes.
     ///
     /// # Errors
@@ -50,12 +63,14 @@ pub trait Folder {
 pub struct FolderOnDisk {
     path: PathBuf,
     open: Option<File>,
+    /// The locked file of the controller whose files it owns.
+    lock: Option<File>,
 }
 
 impl FolderOnDisk {
     /// The folder at a path; it is made when it is needed.
     pub fn new(path: &Path) -> FolderOnDisk {
-        FolderOnDisk { path: path.to_owned(), open: None }
+        FolderOnDisk { path: path.to_owned(), open: None, lock: None }
     }
 
     fn opened(&mut self) -> io::Result<&mut File> {
@@ -63,9 +78,39 @@ impl FolderOnDisk {
     }
 }
 
+/// Locks a file against other processes. A file system without locks has none to offer.
+fn lock(file: &File) -> io::Result<()> {
+    match flock(file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) | Err(Errno::NOTSUP | Errno::NOSYS | Errno::NOLCK) => Ok(()),
+        Err(Errno::WOULDBLOCK) => Err(io::Error::new(
+            io::ErrorKind::ResourceBusy,
+            "another rungd records under the same name in this folder: stop it, or name another \
+             `[record] dir`",
+        )),
+        Err(error) => Err(error.into()),
+    }
+}
+
 impl Folder for FolderOnDisk {
-    fn list(&mut self) -> io::Result<Vec<(String, u64)>> {
+    fn own(&mut self, controller: &str) -> io::Result<()> {
         fs::create_dir_all(&self.path)?;
+        let path = self.path.join(format!("{controller}.lock"));
+        if self.lock.as_ref().is_some_and(|held| is_named(held, &path)) {
+            return Ok(());
+        }
+        // Somebody deleted the file: other processes lock a new one.
+        self.lock = None;
+        // Neither waits for a pipe nor follows a link.
+        let flags = (OFlags::NONBLOCK | OFlags::NOFOLLOW).bits() as i32;
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).truncate(false).custom_flags(flags);
+        let file = options.open(path)?;
+        lock(&file)?;
+        self.lock = Some(file);
+        Ok(())
+    }
+
+    fn list(&mut self) -> io::Result<Vec<(String, u64)>> {
         let mut files = Vec::new();
         for entry in fs::read_dir(&self.path)? {
             let entry = entry?;

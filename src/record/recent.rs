@@ -103,6 +103,25 @@ impl Recent {
         self.blocks.back().map(|block| block.end_ns)
     }
 
+    /// All of it as a recording, with a block behind it that is not kept.
+    pub fn write_with(&self, last: &RecordBlock) -> Vec<u8> {
+        let mut out = self.write();
+        if self.blocks.is_empty() && !last.has_base() {
+            return out;
+        }
+        let newest = self.programs.back();
+        let sum = match newest.filter(|newest| Arc::ptr_eq(&newest.program, &last.program)) {
+            Some(newest) => newest.start.sum,
+            None => {
+                let start = SegmentStart::new(&last.program);
+                out.extend_from_slice(&start.bytes);
+                start.sum
+            }
+        };
+        last.write(sum, true, &mut out);
+        out
+    }
+
     /// All of it as a recording: a segment for each program.
     pub fn write(&self) -> Vec<u8> {
         let mut out = Vec::with_capacity(self.used());

@@ -42,6 +42,7 @@ pub struct Recorder {
 }
 
 /// The section that is being made.
+#[derive(Clone)]
 struct OpenSection {
     generation: u32,
     /// The bytes of the state at its start; `None`: where the section before it ended.
@@ -128,8 +129,8 @@ impl Recorder {
         }
     }
 
-    /// Ends the section here, without a state: so that it is on the disk, or for a reader. What
-    /// comes next goes on from it. Call it when the tape has nothing more for now.
+    /// Ends the section here, without a state: so that it is on the disk. What comes next goes on
+    /// from it. Call it when the tape has nothing more for now.
     pub fn flush(&mut self, clock: TapeClock) -> Option<RecordBlock> {
         let is_due = |open: &&OpenSection| !open.entries.is_empty() && !self.awaits_state;
         let open = self.open.as_ref().filter(is_due)?;
@@ -140,6 +141,14 @@ impl Recorder {
         // Without a block, what comes next has no state to go on from.
         self.open = block.is_some().then_some(next);
         block
+    }
+
+    /// The section under way as a block, for a reader: it goes on, and the block that it ends as
+    /// has the same number. Call it when the tape has nothing more for now.
+    pub fn under_way(&self) -> Option<RecordBlock> {
+        let is_due = |open: &&OpenSection| !open.entries.is_empty() && !self.awaits_state;
+        let open = self.open.as_ref().filter(is_due)?;
+        self.block(open.clone(), None, &mut self.who.clone())
     }
 
     /// The monotonic time of the newest scan that was taken, ns, if there is one in this section.
@@ -180,6 +189,19 @@ impl Recorder {
     /// Makes a block of the open section; none if its program is unknown.
     fn close(&mut self, hash: Option<StateHash>) -> Option<RecordBlock> {
         let open = self.open.take()?;
+        let mut who = std::mem::take(&mut self.who);
+        let block = self.block(open, hash, &mut who);
+        self.who = who;
+        self.sequence += u64::from(block.is_some());
+        block
+    }
+
+    fn block(
+        &self,
+        open: OpenSection,
+        hash: Option<StateHash>,
+        who: &mut WhoNotes,
+    ) -> Option<RecordBlock> {
         let program = self.programs.get(&open.generation)?.clone();
         let swapped = open.entries.iter().any(|entry| matches!(entry, TapeEntry::Swap { .. }));
         let unix_ns = |time_ns| open.clock.unix_offset_ns.saturating_add_unsigned(time_ns);
@@ -194,12 +216,11 @@ impl Recorder {
             follows: open.follows,
             end_hash: hash.filter(|_| !swapped),
         };
-        self.sequence += 1;
         let section = SectionBody {
             mode: open.mode,
             unix_offset_ns: open.clock.unix_offset_ns,
             lost: open.lost,
-            who: self.who.of_section(&open.entries),
+            who: who.of_section(&open.entries),
             entries: open.entries,
         };
         Some(RecordBlock::new(program, head, open.state.as_deref(), &section))

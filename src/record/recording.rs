@@ -45,6 +45,8 @@ struct RecordedSection {
     block: IndexedBlock,
     /// It goes on where the section before it in this recording ended.
     follows: bool,
+    /// The nearest section with a base image from which it can be reached.
+    base: Option<usize>,
 }
 
 /// A section as it was read: its state, if it has a base image, and what it holds.
@@ -89,7 +91,7 @@ impl Recording {
         let (mut sections, mut flaws) = (Vec::new(), Vec::new());
         for (source, (path, index)) in indexes.into_iter().enumerate() {
             flaws.extend(index.flaws.into_iter().map(|flaw| (path.clone(), flaw)));
-            let section = |block| RecordedSection { source, block, follows: false };
+            let section = |block| RecordedSection { source, block, follows: false, base: None };
             sections.extend(index.blocks.into_iter().map(section));
         }
         let place = |section: &RecordedSection| {
@@ -98,10 +100,20 @@ impl Recording {
         // Of two copies of a section the one with a base image stays.
         sections.sort_by_key(|section| (place(section), Reverse(section.block.has_base)));
         sections.dedup_by_key(|section| place(section));
-        for at in 1..sections.len() {
-            let (process, sequence) = place(&sections[at - 1]);
-            let follows = place(&sections[at]) == (process, sequence.wrapping_add(1));
-            sections[at].follows = follows && sections[at].block.head.follows;
+        let mut before: Option<&RecordedSection> = None;
+        for (at, section) in sections.iter_mut().enumerate() {
+            if let Some(before) = before {
+                let (process, sequence) = place(before);
+                let follows = place(section) == (process, sequence.wrapping_add(1));
+                section.follows = follows && section.block.head.follows;
+            }
+            let is_same = |before: &&RecordedSection| before.block.program == section.block.program;
+            section.base = if section.block.has_base {
+                Some(at)
+            } else {
+                before.filter(is_same).filter(|_| section.follows).and_then(|before| before.base)
+            };
+            before = Some(section);
         }
         Recording { sources, sections, flaws }
     }
@@ -109,6 +121,15 @@ impl Recording {
     /// The number of sections.
     pub fn count(&self) -> usize {
         self.sections.len()
+    }
+
+    /// The bytes of its files.
+    pub fn bytes(&self) -> u64 {
+        let bytes = |source: &RecordSource| match source {
+            RecordSource::File(path) => fs::metadata(path).map_or(0, |facts| facts.len()),
+            RecordSource::Bytes(bytes) => bytes.len() as u64,
+        };
+        self.sources.iter().map(bytes).sum()
     }
 
     /// The head of a section.
@@ -134,15 +155,7 @@ impl Recording {
 
     /// The nearest section with a base image from which a section can be reached.
     pub fn base_of(&self, at: usize) -> Option<usize> {
-        let mut base = at;
-        while !self.has_base(base) {
-            let is_same = base > 0 && self.program(base - 1) == self.program(at);
-            if !is_same || !self.follows(base) {
-                return None;
-            }
-            base -= 1;
-        }
-        Some(base)
+        self.sections[at].base
     }
 
     /// The section in which a time lies, ns since 1970 (UTC), or the last one before it.

@@ -14,8 +14,8 @@ use super::block::state_hash;
 use super::program::RecordedProgram;
 use super::recording::{ReadSection, Recording};
 use super::section::SectionBody;
-use crate::engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
-use crate::runtime::{NumberedCall, Origin, TapeSection, numbered_calls};
+use crate::engine::{Engine, EngineCall, EngineState};
+use crate::runtime::{NumberedCall, Origin, TapeEntry, TapeSection, numbered_calls};
 
 /// Why a section cannot be replayed.
 #[derive(Debug)]
@@ -67,12 +67,15 @@ pub struct Replay<M> {
     engine: Option<(Arc<RecordedProgram>, Box<Engine>)>,
     /// The section at whose start the engine is.
     at: Option<usize>,
+    /// The last section that could not be executed, so that those behind it, which need it, do not
+    /// try it again and again.
+    impassable: Option<usize>,
 }
 
 impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     /// A replay; `make` makes the engine of a program, or says why it cannot.
     pub fn new(recording: Recording, make: M) -> Replay<M> {
-        Replay { recording, make, engine: None, at: None }
+        Replay { recording, make, engine: None, at: None, impassable: None }
     }
 
     /// The recording.
@@ -85,11 +88,8 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     /// # Errors
     /// Why it cannot be had.
     pub fn section(&mut self, at: usize) -> Result<TapeSection, Unreplayable> {
-        let (base, body) = self.read(at)?;
-        let state = match base {
-            Some(state) => state,
-            None => EngineState::of(self.engine_at(at)?),
-        };
+        let body = self.open(at)?;
+        let state = EngineState::of(self.engine()?);
         let start = self.recording.start(at, &body);
         let mut who = body.who;
         who.extend(self.late_who(at));
@@ -101,12 +101,28 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     /// # Errors
     /// Why it cannot be had.
     pub fn engine_at(&mut self, at: usize) -> Result<&Engine, Unreplayable> {
+        self.open(at)?;
+        self.engine()
+    }
+
+    /// Brings the engine to the start of a section, and gives what it holds.
+    fn open(&mut self, at: usize) -> Result<SectionBody, Unreplayable> {
         let base = self.recording.base_of(at).ok_or(Unreplayable::NoBase)?;
+        if self.impassable.is_some_and(|section| (base..at).contains(&section)) {
+            return Err(Unreplayable::NoBase);
+        }
         let begin = self.at.filter(|now| (base..=at).contains(now)).unwrap_or(base);
         for section in begin..at {
-            let _ = self.execute(section, &mut |_, _| ControlFlow::Continue(()))?;
+            let opened = self.prepare(section);
+            if opened.is_err() {
+                self.impassable = Some(section);
+            }
+            let _ = self.execute(section, &opened?, &mut |_, _| ControlFlow::Continue(()))?;
         }
-        self.prepare(at)?;
+        self.prepare(at)
+    }
+
+    fn engine(&self) -> Result<&Engine, Unreplayable> {
         self.engine.as_ref().map(|(_, engine)| &**engine).ok_or(Unreplayable::NoBase)
     }
 
@@ -120,8 +136,8 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         mut visit: impl FnMut(ReplayedScan, &Engine) -> ControlFlow<()>,
     ) -> Result<(), Unreplayable> {
         for at in sections {
-            self.engine_at(at)?;
-            if self.execute(at, &mut visit)?.is_break() {
+            let body = self.open(at)?;
+            if self.execute(at, &body, &mut visit)?.is_break() {
                 return Ok(());
             }
         }
@@ -176,14 +192,15 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         } else {
             None
         };
-        let start = EngineState::of(self.engine_at(at)?);
+        let body = self.open(at)?;
+        let start = EngineState::of(self.engine()?);
         let goes_on = match &reached {
             Some((program, state)) if program == self.recording.program(at) => *state == start,
             Some(_) | None => true,
         };
-        let _ = self.execute(at, visit)?;
+        let _ = self.execute(at, &body, visit)?;
         let hash = self.recording.head(at).end_hash;
-        let Some((_, engine)) = &self.engine else { return Err(Unreplayable::NoBase) };
+        let engine = self.engine()?;
         let same = hash.map(|hash| hash == state_hash(&EngineState::of(engine)));
         Ok(if goes_on { same } else { Some(false) })
     }
@@ -202,7 +219,8 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         self.read(next).map_or_else(|_| Vec::new(), |(_, body)| body.who)
     }
 
-    /// Brings the engine to the start of a section that has a base image, or at which it is.
+    /// Brings the engine to the start of a section that has a base image, or at which it is. The
+    /// section fits its program.
     fn prepare(&mut self, at: usize) -> Result<SectionBody, Unreplayable> {
         let (base, body) = self.read(at)?;
         let program = self.recording.program(at).clone();
@@ -223,23 +241,33 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         if let Some((of, _)) = &mut self.engine {
             *of = program;
         }
-        if self.at == Some(at) { Ok(body) } else { Err(Unreplayable::NoBase) }
+        if self.at != Some(at) {
+            return Err(Unreplayable::NoBase);
+        }
+        let engine = self.engine()?;
+        let fits = |entry: &TapeEntry| match entry {
+            TapeEntry::Call(call) => fits(*call, engine),
+            TapeEntry::Origin(_)
+            | TapeEntry::Number(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => true,
+        };
+        if body.entries.iter().all(fits) { Ok(body) } else { Err(Unreplayable::DoesNotFit) }
     }
 
-    /// Executes a section, and visits the end of each scan.
+    /// Executes a section at whose start the engine is, and visits the end of each scan.
     fn execute(
         &mut self,
         at: usize,
+        body: &SectionBody,
         visit: &mut impl FnMut(ReplayedScan, &Engine) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, Unreplayable> {
-        let body = self.prepare(at)?;
         self.at = None;
         let first = self.recording.head(at).number;
         let Some((_, engine)) = &mut self.engine else { return Err(Unreplayable::NoBase) };
         for NumberedCall { call, number, now_ns, .. } in numbered_calls(&body.entries, first) {
-            if !fits(call, engine) {
-                return Err(Unreplayable::DoesNotFit);
-            }
             engine.apply(call);
             let unix_ns = body.unix_offset_ns.saturating_add_unsigned(now_ns);
             let scan = ReplayedScan { number, unix_ns, section: at };
@@ -252,21 +280,9 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     }
 }
 
-/// Whether an engine has the cell of a call.
+/// Whether a call can be one of an engine's program.
 pub(crate) fn fits(call: EngineCall, engine: &Engine) -> bool {
-    match call {
-        EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell) => {
-            match cell {
-                Cell::Bit(BitCell(at)) => (at as usize) < engine.image().bits().len(),
-                Cell::Word(WordCell(at)) => (at as usize) < engine.image().words().len(),
-            }
-        }
-        EngineCall::Start { .. }
-        | EngineCall::RequestStop
-        | EngineCall::Begin { .. }
-        | EngineCall::Execute
-        | EngineCall::Terminate => true,
-    }
+    engine.program().has(call)
 }
 
 impl fmt::Display for Unreplayable {

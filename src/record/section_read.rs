@@ -7,7 +7,7 @@ use super::codes::{ENTRIES_MAX, code, scan_flag};
 use super::foretold::Foretold;
 use super::quiet::{self, QuietScan};
 use super::section::SectionBody;
-use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
+use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, TIME_END_NS, WordCell};
 use crate::runtime::command::CommandId;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
 use crate::runtime::{Origin, TapeEntry};
@@ -64,6 +64,11 @@ fn mode(bytes: &mut ByteSource<'_>) -> Option<Mode> {
         20 => Mode::Fault(FaultReason::ScanThreadGone),
         _ => return None,
     })
+}
+
+/// A time, if it is before the end of time.
+fn time_ns(time_ns: u64) -> Option<u64> {
+    (time_ns < TIME_END_NS).then_some(time_ns)
 }
 
 /// The bytes that are left, and the entries so far.
@@ -126,7 +131,7 @@ impl EntryReader<'_> {
         let ns = if has(scan_flag::NANOSECONDS) { bytes.number()? } else { 0 };
         let times = ScanTimes { mean_us, min_us, max_us, last_us };
         let local_s = self.foretold.local_s(now_us).wrapping_add(local_change);
-        let now_ns = now_us.checked_mul(1000)?.checked_add(ns)?;
+        let now_ns = time_ns(now_us.checked_mul(1000)?.checked_add(ns)?)?;
         self.foretold.scan(now_us, times);
         self.entries.push(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }));
         if has(scan_flag::EXECUTES) {
@@ -138,7 +143,8 @@ impl EntryReader<'_> {
     fn quiet(&mut self, scan: QuietScan) -> Option<()> {
         let now_us = self.foretold.at_deviation(scan.deviation_us);
         let times = self.foretold.times_after(scan.last_us);
-        let (now_ns, local_s) = (now_us.checked_mul(1000)?, self.foretold.local_s(now_us));
+        let now_ns = time_ns(now_us.checked_mul(1000)?)?;
+        let local_s = self.foretold.local_s(now_us);
         self.foretold.scan(now_us, times);
         self.entries.push(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }));
         self.entries.push(TapeEntry::Call(EngineCall::Execute));
@@ -148,7 +154,7 @@ impl EntryReader<'_> {
     fn call(&mut self, first: u8) -> Option<EngineCall> {
         Some(match first {
             code::EXECUTE => EngineCall::Execute,
-            code::START => EngineCall::Start { now_ns: self.bytes.number()? },
+            code::START => EngineCall::Start { now_ns: time_ns(self.bytes.number()?)? },
             code::REQUEST_STOP => EngineCall::RequestStop,
             code::TERMINATE => EngineCall::Terminate,
             code::BIT_OFF => EngineCall::Write(self.cell(false)?, 0),

@@ -2,7 +2,8 @@
 //!
 //! The daemon's thread puts every block in, and hears once of a disk that fails, and once of one
 //! that works again. A file is never written behind a failure, nor one of an earlier process: what
-//! is next begins a new file. Only this controller's files are deleted, the oldest first.
+//! is next begins a new file. Only this controller's files are deleted, the oldest first; while
+//! another process owns those of the name, nothing is written.
 //! Deliberately absent: threads, clocks, the log.
 
 use std::io;
@@ -275,6 +276,7 @@ impl<F: Folder> Store<F> {
         if self.is_known {
             return Ok(());
         }
+        self.folder.own(&self.settings.controller)?;
         self.files.clear();
         for (name, bytes) in self.folder.list()? {
             if let Some(begun_ns) = begun_ns(&self.settings.controller, &name) {

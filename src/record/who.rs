@@ -15,7 +15,7 @@ const NOTES_MAX: usize = 1024;
 const WHO_BYTES_MAX: usize = 256;
 
 /// The notes that wait.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct WhoNotes {
     notes: VecDeque<(Origin, String)>,
     /// The origins of the section before.

@@ -162,7 +162,7 @@ fn identity(of: &fs::Metadata) -> io::Result<(u64, u64)> {
 }
 
 /// Whether a name is that of an open file.
-fn is_named(file: &File, path: &Path) -> bool {
+pub(crate) fn is_named(file: &File, path: &Path) -> bool {
     let named = fs::symlink_metadata(path).and_then(|named| identity(&named));
     matches!((file.metadata().and_then(|own| identity(&own)), named), (Ok(a), Ok(b)) if a == b)
 }

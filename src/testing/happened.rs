@@ -6,6 +6,10 @@
 use crate::engine::{Cell, Engine, EngineCall};
 use crate::runtime::{TapeEntry, TapeSection};
 
+/// The most scans between the recorded ones that a test runs: almost three hours at 10 ms. Beyond
+/// them one recorded scan follows the other, so that no time of a recording makes a test endless.
+const IDLE_MAX: u64 = 1_000_000;
+
 /// A scan as it was recorded.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HappenedScan {
@@ -29,7 +33,7 @@ pub(super) fn happened(
 ) -> Vec<HappenedScan> {
     let mut scans: Vec<HappenedScan> = Vec::new();
     let mut next = HappenedScan::default();
-    let mut first_ns = None;
+    let (mut first_ns, mut idle, mut begun) = (None, 0, false);
     let entries = sections.iter().flat_map(|section| &section.entries);
     for entry in entries {
         let call = match entry {
@@ -47,13 +51,22 @@ pub(super) fn happened(
             EngineCall::RequestStop => next.is_last = true,
             EngineCall::Begin { now_ns, .. } => {
                 let since_ns = now_ns.saturating_sub(*first_ns.get_or_insert(now_ns));
-                let place = (since_ns + period_ns / 2) / period_ns;
-                next.at = scans.last().map_or(0, |last| place.max(last.at + 1));
+                let place = since_ns.saturating_add(period_ns / 2) / period_ns;
+                next.at = scans.last().map_or(0, |last| {
+                    let follows = last.at + 1;
+                    let between = place.saturating_sub(follows).min(IDLE_MAX - idle);
+                    idle += between;
+                    follows + between
+                });
+                begun = true;
             }
             EngineCall::Write(..) | EngineCall::Force(..) | EngineCall::Release(_) => {
                 next.calls.push(call);
             }
+            // Its start was not recorded.
+            EngineCall::Execute if !begun => {}
             EngineCall::Execute => {
+                begun = false;
                 next.values = watched.iter().map(|cell| value(&engine, *cell)).collect();
                 scans.push(std::mem::take(&mut next));
             }

@@ -9,6 +9,7 @@ mod init;
 mod man_and_completions;
 mod packaging;
 mod plants;
+mod record;
 mod replay;
 mod sim;
 mod waves;

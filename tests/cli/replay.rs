@@ -37,11 +37,11 @@ rung = [
 "#;
 
 /// A controller that is recorded.
-struct Line {
+pub struct Line {
     taped: Taped,
     reader: TapeReader,
     recorder: Recorder,
-    blocks: Vec<RecordBlock>,
+    pub blocks: Vec<RecordBlock>,
     symbols: Symbols,
     scope: Scope,
     now_ns: u64,
@@ -110,7 +110,7 @@ impl Line {
         }
     }
 
-    fn bytes(&mut self) -> Vec<u8> {
+    pub fn bytes(&mut self) -> Vec<u8> {
         self.read();
         self.blocks.extend(self.recorder.flush(self.clock()));
         let mut recent = Recent::new(1 << 26);
@@ -121,7 +121,7 @@ impl Line {
 
 /// Twenty seconds of a conveyor: a part is in front of the eye for half a second now and then, for
 /// 1.5 s after 6 s, and for 3 s after 10 s.
-fn conveyor() -> Line {
+pub fn conveyor() -> Line {
     let mut line = Line::new(CONVEYOR);
     for scan in 0..2_000 {
         let is_there = |from: i32, to: i32| (from..to).contains(&scan);
@@ -136,10 +136,10 @@ fn conveyor() -> Line {
 }
 
 /// A folder of this test's own.
-struct Place(PathBuf);
+pub struct Place(pub PathBuf);
 
 impl Place {
-    fn new(test: &str) -> Place {
+    pub fn new(test: &str) -> Place {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("replay_cli").join(test);
         let _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&folder).unwrap();
@@ -149,18 +149,22 @@ impl Place {
         place
     }
 
-    fn write(&self, name: &str, bytes: &[u8]) {
+    pub fn write(&self, name: &str, bytes: &[u8]) {
         std::fs::write(self.0.join(name), bytes).unwrap();
     }
 
-    fn read(&self, name: &str) -> String {
+    pub fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.0.join(name)).unwrap()
     }
 
     fn run(&self, arguments: &[&str]) -> Output {
+        self.rungd(&[&["replay"], arguments].concat())
+    }
+
+    pub fn rungd(&self, words: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
         command.current_dir(&self.0).env("TZ", "UTC0").env("NO_COLOR", "1");
-        command.arg("replay").args(arguments).output().unwrap()
+        command.args(words).output().unwrap()
     }
 
     /// Standard output and standard error of a replay that ends with a code.
@@ -174,7 +178,7 @@ impl Place {
 }
 
 #[track_caller]
-fn shown(text: &str, shown: &str) {
+pub fn shown(text: &str, shown: &str) {
     let (shown, lines): (Vec<&str>, Vec<&str>) = (shown.lines().collect(), text.lines().collect());
     assert!(lines_match(&shown, &lines), "{text}");
 }

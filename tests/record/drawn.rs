@@ -55,7 +55,7 @@ pub fn origin(numbers: &mut Numbers) -> Origin {
     }
 }
 
-fn write(numbers: &mut Numbers) -> (Cell, i32) {
+pub fn write(numbers: &mut Numbers) -> (Cell, i32) {
     let cell = numbers.any() as u32;
     match numbers.below(2) {
         0 => (Cell::Bit(BitCell(cell)), numbers.below(2) as i32),
@@ -75,7 +75,7 @@ fn entry(numbers: &mut Numbers, now_ns: u64) -> TapeEntry {
     match numbers.below(12) {
         0 => begin(numbers, numbers.0 % (1 << 62)),
         1 => begin(numbers, now_ns),
-        2 => TapeEntry::Call(EngineCall::Start { now_ns: numbers.any() }),
+        2 => TapeEntry::Call(EngineCall::Start { now_ns: numbers.any() >> 2 }),
         3 => TapeEntry::Call(EngineCall::RequestStop),
         4 => TapeEntry::Call(EngineCall::Terminate),
         5 => TapeEntry::Call(EngineCall::Force(cell, value)),

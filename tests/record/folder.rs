@@ -113,6 +113,10 @@ impl Disk {
 }
 
 impl Folder for Handle {
+    fn own(&mut self, _: &str) -> io::Result<()> {
+        Ok(())
+    }
+
     fn list(&mut self) -> io::Result<Vec<(String, u64)>> {
         if self.call()? {
             return Err(Error::from_raw_os_error(5));

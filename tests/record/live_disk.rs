@@ -171,3 +171,31 @@ fn a_disk_without_room_costs_no_scan_and_is_used_once_there_is_some() {
         is_good
     });
 }
+
+#[test]
+fn a_second_controller_of_the_name_says_so_and_records_once_the_first_has_ended() {
+    let homes = [folder(BUSY, FAST), folder(BUSY, FAST)];
+    let dir = homes[1].join("log");
+    let [mut first, mut second] =
+        homes.map(|home| Live::of(home.clone(), recorded_run(&home, &dir)));
+    let mut operators = [Operator::new(&first), Operator::new(&second)];
+    // Whichever was first.
+    let has_file = |status: &Value| status["record"]["disk"]["bytes"].as_u64() > Some(0);
+    operators[0].await_status(|status| has_file(status) || failing(status));
+    if failing(&operators[0].status()) {
+        (first, second) = (second, first);
+        operators.reverse();
+    }
+    let status = operators[1].await_status(failing);
+    let why = status["record"]["disk"]["failing"].as_str().unwrap();
+    assert!(why.starts_with("another rungd records under the same name"), "{why}");
+    assert_eq!((status["mode"].as_str(), logs(&dir).len()), (Some("RUN"), 1));
+    let scans = operators[0].scans();
+    assert_eq!(count(&ended(&mut first), "record-failed"), 0);
+    assert!(last_scan(&Recording::open(&dir).unwrap()) >= scans);
+    operators[1].await_status(|status| !failing(status) && has_file(status));
+    let lines = ended(&mut second);
+    assert_eq!(count(&lines, "record-failed"), 1, "{lines:#?}");
+    assert_eq!(count(&lines, "record-resumed"), 1, "{lines:#?}");
+    assert_eq!((logs(&dir).len(), verified(&dir, true).unreplayable), (2, 0));
+}

@@ -76,14 +76,20 @@ fn who_switches_it_off_has_nothing_on_disk() {
 }
 
 /// A client that writes what nobody foretells.
-struct Noise {
+pub struct Noise {
     client: Client,
     numbers: Numbers,
 }
 
 impl Noise {
+    /// Several of them at a controller.
+    pub fn at(address: &str, count: u64) -> Vec<Noise> {
+        let noise = |at| Noise { client: Client::connect(address), numbers: Numbers(at) };
+        (0..count).map(noise).collect()
+    }
+
     /// A few requests, each with as many registers as it may write.
-    fn write(&mut self) {
+    pub fn write(&mut self) {
         for at in 0..8 {
             let [high, low] = (at * 123_u16).to_be_bytes();
             let mut pdu = vec![16, high, low, 0, 123, 246];
@@ -109,8 +115,7 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
     let mut live = Live::of(home.clone(), run(&home, &[]));
     let status = Operator::new(&live).status();
     let address = status["devices"]["modbus"]["address"].as_str().unwrap();
-    let mut clients: Vec<Noise> =
-        (0..6).map(|at| Noise { client: Client::connect(address), numbers: Numbers(at) }).collect();
+    let mut clients = Noise::at(address, 6);
     let own = || {
         let own =
             |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().starts_with("controller-");
@@ -205,4 +210,25 @@ fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
         let answer = Operator::new(&live).ask(&json!({"do": "recording"}));
         assert!(answer["ok"]["base64"].is_string(), "{answer:.200}");
     }
+}
+
+#[test]
+fn who_asks_often_makes_no_small_blocks() {
+    let home = folder(BUSY, FAST);
+    let dir = home.join("log");
+    let mut live = Live::of(home.clone(), recorded_run(&home, &dir));
+    let (mut operator, begun) = (Operator::new(&live), Instant::now());
+    for _ in 0..300 {
+        assert!(operator.ask(&json!({"do": "recording"}))["ok"]["base64"].is_string());
+        operator.await_scans(1);
+    }
+    let since = Instant::now();
+    let scans = operator.scans();
+    ended(&mut live);
+    let (is_late, lasted_s) = (is_late(since), begun.elapsed().as_secs());
+    let recording = Recording::open(&dir).unwrap();
+    // A second in each, and the ends.
+    let (count, most) = (recording.count() as u64, lasted_s + 5);
+    assert!(count <= most, "{count} in {lasted_s} s");
+    assert!(verified(&dir, false).scans >= scans || is_late);
 }

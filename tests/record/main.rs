@@ -5,6 +5,7 @@ mod bytes;
 mod drawn;
 mod folder;
 mod format;
+mod hostile;
 mod line;
 mod live_crash;
 mod live_disk;

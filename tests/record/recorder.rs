@@ -2,7 +2,7 @@
 
 use crate::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
 use rungd::engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
-use rungd::record::{Recorder, Recording, Replay};
+use rungd::record::{Recent, Recorder, Recording, Replay};
 use rungd::runtime::command::CommandId;
 use rungd::runtime::exchange::{Mode, Ticket};
 use rungd::runtime::{Machine, Origin, TapeEntry};
@@ -153,4 +153,38 @@ fn who_stands_behind_an_origin_is_known_though_it_is_told_late() {
     let who = replay.section(at).unwrap().who;
     assert!(who.contains(&(early, "Modbus client 10.0.0.7".to_owned())), "{who:?}");
     assert!(who.contains(&(late, "root".to_owned())), "{who:?}");
+}
+
+/// Whoever asks gets the section under way, which goes on as if nobody had asked.
+#[test]
+fn a_section_under_way_is_had_without_its_end() {
+    let mut lines = [Line::new(COUNTER), Line::new(COUNTER)];
+    lines.iter_mut().for_each(Line::start);
+    let mut seen = 0;
+    for scan in 0..250_u64 {
+        for line in &mut lines {
+            line.scan(10_000_000, |taped| Machine::set_input(taped, 0, scan % 7 < 3));
+            line.read();
+        }
+        let asked = &lines[0];
+        let mut kept = Recent::new(1 << 22);
+        asked.blocks.iter().for_each(|block| kept.put(block));
+        // Right behind a state there is none.
+        let Some(block) = asked.recorder.under_way() else { continue };
+        seen += 1;
+        let recording = Recording::of_bytes(kept.write_with(&block));
+        assert!(recording.flaws.is_empty() && recording.count() == asked.blocks.len() + 1);
+        let last = recording.head(asked.blocks.len());
+        assert_eq!(last.number + u64::from(last.scans), scan + 2);
+        if scan % 50 == 0 {
+            let count = recording.count();
+            let verified = Replay::new(recording, engine).verify(0..count);
+            assert_eq!((verified.scans, verified.unreplayable), (scan + 1, 0));
+        }
+    }
+    let [asked, other] = lines.map(|mut line| {
+        line.flush();
+        in_memory(&line.blocks)
+    });
+    assert!(asked == other && seen > 240);
 }

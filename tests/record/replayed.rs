@@ -23,7 +23,7 @@ fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-fn random_line(seed: u64) -> Line {
+pub fn random_line(seed: u64) -> Line {
     let case = generate(seed);
     let ladder = case.ladder();
     let program = load(&ladder).unwrap_or_else(|e| panic!("seed {seed}: {e}"));

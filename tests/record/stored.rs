@@ -315,3 +315,33 @@ fn a_folder_of_the_file_system_is_read_and_replayed() {
     assert_eq!((verified.first_difference, verified.gaps, verified.unreplayable), (None, 0, 0));
     assert!(Recording::open(&folder.join("absent")).is_err());
 }
+
+#[test]
+fn two_of_one_name_in_a_folder_leave_each_other_alone() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-two");
+    let _ = std::fs::remove_dir_all(&folder);
+    let blocks = blocks(80);
+    let named = |controller: &str| {
+        let settings = StoreSettings { controller: controller.into(), ..settings() };
+        Store::new(FolderOnDisk::new(&folder), settings)
+    };
+    let (mut first, mut second, mut other) = (named("line"), named("line"), named("line-2"));
+    for block in &blocks[..40] {
+        assert!(first.put(block, clock(block)).is_none());
+    }
+    let news = second.put(&blocks[40], clock(&blocks[40]));
+    let Some(StoreNews::Stopped(error)) = news else { panic!("{news:?}") };
+    assert_eq!(error.kind(), std::io::ErrorKind::ResourceBusy);
+    assert!(second.status().trouble.unwrap().contains("stop it, or name another"));
+    assert!(other.put(&blocks[40], clock(&blocks[40])).is_none());
+    // It tries again with pauses, and records once the first one is gone.
+    assert!(first.put(&blocks[40], clock(&blocks[40])).is_none());
+    for block in &blocks[41..46] {
+        assert!(second.put(block, clock(block)).is_none());
+    }
+    drop(first);
+    let news: Vec<_> =
+        blocks[46..].iter().filter_map(|block| second.put(block, clock(block))).collect();
+    assert!(matches!(news[..], [StoreNews::Resumed { .. }]), "{news:?}");
+    assert_eq!(second.status().trouble, None);
+}

@@ -1,0 +1,113 @@
+//! `rungd record info` and `export` as a user runs them; and every command of recordings on such as
+//! no rungd has written, with right checksums.
+
+use std::process::Output;
+
+use crate::replay::{Place, conveyor, shown};
+use rungd::record::{BlockHead, Recent};
+use serde_json::Value;
+
+#[track_caller]
+fn said(output: &Output, code: i32) -> String {
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{out}{err}");
+    out
+}
+
+#[test]
+fn info_tells_what_a_recording_is() {
+    let place = Place::new("info");
+    shown(
+        &said(&place.rungd(&["record", "info", "plant.rungd-log"]), 0),
+        "controller  plant.toml\n\
+         program      (start, rungd …): plant.toml main.toml\n\
+         recorded    2026-11-22 10:00:00.000 to 2026-11-22 10:00:19.990\n\
+         scans       2,000, from 1 to 2000; one every 10.000 ms (median)\n\
+         held as     … sections with … base images\n\
+         size        … bytes; … MB a day at this rate\n\
+         begins      with RUN: every hash is computed from its beginning\n\
+         changes     2026-11-22 10:00:00.000 RUN\n\
+         gaps        none\n",
+    );
+    let json = said(&place.rungd(&["record", "info", "plant.rungd-log", "--json"]), 0);
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let bytes = std::fs::metadata(place.0.join("plant.rungd-log")).unwrap().len();
+    assert_eq!((json["scans"].as_u64(), json["bytes"].as_u64()), (Some(2_000), Some(bytes)));
+    assert_eq!((&json["begins_run"], &json["period_ns"]), (&true.into(), &10_000_000.into()));
+}
+
+#[test]
+fn info_tells_gaps_and_where_a_part_begins() {
+    let place = Place::new("info_gap");
+    let mut line = conveyor();
+    line.bytes();
+    line.blocks.drain(4..6);
+    line.blocks.remove(0);
+    place.write("plant.rungd-log", &line.bytes());
+    let text = said(&place.rungd(&["record", "info", "plant.rungd-log"]), 0);
+    assert!(text.contains("begins      within RUN or STOP: with a recorded image"), "{text}");
+    shown(
+        text.lines().last().unwrap(),
+        "gaps        2026-11-22 10:00:… after 2.010 s: a gap: nothing was recorded here",
+    );
+}
+
+#[test]
+fn export_writes_what_replay_traces() {
+    let place = Place::new("export");
+    let part = ["--watch", "jam,D0", "--from", "scan 1199", "--to", "scan 1203"];
+    let with = |words: &[&str]| place.rungd(&[words, &part].concat());
+    for (name, other) in [("a.csv", "b.csv"), ("a.vcd", "b.vcd"), ("a.svg", "b.svg")] {
+        said(&with(&["record", "export", "plant.rungd-log", "-o", name]), 0);
+        said(&with(&["replay", "plant.rungd-log", "--trace", other]), 0);
+        assert!(place.read(name) == place.read(other) && !place.read(name).is_empty());
+    }
+    let csv = said(&with(&["record", "export", "plant.rungd-log", "-o", "-"]), 0);
+    assert_eq!(csv.lines().nth(3), Some("1201,20,1,0"), "{csv}");
+    let refused = with(&["record", "export", "plant.rungd-log", "-o", "a.txt"]);
+    said(&refused, 2);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("-o a.txt: the ending says"));
+}
+
+/// Times, numbers and states at the ends of what a number holds.
+#[test]
+fn no_command_panics_at_what_no_rungd_has_recorded() {
+    let place = Place::new("hostile");
+    let mut whole = conveyor();
+    whole.bytes();
+    let numbers = [0, 1 << 62, u64::MAX / 2, u64::MAX];
+    for (at, number) in numbers.into_iter().enumerate() {
+        let changed = |change: &dyn Fn(&mut BlockHead)| {
+            let mut blocks = whole.blocks.clone();
+            change(&mut blocks[1 + at].head);
+            change(&mut blocks[0].head);
+            let mut recent = Recent::new(1 << 26);
+            blocks.iter().for_each(|block| recent.put(block));
+            recent.write()
+        };
+        for bytes in [
+            changed(&|head| head.number = number),
+            changed(&|head| head.sequence = number),
+            changed(&|head| head.begin_ns = number as i64),
+            changed(&|head| head.end_ns = number as i64),
+            changed(&|head| head.scans = number as u32),
+        ] {
+            place.write("plant.rungd-log", &bytes);
+            for words in [
+                &["record", "list"][..],
+                &["record", "info"],
+                &["record", "verify"],
+                &["record", "cut", "--from", "10:00:05", "-o", "cut.rungd-log"],
+                &["record", "export", "--watch", "jam", "-o", "jam.svg"],
+                &["replay", "--watch", "jam"],
+                &["why", "jam", "--recording"],
+            ] {
+                let output = place.rungd(&[words, &["plant.rungd-log"]].concat());
+                let err = String::from_utf8_lossy(&output.stderr).into_owned();
+                assert!(matches!(output.status.code(), Some(0..=3)), "{words:?} {number}: {err}");
+                assert!(!err.contains("panicked"), "{words:?} {number}: {err}");
+            }
+        }
+    }
+}
