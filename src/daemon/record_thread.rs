@@ -150,6 +150,10 @@ impl Worker {
             }
             self.answer();
             if let Some(done) = ended {
+                match self.tape.unheard() {
+                    0 => {}
+                    steps => self.lose(steps),
+                }
                 if let Some(disk) = &mut self.disk {
                     disk.end(DISK_END_MAX);
                 }

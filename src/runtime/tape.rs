@@ -9,6 +9,9 @@
 //!
 //! The reader's end is in `tape_reader`. Deliberately absent: names, bytes, files.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rtrb::{Consumer, Producer};
 
 use super::machine::{Machine, ScanStart};
@@ -81,6 +84,8 @@ pub(super) struct Tape {
     pub overflow: bool,
     /// Steps lost since the last entry in the ring.
     pub lost: u64,
+    /// The same, for the reader of a tape that has ended.
+    pub unheard: Arc<AtomicU64>,
     /// The next step may not be handed over without a state before it.
     pub needs_state: bool,
     pub next_state_ns: u64,
@@ -168,6 +173,7 @@ impl Tape {
         if self.needs_state || !fits {
             if !self.step.is_empty() {
                 self.lost += 1;
+                self.unheard.store(self.lost, Ordering::Relaxed);
                 self.needs_state = true;
             }
             self.step.clear();
@@ -202,6 +208,7 @@ impl Tape {
         if self.lost > 0 {
             let lost = TapeEntry::Lost { steps: std::mem::take(&mut self.lost) };
             let _ = self.entries.push(lost);
+            self.unheard.store(0, Ordering::Relaxed);
         }
         self.needs_state = false;
         // The state first: a reader that has the entry finds it.

@@ -4,6 +4,9 @@
 //! The reader decides how fast it reads; a slow one loses whole steps, never parts of one. States
 //! that it gives back circulate. Everything is allocated here, at the start.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::mode::{Mode, StopReason};
@@ -19,6 +22,7 @@ pub struct TapeReader {
     entries: Consumer<TapeEntry>,
     states: Consumer<Handed>,
     spares: Producer<Box<EngineState>>,
+    unheard: Arc<AtomicU64>,
 }
 
 /// Gives an engine a tape, which begins with its present state. Call before the first scan.
@@ -36,6 +40,7 @@ pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
     }
     let _ = state_in.push(Handed::State(Box::new(EngineState::of(&engine))));
     let mode = Mode::Stop(StopReason::NotStarted);
+    let unheard = Arc::new(AtomicU64::new(0));
     let _ = entry_in.push(TapeEntry::State { generation: 0, number: 1, mode });
     let tape = Tape {
         entries: entry_in,
@@ -44,6 +49,7 @@ pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
         step: Vec::with_capacity(STEP_ENTRIES_MAX),
         overflow: false,
         lost: 0,
+        unheard: Arc::clone(&unheard),
         needs_state: false,
         next_state_ns: 0,
         number: 1,
@@ -52,7 +58,7 @@ pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
         origin: (Origin::Inputs, false),
         broken: false,
     };
-    (Taped::with_tape(engine, tape), TapeReader { entries, states, spares: spare_in })
+    (Taped::with_tape(engine, tape), TapeReader { entries, states, spares: spare_in, unheard })
 }
 
 impl TapeReader {
@@ -84,6 +90,12 @@ impl TapeReader {
     pub fn give_back(&mut self, state: Box<EngineState>) {
         // A full ring has enough spares: this one is dropped.
         let _ = self.spares.push(state);
+    }
+
+    /// Steps that were lost at the end of the tape, where no entry tells of them. Ask when the scan
+    /// thread has ended.
+    pub fn unheard(&self) -> u64 {
+        self.unheard.load(Ordering::Relaxed)
     }
 
     /// Whether no further entry comes: the scan thread has ended, and all its entries were read.
