@@ -71,6 +71,6 @@ median() { # with|without FIELD
 echo "$turns turns of $turn s each; medians over the turns, us"
 printf '%-14s %8s %8s %8s %8s\n' '' 'scan p50' p99 'late p50' p99
 for of in without with; do
-    printf '%-14s %8s %8s %8s %8s\n' "$of the log" "$(median $of exec_us_p50)" \
-        "$(median $of exec_us_p99)" "$(median $of late_us_p50)" "$(median $of late_us_p99)"
+    printf '%-14s %8s %8s %8s %8s\n' "$of the log" "$(median $of scan_us_p50)" \
+        "$(median $of scan_us_p99)" "$(median $of late_us_p50)" "$(median $of late_us_p99)"
 done

@@ -15,7 +15,7 @@ use std::rc::Rc;
 use std::sync::atomic::Ordering;
 
 use rungd::calendar::LocalTime;
-use rungd::engine::{Cell as MemoryCell, Engine, EngineCall, ScanTimes};
+use rungd::engine::{Cell as MemoryCell, Engine};
 use rungd::io::device::Opener;
 use rungd::io::gpio::Gpio;
 use rungd::io::gpio::settings::{Chip as ChipName, Gpio as GpioLines, GpioLine, LineId, Setting};
@@ -29,9 +29,9 @@ use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
 use rungd::runtime::pacing::Clock;
 use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
 use rungd::runtime::{
-    Carried, Contents, Machine, Memory, Observer, Pace, Package, Posture, Record, Safe, ScanStart,
-    Settings, Statistics, TapeEntry, Taped, Watched, Whole, assemble, assemble_reloadable,
-    assemble_whole, tape, tape_of,
+    Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, ScanStart, Settings,
+    Statistics, TapeEntry, Taped, Watched, Whole, assemble, assemble_reloadable, assemble_whole,
+    tape, tape_of,
 };
 use rungd::source::span::SourceFile;
 
@@ -294,32 +294,6 @@ fn two_hundred_generated_ladders() {
     for seed in 0..200 {
         let name = format!("ladder {seed}");
         assert_no_allocation(&name, &program(&name, generated(seed)), 90);
-    }
-}
-
-/// A tape that nobody reads: each scan is on it, or is counted as lost.
-#[test]
-fn what_is_lost_at_the_end_of_a_tape_is_counted() {
-    for room in [4, 8, 40, 1000] {
-        let engine = Engine::new(lower(&program("ladder", generated(3))).0);
-        let (mut machine, mut reader) = tape_of(engine, room);
-        machine.start(0);
-        for number in 1..=50 {
-            let (now_ns, times) = (number * 10_000_000, ScanTimes::default());
-            machine.begin_scan(&ScanStart { number, now_ns, times, local_s: 0 });
-            machine.execute();
-            machine.settle();
-        }
-        drop(machine);
-        let mut told = 0;
-        while let Some((entry, _)) = reader.take() {
-            told += match entry {
-                TapeEntry::Call(EngineCall::Execute) => 1,
-                TapeEntry::Lost { steps } => steps,
-                _ => 0,
-            };
-        }
-        assert_eq!(told + reader.unheard(), 50, "room for {room} entries");
     }
 }
 

@@ -3,8 +3,8 @@
 //! `replay` executes a recording and traces it, for `export` too; `record_info` tells what one is.
 
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
-use std::ops::Range;
+use std::io::{BufWriter, ErrorKind, Write};
+use std::ops::{Range, RangeInclusive};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use super::recording::{self, RecordedStretch, stretches};
 use super::replay;
 use super::replay_args::ReplayArgs;
 use super::terminal::{one_line, plain_json, print, say_line};
-use super::when::{LocalClock, When};
+use super::when::{LocalClock, Moment, When};
 use crate::record::{Recording, Verified};
 use crate::runtime::TapeSection;
 use crate::testing::{ScenarioOf, scenario};
@@ -139,6 +139,10 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
         Err(exit) => return Ok(exit),
     };
     tell_flaws(&recording);
+    if recording.count() == 0 && !recording.flaws.is_empty() {
+        say_line("rungd: there is no recording in it");
+        return Ok(Exit::Refused);
+    }
     match &args.what {
         RecordCommand::List { of } => list(&recording, of.at.json),
         RecordCommand::Info { of } => info(&recording, of.at.json),
@@ -243,13 +247,16 @@ fn verify(recording: Recording, json: bool) -> Result<Exit> {
     } else {
         print(&verdict(run.recording(), &verified))?;
     }
-    let is_proven = verified.first_difference.is_none() && verified.unreplayable == 0;
+    let is_proven = count > 0 && verified.first_difference.is_none() && verified.unreplayable == 0;
     Ok(if is_proven { Exit::Ok } else { Exit::Refused })
 }
 
 /// The outcome of a verification in words.
 fn verdict(recording: &Recording, verified: &Verified) -> String {
     let Verified { scans, sections, compared, gaps, unreplayable, first_difference } = *verified;
+    if recording.count() == 0 {
+        return "nothing is recorded\n".to_owned();
+    }
     let mut text = format!("{scans} scans in {sections} sections were executed again: ");
     text += &match first_difference {
         None => format!("all {compared} hashes are equal\n"),
@@ -270,11 +277,15 @@ fn verdict(recording: &Recording, verified: &Verified) -> String {
 
 fn cut(recording: &Recording, part: &RecordedPart, output: &Path) -> Result<Exit> {
     let sections = sections(recording, part)?;
-    let file = File::create(output).with_context(|| output.display().to_string())?;
-    let mut file = BufWriter::new(file);
+    let mut file = BufWriter::new(new_file(output)?);
     recording.cut(sections, &mut file).with_context(|| output.display().to_string())?;
     file.flush().with_context(|| output.display().to_string())?;
     Ok(Exit::Ok)
+}
+
+/// Whether a moment lies after the last scan of a recording.
+fn is_after(when: &When, clock: &LocalClock, span: &RangeInclusive<i64>) -> bool {
+    matches!(when.find(clock, span.clone()), Moment::Time(unix_ns) if unix_ns > *span.end())
 }
 
 /// The sections of a part of a recording, at least one.
@@ -288,8 +299,9 @@ pub(super) fn sections(recording: &Recording, part: &RecordedPart) -> Result<Ran
     let first = part.from.as_ref().map_or(0, |when| place(when).unwrap_or(0));
     let last = recording.count() - 1;
     let end = part.to.as_ref().map_or(Some(last), place);
+    let is_after = part.from.as_ref().is_some_and(|when| is_after(when, &clock, &span));
     match end {
-        Some(end) if first <= end => Ok(first..end + 1),
+        Some(end) if first <= end && !is_after => Ok(first..end + 1),
         Some(_) | None => {
             let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
             bail!("nothing is recorded then: the recording is of {begin} to {end}")
@@ -320,9 +332,20 @@ fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit
     if output == Path::new("-") {
         print(&text)?;
     } else {
-        fs::write(output, text).with_context(|| output.display().to_string())?;
+        let mut file = new_file(output)?;
+        file.write_all(text.as_bytes()).with_context(|| output.display().to_string())?;
     }
     Ok(Exit::Ok)
+}
+
+/// A file that is not there yet: it could be the recording itself, or a ladder.
+fn new_file(path: &Path) -> Result<File> {
+    match File::create_new(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+            bail!("{} is there already: name another file", path.display())
+        }
+        file => file.with_context(|| path.display().to_string()),
+    }
 }
 
 fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit> {

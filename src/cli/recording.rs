@@ -19,7 +19,7 @@ use super::when::Moment;
 use crate::engine::{Engine, Program};
 use crate::load::{self, Loaded};
 use crate::lower::lower;
-use crate::observe::{Past, Subject};
+use crate::observe::{Past, Subject, TapeEnd};
 use crate::operator::protocol::{RecordingBytes, Request};
 use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
 use crate::resolve::program;
@@ -220,5 +220,16 @@ impl Past for RecordedPast {
             self.loaded = sections.map(|(at, section)| (at, Arc::new(section))).collect();
         }
         self.loaded.get(&at).cloned()
+    }
+
+    fn begins(&self) -> TapeEnd {
+        let recording = self.run.recording();
+        let process = |at: usize| recording.program(at).process_start_ns;
+        match self.first.checked_sub(1) {
+            None => TapeEnd::Oldest,
+            Some(before) if process(before) != process(self.first) => TapeEnd::Restarted,
+            Some(_) if recording.follows(self.first) => TapeEnd::Swapped,
+            Some(_) => TapeEnd::Lost,
+        }
     }
 }

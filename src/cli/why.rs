@@ -15,13 +15,17 @@ use super::when::{LocalClock, Moment, When};
 use crate::observe::{At, Limits, Refusal};
 use crate::record::Recording;
 
+/// A time that so much later than the last scan means that scan: people write whole seconds.
+const LATE_NS: i64 = 1_000_000_000;
+
 /// Explains why an operand is what it is: the write, the contacts, and what would change it
 #[derive(Args, Debug)]
 pub struct WhyArgs {
     /// Tag, address or member
     #[arg(value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operand: String,
-    /// At this time or scan: `10:02:03`, `yesterday 23:50`, `-15s`, `scan 81234` (default: now)
+    /// At this time or scan: `10:02:03`, `yesterday 23:50`, `-15s` (before the last scan),
+    /// `scan 81234` (default: now)
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
     at: Option<When>,
     /// A recording: a file, or a folder as `[record] dir` names it (default: the last minute of
@@ -65,6 +69,10 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
             Ok(Exit::Ok)
         }
         Ok(answer) => {
+            if let (Some(_), Some(scan)) = (&args.at, answer.at.scan) {
+                let time = LocalClock::here().text(answer.at.unix_ns);
+                print(&format!("at the end of scan {scan}, {time}:\n"))?;
+            }
             print(&format!("{}{}", answer.text(), answer.hints()))?;
             Ok(Exit::Ok)
         }
@@ -90,6 +98,7 @@ fn place(at: Option<&When>, recording: &Recording) -> Result<(usize, At), String
     let clock = LocalClock::here();
     let scan = match when.find(&clock, span.clone()) {
         Moment::Scan(scan) => Some(scan),
+        Moment::Time(unix_ns) if unix_ns > span.end().saturating_add(LATE_NS) => None,
         Moment::Time(unix_ns) => recording::scan_at(recording, unix_ns),
     };
     let found = scan.and_then(|scan| Some((recording.place_of_scan(scan)?, At::Scan(scan))));

@@ -2,13 +2,13 @@
 
 use super::answer::{About, Cause, Cut, Followed, Node, Since, Stop, TapeEnd, Write};
 use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
-use super::leaves::{LeafSeen, Side, side};
+use super::leaves::{LeafSeen, Side, is_status, side};
 use super::operands::structure;
 use super::past::{self, Moment};
 use super::replay::{Changed, SEARCHED_MAX};
 use crate::engine::{Cell, Deed, EngineCall};
 use crate::isa::status::st;
-use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word};
 use crate::resolve::instruction::OperandValue;
 use crate::runtime::{Origin, SectionStart, TapeEntry, TapeSection};
 
@@ -308,13 +308,4 @@ fn is_first(section: &TapeSection) -> bool {
     let SectionStart { number, follows, lost, .. } = section.start;
     let is_first = number == 0 || number == 1 && !follows && lost == 0;
     is_first && section.state.scans() == 0
-}
-
-/// Whether a scan's start writes it.
-fn is_status(address: Option<Address>) -> bool {
-    match address {
-        Some(Address::Bit(Bit::Space(BitSpace::St, n))) => n < st::COUNT as u32,
-        Some(Address::Word(Word::Space(WordSpace::Dst, _))) => true,
-        Some(Address::Bit(_) | Address::Word(_) | Address::Structure(_)) | None => false,
-    }
 }

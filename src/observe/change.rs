@@ -242,7 +242,7 @@ impl Inquiry<'_> {
     }
 
     /// Whether the controller scans at a moment.
-    fn runs(&mut self, at: Moment) -> Option<bool> {
+    pub fn runs(&mut self, at: Moment) -> Option<bool> {
         let section = self.replay.section(at.section)?;
         let mut runs = section.start.mode == Mode::Run;
         for entry in section.entries.get(..at.entries())? {

@@ -59,7 +59,12 @@ impl Inquiry<'_> {
                     Hindrance::Stopped(operand, self.follow(running, 0, at, depth))
                 }
                 (None, Some(entry)) if watch.seen.contains_key(&part) => {
-                    Hindrance::Legs(self.legs(part, &watch.leaves(part), entry, depth))
+                    let legs = self.legs(part, &watch.leaves(part), entry, depth);
+                    // With its rung ON it hinders nothing: its turn is only not here yet, or over.
+                    if legs.iter().all(|leg| leg.on) {
+                        continue;
+                    }
+                    Hindrance::Legs(legs)
                 }
                 (None, _) => continue,
             };

@@ -4,7 +4,8 @@ use super::logic::{Leaves, Logic};
 use super::subject::Subject;
 use crate::engine::ops::Power;
 use crate::engine::{BitCell, Cell, Image, WordCell};
-use crate::isa::{LegName, Word};
+use crate::isa::status::st;
+use crate::isa::{Address, Bit, BitSpace, LegName, Word, WordSpace};
 use crate::resolve::array::Element;
 use crate::resolve::program::{Contact, Value};
 
@@ -139,5 +140,14 @@ pub(super) fn content(image: &Image, cell: Cell) -> i32 {
     match cell {
         Cell::Bit(BitCell(at)) => image.bits().get(at as usize).map_or(0, |bit| i32::from(*bit)),
         Cell::Word(WordCell(at)) => image.words().get(at as usize).copied().unwrap_or(0),
+    }
+}
+
+/// Whether a scan's start writes it.
+pub(super) fn is_status(address: Option<Address>) -> bool {
+    match address {
+        Some(Address::Bit(Bit::Space(BitSpace::St, n))) => n < st::COUNT as u32,
+        Some(Address::Word(Word::Space(WordSpace::Dst, _))) => true,
+        Some(Address::Bit(_) | Address::Word(_) | Address::Structure(_)) | None => false,
     }
 }

@@ -4,7 +4,7 @@ use super::leaves::{Side, content, select, side, word};
 use super::subject::Subject;
 use crate::engine::{Cell, Image};
 use crate::isa::{Bit, Structure};
-use crate::resolve::array::Array;
+use crate::resolve::array::{Array, Element};
 use crate::resolve::formula::{Formula, Part};
 use crate::resolve::instruction::{Filling, WordPlace};
 use crate::resolve::program::{Action, Value};
@@ -13,7 +13,14 @@ use crate::source::span::Located;
 /// The operands that an instruction reads, right before it executes.
 pub(super) fn operands(subject: &Subject, action: &Action, to: Cell, image: &Image) -> Vec<Side> {
     let values = |all: &[Located<Value>]| -> Vec<Side> {
-        all.iter().map(|value| side(subject, value.value, image)).collect()
+        let sides = |value: &Located<Value>| {
+            let index = match value.value {
+                Value::Element(element) => Some(word(subject, element.index, image)),
+                Value::Const(..) | Value::Real(_) | Value::Word(_) => None,
+            };
+            [Some(side(subject, value.value, image)), index].into_iter().flatten()
+        };
+        all.iter().flat_map(sides).collect()
     };
     match action {
         Action::Coil { .. }
@@ -59,13 +66,21 @@ pub(super) fn operands(subject: &Subject, action: &Action, to: Cell, image: &Ima
 fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
     let mut read: Vec<Side> = Vec::new();
     let layout = &subject.symbols.layout;
-    for part in &of.parts {
+    for (at, part) in of.parts.iter().enumerate() {
         let side = match part {
             Part::Word(at) => word(subject, *at, image),
             Part::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
+            // An index that is a word stands right before its element.
+            Part::Element(array) => match at.checked_sub(1).map(|before| &of.parts[before]) {
+                Some(Part::Word(index)) => {
+                    let element = Element { array: *array, index: *index };
+                    let Some(cell) = select(subject, element, image).1 else { continue };
+                    any(subject, cell, image)
+                }
+                Some(_) | None => continue,
+            },
             Part::Integer(_)
             | Part::Real(_)
-            | Part::Element(_)
             | Part::Unary(..)
             | Part::Binary(..)
             | Part::Call(..) => continue,

@@ -13,6 +13,11 @@ pub trait Past {
 
     /// A section; `None` if it cannot be read.
     fn section(&mut self, at: usize) -> Option<Arc<TapeSection>>;
+
+    /// What lies before the first section.
+    fn begins(&self) -> TapeEnd {
+        TapeEnd::Oldest
+    }
 }
 
 impl Past for Vec<Arc<TapeSection>> {

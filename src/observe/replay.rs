@@ -8,7 +8,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::answer::{Since, TapeEnd, When};
-use super::leaves::content;
+use super::leaves::{content, is_status};
 use super::past::{self, At, Moment, Past, Refusal, joins};
 use super::section_log::SectionLog;
 use super::slice_run::{CellChange, SliceRun};
@@ -19,6 +19,9 @@ use crate::runtime::{TapeEntry, TapeSection};
 
 /// The most changes that are kept in logs.
 const CHANGES_MAX: usize = 2_000_000;
+
+/// The most sections that are executed at once.
+const AT_ONCE_MAX: usize = 16;
 
 /// The most sections that are kept. A search goes back in time: the oldest go first.
 const SECTIONS_MAX: usize = 256;
@@ -85,7 +88,7 @@ impl<'a> Replay<'a> {
     /// The section before this one, if it goes on without a gap.
     pub fn older(&mut self, section: usize) -> Result<usize, TapeEnd> {
         let newer = self.section(section).ok_or(TapeEnd::Unreadable)?;
-        let at = section.checked_sub(1).ok_or(TapeEnd::Oldest)?;
+        let at = section.checked_sub(1).ok_or_else(|| self.past.begins())?;
         let older = self.section(at).ok_or(TapeEnd::Unreadable)?;
         joins(&older, &newer).map(|()| at)
     }
@@ -123,13 +126,27 @@ impl<'a> Replay<'a> {
         if let Some(log) = self.logs.get(&at) {
             return Some(Rc::clone(log));
         }
-        let section = self.section(at)?;
-        let log = Rc::new(SectionLog::new(&mut self.run, &section));
+        self.section(at)?;
+        // A search goes back in time. After a state all operations execute once, so the farther it
+        // goes, the more sections are executed at once.
+        let most = self.logs.len().clamp(1, AT_ONCE_MAX);
+        let mut first = at;
+        while at - first + 1 < most {
+            match self.older(first) {
+                Ok(older) if !self.logs.contains_key(&older) => first = older,
+                Ok(_) | Err(_) => break,
+            }
+        }
+        for place in first..=at {
+            let section = self.section(place)?;
+            let log = Rc::new(SectionLog::new(&mut self.run, &section, place > first));
+            self.logs.insert(place, log);
+        }
+        let log = self.logs.get(&at).cloned();
         while self.logs.values().map(|log| log.changes.len()).sum::<usize>() > CHANGES_MAX {
             self.logs.pop_first();
         }
-        self.logs.insert(at, Rc::clone(&log));
-        Some(log)
+        log
     }
 
     /// The engine, right before an entry. `None` if the section is gone.
@@ -172,7 +189,8 @@ impl<'a> Replay<'a> {
                 break *known;
             }
             if passed.len() >= most {
-                break Changed::Never(TapeEnd::Searched, section);
+                // A farther search may find it: this is not remembered.
+                return Changed::Never(TapeEnd::Searched, section + 1);
             }
             if let Some(change) = self.log(section).and_then(|log| log.last(cell, end, |_| true)) {
                 let (entry, step) = (change.entry as usize, change.step);
@@ -274,6 +292,15 @@ impl<'a> Replay<'a> {
 
     /// The value of a cell at a moment.
     pub fn value(&mut self, cell: Cell, at: Moment) -> i32 {
+        // What a scan's start writes is in no log.
+        let layout = &self.subject.symbols.layout;
+        if !is_status(layout.address(cell))
+            && let Some(log) = self.log(at.section)
+            && let Some(section) = self.section(at.section)
+        {
+            let last = log.last(cell, (at.entry, at.step), |_| true);
+            return last.map_or_else(|| section.state.value(cell), |change| change.after);
+        }
         if at.step > 0 {
             let mut peek = Peek { cell, step: at.step, value: None };
             self.see(at.section, at.entry, &mut peek);

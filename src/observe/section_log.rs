@@ -13,10 +13,12 @@ pub(super) struct SectionLog {
 }
 
 impl SectionLog {
-    /// Executes a section that fits.
-    pub fn new(run: &mut SliceRun, section: &TapeSection) -> SectionLog {
+    /// Executes a section that fits. `goes_on`: the run is at its start.
+    pub fn new(run: &mut SliceRun, section: &TapeSection, goes_on: bool) -> SectionLog {
         let mut changes = Vec::new();
-        run.resume(&section.state);
+        if !goes_on {
+            run.resume(&section.state);
+        }
         for (entry, of) in (0..).zip(&section.entries) {
             if let TapeEntry::Call(call) = of {
                 run.call(entry, *call, Some(&mut changes));

@@ -42,7 +42,10 @@ impl Explanation {
         let head = format!("{} is {}", operand_text(operand), value_text(operand, *value));
         lines.add(0, &head);
         if let Some(doc) = &operand.doc {
-            lines.add(1, &format!("({doc})"));
+            lines.add(1, &format!("({})", doc.replace(['\n', '\r'], " ")));
+        }
+        if self.mode.is_some() {
+            lines.add(1, "(nothing is scanned: times are counted back from the last scan)");
         }
         let line = Line { indent: 1, past: false };
         if let Some(changed) = &self.changed {

@@ -1,6 +1,6 @@
 //! `why`: the question and its answer.
 
-use super::answer::{Explanation, Limits, Remedy};
+use super::answer::{Explanation, Limits};
 use super::inquiry::Inquiry;
 use super::past::{At, Past, Refusal};
 use super::replay::Replay;
@@ -43,9 +43,9 @@ impl Subject {
             Cell::Bit(_) | Cell::Word(_) => None,
         };
         let combined = inquiry.combined(change.as_ref());
-        let mode = match change {
-            Some(Remedy::NoScan) => inquiry.mode(moment),
-            Some(_) | None => None,
+        let mode = match inquiry.runs(moment) {
+            Some(false) => inquiry.mode(moment),
+            Some(true) | None => None,
         };
         let Inquiry { deeper, is_long, .. } = inquiry;
         Ok(Explanation { at: when, root, changed, change, combined, mode, deeper, is_long })

@@ -94,6 +94,7 @@ fn no_command_panics_at_what_no_rungd_has_recorded() {
             changed(&|head| head.scans = number as u32),
         ] {
             place.write("plant.rungd-log", &bytes);
+            place.remove("cut.rungd-log");
             for words in [
                 &["record", "list"][..],
                 &["record", "info"],
@@ -105,9 +106,43 @@ fn no_command_panics_at_what_no_rungd_has_recorded() {
             ] {
                 let output = place.rungd(&[words, &["plant.rungd-log"]].concat());
                 let err = String::from_utf8_lossy(&output.stderr).into_owned();
-                assert!(matches!(output.status.code(), Some(0..=3)), "{words:?} {number}: {err}");
+                let is_ended = output.status.code().is_some_and(|code| code != 101);
+                assert!(is_ended, "{words:?} {number}: {err}");
                 assert!(!err.contains("panicked"), "{words:?} {number}: {err}");
             }
         }
+    }
+}
+
+/// The output could be the recording itself, or a ladder.
+#[test]
+fn no_file_is_overwritten() {
+    let place = Place::new("overwritten");
+    let ladder = place.read("new.toml");
+    for (word, there) in [("cut", "plant.rungd-log"), ("test", "new.toml")] {
+        let output = place.rungd(&["record", word, "plant.rungd-log", "-o", there]);
+        let err = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && err.contains("is there already"), "{err}");
+    }
+    assert_eq!(place.read("new.toml"), ladder);
+    assert!(place.rungd(&["record", "verify", "plant.rungd-log"]).status.success());
+}
+
+#[test]
+fn a_time_after_the_end_and_a_recording_of_nothing_are_refused() {
+    let place = Place::new("refused");
+    let late = "2099-01-01T00:00:00";
+    place.write("empty.rungd-log", b"");
+    place.write("other.rungd-log", b"root:x:0:0:root:/root:/bin/bash");
+    for words in [
+        &["why", "jam", "--recording", "plant.rungd-log", "--at", late][..],
+        &["record", "cut", "plant.rungd-log", "--from", late, "-o", "cut.rungd-log"],
+        &["record", "test", "plant.rungd-log", "--from", late, "-o", "cut.test.toml"],
+        &["record", "verify", "empty.rungd-log"],
+        &["record", "verify", "other.rungd-log"],
+        &["record", "list", "other.rungd-log"],
+    ] {
+        let output = place.rungd(words);
+        assert!(!output.status.success(), "{words:?}: {output:?}");
     }
 }

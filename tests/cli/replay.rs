@@ -153,6 +153,10 @@ impl Place {
         std::fs::write(self.0.join(name), bytes).unwrap();
     }
 
+    pub fn remove(&self, name: &str) {
+        let _ = std::fs::remove_file(self.0.join(name));
+    }
+
     pub fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.0.join(name)).unwrap()
     }

@@ -1,11 +1,11 @@
-//! The recorder: gaps, late states, names, and sections that are too long for one.
+//! The recorder: gaps, lost steps, late states, names, and sections that are too long for one.
 
 use crate::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
 use rungd::engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
 use rungd::record::{Recent, Recorder, Recording, Replay};
 use rungd::runtime::command::CommandId;
 use rungd::runtime::exchange::{Mode, Ticket};
-use rungd::runtime::{Machine, Origin, TapeEntry};
+use rungd::runtime::{Machine, Origin, ScanStart, TapeEntry, tape_of};
 
 #[test]
 fn a_reload_whose_state_comes_late_makes_a_gap() {
@@ -187,4 +187,29 @@ fn a_section_under_way_is_had_without_its_end() {
         in_memory(&line.blocks)
     });
     assert!(asked == other && seen > 240);
+}
+
+/// A tape that nobody reads: each scan is on it, or is counted as lost.
+#[test]
+fn what_is_lost_at_the_end_of_a_tape_is_counted() {
+    for room in [4, 8, 40, 1000] {
+        let (mut machine, mut reader) = tape_of(engine(&recorded(COUNTER, 0)).unwrap(), room);
+        machine.start(0);
+        for number in 1..=50 {
+            let (now_ns, times) = (number * 10_000_000, ScanTimes::default());
+            machine.begin_scan(&ScanStart { number, now_ns, times, local_s: 0 });
+            machine.execute();
+            machine.settle();
+        }
+        drop(machine);
+        let mut told = 0;
+        while let Some((entry, _)) = reader.take() {
+            told += match entry {
+                TapeEntry::Call(EngineCall::Execute) => 1,
+                TapeEntry::Lost { steps } => steps,
+                _ => 0,
+            };
+        }
+        assert_eq!(told + reader.unheard(), 50, "room for {room} entries");
+    }
 }
