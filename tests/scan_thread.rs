@@ -29,9 +29,9 @@ use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
 use rungd::runtime::pacing::Clock;
 use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
 use rungd::runtime::{
-    Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, ScanStart, Settings,
-    Statistics, TapeEntry, Taped, Watched, Whole, assemble, assemble_reloadable, assemble_whole,
-    tape, tape_of,
+    Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
+    Statistics, Taped, Watched, Whole, assemble, assemble_reloadable, assemble_whole, tape,
+    tape_of,
 };
 use rungd::source::span::SourceFile;
 
