@@ -289,7 +289,7 @@ fn nothing_in_a_recording_from_outside_panics_or_hangs() {
         let program = load(&line.blocks[0].program.files[0].text).unwrap();
         let (code, _) = lower(&program);
         let subject = Subject::new(Arc::new(program), Vec::new());
-        for copy in 0..setting("RUNGD_HOSTILE", 50) {
+        for copy in 0..setting("RUNGD_HOSTILE", 20) {
             let mut numbers = Numbers(1000 * seed + copy);
             let bytes = changed((&parts, &line), &mut numbers);
             let used = catch_unwind(AssertUnwindSafe(|| {
