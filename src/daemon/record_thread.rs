@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::oneshot;
 
+use super::narration::span;
 use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
 use crate::faults::{self, FaultPoint};
@@ -111,7 +112,14 @@ impl Recording {
     pub fn end(&self) {
         let (reply, done) = channel();
         if self.orders.send(Order::End(reply)).is_ok() {
-            let _ = done.recv_timeout(END_MAX);
+            let ended = done.recv_timeout(END_MAX);
+            if let Err(RecvTimeoutError::Timeout) = ended {
+                let waited = span(END_MAX.as_nanos() as u64);
+                say!(
+                    RECORD_LOST,
+                    "the scan log may lack the last scans: its thread was not done after {waited}"
+                );
+            }
         }
     }
 }

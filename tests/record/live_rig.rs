@@ -171,10 +171,10 @@ pub fn ended(live: &mut Live) -> Vec<Value> {
     lines
 }
 
-/// Whether an end that was asked for at a time may lack the last block: rungd waits three seconds
-/// for the disk, which may be busy with what other tests do.
+/// Whether an end that was asked for at a time may lack the last block: rungd waits two seconds for
+/// the disk, which may be busy with what other tests do.
 pub fn is_late(asked: Instant) -> bool {
-    asked.elapsed() >= Duration::from_secs(3)
+    asked.elapsed() >= Duration::from_secs(2)
 }
 
 /// What the scans of a stretch were like.
