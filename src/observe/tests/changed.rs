@@ -1,16 +1,12 @@
 //! An operand that the last scan only wrote again: when and why it changed, then what keeps it so.
 
-use expect_test::{Expect, expect};
+use expect_test::expect;
 
-use super::tape::{Tape, tape};
+use super::tape::{Tape, check, tape};
 use crate::engine::EngineCall;
 use crate::observe::{At, Limits};
 use crate::runtime::exchange::{Mode, StopReason, Ticket};
 use crate::runtime::{Origin, TapeEntry};
-
-fn check(plc: &Tape, name: &str, expected: Expect) {
-    expected.assert_eq(&plc.why(name));
-}
 
 const SEALED: &str = r#"
     [[program.rung]]

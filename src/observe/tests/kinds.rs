@@ -1,16 +1,12 @@
 //! What wrote: instructions by their rule, inputs, writes, devices, forces, memory.
 
-use expect_test::{Expect, expect};
+use expect_test::expect;
 
-use super::tape::{Tape, tape};
+use super::tape::{Tape, check, tape};
 use crate::observe::At;
 use crate::runtime::Origin;
 use crate::runtime::command::CommandId;
 use crate::runtime::exchange::Ticket;
-
-fn check(plc: &Tape, name: &str, expected: Expect) {
-    expected.assert_eq(&plc.why(name));
-}
 
 fn rung(when: &str, text: &str) -> Tape {
     tape(&format!("[[program.rung]]\nwhen = [{when}]\ndo = [{text}]\n"))

@@ -1,13 +1,9 @@
 //! Blocks and Stages: passes, turns, what does not run.
 
-use expect_test::{Expect, expect};
+use expect_test::expect;
 
-use super::tape::{Tape, ladder, tape};
+use super::tape::{check, ladder, tape};
 use crate::engine::EngineCall;
-
-fn check(plc: &Tape, name: &str, expected: Expect) {
-    expected.assert_eq(&plc.why(name));
-}
 
 const SIDE: &str = r#"
     [[program.rung]]

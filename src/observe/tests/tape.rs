@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use expect_test::Expect;
+
 use crate::engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
 use crate::observe::{At, Explanation, Limits, Subject};
 use crate::resolve::{LoadOptions, load_ladders};
@@ -143,4 +145,9 @@ impl Tape {
         let cell = self.cell(name);
         self.call(EngineCall::Release(cell));
     }
+}
+
+/// The answer of now, as text.
+pub fn check(plc: &Tape, name: &str, expected: Expect) {
+    expected.assert_eq(&plc.why(name));
 }
