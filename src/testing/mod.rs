@@ -1,9 +1,16 @@
-//! Tests of ladders: so far, a test made of what happened.
+//! Tests of ladders: test files and their scenarios in virtual time; and a test made of a
+//! recording.
 //!
-//! `cli` hands over sections of a recording; the result is the text of a test file. No file, no
-//! clock.
+//! `cli` hands over paths of test files, or sections of a recording. No clock.
 
+mod condition;
 mod happened;
 mod scenario;
+mod suite;
 
+pub use condition::Condition;
 pub use scenario::{ScenarioOf, scenario};
+pub use suite::{
+    Chance, Operand, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Step,
+    Suite, TestProgram, TestTime,
+};

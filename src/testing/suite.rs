@@ -1,0 +1,204 @@
+//! A test file, resolved: its programs, what must always hold, its scenarios and random tests.
+//!
+//! `reading` makes it of the files; `runner` executes it. The form of the file is in
+//! `docs/testing.md`. No file is read here, and nothing runs.
+
+use std::sync::Arc;
+
+use super::condition::Condition;
+use crate::controller::Controller;
+use crate::engine::Cell;
+use crate::isa::DeviceId;
+use crate::resolve::program::Program;
+use crate::source::span::{Located, SourceFile, Span};
+
+/// A test file that can be executed.
+#[derive(Debug)]
+pub struct Suite {
+    /// The test file, as its caller named it.
+    pub name: String,
+    /// Its text, by which places are shown. Places of steps are places in this file.
+    pub file: SourceFile,
+    /// The program that scenarios begin with, then those of `reload` steps.
+    pub programs: Vec<TestProgram>,
+    /// `always`, for each of `programs` in the same order.
+    pub always: Vec<Vec<Condition>>,
+    /// `[[scenario]]`, in file order.
+    pub scenarios: Vec<Scenario>,
+    /// `[[random]]`, in file order.
+    pub randoms: Vec<RandomTest>,
+}
+
+/// A program under test, with the settings around it.
+#[derive(Clone, Debug)]
+pub struct TestProgram {
+    /// The ladder.
+    pub program: Arc<Program>,
+    /// The settings: those of a controller file, or `period` and `[retain]` of the test file.
+    pub controller: Arc<Controller>,
+    /// All files of its load, by the numbers that places in `program` have.
+    pub files: Vec<SourceFile>,
+}
+
+/// The number of a program in [`Suite::programs`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProgramId(pub usize);
+
+/// One `[[scenario]]`.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Its name; unique in its file.
+    pub name: String,
+    /// Its place.
+    pub span: Span,
+    /// Memory before the first scan.
+    pub set: Vec<(Operand, i32)>,
+    /// Its steps, each with its place in the file: the text between the quotes.
+    pub steps: Vec<Located<Step>>,
+}
+
+/// A bit or word, by the name that the file gives it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Operand {
+    /// Its name.
+    pub name: String,
+    /// Its cell, in the program that runs when it is used.
+    pub cell: Cell,
+    /// The number of an X, an input; `None` for everything else.
+    pub input: Option<u32>,
+}
+
+/// A time of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TestTime {
+    /// A duration, ms: that many scans, rounded up, at least one.
+    Ms(u32),
+    /// Scans; at least one.
+    Scans(u64),
+}
+
+/// A step of a scenario. Its meaning is in `docs/testing.md`.
+#[derive(Clone, Debug)]
+pub enum Step {
+    /// `set OP VALUE`: an X holds it, everything else is written once.
+    Set(Operand, i32),
+    /// `force OP VALUE`
+    Force(Operand, i32),
+    /// `unforce OP`
+    Unforce(Operand),
+    /// `pulse OP D [every D times N]`
+    Pulse {
+        /// A bit that is OFF.
+        operand: Operand,
+        /// How long it is ON.
+        on: TestTime,
+        /// From one pulse to the next; as long as `on` if not given.
+        every: TestTime,
+        /// The number of pulses; at least 1.
+        times: u32,
+    },
+    /// `beat OP D every D`: pulses in the background, until OP is set.
+    Beat {
+        /// A bit.
+        operand: Operand,
+        /// How long it is ON.
+        on: TestTime,
+        /// From one pulse to the next.
+        every: TestTime,
+    },
+    /// `run D`, `run N scans`
+    Run(TestTime),
+    /// `expect: CONTACTS`
+    Expect(Condition),
+    /// `within D: CONTACTS`
+    Within(TestTime, Condition),
+    /// `hold D: CONTACTS`
+    Hold(TestTime, Condition),
+    /// `stop`: the last scan, then STOP.
+    Stop,
+    /// `start`: from STOP to RUN.
+    Start,
+    /// `restart`: an orderly stop and a new process.
+    Restart,
+    /// `power-cut [lose D]`: a new process with an image of retentive memory that is D older than
+    /// the newest; ms.
+    PowerCut {
+        /// How much older than the newest image, ms.
+        lose_ms: u32,
+    },
+    /// `reload FILE…`
+    Reload(Reload),
+    /// `lose DEVICE`
+    Lose(DeviceId),
+    /// `restore DEVICE`
+    Restore(DeviceId),
+    /// `clock TIME`: the local time, as seconds since 1970-01-01 00:00:00 of the local clock.
+    Clock(i64),
+}
+
+/// What a `reload` step leads to.
+#[derive(Clone, Debug)]
+pub enum Reload {
+    /// The program that is swapped in.
+    To(ProgramId),
+    /// `rungd reload` refuses these files: the text of the findings. The scenario has no further
+    /// steps.
+    Refused(String),
+}
+
+/// One `[[random]]`.
+#[derive(Clone, Debug)]
+pub struct RandomTest {
+    /// Its name; unique in its file.
+    pub name: String,
+    /// Its place.
+    pub span: Span,
+    /// The number of runs.
+    pub runs: u32,
+    /// The scans of each run.
+    pub scans: u64,
+    /// The seed.
+    pub seed: u64,
+    /// Memory before the first scan of each run.
+    pub set: Vec<(Operand, i32)>,
+    /// What changes, in file order.
+    pub changes: Vec<RandomChange>,
+}
+
+/// How an operand changes at random.
+#[derive(Clone, Debug)]
+pub struct RandomChange {
+    /// The operand.
+    pub operand: Operand,
+    /// The probability of a change in a scan.
+    pub chance: Chance,
+    /// How it changes.
+    pub motion: RandomMotion,
+}
+
+/// A probability, in parts of a million.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chance(pub u32);
+
+/// How an operand changes at random.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RandomMotion {
+    /// A bit toggles.
+    Toggle,
+    /// A word goes up or down by a step, within limits.
+    Walk {
+        /// The least value.
+        low: f64,
+        /// The greatest value.
+        high: f64,
+        /// How far it goes.
+        step: f64,
+    },
+    /// A word gets any value within limits: a whole number, for a real any number.
+    Jump {
+        /// The least value.
+        low: f64,
+        /// The greatest value.
+        high: f64,
+    },
+}
