@@ -27,6 +27,7 @@ pub mod record;
 pub mod reload;
 pub mod resolve;
 pub mod retain;
+pub mod rig;
 pub mod runtime;
 mod say;
 pub mod sim;

@@ -19,6 +19,7 @@ pub mod retain;
 mod retain_tags;
 mod settings;
 mod simulated_device;
+mod wired;
 pub(crate) mod written;
 
 use resolver::{AllowedSpaces, Resolver};

@@ -10,13 +10,12 @@ use std::time::Duration;
 use anyhow::Result;
 
 use crate::controller::Controller;
-use crate::controller::device::{Device, DeviceInput, DriverSettings, OnLoss, Output, SafeValue};
+use crate::controller::device::Device;
 use crate::controller::operator::Operator;
 use crate::controller::record::RecordSettings;
 use crate::engine;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
-use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower};
 use crate::operator::names::Names;
@@ -25,8 +24,8 @@ use crate::record::RecordedFile;
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::RetainPlan;
 use crate::runtime::exchange::Tempo;
-use crate::runtime::wiring::{Source, Wiring, WiringTarget};
-use crate::runtime::{Memory, Pace, Posture, Safe, Watched};
+use crate::runtime::wiring::Wiring;
+use crate::runtime::{Memory, Pace, Posture, Watched};
 use crate::source::render::{Style, refuses, render};
 use crate::source::span::SourceFile;
 
@@ -34,7 +33,6 @@ use super::narration::Narration;
 use super::retain::{RetainSettings, place};
 
 const MS_NS: u64 = 1_000_000;
-const US_NS: u64 = 1_000;
 
 /// A controller, ready to be started.
 pub struct Setup {
@@ -127,11 +125,11 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         blocks: blocks(program),
         operator: controller.operator.clone(),
         pace,
-        memory: Memory::new(&symbols.layout, safe_values(controller, program.sizes.y)),
+        memory: Memory::new(&symbols.layout, controller.safe_values(program.sizes.y)),
         posture: controller.realtime.clone(),
         modbus: controller.modbus.clone(),
         rules: controller.rules.clone(),
-        field: controller.devices.iter().map(|device| wiring(device, &symbols)).collect(),
+        field: controller.wirings(&symbols),
         devices: controller.devices.clone(),
         probation: Duration::from_millis(controller.probation_ms.into()),
         retain: retain(controller, program, &symbols, &files[0].name),
@@ -162,40 +160,6 @@ pub fn load(
         return Ok(Err(render(&loaded.findings, &loaded.files, style)));
     }
     Ok(settle(&loaded, progress))
-}
-
-fn wiring(device: &Device, symbols: &Symbols) -> Wiring {
-    let layout = &symbols.layout;
-    let health = |health| layout.bit(Bit::Device(device.id, health));
-    let target = |input: &DeviceInput| match input.address {
-        Address::Bit(Bit::Space(BitSpace::X, n)) => WiringTarget::Input(n),
-        Address::Bit(bit) => WiringTarget::Bit(layout.bit(bit)),
-        Address::Word(word) => {
-            let (min, max) = symbols.limits(word);
-            WiringTarget::Word { cell: layout.word(word), min, max }
-        }
-        Address::Structure(_) => unreachable!("the resolver lets no structure through"),
-    };
-    let source = |output: &Output| match (output.address, output.safe) {
-        (Address::Bit(Bit::Space(BitSpace::Y, n)), _) => Source::Output(n),
-        (address, safe) => {
-            let cell = layout.cell(address).expect("the resolver lets no structure through");
-            let safe = if let SafeValue::Value(value) = safe { Some(value) } else { None };
-            Source::Cell(cell, safe)
-        }
-    };
-    Wiring {
-        inputs: device.inputs.iter().map(target).collect(),
-        outputs: device.outputs.iter().map(source).collect(),
-        ok: health(Health::Ok),
-        stale: health(Health::Stale),
-        loss_after_ns: u64::from(device.loss_after_ms) * MS_NS,
-        zero_on_loss: device.on_loss == OnLoss::Zero,
-        local_budget_ns: match &device.driver {
-            DriverSettings::Gpio(gpio) => Some(u64::from(gpio.budget_us) * US_NS),
-            DriverSettings::Modbus(_) | DriverSettings::Simulated(_) => None,
-        },
-    }
 }
 
 fn retain(
@@ -236,19 +200,6 @@ fn pace(controller: &Controller) -> Pace {
         statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
         start_in_stop: None,
     }
-}
-
-fn safe_values(controller: &Controller, outputs: u32) -> Vec<Safe> {
-    let mut safe = vec![Safe::Off; outputs as usize];
-    let kinds = [(&controller.outputs_on, Safe::On), (&controller.outputs_hold, Safe::Hold)];
-    for (ranges, kind) in kinds {
-        for range in ranges {
-            for output in range.first..=range.last {
-                safe[output as usize] = kind;
-            }
-        }
-    }
-    safe
 }
 
 fn facts(program: &Program, files: &[SourceFile]) -> LadderFacts {

@@ -30,7 +30,7 @@ pub struct Ends {
 }
 
 /// The scan's side: all devices.
-pub(super) struct Field {
+pub(crate) struct Field {
     devices: Vec<WiredDevice>,
     /// The safe state of each Y, outside RUN.
     safe: Vec<Safe>,
@@ -69,7 +69,7 @@ enum Presence {
 
 /// Makes both sides for these devices. `safe`: the safe state of each Y; `first_output`: the cell
 /// of Y0.
-pub(super) fn field(
+pub(crate) fn field(
     wirings: &[Wiring],
     safe: Vec<Safe>,
     first_output: usize,

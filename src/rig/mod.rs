@@ -1,0 +1,378 @@
+//! A controller in virtual time: what `rungd run` does to an engine, without a clock, a thread, a
+//! socket or a file.
+//!
+//! Called by `testing` for test files, and by `rungd sim CONTROLLER.toml`. The scan's side of field
+//! devices, the tape, the plan of a reload and the content of retentive memory are the daemon's
+//! own; this module decides the times at which they act. Field devices of kind `simulated`, and the
+//! rules of `[[simulated-device]]`, are stepped as `run` steps them; all others are silent until
+//! they are [restored](Rig::restore_device).
+//!
+//! A scan has two halves: [`Rig::scan`] ends before the passes of a last scan, so that its caller
+//! sees memory at the end of every scan; [`Rig::end_scan`] does the rest.
+
+mod field;
+mod process;
+mod program;
+mod retained;
+mod tape;
+
+pub use program::RigProgram;
+
+use std::sync::Arc;
+
+use crate::engine::{Cell, Engine, Image};
+use crate::io::plant::RuleSet;
+use crate::isa::{Bit, BitSpace, DeviceId};
+use crate::reload::{ReloadPlan, Side};
+use crate::runtime::exchange::{Mode, StopReason, Ticket};
+use crate::runtime::{Machine, Origin, ScanStart, TapeSection, Taped};
+use field::{Driven, RigField};
+use retained::Retained;
+use tape::RigTape;
+
+const MS_NS: u64 = 1_000_000;
+const S_NS: u64 = 1_000_000_000;
+
+/// The mode of the controller. Nothing here leads to FAULT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RigMode {
+    /// It scans.
+    Run,
+    /// It does not scan.
+    Stop,
+}
+
+/// How a rig is set up.
+#[derive(Clone, Debug, Default)]
+pub struct RigSetup {
+    /// Memory before the first scan, as a cold start leaves it but for these cells.
+    pub set: Vec<(Cell, i32)>,
+    /// The levels of inputs from the first scan on: the number of the X, and ON or OFF.
+    pub inputs: Vec<(u32, bool)>,
+    /// The local time at the start, as seconds since 1970-01-01 00:00:00 of the local clock.
+    pub clock_s: i64,
+    /// Whether images of retentive memory are kept, for [`Rig::restart`] and [`Rig::power_cut`].
+    pub keeps_images: bool,
+    /// Whether all that comes in is kept, for [`Rig::sections`].
+    pub is_taped: bool,
+}
+
+/// A controller in virtual time.
+pub struct Rig {
+    program: Arc<RigProgram>,
+    machine: Taped,
+    tape: Option<RigTape>,
+    field: RigField,
+    rules: RuleSet,
+    /// The time of the next step of the rules, ms.
+    rules_ms: u64,
+    mode: RigMode,
+    period_ns: u64,
+    /// The time of the next scan; of the first one 0.
+    next_ns: u64,
+    /// Complete scans of this process.
+    scans: u64,
+    /// The levels of inputs, by X, of those that were ever given one.
+    levels: Vec<(u32, bool)>,
+    /// Queued writes for the next scan, each with the number of its batch.
+    writes: Vec<(Cell, i32, Ticket)>,
+    forces: Vec<Cell>,
+    /// Local time, and the virtual time at which it was so.
+    clock: (i64, u64),
+    retained: Option<Retained>,
+    generation: u32,
+}
+
+impl Rig {
+    /// A cold start, in RUN, before the first scan.
+    pub fn new(program: &Arc<RigProgram>, setup: &RigSetup) -> Rig {
+        let mut engine = Engine::new(program.code.clone());
+        setup.set.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
+        let (mut machine, tape) = match setup.is_taped {
+            true => {
+                let (machine, tape) = RigTape::of(engine);
+                (machine, Some(tape))
+            }
+            false => (Taped::new(engine), None),
+        };
+        let retained = setup.keeps_images.then(|| Retained::new(program, 0));
+        let mut rig = Rig {
+            field: RigField::new(program),
+            rules: RuleSet::new(&program.controller.rules),
+            rules_ms: 0,
+            machine,
+            tape,
+            mode: RigMode::Run,
+            period_ns: u64::from(program.controller.period_ms) * MS_NS,
+            next_ns: 0,
+            scans: 0,
+            levels: Vec::new(),
+            writes: Vec::new(),
+            forces: Vec::new(),
+            clock: (setup.clock_s, 0),
+            retained,
+            generation: 0,
+            program: Arc::clone(program),
+        };
+        setup.inputs.iter().for_each(|(x, on)| rig.set_input(*x, *on));
+        rig.start();
+        rig.settle();
+        rig
+    }
+
+    /// The program that runs.
+    pub fn program(&self) -> &Arc<RigProgram> {
+        &self.program
+    }
+
+    /// Memory.
+    pub fn image(&self) -> &Image {
+        self.machine.engine().image()
+    }
+
+    /// The mode.
+    pub fn mode(&self) -> RigMode {
+        self.mode
+    }
+
+    /// The scan period, ns.
+    pub fn period_ns(&self) -> u64 {
+        self.period_ns
+    }
+
+    /// The time of the next scan, ns since the start of the scenario.
+    pub fn next_ns(&self) -> u64 {
+        self.next_ns
+    }
+
+    /// Complete scans since the process started.
+    pub fn scans(&self) -> u64 {
+        self.scans
+    }
+
+    /// The first half of a scan, in RUN: steps 1 to 7. True if it is the last scan.
+    pub fn scan(&mut self) -> bool {
+        let now_ns = self.next_ns;
+        self.settle_images();
+        self.move_world(now_ns);
+        let start = ScanStart {
+            number: self.scans + 1,
+            now_ns,
+            times: Default::default(),
+            local_s: self.local_s(),
+        };
+        let Rig { machine, field, levels, writes, scans, .. } = self;
+        machine.begin_scan(&start);
+        for (x, on) in levels.iter().filter(|(x, _)| !field.moves(*x)) {
+            machine.set_input(*x, *on);
+        }
+        field.bring_in(machine, (now_ns, *scans));
+        for (cell, value, ticket) in writes.drain(..) {
+            machine.comes_from(Origin::Batch(ticket));
+            match cell {
+                Cell::Bit(bit) => machine.write_bit(bit, value != 0),
+                Cell::Word(word) => machine.write_word(word, value),
+            }
+        }
+        machine.execute()
+    }
+
+    /// The second half of a scan: the passes after the last one, outputs, the tape. After the last
+    /// scan the mode is STOP.
+    pub fn end_scan(&mut self, is_last: bool) {
+        if is_last {
+            self.machine.terminate();
+            self.enter(RigMode::Stop);
+        }
+        self.scans += 1;
+        self.drive(self.next_ns);
+        if is_last && let Some(retained) = &mut self.retained {
+            retained.keep(self.machine.engine().image(), (self.next_ns, true));
+        }
+        self.settle();
+        self.next_ns += self.period_ns;
+    }
+
+    /// A whole scan, in RUN.
+    pub fn scan_whole(&mut self) {
+        let is_last = self.scan();
+        self.end_scan(is_last);
+    }
+
+    /// A period passes in STOP: field devices and the clock go on.
+    pub fn tick(&mut self) {
+        self.settle_images();
+        self.move_world(self.next_ns);
+        self.next_ns += self.period_ns;
+    }
+
+    /// The next scan is the last one.
+    pub fn request_stop(&mut self) {
+        self.machine.request_stop();
+    }
+
+    /// STOP → RUN, with memory as it is.
+    pub fn start(&mut self) {
+        self.machine.start(self.next_ns);
+        self.enter(RigMode::Run);
+    }
+
+    fn enter(&mut self, mode: RigMode) {
+        self.mode = mode;
+        self.machine.enters(match mode {
+            RigMode::Run => Mode::Run,
+            RigMode::Stop => Mode::Stop(StopReason::Operator),
+        });
+    }
+
+    /// Gives an input a level, from the next scan on.
+    pub fn set_input(&mut self, x: u32, on: bool) {
+        self.field.set(x, i32::from(on), self.next_ns);
+        match self.levels.iter_mut().find(|(of, _)| *of == x) {
+            Some(level) => level.1 = on,
+            None => self.levels.push((x, on)),
+        }
+    }
+
+    /// One queued write in the next scan. `ticket`: by which [`Rig::sections`] name its origin.
+    pub fn write(&mut self, cell: Cell, value: i32, ticket: Ticket) {
+        if !self.field.set_cell(cell, value, self.next_ns) {
+            self.writes.push((cell, value, ticket));
+        }
+    }
+
+    /// Forces a bit or word.
+    pub fn force(&mut self, cell: Cell, value: i32, ticket: Ticket) {
+        self.machine.comes_from(Origin::Batch(ticket));
+        self.machine.force(cell, value);
+        if !self.forces.contains(&cell) {
+            self.forces.push(cell);
+        }
+    }
+
+    /// Ends a force; false if there is none.
+    pub fn release(&mut self, cell: Cell, ticket: Ticket) -> bool {
+        let Some(at) = self.forces.iter().position(|forced| *forced == cell) else { return false };
+        self.forces.remove(at);
+        self.machine.comes_from(Origin::Batch(ticket));
+        self.machine.release(cell);
+        true
+    }
+
+    /// The field device is gone.
+    pub fn lose_device(&mut self, device: DeviceId) {
+        self.field.lose(device);
+    }
+
+    /// The field device is there.
+    pub fn restore_device(&mut self, device: DeviceId) {
+        self.field.restore(device, self.next_ns);
+    }
+
+    /// The local time jumps: the next scan has this one.
+    pub fn set_clock(&mut self, clock_s: i64) {
+        self.clock = (clock_s, self.next_ns);
+    }
+
+    /// Local time at the next scan.
+    pub fn local_s(&self) -> i64 {
+        let (clock_s, since_ns) = self.clock;
+        let passed_s = (self.next_ns - since_ns) / S_NS;
+        clock_s.saturating_add(i64::try_from(passed_s).unwrap_or(i64::MAX))
+    }
+
+    /// Swaps the program between two scans, as a reload does. Field devices stay.
+    pub fn reload(&mut self, program: &Arc<RigProgram>) {
+        let side = |of: &RigProgram| (of.code.clone(), Arc::clone(&of.symbols));
+        let ((old_code, old_symbols), (code, symbols)) = (side(&self.program), side(program));
+        let plan = ReloadPlan::new(
+            Side { program: &old_code, symbols: &old_symbols },
+            Side { program: &code, symbols: &symbols },
+        );
+        let mut engine = Engine::new(code);
+        engine.touch();
+        let mut old = std::mem::replace(&mut self.machine, Taped::new(engine).with_spares());
+        let running = self.mode == RigMode::Run;
+        self.machine.adopt(&mut old, &plan.transfer, running, &self.forces);
+        self.forces = self.forces.iter().filter_map(|cell| plan.transfer.cell(*cell)).collect();
+        let writes = std::mem::take(&mut self.writes).into_iter();
+        let write = |(cell, value, ticket)| Some((plan.transfer.cell(cell)?, value, ticket));
+        self.writes = writes.filter_map(write).collect();
+        self.generation += 1;
+        self.machine.swapped(self.generation);
+        self.rules = self.rules.going_on(&program.controller.rules);
+        self.field.adopt(program);
+        self.period_ns = u64::from(program.controller.period_ms) * MS_NS;
+        if let Some(retained) = &mut self.retained {
+            retained.adopt(program);
+        }
+        self.program = Arc::clone(program);
+        self.settle();
+    }
+
+    /// All that came in since the process started, of a rig that is taped.
+    pub fn sections(&self) -> Vec<Arc<TapeSection>> {
+        self.tape.as_ref().map_or_else(Vec::new, RigTape::sections)
+    }
+
+    /// Names an origin for people.
+    pub fn note(&mut self, ticket: Ticket, who: &str) {
+        if let Some(tape) = &mut self.tape {
+            tape.note(Origin::Batch(ticket), who);
+        }
+    }
+
+    /// Moves field devices and rules up to the time of a scan, which sees their inputs.
+    fn move_world(&mut self, now_ns: u64) {
+        self.step_rules(now_ns / MS_NS);
+        let driven = Driven::of(&self.machine, &self.program, (self.mode, self.scans));
+        self.field.poll(now_ns, driven);
+    }
+
+    /// Hands outputs that have changed to field devices.
+    fn drive(&mut self, now_ns: u64) {
+        let driven = Driven::of(&self.machine, &self.program, (self.mode, self.scans));
+        self.field.drive(now_ns, driven);
+    }
+
+    /// Steps the rules of `[[simulated-device]]`, once a millisecond.
+    fn step_rules(&mut self, now_ms: u64) {
+        let Rig { rules, rules_ms, machine, program, mode, levels, scans, .. } = self;
+        if program.controller.rules.is_empty() {
+            *rules_ms = now_ms + 1;
+            return;
+        }
+        let driven = Driven::of(machine, program, (*mode, *scans));
+        let read = |bit| match bit {
+            Bit::Space(BitSpace::Y, n) => driven.output(n),
+            other => driven.image.bit(program.symbols.layout.bit(other)),
+        };
+        while *rules_ms <= now_ms {
+            for (x, on) in rules.step(*rules_ms, read) {
+                match levels.iter_mut().find(|(of, _)| *of == x) {
+                    Some(level) => level.1 = on,
+                    None => levels.push((x, on)),
+                }
+            }
+            *rules_ms += 1;
+        }
+    }
+
+    /// Keeps the images of retentive memory that are due before the next scan.
+    fn settle_images(&mut self) {
+        if self.scans == 0 {
+            return;
+        }
+        let is_final = self.mode == RigMode::Stop;
+        if let Some(retained) = &mut self.retained {
+            retained.settle(self.machine.engine().image(), (self.next_ns, is_final));
+        }
+    }
+
+    fn settle(&mut self) {
+        if let Some(tape) = &mut self.tape {
+            self.machine.settle();
+            tape.drain();
+        }
+    }
+}

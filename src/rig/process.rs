@@ -1,0 +1,58 @@
+//! The end of a process and the start of the next one: with what retentive memory holds.
+//!
+//! Field devices and the levels of inputs stay as they are: the plant does not restart with its
+//! controller. Forces and queued writes end.
+
+use super::retained::Found;
+use super::tape::RigTape;
+use super::{MS_NS, Rig, RigMode};
+use crate::engine::Engine;
+use crate::runtime::{Machine, Taped};
+
+impl Rig {
+    /// A new process after an orderly end. In RUN, call [`Rig::request_stop`] and scan once first.
+    pub fn restart(&mut self) {
+        if self.scans > 0 && let Some(retained) = &mut self.retained {
+            retained.keep(self.machine.engine().image(), (self.next_ns, true));
+        }
+        self.begin_process(0);
+    }
+
+    /// A new process after a crash: it finds an image of retentive memory that is older than the
+    /// newest one by so much.
+    pub fn power_cut(&mut self, lose_ms: u32) {
+        self.settle_images();
+        self.begin_process(u64::from(lose_ms) * MS_NS);
+    }
+
+    fn begin_process(&mut self, lost_ns: u64) {
+        let found = match &mut self.retained {
+            Some(retained) => retained.begin(self.next_ns, lost_ns),
+            None => Found::Nothing,
+        };
+        let mut engine = Engine::new(self.program.code.clone());
+        if let Found::Image { puts, is_final } = &found {
+            puts.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
+            if !is_final {
+                engine.terminate_all();
+            }
+        }
+        self.machine = match &mut self.tape {
+            Some(tape) => {
+                let machine;
+                (machine, *tape) = RigTape::of(engine);
+                machine
+            }
+            None => Taped::new(engine),
+        };
+        (self.scans, self.generation) = (0, 0);
+        self.forces.clear();
+        self.writes.clear();
+        self.field.begin_process(&self.program, self.next_ns);
+        match found {
+            Found::Image { .. } | Found::Nothing => self.start(),
+            Found::NothingInStop => self.enter(RigMode::Stop),
+        }
+        self.settle();
+    }
+}

@@ -1,0 +1,101 @@
+//! Retentive memory in virtual time: the images that would be durable, and when.
+//!
+//! As the daemon's thread does: the first image after the first scan, then one at each multiple of
+//! `interval`, one at the end of RUN. Each is the image of the last scan that was complete then.
+
+use std::collections::VecDeque;
+
+use super::program::RigProgram;
+use crate::engine::{Cell, Image};
+use crate::retain::{RetainPlan, content};
+
+const MS_NS: u64 = 1_000_000;
+
+/// The images of one controller, over all its processes.
+pub(super) struct Retained {
+    plan: RetainPlan,
+    runs_cold: bool,
+    interval_ns: u64,
+    /// The time of the next image.
+    due_ns: u64,
+    images: VecDeque<KeptImage>,
+}
+
+/// An image that is durable.
+struct KeptImage {
+    /// When it was due.
+    at_ns: u64,
+    /// Whether the passes of a stop had run.
+    is_final: bool,
+    content: Vec<u8>,
+}
+
+/// What a new process finds.
+pub(super) enum Found {
+    /// Cells and their values; `is_final`: the passes of a stop have run over them.
+    Image { puts: Vec<(Cell, i32)>, is_final: bool },
+    /// Nothing: a cold start.
+    Nothing,
+    /// Nothing, and the controller waits in STOP.
+    NothingInStop,
+}
+
+impl Retained {
+    pub fn new(program: &RigProgram, now_ns: u64) -> Retained {
+        let retention = &program.controller.retention;
+        Retained {
+            plan: program.plan.clone(),
+            runs_cold: retention.runs_cold,
+            interval_ns: u64::from(retention.interval_ms.max(1)) * MS_NS,
+            due_ns: now_ns,
+            images: VecDeque::new(),
+        }
+    }
+
+    /// A reload takes the ranges of the new program; the interval needs a restart.
+    pub fn adopt(&mut self, program: &RigProgram) {
+        self.plan = program.plan.clone();
+    }
+
+    /// Keeps the image that was due before the next scan, if one was.
+    pub fn settle(&mut self, image: &Image, (next_ns, is_final): (u64, bool)) {
+        if self.due_ns >= next_ns {
+            return;
+        }
+        let intervals = (next_ns - 1 - self.due_ns) / self.interval_ns;
+        let last_due_ns = self.due_ns + intervals * self.interval_ns;
+        self.keep(image, (last_due_ns, is_final));
+        self.due_ns = last_due_ns + self.interval_ns;
+    }
+
+    /// Keeps an image at once.
+    pub fn keep(&mut self, image: &Image, (at_ns, is_final): (u64, bool)) {
+        if self.plan.is_empty() {
+            return;
+        }
+        let mut content = Vec::new();
+        self.plan.gather(image.bits(), image.words(), &mut content);
+        self.images.push_back(KeptImage { at_ns, is_final, content });
+    }
+
+    /// A new process begins. It finds the newest image, or one that is older by so much; later ones
+    /// are lost.
+    pub fn begin(&mut self, now_ns: u64, lost_ns: u64) -> Found {
+        self.due_ns = now_ns;
+        if self.plan.is_empty() {
+            return Found::Nothing;
+        }
+        let newest_ns = self.images.back().map_or(0, |image| image.at_ns);
+        if lost_ns > 0 {
+            self.images.retain(|image| image.at_ns + lost_ns <= newest_ns);
+        }
+        let found = self.images.back().and_then(|image| {
+            let content = content::read(&image.content)?;
+            let restoration = self.plan.restore(&content, image.is_final);
+            let puts = restoration.puts;
+            (restoration.restored > 0).then_some(Found::Image { puts, is_final: image.is_final })
+        });
+        let cold = if self.runs_cold { Found::Nothing } else { Found::NothingInStop };
+        found.unwrap_or(cold)
+    }
+}
