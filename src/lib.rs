@@ -23,6 +23,7 @@ pub mod lower;
 pub mod observe;
 pub mod operator;
 mod progress;
+mod random;
 pub mod record;
 pub mod reload;
 pub mod resolve;

@@ -14,7 +14,7 @@ use crate::isa::{Bit, BitSpace, DeviceId};
 use crate::runtime::field::{Field, field};
 use crate::runtime::inputs::InputEnd;
 use crate::runtime::wiring::{Source, Wiring, WiringTarget};
-use crate::runtime::{Machine, Safe, Taped};
+use crate::runtime::{Safe, Taped};
 
 /// All field devices of a rig.
 pub(super) struct RigField {

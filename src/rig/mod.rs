@@ -88,7 +88,7 @@ impl Rig {
     pub fn new(program: &Arc<RigProgram>, setup: &RigSetup) -> Rig {
         let mut engine = Engine::new(program.code.clone());
         setup.set.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
-        let (mut machine, tape) = match setup.is_taped {
+        let (machine, tape) = match setup.is_taped {
             true => {
                 let (machine, tape) = RigTape::of(engine);
                 (machine, Some(tape))
@@ -103,7 +103,7 @@ impl Rig {
             machine,
             tape,
             mode: RigMode::Run,
-            period_ns: u64::from(program.controller.period_ms) * MS_NS,
+            period_ns: program.period_ns(),
             next_ns: 0,
             scans: 0,
             levels: Vec::new(),
@@ -302,7 +302,7 @@ impl Rig {
         self.machine.swapped(self.generation);
         self.rules = self.rules.going_on(&program.controller.rules);
         self.field.adopt(program);
-        self.period_ns = u64::from(program.controller.period_ms) * MS_NS;
+        self.period_ns = program.period_ns();
         if let Some(retained) = &mut self.retained {
             retained.adopt(program);
         }

@@ -7,7 +7,7 @@ use super::retained::Found;
 use super::tape::RigTape;
 use super::{MS_NS, Rig, RigMode};
 use crate::engine::Engine;
-use crate::runtime::{Machine, Taped};
+use crate::runtime::Taped;
 
 impl Rig {
     /// A new process after an orderly end. In RUN, call [`Rig::request_stop`] and scan once first.

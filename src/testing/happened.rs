@@ -3,7 +3,7 @@
 //! A test runs in virtual time, one scan a period. Each recorded scan gets the place on that grid
 //! that is nearest to its time: where scans were skipped, more of them run in the test.
 
-use crate::engine::{Cell, Engine, EngineCall};
+use crate::engine::{Cell, Engine, EngineCall, Image};
 use crate::runtime::{TapeEntry, TapeSection};
 
 /// The most scans between the recorded ones that a test runs: almost three hours at 10 ms. Beyond
@@ -78,8 +78,13 @@ pub(super) fn happened(
 
 /// A bit (0 or 1) or a word.
 pub(super) fn value(engine: &Engine, cell: Cell) -> i32 {
+    value_in(engine.image(), cell)
+}
+
+/// A bit (0 or 1) or a word of an image.
+pub(super) fn value_in(image: &Image, cell: Cell) -> i32 {
     match cell {
-        Cell::Bit(bit) => engine.image().bit(bit).into(),
-        Cell::Word(word) => engine.image().word(word),
+        Cell::Bit(bit) => image.bit(bit).into(),
+        Cell::Word(word) => image.word(word),
     }
 }

@@ -4,11 +4,23 @@
 //! `cli` hands over paths of test files, or sections of a recording. No clock.
 
 mod condition;
+mod failure;
+mod formats;
 mod happened;
+mod history;
+mod pasted;
+mod player;
+mod random;
+mod report;
+mod runner;
 mod scenario;
+mod shrink;
 mod suite;
 
 pub use condition::Condition;
+pub use failure::{Failure, SeenChange, SeenOperand};
+pub use formats::{FileVerdicts, json, junit};
+pub use runner::{RunOptions, Verdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
 pub use suite::{
     Chance, Operand, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Step,

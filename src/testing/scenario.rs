@@ -8,6 +8,7 @@
 use std::fmt::Write as _;
 
 use super::happened::{HappenedScan, happened, value};
+use super::pasted::quoted;
 use crate::calendar::{LocalTime, Utc};
 use crate::engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
 use crate::isa::{Bit, BitSpace, Word, WordSpace};
@@ -276,9 +277,4 @@ fn iso(local_s: i64) -> String {
 
 fn shown(subject: &Subject, cell: Cell, value: i32) -> String {
     subject.symbols().layout.text(cell, value)
-}
-
-/// A TOML string.
-fn quoted(text: &str) -> String {
-    serde_json::to_string(text).unwrap_or_default()
 }

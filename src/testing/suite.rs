@@ -29,6 +29,26 @@ pub struct Suite {
     pub randoms: Vec<RandomTest>,
 }
 
+impl Suite {
+    /// The text of a place in the test file.
+    pub(super) fn text(&self, span: Span) -> &str {
+        self.file.text.get(span.start as usize..span.end as usize).unwrap_or_default()
+    }
+
+    /// The line and column of a place, from 1.
+    pub(super) fn place(&self, span: Span) -> (u32, u32) {
+        let before = self.file.text.get(..span.start as usize).unwrap_or_default();
+        let line = before.bytes().filter(|byte| *byte == b'\n').count() as u32 + 1;
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
+        (line, column)
+    }
+
+    /// The line of a place, from 1.
+    pub(super) fn line(&self, span: Span) -> u32 {
+        self.place(span).0
+    }
+}
+
 /// A program under test, with the settings around it.
 #[derive(Clone, Debug)]
 pub struct TestProgram {

@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
 #[rustfmt::skip]
-const ORDER: [&str; 26] = [
+const ORDER: [&str; 27] = [
     "main", "cli", "daemon", "operator", "testing", "load", "record", "observe", "rig", "controller", "io", "say",
     "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "source", "engine", "isa", "events",
-    "calendar", "progress", "faults",
+    "calendar", "random", "progress", "faults",
 ];
 
 /// Modules that may know tokio.

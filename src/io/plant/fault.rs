@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 
 use super::settings::{Effect, FaultSettings, PointId};
+use crate::random::SplitMix64;
 
 /// The point that a fault falsifies: a command before the parts move, or a report after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,23 +28,9 @@ pub(super) struct Fault {
     since_ms: Option<u64>,
     /// The value of a stuck point; the deviation of a noisy point.
     held: i32,
-    random: Random,
+    random: SplitMix64,
     /// The last values of a late point; the oldest first.
     past: VecDeque<i32>,
-}
-
-/// Pseudo-random numbers (SplitMix64).
-#[derive(Clone, Debug)]
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
 }
 
 impl Fault {
@@ -71,7 +58,7 @@ impl Fault {
             effect: settings.effect,
             since_ms: None,
             held: 0,
-            random: Random(seed),
+            random: SplitMix64(seed),
             past: VecDeque::new(),
         })
     }

@@ -1,0 +1,243 @@
+//! Explains a failed test: the operands of its condition with their values, since when, their last
+//! changes, and why.
+//!
+//! The scenario is played again with a tape: it comes to the same end, and `observe` finds the
+//! reasons on the tape. `report` makes text of a [`Failure`].
+
+use std::sync::Arc;
+
+use super::condition::Condition;
+use super::history::{Change, History};
+use super::pasted::{PastedRun, pasted};
+use super::player::{Failed, FailedWhy, Stage, condition, play};
+use super::random::BrokenRun;
+use super::suite::{ProgramId, RandomTest, Scenario};
+use crate::engine::Cell;
+use crate::observe::{At, Limits, Subject};
+use crate::rig::{Rig, RigMode};
+
+/// How far the explanation of an operand goes.
+const WHY: Limits = Limits { depth: 2, nodes: 12, change: false };
+
+/// The most operands that are explained.
+const EXPLAINED_MAX: usize = 3;
+
+/// A failed test.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    /// The step that failed: its number from 1, and how many there are. `None`: of a random test.
+    pub step: Option<(usize, usize)>,
+    /// The line and column of that step, or of the test; from 1.
+    pub place: (u32, u32),
+    /// The step as it is written.
+    pub text: String,
+    /// What was wrong, in a sentence.
+    pub what: String,
+    /// The number of the last scan of its process, from 1; 0: none.
+    pub scan: u64,
+    /// Its time, ns since the begin of the test.
+    pub now_ns: u64,
+    /// The operands of the condition.
+    pub operands: Vec<SeenOperand>,
+    /// Why they have their values: the answers of `rungd why`.
+    pub why: Vec<String>,
+    /// A random run as a scenario to paste.
+    pub scenario: Option<String>,
+    /// The findings of a refused `reload`.
+    pub findings: Option<String>,
+}
+
+/// An operand of a condition.
+#[derive(Clone, Debug)]
+pub struct SeenOperand {
+    /// Its name.
+    pub name: String,
+    /// Its value as text: `ON`, `OFF`, a number.
+    pub value: String,
+    /// Whether it is a bit.
+    pub is_bit: bool,
+    /// Its last changes, the newest last; the first one is its value at the start of the process.
+    pub changes: Vec<SeenChange>,
+}
+
+/// A change of an operand.
+#[derive(Clone, Debug)]
+pub struct SeenChange {
+    /// The scan, from 1 in its process; 0: before the first scan.
+    pub scan: u64,
+    /// Its time, ns since the begin of the test.
+    pub now_ns: u64,
+    /// The new value as text.
+    pub value: String,
+}
+
+/// Explains a scenario that failed.
+pub(super) fn failure(
+    stage: Stage,
+    scenario: &Scenario,
+    (failed, explains): (&Failed, bool),
+) -> Failure {
+    let step = &scenario.steps[failed.step];
+    let suite = stage.suite;
+    let judged = judged(stage, scenario, failed);
+    let text = match failed.why {
+        FailedWhy::Always(at) => suite.always[failed.program.0][at].text.clone(),
+        _ => suite.text(step.span).to_owned(),
+    };
+    let mut failure = Failure {
+        step: Some((failed.step + 1, scenario.steps.len())),
+        place: suite.place(step.span),
+        what: what(stage, scenario, failed),
+        text,
+        scan: failed.scan,
+        now_ns: failed.now_ns,
+        operands: Vec::new(),
+        why: Vec::new(),
+        scenario: None,
+        findings: match &failed.why {
+            FailedWhy::Refused(text) => Some(text.clone()),
+            FailedWhy::Unmet
+            | FailedWhy::Never(_)
+            | FailedWhy::NotHeld(_)
+            | FailedWhy::Always(_)
+            | FailedWhy::Mode(_)
+            | FailedWhy::AlreadyOn(_)
+            | FailedWhy::NotForced(_) => None,
+        },
+    };
+    if let Some(condition) = judged.filter(|_| explains) {
+        explain(stage, scenario, (failed, condition), &mut failure);
+    }
+    failure
+}
+
+/// Explains a random run that failed.
+pub(super) fn failure_of_run(
+    stage: Stage,
+    test: &RandomTest,
+    (broken, run, explains): (&BrokenRun, u32, bool),
+) -> Failure {
+    let PastedRun { scenario, text } = pasted(stage, test, broken);
+    let (played, _) = play(stage, &scenario, false, &mut super::player::Nobody);
+    let line = stage.suite.always[0][broken.always].text.clone();
+    let what = format!("always: run {} of {} breaks it", run + 1, test.runs);
+    let place = stage.suite.place(test.span);
+    let failed = played.failed.filter(|_| explains);
+    let explained = failed.map(|failed| failure(stage, &scenario, (&failed, true)));
+    let of = |scan: u64| scan * stage.programs[0].period_ns();
+    Failure {
+        step: None,
+        place,
+        text: line,
+        what,
+        scan: broken.scan + 1,
+        now_ns: of(broken.scan),
+        operands: explained.as_ref().map_or_else(Vec::new, |of| of.operands.clone()),
+        why: explained.map_or_else(Vec::new, |of| of.why),
+        scenario: Some(text),
+        findings: None,
+    }
+}
+
+/// The condition that was judged.
+fn judged<'a>(
+    stage: Stage<'a>,
+    scenario: &'a Scenario,
+    failed: &Failed,
+) -> Option<&'a Condition> {
+    match &failed.why {
+        FailedWhy::Always(at) => Some(&stage.suite.always[failed.program.0][*at]),
+        FailedWhy::Unmet | FailedWhy::Never(_) | FailedWhy::NotHeld(_) => {
+            condition(&scenario.steps[failed.step].value)
+        }
+        FailedWhy::Mode(_)
+        | FailedWhy::AlreadyOn(_)
+        | FailedWhy::NotForced(_)
+        | FailedWhy::Refused(_) => None,
+    }
+}
+
+fn what(stage: Stage, scenario: &Scenario, failed: &Failed) -> String {
+    let scans = |count: u64| match count {
+        1 => "1 scan".to_owned(),
+        count => format!("{count} scans"),
+    };
+    match &failed.why {
+        FailedWhy::Unmet => "it is not so".to_owned(),
+        FailedWhy::Never(count) => format!("it is not so once in {}", scans(*count)),
+        FailedWhy::NotHeld(at) => format!("it is not so in scan {at} of the time"),
+        FailedWhy::Always(_) => {
+            let step = stage.suite.text(scenario.steps[failed.step].span);
+            match step.is_empty() {
+                true => "always: it is not so".to_owned(),
+                false => format!("always: it is not so during `{step}`"),
+            }
+        }
+        FailedWhy::Mode(RigMode::Run) => "the controller is in STOP: this step needs RUN".into(),
+        FailedWhy::Mode(RigMode::Stop) => "the controller is in RUN: this step needs STOP".into(),
+        FailedWhy::AlreadyOn(operand) => {
+            format!("`{}` is ON already: a pulse begins with a bit that is OFF", operand.name)
+        }
+        FailedWhy::NotForced(operand) => format!("`{}` is not forced", operand.name),
+        FailedWhy::Refused(_) => "the reload is refused".to_owned(),
+    }
+}
+
+/// Plays the scenario again with a tape, and asks for the operands of its condition.
+fn explain(
+    stage: Stage,
+    scenario: &Scenario,
+    (failed, condition): (&Failed, &Condition),
+    failure: &mut Failure,
+) {
+    let program = &stage.programs[failed.program.0];
+    let cells = condition.operands.iter().map(|(_, cell)| *cell).collect();
+    let mut history = History::new(Arc::clone(program), cells, failed.scans);
+    let (_, rig) = play(stage, scenario, true, &mut history);
+    let layout = &program.symbols.layout;
+    let text = |cell: Cell, value: i32| match cell {
+        Cell::Bit(_) if value == 0 => "OFF".to_owned(),
+        Cell::Bit(_) => "ON".to_owned(),
+        Cell::Word(_) => layout.text(cell, value),
+    };
+    let operands = condition.operands.iter().zip(history.changes());
+    failure.operands = operands
+        .map(|((name, cell), changes)| {
+            let seen = |of: &Change| SeenChange {
+                scan: of.scan,
+                now_ns: of.now_ns,
+                value: text(*cell, of.value),
+            };
+            let value = super::happened::value_in(rig.image(), *cell);
+            SeenOperand {
+                name: name.clone(),
+                value: text(*cell, changes.back().map_or(value, |last| last.value)),
+                is_bit: matches!(cell, Cell::Bit(_)),
+                changes: changes.iter().map(seen).collect(),
+            }
+        })
+        .collect();
+    let of_scan = matches!(failed.why, FailedWhy::Always(_)) && failed.scan > 0;
+    let at = if of_scan { At::Scan(failed.scan) } else { At::Now };
+    failure.why = why(stage, failed.program, (&rig, condition), at);
+}
+
+/// Why the operands of a condition have their values.
+fn why(
+    stage: Stage,
+    program: ProgramId,
+    (rig, condition): (&Rig, &Condition),
+    at: At,
+) -> Vec<String> {
+    let of = &stage.suite.programs[program.0];
+    let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
+    let mut sections = rig.sections();
+    let mut answers = Vec::new();
+    for (_, cell) in condition.operands.iter().take(EXPLAINED_MAX) {
+        if let Ok(answer) = subject.why(&mut sections, *cell, (at, WHY)) {
+            answers.push(answer.text());
+        }
+    }
+    answers
+}
+

@@ -1,0 +1,119 @@
+//! Verdicts for programs: JUnit's XML, which every CI reads, and JSON.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::failure::{Failure, SeenOperand};
+use super::runner::Verdict;
+
+/// The verdicts of one test file.
+#[derive(Clone, Debug)]
+pub struct FileVerdicts {
+    /// The file as it is shown.
+    pub file: String,
+    /// The verdicts, in file order.
+    pub verdicts: Vec<Verdict>,
+}
+
+/// JUnit's XML. Its times are virtual, so that the same tests give the same bytes.
+pub fn junit(files: &[FileVerdicts]) -> String {
+    let count = |of: &dyn Fn(&FileVerdicts) -> usize| files.iter().map(of).sum::<usize>();
+    let (tests, failed) = (count(&|of| of.verdicts.len()), count(&FileVerdicts::failed));
+    let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+    let _ = writeln!(text, "<testsuites tests=\"{tests}\" failures=\"{failed}\">");
+    for file in files {
+        let (name, count, failed) = (xml(&file.file), file.verdicts.len(), file.failed());
+        let _ = writeln!(
+            text,
+            "  <testsuite name=\"{name}\" tests=\"{count}\" failures=\"{failed}\" errors=\"0\" \
+             skipped=\"0\">"
+        );
+        file.verdicts.iter().for_each(|verdict| text += &case(&file.file, verdict));
+        text += "  </testsuite>\n";
+    }
+    text + "</testsuites>\n"
+}
+
+fn case(file: &str, verdict: &Verdict) -> String {
+    let (class, name, line) = (xml(file), xml(&verdict.name), verdict.line);
+    let seconds = verdict.virtual_ns as f64 / 1e9;
+    let head = format!(
+        "    <testcase classname=\"{class}\" name=\"{name}\" file=\"{class}\" line=\"{line}\" \
+         time=\"{seconds:.3}\""
+    );
+    let Some(failure) = &verdict.failure else { return format!("{head}/>\n") };
+    let message = xml(&format!("{}: {}", failure.text, failure.what));
+    let text = xml(&failure.text(file));
+    format!("{head}>\n      <failure message=\"{message}\">{text}</failure>\n    </testcase>\n")
+}
+
+/// A text within XML. Characters that XML does not have become `?`.
+fn xml(text: &str) -> String {
+    let mut escaped = String::new();
+    for c in text.chars() {
+        match c {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '"' => escaped += "&quot;",
+            '\n' | '\t' => escaped.push(c),
+            c if c.is_control() || c == '\u{fffe}' || c == '\u{ffff}' => escaped.push('?'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// JSON: one object for all files.
+pub fn json(files: &[FileVerdicts]) -> Value {
+    let of_file = |of: &FileVerdicts| {
+        let tests: Vec<Value> = of.verdicts.iter().map(of_verdict).collect();
+        json!({ "file": of.file, "failed": of.failed(), "tests": tests })
+    };
+    let failed: usize = files.iter().map(FileVerdicts::failed).sum();
+    json!({ "failed": failed, "files": files.iter().map(of_file).collect::<Vec<_>>() })
+}
+
+fn of_verdict(verdict: &Verdict) -> Value {
+    json!({
+        "name": verdict.name,
+        "line": verdict.line,
+        "passed": verdict.failure.is_none(),
+        "runs": verdict.runs,
+        "scans": verdict.scans,
+        "virtual_ms": verdict.virtual_ns / 1_000_000,
+        "failure": verdict.failure.as_deref().map(of_failure),
+    })
+}
+
+fn of_failure(failure: &Failure) -> Value {
+    let operand = |of: &SeenOperand| {
+        let changes: Vec<Value> = of
+            .changes
+            .iter()
+            .map(|at| json!({ "scan": at.scan, "ms": at.now_ns / 1_000_000, "value": at.value }))
+            .collect();
+        json!({ "name": of.name, "value": of.value, "changes": changes })
+    };
+    json!({
+        "step": failure.step.map(|(step, _)| step),
+        "line": failure.place.0,
+        "column": failure.place.1,
+        "text": failure.text,
+        "what": failure.what,
+        "scan": failure.scan,
+        "ms": failure.now_ns / 1_000_000,
+        "operands": failure.operands.iter().map(operand).collect::<Vec<_>>(),
+        "why": failure.why,
+        "scenario": failure.scenario,
+        "findings": failure.findings,
+    })
+}
+
+impl FileVerdicts {
+    /// The number of failed tests.
+    pub fn failed(&self) -> usize {
+        self.verdicts.iter().filter(|verdict| verdict.failure.is_some()).count()
+    }
+}

@@ -1,0 +1,66 @@
+//! Notes the changes of some operands while a scenario is played.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use super::happened::value_in;
+use super::player::Spectator;
+use crate::engine::Cell;
+use crate::rig::{Rig, RigProgram};
+
+/// The most changes of an operand that are kept. The oldest go first.
+const CHANGES_MAX: usize = 12;
+
+/// A change of an operand, or its first value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Change {
+    /// The scan, from 1 in its process.
+    pub scan: u64,
+    /// Its time, ns.
+    pub now_ns: u64,
+    pub value: i32,
+}
+
+/// The last changes of some cells of one program.
+pub(super) struct History {
+    program: Arc<RigProgram>,
+    cells: Vec<Cell>,
+    /// The scan at which to end, in all processes.
+    until: u64,
+    changes: Vec<VecDeque<Change>>,
+}
+
+impl History {
+    /// Of cells of a program, up to a scan.
+    pub fn new(program: Arc<RigProgram>, cells: Vec<Cell>, until: u64) -> History {
+        let changes = vec![VecDeque::new(); cells.len()];
+        History { program, cells, until, changes }
+    }
+
+    /// The changes of each cell, the newest last.
+    pub fn changes(&self) -> &[VecDeque<Change>] {
+        &self.changes
+    }
+}
+
+impl Spectator for History {
+    fn scanned(&mut self, rig: &Rig, scans: u64) {
+        if scans > self.until || !Arc::ptr_eq(rig.program(), &self.program) {
+            return;
+        }
+        let (scan, now_ns) = (rig.scans() + 1, rig.next_ns());
+        for (cell, changes) in self.cells.iter().zip(&mut self.changes) {
+            let value = value_in(rig.image(), *cell);
+            if changes.back().is_none_or(|last| last.value != value) {
+                if changes.len() == CHANGES_MAX {
+                    changes.pop_front();
+                }
+                changes.push_back(Change { scan, now_ns, value });
+            }
+        }
+    }
+
+    fn begins(&mut self, _: &Rig) {
+        self.changes.iter_mut().for_each(VecDeque::clear);
+    }
+}

@@ -1,0 +1,179 @@
+//! Verdicts as text for people.
+//!
+//! A failure shows the step with its place, the operands of its condition, their last changes as a
+//! timing diagram, and why they have their values.
+
+use std::fmt::Write as _;
+
+use super::failure::{Failure, SeenOperand};
+use super::runner::Verdict;
+
+/// The most columns of a timing diagram.
+const COLUMNS_MAX: usize = 9;
+
+/// The least width of a column.
+const COLUMN_WIDTH: usize = 8;
+
+impl Verdict {
+    /// One line: the result, the name, how much was scanned.
+    pub fn line_text(&self) -> String {
+        let word = if self.failure.is_some() { "FAILED" } else { "ok" };
+        let runs = if self.runs > 1 { format!("{} runs, ", self.runs) } else { String::new() };
+        let scans = match self.scans {
+            1 => "1 scan".to_owned(),
+            scans => format!("{} scans", grouped(scans)),
+        };
+        format!("{word:<6}  {}  ({runs}{scans}, {})", self.name, time_text(self.virtual_ns))
+    }
+}
+
+impl Failure {
+    /// The failure in full, without the name of the test; `file`: the test file as it is shown.
+    pub fn text(&self, file: &str) -> String {
+        let mut text = String::new();
+        let (line, column) = self.place;
+        let step = match self.step {
+            Some((step, steps)) => format!("step {step} of {steps}: "),
+            None => String::new(),
+        };
+        let _ = writeln!(text, "  {file}:{line}:{column}");
+        let _ = writeln!(text, "  {step}{}", self.text);
+        let when = match self.scan {
+            0 => "before the first scan".to_owned(),
+            scan => format!("at scan {scan} ({})", time_text(self.now_ns)),
+        };
+        let _ = writeln!(text, "  {when}: {}", self.what);
+        if let Some(findings) = &self.findings {
+            text.push('\n');
+            text += &indented(findings, 4);
+        }
+        text += &self.operands_text();
+        text += &diagram(&self.operands, self.now_ns);
+        for why in &self.why {
+            text.push('\n');
+            text += &indented(why, 4);
+        }
+        if let Some(scenario) = &self.scenario {
+            text += "\n  the shortest run that was found, to paste:\n\n";
+            text += &indented(scenario, 4);
+        }
+        text
+    }
+
+    fn operands_text(&self) -> String {
+        let width = self.operands.iter().map(|of| of.name.chars().count()).max().unwrap_or(0);
+        let values = self.operands.iter().map(|of| of.value.chars().count()).max().unwrap_or(0);
+        let mut text = String::new();
+        for operand in &self.operands {
+            let since = since_text(operand, self.now_ns);
+            let (name, value) = (&operand.name, &operand.value);
+            let _ = writeln!(text, "    {name:<width$}  {value:<values$}  {since}");
+        }
+        text
+    }
+}
+
+/// Since when an operand has its value.
+fn since_text(operand: &SeenOperand, now_ns: u64) -> String {
+    match operand.changes.as_slice() {
+        [] => String::new(),
+        [first] if first.scan == 1 => "since the first scan".to_owned(),
+        [.., last] => {
+            let ago = time_text(now_ns.saturating_sub(last.now_ns));
+            match now_ns == last.now_ns {
+                true => format!("since this scan, {}", last.scan),
+                false => format!("since scan {}, for {ago}", last.scan),
+            }
+        }
+    }
+}
+
+/// The last changes of the operands: a column from each change to the next.
+fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
+    let mut moments: Vec<u64> =
+        operands.iter().flat_map(|of| of.changes.iter().map(|change| change.now_ns)).collect();
+    moments.push(now_ns);
+    moments.sort_unstable();
+    moments.dedup();
+    if moments.len() < 2 {
+        return String::new();
+    }
+    let moments = &moments[moments.len().saturating_sub(COLUMNS_MAX)..];
+    let names = operands.iter().map(|of| of.name.chars().count()).max().unwrap_or(0).max(4);
+    let heads: Vec<String> = moments.iter().map(|ns| time_text(*ns)).collect();
+    let cells: Vec<Vec<String>> = operands.iter().map(|of| cells(of, moments)).collect();
+    let width = |column: usize| {
+        let texts = cells.iter().map(|row| row[column].chars().count());
+        texts.chain([heads[column].chars().count(), COLUMN_WIDTH - 1]).max().unwrap_or(0) + 1
+    };
+    let mut text = format!("\n    {:<names$}  ", "time");
+    for (column, head) in heads.iter().enumerate() {
+        let _ = write!(text, "{head:<0$}", width(column));
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    for (operand, row) in operands.iter().zip(&cells) {
+        let _ = write!(text, "    {:<names$}  ", operand.name);
+        for (column, cell) in row.iter().enumerate() {
+            let width = width(column);
+            match (operand.is_bit, cell.as_str()) {
+                (true, "ON") => text += &"#".repeat(width),
+                (true, "OFF") => text += &"_".repeat(width),
+                _ => drop(write!(text, "{cell:<width$}")),
+            }
+        }
+        text.truncate(text.trim_end().len());
+        text.push('\n');
+    }
+    text
+}
+
+/// An operand's value at each of these moments; empty before its first known value.
+fn cells(operand: &SeenOperand, moments: &[u64]) -> Vec<String> {
+    let value = |at: &u64| {
+        let known = operand.changes.iter().rev().find(|change| change.now_ns <= *at);
+        known.map_or_else(String::new, |change| change.value.clone())
+    };
+    moments.iter().map(value).collect()
+}
+
+/// A time: `0 s`, `1.25 s`, `3 min 20 s`, `2 h 5 min`.
+pub(super) fn time_text(ns: u64) -> String {
+    let ms = ns / 1_000_000;
+    let (s, rest_ms) = (ms / 1000, ms % 1000);
+    if s < 60 {
+        let text = format!("{s}.{rest_ms:03}");
+        return format!("{} s", text.trim_end_matches('0').trim_end_matches('.'));
+    }
+    if s < 3600 {
+        return match s % 60 {
+            0 => format!("{} min", s / 60),
+            rest => format!("{} min {rest} s", s / 60),
+        };
+    }
+    match s % 3600 / 60 {
+        0 => format!("{} h", s / 3600),
+        rest => format!("{} h {rest} min", s / 3600),
+    }
+}
+
+/// A number with a comma between thousands.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn indented(text: &str, by: usize) -> String {
+    let line = |line: &str| match line.is_empty() {
+        true => "\n".to_owned(),
+        false => format!("{}{line}\n", " ".repeat(by)),
+    };
+    text.lines().map(line).collect()
+}

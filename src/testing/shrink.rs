@@ -1,0 +1,95 @@
+//! Makes a failing random run short: the fewest changes that still break a line of `always`, then
+//! the shortest times between them.
+//!
+//! Called by `runner` with a run that broke a line; `scenario_text` prints the result. Each try
+//! plays the run again, so the result breaks a line for certain. The number of tries is limited.
+
+use super::player::Stage;
+use super::random::{BrokenRun, RandomEvent, replay};
+use super::suite::RandomTest;
+
+/// The most scans of all tries together.
+const SCANS_MAX: u64 = 4_000_000;
+
+/// A search under way.
+struct Shrinking<'a> {
+    stage: Stage<'a>,
+    test: &'a RandomTest,
+    best: BrokenRun,
+    scans_left: u64,
+}
+
+/// The shortest failing run that is found.
+pub(super) fn shrink(stage: Stage, test: &RandomTest, broken: BrokenRun) -> BrokenRun {
+    let mut search = Shrinking { stage, test, best: broken, scans_left: SCANS_MAX };
+    loop {
+        let before = (search.best.events.len(), search.best.scan);
+        search.drop_events();
+        search.close_gaps();
+        if (search.best.events.len(), search.best.scan) == before {
+            return search.best;
+        }
+    }
+}
+
+impl Shrinking<'_> {
+    /// Plays a run; if it breaks a line, it is the best one.
+    fn attempt(&mut self, events: Vec<RandomEvent>) -> bool {
+        let scans = self.best.scan + 1;
+        if self.scans_left < scans {
+            return false;
+        }
+        let broken = replay(self.stage, self.test, (&events, scans));
+        self.scans_left -= broken.map_or(scans, |(scan, _)| scan + 1);
+        let Some((scan, always)) = broken else { return false };
+        let events = events.into_iter().filter(|event| event.scan <= scan).collect();
+        self.best = BrokenRun { events, scan, always };
+        true
+    }
+
+    /// Leaves out changes: halves, then quarters …, then one by one.
+    fn drop_events(&mut self) {
+        let mut size = self.best.events.len().max(1);
+        loop {
+            // From the end: what comes late depends on what comes early.
+            let mut end = self.best.events.len();
+            while end > 0 {
+                let from = end.saturating_sub(size);
+                let mut events = self.best.events.clone();
+                events.drain(from..end);
+                self.attempt(events);
+                end = from.min(self.best.events.len());
+            }
+            if size == 1 {
+                return;
+            }
+            size = size.div_ceil(2);
+        }
+    }
+
+    /// Moves each change as close to the one before as it goes; all later ones move with it.
+    fn close_gaps(&mut self) {
+        let mut at = 0;
+        while at < self.best.events.len() {
+            let events = &self.best.events;
+            let before = at.checked_sub(1).map_or(0, |before| events[before].scan);
+            let gap = events[at].scan - before;
+            self.close_gap(at, gap);
+            at += 1;
+        }
+    }
+
+    /// Finds a short gap before a change by halving.
+    fn close_gap(&mut self, at: usize, gap: u64) {
+        let (mut low, mut high) = (0, gap);
+        while low < high && at < self.best.events.len() {
+            let middle = low + (high - low) / 2;
+            let mut events = self.best.events.clone();
+            events[at..].iter_mut().for_each(|event| event.scan -= high - middle);
+            match self.attempt(events) {
+                true => high = middle,
+                false => low = middle + 1,
+            }
+        }
+    }
+}
