@@ -76,6 +76,21 @@ impl Program {
         let mut cone = Cone::new(self, formulas);
         cells.iter().for_each(|cell| cone.add(*cell));
         cone.close();
+        self.cut(cone)
+    }
+
+    /// The slice that is the whole program.
+    pub(crate) fn whole(&self) -> Slice {
+        let reads = self.formulas();
+        let formulas = Formulas { reads: &reads, status: self.status() };
+        let mut cone = Cone::new(self, formulas);
+        cone.kept.fill(true);
+        cone.known.fill(true);
+        self.cut(cone)
+    }
+
+    /// The batches that a cone keeps.
+    fn cut(&self, cone: Cone) -> Slice {
         let mut program = self.clone();
         let (mut batches, mut places) = (Vec::new(), Vec::new());
         let own = program.blocks.iter_mut().map(|block| &mut block.own);

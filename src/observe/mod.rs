@@ -9,6 +9,7 @@
 mod answer;
 mod causes;
 mod change;
+mod coverage;
 mod decide;
 mod facts;
 mod idle;
@@ -41,5 +42,6 @@ pub use answer::{
     Hindrance, Idle, LastChange, LegSeen, Limits, Node, OperandName, Place, Remedy, Restart,
     RungName, SearchEnd, Since, Stop, TapeEnd, When, Write,
 };
+pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, TwoWays};
 pub use past::{At, Past, Refusal};
 pub use subject::Subject;

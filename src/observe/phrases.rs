@@ -248,12 +248,19 @@ pub(super) fn edit_text(edit: &Edit) -> String {
 }
 
 pub(super) fn rung_text(rung: &RungName, place: &Place) -> String {
-    let name = match &rung.name {
-        Some(name) => format!("rung {name}"),
-        None => format!("rung {}", rung.number),
-    };
-    let branch = rung.branch.map(|branch| format!(", branch {branch}")).unwrap_or_default();
-    format!("{}, {name}{branch}, {}", rung.element.name, file(place))
+    format!("{}, {}", rung.text(), file(place))
+}
+
+impl RungName {
+    /// `Main, rung start, branch 2`.
+    pub fn text(&self) -> String {
+        let name = match &self.name {
+            Some(name) => format!("rung {name}"),
+            None => format!("rung {}", self.number),
+        };
+        let branch = self.branch.map(|branch| format!(", branch {branch}")).unwrap_or_default();
+        format!("{}, {name}{branch}", self.element.name)
+    }
 }
 
 fn file(place: &Place) -> String {

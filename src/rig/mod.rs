@@ -17,6 +17,7 @@ mod retained;
 mod tape;
 
 pub use program::RigProgram;
+pub use tape::TapeListener;
 
 use std::sync::Arc;
 
@@ -315,6 +316,13 @@ impl Rig {
         self.tape.as_ref().map_or_else(Vec::new, RigTape::sections)
     }
 
+    /// Hands the tape to a listener from now on, instead of keeping it. Of a rig that is taped.
+    pub fn listen(&mut self, listener: Box<dyn TapeListener>) {
+        if let Some(tape) = &mut self.tape {
+            tape.listen(&self.program, listener);
+        }
+    }
+
     /// Names an origin for people.
     pub fn note(&mut self, ticket: Ticket, who: &str) {
         if let Some(tape) = &mut self.tape {
@@ -372,7 +380,7 @@ impl Rig {
     fn settle(&mut self) {
         if let Some(tape) = &mut self.tape {
             self.machine.settle();
-            tape.drain();
+            tape.drain(&self.program);
         }
     }
 }

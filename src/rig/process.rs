@@ -4,7 +4,6 @@
 //! controller. Forces and queued writes end.
 
 use super::retained::Found;
-use super::tape::RigTape;
 use super::{MS_NS, Rig, RigMode};
 use crate::engine::Engine;
 use crate::runtime::Taped;
@@ -12,7 +11,9 @@ use crate::runtime::Taped;
 impl Rig {
     /// A new process after an orderly end. In RUN, call [`Rig::request_stop`] and scan once first.
     pub fn restart(&mut self) {
-        if self.scans > 0 && let Some(retained) = &mut self.retained {
+        if self.scans > 0
+            && let Some(retained) = &mut self.retained
+        {
             retained.keep(self.machine.engine().image(), (self.next_ns, true));
         }
         self.begin_process(0);
@@ -38,11 +39,7 @@ impl Rig {
             }
         }
         self.machine = match &mut self.tape {
-            Some(tape) => {
-                let machine;
-                (machine, *tape) = RigTape::of(engine);
-                machine
-            }
+            Some(tape) => tape.begin_process(engine),
             None => Taped::new(engine),
         };
         (self.scans, self.generation) = (0, 0);

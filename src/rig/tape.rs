@@ -1,17 +1,27 @@
-//! The tape of a rig: all that came into the engine of the present process, for `why`.
+//! The tape of a rig: all that came into the engine of the present process.
+//!
+//! It is kept as sections, for `why`, or handed to a listener, for coverage.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::engine::Engine;
+use super::program::RigProgram;
+use crate::engine::{Engine, EngineState};
 use crate::runtime::{Origin, SectionStart, TapeEntry, TapeReader, TapeSection, Taped, tape};
 
 /// The most sections that are kept: a quarter of an hour. The oldest go first.
 const SECTIONS_MAX: usize = 900;
 
+/// Hears the tape of a rig, entry by entry.
+pub trait TapeListener {
+    /// An entry, and the state that belongs to it; `program`: the one that runs now.
+    fn hear(&mut self, program: &Arc<RigProgram>, entry: TapeEntry, state: Option<&EngineState>);
+}
+
 /// The tape, and the sections that it has given so far.
 pub(super) struct RigTape {
     reader: TapeReader,
+    listener: Option<Box<dyn TapeListener>>,
     sections: VecDeque<Arc<TapeSection>>,
     now: Option<TapeSection>,
     who: Vec<(Origin, String)>,
@@ -22,35 +32,57 @@ impl RigTape {
     /// An engine with a tape.
     pub fn of(engine: Engine) -> (Taped, RigTape) {
         let (machine, reader) = tape(engine);
-        let (sections, now) = (VecDeque::new(), None);
-        (machine, RigTape { reader, sections, now, who: Vec::new(), lost: 0 })
+        let (sections, now, who, listener) = (VecDeque::new(), None, Vec::new(), None);
+        (machine, RigTape { reader, listener, sections, now, who, lost: 0 })
+    }
+
+    /// The engine of a new process, with a tape that begins anew.
+    pub fn begin_process(&mut self, engine: Engine) -> Taped {
+        let listener = self.listener.take();
+        let (machine, tape) = RigTape::of(engine);
+        *self = RigTape { listener, ..tape };
+        machine
     }
 
     /// Takes what the last step has handed over.
-    pub fn drain(&mut self) {
+    pub fn drain(&mut self, program: &Arc<RigProgram>) {
         while let Some((entry, state)) = self.reader.take() {
-            match (entry, state) {
-                (TapeEntry::State { generation, number, mode }, Some(state)) => {
-                    let follows = self.now.is_some() && self.lost == 0;
-                    self.cut();
-                    let lost = std::mem::take(&mut self.lost);
-                    let unix_offset_ns = 0;
-                    let start = SectionStart {
-                        generation,
-                        number,
-                        mode,
-                        unix_offset_ns,
-                        lost,
-                        follows,
-                    };
-                    let (entries, who) = (Vec::new(), Vec::new());
-                    let state_now = (*state).clone();
-                    self.reader.give_back(state);
-                    self.now = Some(TapeSection { start, state: state_now, entries, who });
-                }
-                (TapeEntry::Lost { steps }, _) => self.lost += steps,
-                (entry, _) => self.now.iter_mut().for_each(|now| now.entries.push(entry)),
+            if let Some(listener) = &mut self.listener {
+                listener.hear(program, entry, state.as_deref());
+            } else {
+                self.keep(entry, state.as_deref());
             }
+            if let Some(state) = state {
+                self.reader.give_back(state);
+            }
+        }
+    }
+
+    /// Hands over what is kept, and all that comes.
+    pub fn listen(&mut self, program: &Arc<RigProgram>, mut listener: Box<dyn TapeListener>) {
+        for section in self.sections() {
+            let SectionStart { generation, number, mode, .. } = section.start;
+            let first = TapeEntry::State { generation, number, mode };
+            listener.hear(program, first, Some(&section.state));
+            section.entries.iter().for_each(|entry| listener.hear(program, *entry, None));
+        }
+        (self.now, self.listener) = (None, Some(listener));
+        self.sections.clear();
+    }
+
+    fn keep(&mut self, entry: TapeEntry, state: Option<&EngineState>) {
+        match (entry, state) {
+            (TapeEntry::State { generation, number, mode }, Some(state)) => {
+                let follows = self.now.is_some() && self.lost == 0;
+                self.cut();
+                let (lost, unix_offset_ns) = (std::mem::take(&mut self.lost), 0);
+                let start =
+                    SectionStart { generation, number, mode, unix_offset_ns, lost, follows };
+                let (state, entries, who) = (state.clone(), Vec::new(), Vec::new());
+                self.now = Some(TapeSection { start, state, entries, who });
+            }
+            (TapeEntry::Lost { steps }, _) => self.lost += steps,
+            (entry, _) => self.now.iter_mut().for_each(|now| now.entries.push(entry)),
         }
     }
 
@@ -70,10 +102,9 @@ impl RigTape {
 
     /// All sections, the newest last, each with the names of its origins.
     pub fn sections(&self) -> Vec<Arc<TapeSection>> {
-        let newest = self.now.iter().map(|now| Arc::new(now.clone()));
-        let named = |section: &Arc<TapeSection>| {
-            Arc::new(TapeSection { who: self.who.clone(), ..TapeSection::clone(section) })
+        let named = |section: &TapeSection| {
+            Arc::new(TapeSection { who: self.who.clone(), ..section.clone() })
         };
-        self.sections.iter().cloned().chain(newest).map(|section| named(&section)).collect()
+        self.sections.iter().map(|of| named(of)).chain(self.now.as_ref().map(named)).collect()
     }
 }

@@ -140,11 +140,7 @@ pub(super) fn failure_of_run(
 }
 
 /// The condition that was judged.
-fn judged<'a>(
-    stage: Stage<'a>,
-    scenario: &'a Scenario,
-    failed: &Failed,
-) -> Option<&'a Condition> {
+fn judged<'a>(stage: Stage<'a>, scenario: &'a Scenario, failed: &Failed) -> Option<&'a Condition> {
     match &failed.why {
         FailedWhy::Always(at) => Some(&stage.suite.always[failed.program.0][*at]),
         FailedWhy::Unmet | FailedWhy::Never(_) | FailedWhy::NotHeld(_) => {
@@ -240,4 +236,3 @@ fn why(
     }
     answers
 }
-

@@ -4,6 +4,7 @@
 //! `cli` hands over paths of test files, or sections of a recording. No clock.
 
 mod condition;
+mod coverage;
 mod failure;
 mod formats;
 mod happened;
@@ -18,6 +19,7 @@ mod shrink;
 mod suite;
 
 pub use condition::Condition;
+pub use coverage::Coverage;
 pub use failure::{Failure, SeenChange, SeenOperand};
 pub use formats::{FileVerdicts, json, junit};
 pub use runner::{RunOptions, Verdict, programs, run};

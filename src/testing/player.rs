@@ -74,6 +74,9 @@ pub(super) trait Spectator {
     /// A scan has executed.
     fn scanned(&mut self, rig: &Rig, scans: u64);
 
+    /// The scenario begins: before the first scan.
+    fn takes_place(&mut self, _rig: &mut Rig) {}
+
     /// A new process or a new program begins.
     fn begins(&mut self, _rig: &Rig) {}
 }
@@ -143,6 +146,7 @@ pub(super) fn play<S: Spectator>(
         spectator,
     };
     player.look_at_program(0);
+    player.spectator.takes_place(&mut player.rig);
     let failed = player.steps();
     let (scans, virtual_ns) = (player.scans, player.rig.next_ns());
     (Played { scans, virtual_ns, failed }, player.rig)

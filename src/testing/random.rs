@@ -36,7 +36,8 @@ pub(super) struct BrokenRun {
 
 /// The generator of a run, from 0.
 fn generator(seed: u64, run: u32) -> SplitMix64 {
-    let mut seeds = SplitMix64(seed.wrapping_add(u64::from(run).wrapping_mul(0x632b_e59b_d9b4_e019)));
+    let mut seeds =
+        SplitMix64(seed.wrapping_add(u64::from(run).wrapping_mul(0x632b_e59b_d9b4_e019)));
     SplitMix64(seeds.next())
 }
 

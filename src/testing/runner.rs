@@ -70,9 +70,8 @@ struct RandomResult {
 
 /// Lowers the programs of a suite.
 pub fn programs(suite: &Suite) -> Vec<Arc<RigProgram>> {
-    let program = |of: &super::suite::TestProgram| {
-        Arc::new(RigProgram::new(&of.program, &of.controller))
-    };
+    let program =
+        |of: &super::suite::TestProgram| Arc::new(RigProgram::new(&of.program, &of.controller));
     suite.programs.iter().map(program).collect()
 }
 
@@ -104,10 +103,8 @@ pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) ->
 
 fn work(suite: &Suite, is_wanted: impl Fn(&str) -> bool) -> Vec<Work> {
     let scenarios = suite.scenarios.iter().enumerate();
-    let mut work: Vec<Work> = scenarios
-        .filter(|(_, of)| is_wanted(&of.name))
-        .map(|(at, _)| Work::Scenario(at))
-        .collect();
+    let mut work: Vec<Work> =
+        scenarios.filter(|(_, of)| is_wanted(&of.name)).map(|(at, _)| Work::Scenario(at)).collect();
     for (at, test) in suite.randoms.iter().enumerate().filter(|(_, of)| is_wanted(&of.name)) {
         for first in (0..test.runs).step_by(RUNS_AT_ONCE as usize) {
             work.push(Work::Runs(at, first, (first + RUNS_AT_ONCE).min(test.runs)));

@@ -1,0 +1,310 @@
+//! `rungd test`: test files in; a verdict for each test out. Virtual time, no sleeping.
+//!
+//! Finds and reads the files, chooses the form of the result, shows progress on a terminal;
+//! `testing` runs the tests. Standard output has the result alone, the same bytes on every run.
+
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant, SystemTime};
+
+use anyhow::{Context, Result};
+use clap::Args;
+
+use super::check::style;
+use super::exit::{CommandLine, Exit};
+use super::terminal::{one_line, plain_json, print, say, say_drawn};
+use super::test_trace;
+use crate::source::render::{refuses, render};
+use crate::testing::{
+    self, Coverage, FileVerdicts, ReadSuite, RunOptions, Suite, Verdict, read_suite,
+};
+
+/// The time after which a terminal sees how far the tests are.
+const SHOW_AFTER: Duration = Duration::from_millis(500);
+
+/// The time between two looks at the files, with `--watch`.
+const LOOK_EVERY: Duration = Duration::from_millis(250);
+
+/// The ending of a test file.
+const ENDING: &str = ".test.toml";
+
+/// Runs the tests of ladders
+#[derive(Args, Debug)]
+pub struct TestArgs {
+    /// Test files, and folders that are searched for *.test.toml (default: this folder)
+    #[arg(value_name = "PATH")]
+    paths: Vec<PathBuf>,
+    /// Run only tests whose names contain this text
+    #[arg(long, value_name = "TEXT")]
+    filter: Option<String>,
+    /// Threads (default: one a processor)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Print a line for each test that passed too
+    #[arg(long, short)]
+    verbose: bool,
+    /// Print what the tests have executed: rungs, contacts, Stages, alarms
+    #[arg(long)]
+    coverage: bool,
+    /// Write a trace of each scenario into this folder, as CSV
+    #[arg(long, value_name = "DIR")]
+    trace: Option<PathBuf>,
+    /// Write the verdicts to this file, as JUnit's XML
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+    /// Run again when a file changes, until interrupted
+    #[arg(long)]
+    watch: bool,
+}
+
+/// A test file that was read.
+struct OpenSuite {
+    name: String,
+    read: ReadSuite,
+}
+
+/// Runs the tests.
+///
+/// # Errors
+/// A path that cannot be read, a file that cannot be written.
+pub fn test(args: &TestArgs) -> Result<Exit> {
+    loop {
+        let begun = SystemTime::now();
+        let paths = find(&args.paths)?;
+        let suites = open(&paths)?;
+        let exit = run_all(args, &suites)?;
+        if !args.watch {
+            return Ok(exit);
+        }
+        wait_for_change(args, &suites, (&paths, begun))?;
+        say("\n");
+    }
+}
+
+fn run_all(args: &TestArgs, suites: &[OpenSuite]) -> Result<Exit> {
+    let style = style(false);
+    let mut wrong = false;
+    for OpenSuite { read, .. } in suites {
+        if !read.findings.is_empty() {
+            say_drawn(&render(&read.findings, &read.files, style));
+        }
+        wrong |= refuses(&read.findings, style) || read.suite.is_none();
+    }
+    if wrong {
+        return Ok(Exit::Config);
+    }
+    let mut files = Vec::new();
+    let mut coverage = Coverage::default();
+    for OpenSuite { name, read } in suites {
+        let Some(suite) = &read.suite else { continue };
+        let verdicts = run_one(args, suite, name, &mut coverage)?;
+        if !args.json {
+            print(&file_text(name, &verdicts, args.verbose))?;
+        }
+        files.push(FileVerdicts { file: name.clone(), verdicts });
+    }
+    finish(args, &files, &coverage)
+}
+
+fn finish(args: &TestArgs, files: &[FileVerdicts], coverage: &Coverage) -> Result<Exit> {
+    if let Some(path) = &args.junit {
+        let text = testing::junit(files);
+        std::fs::write(path, text).with_context(|| path.display().to_string())?;
+    }
+    let failed: usize = files.iter().map(FileVerdicts::failed).sum();
+    let tests: usize = files.iter().map(|of| of.verdicts.len()).sum();
+    if args.json {
+        let mut json = testing::json(files);
+        if args.coverage {
+            json["coverage"] = coverage.json();
+        }
+        print(&format!("{}\n", plain_json(&json.to_string())))?;
+    } else {
+        if args.coverage {
+            print(&coverage.text())?;
+        }
+        print(&summary(files, (tests, failed)))?;
+    }
+    if tests == 0 && args.filter.is_some() {
+        say("warning: no test's name contains the text of --filter\n");
+    }
+    Ok(if failed == 0 { Exit::Ok } else { Exit::Refused })
+}
+
+/// Runs the tests of one file.
+fn run_one(
+    args: &TestArgs,
+    suite: &Suite,
+    name: &str,
+    coverage: &mut Coverage,
+) -> Result<Vec<Verdict>> {
+    let programs = testing::programs(suite);
+    let progress = Progress::new(name);
+    let show = |done, all| progress.show(done, all);
+    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+    let options = RunOptions {
+        jobs: args.jobs.map_or_else(processors, usize::from),
+        filter: args.filter.as_deref(),
+        explains: true,
+        progress: &show,
+    };
+    let verdicts = testing::run(suite, &programs, &options);
+    progress.clear();
+    if args.coverage {
+        coverage.add(suite, &programs, args.filter.as_deref());
+    }
+    if let Some(folder) = &args.trace {
+        test_trace::write(folder, suite, &programs, args.filter.as_deref())?;
+    }
+    Ok(verdicts)
+}
+
+/// The lines about one file: the failures in full.
+fn file_text(name: &str, verdicts: &[Verdict], verbose: bool) -> String {
+    let failed = verdicts.iter().filter(|verdict| verdict.failure.is_some()).count();
+    let mut text = format!("{}: {}\n", one_line(name), counts(verdicts.len(), failed));
+    for verdict in verdicts {
+        if verbose || verdict.failure.is_some() {
+            if verdict.failure.is_some() {
+                text.push('\n');
+            }
+            text += &format!("{}\n", one_line(&verdict.line_text()));
+        }
+        if let Some(failure) = &verdict.failure {
+            text += &failure.text(name);
+            text.push('\n');
+        }
+    }
+    text
+}
+
+/// `3 passed`, `1 FAILED, 2 passed`.
+fn counts(tests: usize, failed: usize) -> String {
+    match failed {
+        0 => format!("{tests} passed"),
+        failed => format!("{failed} FAILED, {} passed", tests - failed),
+    }
+}
+
+fn summary(files: &[FileVerdicts], (tests, failed): (usize, usize)) -> String {
+    if files.len() == 1 {
+        return String::new();
+    }
+    format!("{} files: {}\n", files.len(), counts(tests, failed))
+}
+
+/// The test files of paths, in order; a folder's in order of their names.
+fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let here = [PathBuf::from(".")];
+    let paths = if paths.is_empty() { &here[..] } else { paths };
+    let mut found = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            found.push(path.clone());
+            continue;
+        }
+        let before = found.len();
+        search(path, &mut found)?;
+        if found.len() == before {
+            let name = path.display();
+            let message = format!("{name}: no file in this folder is named *{ENDING}");
+            return Err(CommandLine(message).into());
+        }
+    }
+    Ok(found)
+}
+
+/// Searches a folder and the folders in it; not those whose names begin with a dot.
+fn search(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
+    let context = || folder.display().to_string();
+    let mut entries = Vec::new();
+    for entry in std::fs::read_dir(folder).with_context(context)? {
+        entries.push(entry.with_context(context)?);
+    }
+    entries.sort_by_key(std::fs::DirEntry::file_name);
+    for entry in entries {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let path = match folder == Path::new(".") {
+            true => PathBuf::from(entry.file_name()),
+            false => entry.path(),
+        };
+        let kind = entry.file_type().with_context(context)?;
+        if kind.is_dir() && !name.starts_with('.') {
+            search(&path, found)?;
+        } else if !kind.is_dir() && name.ends_with(ENDING) {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn open(paths: &[PathBuf]) -> Result<Vec<OpenSuite>> {
+    let open = |path: &PathBuf| {
+        let name = path.display().to_string();
+        Ok(OpenSuite { read: read_suite(path)?, name })
+    };
+    paths.iter().map(open).collect()
+}
+
+/// Waits until a file that was read has changed, or a test file has come or gone.
+fn wait_for_change(
+    args: &TestArgs,
+    suites: &[OpenSuite],
+    (paths, begun): (&[PathBuf], SystemTime),
+) -> Result<()> {
+    let changed = |path: &str| std::fs::metadata(path).and_then(|of| of.modified()).ok();
+    let names = suites.iter().flat_map(|of| of.read.paths());
+    let known: BTreeMap<String, Option<SystemTime>> =
+        names.map(|name| (name.clone(), changed(&name).filter(|at| *at < begun))).collect();
+    say(&format!("watching {} files: Ctrl+C ends\n", known.len()));
+    loop {
+        std::thread::sleep(LOOK_EVERY);
+        // A file that is being replaced is not there for a moment.
+        let is_changed =
+            |(name, was): (&String, &Option<SystemTime>)| changed(name).is_some_and(|at| Some(at) != *was);
+        if known.iter().any(is_changed) || find(&args.paths).is_ok_and(|now| now != paths) {
+            return Ok(());
+        }
+    }
+}
+
+/// A line on a terminal about how far the tests of a file are.
+struct Progress<'a> {
+    name: &'a str,
+    begun: Instant,
+    /// When the line was written last; `None`: never.
+    shown: Mutex<Option<Instant>>,
+    is_terminal: bool,
+}
+
+impl<'a> Progress<'a> {
+    fn new(name: &'a str) -> Progress<'a> {
+        let is_terminal = std::io::stderr().is_terminal();
+        Progress { name, begun: Instant::now(), shown: Mutex::new(None), is_terminal }
+    }
+
+    fn show(&self, done: u64, all: u64) {
+        if !self.is_terminal || self.begun.elapsed() < SHOW_AFTER {
+            return;
+        }
+        let Ok(mut shown) = self.shown.try_lock() else { return };
+        if shown.is_some_and(|at| at.elapsed() < LOOK_EVERY) {
+            return;
+        }
+        *shown = Some(Instant::now());
+        let (name, percent) = (one_line(self.name), done * 100 / all.max(1));
+        say_drawn(&format!("\r{name}: {percent} %\u{1b}[K"));
+    }
+
+    fn clear(&self) {
+        if self.shown.lock().is_ok_and(|shown| shown.is_some()) {
+            say_drawn("\r\u{1b}[K");
+        }
+    }
+}

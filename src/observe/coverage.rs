@@ -1,0 +1,208 @@
+//! Coverage: what of a ladder a run has executed both ways.
+//!
+//! Executes the calls of a tape on an engine of the whole program, seen rung by rung: the power of
+//! each leg ON and OFF, each contact ON and OFF, each Stage entered and left, each alarm raised and
+//! gone. Called by `testing`, with the tape of scenarios.
+
+use super::answer::{Place, RungName};
+use super::leaves::{legs, own_contacts, states};
+use super::logic::{Leaves, Logic};
+use super::subject::Subject;
+use super::walk::{Witness, walk};
+use crate::engine::{BitCell, Engine, EngineCall, EngineState, Image, Slice};
+use crate::isa::{Bit, StageId};
+use crate::resolve::program::Contact;
+
+/// What was seen of something that can be OFF and ON.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TwoWays {
+    /// It was OFF. Of a Stage or an alarm: OFF after it was ON.
+    pub off: bool,
+    /// It was ON.
+    pub on: bool,
+}
+
+/// What was seen of a ladder.
+#[derive(Clone, Debug)]
+pub struct LadderCoverage {
+    /// The rungs and their branches, in file order.
+    pub parts: Vec<PartCoverage>,
+    /// Each Stage with its Program's name: entered (ON) and left (OFF).
+    pub stages: Vec<(String, TwoWays)>,
+    /// Each tag with an alarm: raised (ON) and gone (OFF).
+    pub alarms: Vec<(String, TwoWays)>,
+}
+
+/// What was seen of a rung's legs, or of a branch.
+#[derive(Clone, Debug)]
+pub struct PartCoverage {
+    /// The rung.
+    pub rung: RungName,
+    /// Where its first contact or instruction stands.
+    pub place: Place,
+    /// Each leg by its key, with its power.
+    pub legs: Vec<(&'static str, TwoWays)>,
+    /// Its contacts, from left to right.
+    pub contacts: Vec<ContactCoverage>,
+}
+
+/// What was seen of a contact.
+#[derive(Clone, Debug)]
+pub struct ContactCoverage {
+    /// Its place and text.
+    pub place: Place,
+    /// Its states.
+    pub seen: TwoWays,
+}
+
+/// A part of a rung while it is watched.
+struct WatchedPart {
+    /// The rung's own part, if it is a branch.
+    outer: Option<usize>,
+    legs: Vec<(&'static str, Logic, TwoWays)>,
+    contacts: Vec<TwoWays>,
+    /// The states of its contacts at their last evaluation.
+    now: Vec<bool>,
+}
+
+/// A ladder that is executed and watched.
+pub struct CoverageRun {
+    subject: Subject,
+    slice: Slice,
+    engine: Engine,
+    parts: Vec<WatchedPart>,
+    stages: Vec<(BitCell, TwoWays)>,
+    alarms: Vec<(BitCell, TwoWays)>,
+}
+
+impl TwoWays {
+    /// Notes a state.
+    fn see(&mut self, on: bool) {
+        match on {
+            true => self.on = true,
+            false => self.off = true,
+        }
+    }
+
+    /// Notes a state of something that begins OFF: it is left only after it was entered.
+    fn follow(&mut self, on: bool) {
+        if on || self.on {
+            self.see(on);
+        }
+    }
+
+    /// Whether both were seen.
+    pub fn is_whole(self) -> bool {
+        self.on && self.off
+    }
+}
+
+impl CoverageRun {
+    /// Nothing is seen yet.
+    pub fn new(subject: Subject) -> CoverageRun {
+        let slice = subject.seen.whole();
+        let engine = Engine::new(slice.program.clone());
+        let count = subject.sites.parts.len() as u32;
+        let parts = (0..count).map(|part| watched(&subject, part)).collect();
+        let layout = &subject.symbols.layout;
+        let stages = 0..subject.symbols.stages.len() as u32;
+        let stage = |at: u32| (layout.bit(Bit::Stage(StageId(at))), TwoWays::default());
+        let alarms = subject.symbols.alarms.iter();
+        CoverageRun {
+            stages: stages.map(stage).collect(),
+            alarms: alarms.map(|alarm| (alarm.bit, TwoWays::default())).collect(),
+            parts,
+            engine,
+            slice,
+            subject,
+        }
+    }
+
+    /// Goes on from a state; one of another program is passed over.
+    pub fn resume(&mut self, state: &EngineState) {
+        self.engine.resume(state);
+    }
+
+    /// Makes a call.
+    pub fn call(&mut self, call: EngineCall) {
+        let CoverageRun { subject, slice, engine, parts, stages, alarms } = self;
+        walk((&*subject, &*slice), engine, call, &mut Spotter { subject, parts });
+        if matches!(call, EngineCall::Execute | EngineCall::Terminate) {
+            for (cell, seen) in stages.iter_mut().chain(alarms) {
+                seen.follow(engine.image().bit(*cell));
+            }
+        }
+    }
+
+    /// What was seen so far.
+    pub fn coverage(&self) -> LadderCoverage {
+        let symbols = &self.subject.symbols;
+        let parts = (0..).zip(&self.parts).filter_map(|(at, part)| self.part(at, part));
+        let stages = symbols.stages.iter().zip(&self.stages);
+        let alarms = symbols.alarms.iter().zip(&self.alarms);
+        LadderCoverage {
+            parts: parts.collect(),
+            stages: stages.map(|(name, (_, seen))| (name.clone(), *seen)).collect(),
+            alarms: alarms.map(|(alarm, (_, seen))| (alarm.tag.clone(), *seen)).collect(),
+        }
+    }
+
+    /// `None` of a branch without contacts: it has the power of its rung.
+    fn part(&self, at: u32, of: &WatchedPart) -> Option<PartCoverage> {
+        let subject = &self.subject;
+        let mut leaves = Leaves::default();
+        own_contacts(subject, at).into_iter().for_each(|contact| drop(leaves.add(contact)));
+        let contacts = leaves.contacts.iter().zip(&of.contacts);
+        let contact = |(contact, seen): (&&Contact, &TwoWays)| ContactCoverage {
+            place: subject.place(contact.span()),
+            seen: *seen,
+        };
+        let rung = subject.place_of_rung(at);
+        let place = subject.place(subject.rung(at).extent);
+        let legs: Vec<_> = of.legs.iter().map(|(name, _, seen)| (*name, *seen)).collect();
+        let is_seen = rung.branch.is_none() || !of.contacts.is_empty();
+        is_seen.then(|| PartCoverage {
+            rung,
+            place,
+            legs,
+            contacts: contacts.map(contact).collect(),
+        })
+    }
+}
+
+fn watched(subject: &Subject, part: u32) -> WatchedPart {
+    let outer = subject.outer(part).map(|outer| outer as usize);
+    let of = &subject.part(part).leaves;
+    let count = (of.end - of.start) as usize;
+    let legs = legs(subject, part).0.into_iter();
+    WatchedPart {
+        outer,
+        legs: legs.map(|leg| (leg.name.key(), leg.logic, TwoWays::default())).collect(),
+        contacts: vec![TwoWays::default(); count],
+        now: vec![false; count],
+    }
+}
+
+/// Sees the contacts of each part.
+struct Spotter<'a> {
+    subject: &'a Subject,
+    parts: &'a mut [WatchedPart],
+}
+
+impl Witness for Spotter<'_> {
+    fn part(&mut self, part: u32, _: u32, image: &Image) {
+        let at = part as usize;
+        let now = states(self.subject, part, image);
+        let outer = self.parts[at].outer.map(|outer| self.parts[outer].now.clone());
+        let all: Vec<bool> =
+            outer.unwrap_or_default().into_iter().chain(now.iter().copied()).collect();
+        let of = &mut self.parts[at];
+        for (seen, on) in of.contacts.iter_mut().zip(&now) {
+            seen.see(*on);
+        }
+        for (_, logic, seen) in &mut of.legs {
+            seen.see(logic.is_on(&|leaf| all.get(leaf).copied().unwrap_or(false)));
+        }
+        of.now = now;
+    }
+}
