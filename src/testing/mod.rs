@@ -5,10 +5,12 @@
 
 mod condition;
 mod happened;
+mod mutants;
 mod scenario;
 mod suite;
 
 pub use condition::Condition;
+pub use mutants::{Mutant, MutantKind, mutants};
 pub use scenario::{ScenarioOf, scenario};
 pub use suite::{
     Chance, Operand, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Step,
