@@ -63,9 +63,11 @@ pub struct TestArgs {
 }
 
 /// A test file that was read.
-struct OpenSuite {
-    name: String,
-    read: ReadSuite,
+pub(super) struct OpenSuite {
+    /// As it is shown.
+    pub name: String,
+    /// What was read.
+    pub read: ReadSuite,
 }
 
 /// Runs the tests.
@@ -87,15 +89,7 @@ pub fn test(args: &TestArgs) -> Result<Exit> {
 }
 
 fn run_all(args: &TestArgs, suites: &[OpenSuite]) -> Result<Exit> {
-    let style = style(false);
-    let mut wrong = false;
-    for OpenSuite { read, .. } in suites {
-        if !read.findings.is_empty() {
-            say_drawn(&render(&read.findings, &read.files, style));
-        }
-        wrong |= refuses(&read.findings, style) || read.suite.is_none();
-    }
-    if wrong {
+    if refused(suites) {
         return Ok(Exit::Config);
     }
     let mut files = Vec::new();
@@ -109,6 +103,25 @@ fn run_all(args: &TestArgs, suites: &[OpenSuite]) -> Result<Exit> {
         files.push(FileVerdicts { file: name.clone(), verdicts });
     }
     finish(args, &files, &coverage)
+}
+
+/// Prints the findings of test files; true if they cannot be run.
+pub(super) fn refused(suites: &[OpenSuite]) -> bool {
+    let style = style(false);
+    let mut is_refused = false;
+    for OpenSuite { read, .. } in suites {
+        if !read.findings.is_empty() {
+            say_drawn(&render(&read.findings, &read.files, style));
+        }
+        is_refused |= refuses(&read.findings, style) || read.suite.is_none();
+    }
+    is_refused
+}
+
+/// The number of threads: as given, else one a processor.
+pub(super) fn jobs(given: Option<u16>) -> usize {
+    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+    given.map_or_else(processors, usize::from)
 }
 
 fn finish(args: &TestArgs, files: &[FileVerdicts], coverage: &Coverage) -> Result<Exit> {
@@ -146,9 +159,8 @@ fn run_one(
     let programs = testing::programs(suite);
     let progress = Progress::new(name);
     let show = |done, all| progress.show(done, all);
-    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
     let options = RunOptions {
-        jobs: args.jobs.map_or_else(processors, usize::from),
+        jobs: jobs(args.jobs),
         filter: args.filter.as_deref(),
         explains: true,
         progress: &show,
@@ -199,7 +211,7 @@ fn summary(files: &[FileVerdicts], (tests, failed): (usize, usize)) -> String {
 }
 
 /// The test files of paths, in order; a folder's in order of their names.
-fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+pub(super) fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let here = [PathBuf::from(".")];
     let paths = if paths.is_empty() { &here[..] } else { paths };
     let mut found = Vec::new();
@@ -244,7 +256,7 @@ fn search(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
     Ok(())
 }
 
-fn open(paths: &[PathBuf]) -> Result<Vec<OpenSuite>> {
+pub(super) fn open(paths: &[PathBuf]) -> Result<Vec<OpenSuite>> {
     let open = |path: &PathBuf| {
         let name = path.display().to_string();
         Ok(OpenSuite { read: read_suite(path)?, name })
@@ -275,7 +287,7 @@ fn wait_for_change(
 }
 
 /// A line on a terminal about how far the tests of a file are.
-struct Progress<'a> {
+pub(super) struct Progress<'a> {
     name: &'a str,
     begun: Instant,
     /// When the line was written last; `None`: never.
@@ -284,12 +296,14 @@ struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    fn new(name: &'a str) -> Progress<'a> {
+    /// Nothing is shown yet.
+    pub fn new(name: &'a str) -> Progress<'a> {
         let is_terminal = std::io::stderr().is_terminal();
         Progress { name, begun: Instant::now(), shown: Mutex::new(None), is_terminal }
     }
 
-    fn show(&self, done: u64, all: u64) {
+    /// Shows how much is done, now and then.
+    pub fn show(&self, done: u64, all: u64) {
         if !self.is_terminal || self.begun.elapsed() < SHOW_AFTER {
             return;
         }
@@ -302,7 +316,8 @@ impl<'a> Progress<'a> {
         say_drawn(&format!("\r{name}: {percent} %\u{1b}[K"));
     }
 
-    fn clear(&self) {
+    /// Takes the line away.
+    pub fn clear(&self) {
         if self.shown.lock().is_ok_and(|shown| shown.is_some()) {
             say_drawn("\r\u{1b}[K");
         }

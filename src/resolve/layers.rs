@@ -158,8 +158,9 @@ impl Layers {
         (part.file, part.start) == (whole.file, whole.start)
     }
 
-    /// The place in the text of the use that gave it.
-    fn text(&self, mut span: Span) -> Span {
+    /// The place in the text of the use that gave it: of contacts that were given, their own; of a
+    /// name or constant that was given, its parameter's.
+    pub(crate) fn text(&self, mut span: Span) -> Span {
         loop {
             match self.get(span.file) {
                 Some(Layer::Contacts(given)) => span.file = given.by,

@@ -60,6 +60,17 @@ pub struct TestProgram {
     pub files: Vec<SourceFile>,
 }
 
+impl TestProgram {
+    /// A place in its files, for people: `plant.toml:12`.
+    pub fn place(&self, span: Span) -> String {
+        let span = self.program.layers.in_file(span);
+        let Some(file) = self.files.get(span.file.0 as usize) else { return String::new() };
+        let before = file.text.get(..span.start as usize).unwrap_or_default();
+        let line = before.bytes().filter(|byte| *byte == b'\n').count() + 1;
+        format!("{}:{line}", file.name)
+    }
+}
+
 /// The number of a program in [`Suite::programs`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProgramId(pub usize);

@@ -1,0 +1,145 @@
+//! The mutants of a ladder: small slips that its author might have made, one a mutant. A suite
+//! of tests is good if it fails for each of them.
+//!
+//! `rungd mutate` runs the suite for each. This module changes the resolved program, never a text;
+//! the result is lowered as any other program. It runs nothing, and does not judge.
+//!
+//! What is no mutant: what nothing could show (a duration changed by less than a scan, `$On` or
+//! `$Off` inverted, a level in place of `rise()` where a counter counts edges by itself), and what
+//! another mutant does already. `initial`, limits, retention and texts are not changed. Of a
+//! template with several uses a slip is in all of them. Files of the library are not changed, unless
+//! the program has no rung of another file.
+
+mod contacts;
+mod formula;
+mod ground;
+mod instructions;
+mod kind;
+mod mutation;
+#[cfg(test)]
+mod tests;
+mod values;
+
+pub use kind::MutantKind;
+
+use std::cmp::Reverse;
+use std::collections::HashMap;
+
+use crate::resolve::program::{Program, ProgramPart, Rung};
+use crate::source::span::{SourceFile, Span};
+use ground::{Found, Ground};
+use mutation::{Mutation, RungIndex, without_lone_groups};
+
+/// A ladder with one slip.
+#[derive(Clone, Debug)]
+pub struct Mutant {
+    /// What it changes.
+    pub kind: MutantKind,
+    /// The place of what it changes, in a file of the load.
+    pub span: Span,
+    /// The rung for people: `Main, rung count-bottles`, `Drain.Open, rung 3, branch 1`; of a
+    /// template, in its first use.
+    pub rung: String,
+    /// The change in one line, with both texts: ``contact `!jam` is `jam` ``.
+    pub what: String,
+    /// The mutations in all uses of a template, the last of the program first.
+    mutations: Vec<(RungIndex, Mutation)>,
+    /// Whether uses have different constants there.
+    differs: bool,
+}
+
+/// All mutants of a program, in file order. `files`: of its load, by the numbers that its places
+/// have. `period_ms`: of a scan, by which durations are changed.
+pub fn mutants(program: &Program, files: &[SourceFile], period_ms: u32) -> Vec<Mutant> {
+    let ground = Ground::new(program, files, period_ms);
+    let mut mutants: Vec<Mutant> = Vec::new();
+    let mut by_place: HashMap<(MutantKind, Span, u32), usize> = HashMap::new();
+    for (part, rung, index) in rungs(program) {
+        for found in found(&ground, part, rung) {
+            if !ground.is_under_test(found.place) {
+                continue;
+            }
+            match by_place.get(&(found.kind, found.place, found.variant)) {
+                Some(at) => {
+                    let mutant = &mut mutants[*at];
+                    mutant.mutations.push((index, found.mutation));
+                    mutant.differs |= mutant.what != found.what;
+                }
+                None => {
+                    by_place.insert((found.kind, found.place, found.variant), mutants.len());
+                    mutants.push(Mutant {
+                        kind: found.kind,
+                        span: found.place,
+                        rung: name(part, (index.rung, rung), found.branch),
+                        what: found.what,
+                        mutations: vec![(index, found.mutation)],
+                        differs: false,
+                    });
+                }
+            }
+        }
+    }
+    for mutant in &mut mutants {
+        mutant.mutations.sort_by_key(|(index, mutation)| Reverse((*index, mutation.order())));
+        mutant.what += &match mutant.mutations.len() {
+            0 | 1 => String::new(),
+            places if mutant.differs => format!(" (alike at {places} places)"),
+            places => format!(" (at {places} places)"),
+        };
+    }
+    mutants.sort_by_key(|mutant| (mutant.span.file, mutant.span.start));
+    mutants
+}
+
+impl Mutant {
+    /// The program with the slip.
+    pub fn apply(&self, program: &Program) -> Program {
+        let mut mutated = program.clone();
+        for (index, mutation) in &self.mutations {
+            mutation.make(&mut mutated, *index);
+        }
+        for (index, mutation) in &self.mutations {
+            if let Mutation::Contact(..) = mutation {
+                put_groups_right(index.rung_of(&mut mutated));
+            }
+        }
+        mutated
+    }
+}
+
+fn put_groups_right(rung: &mut Rung) {
+    rung.legs.iter_mut().for_each(|leg| without_lone_groups(&mut leg.contacts));
+    rung.branches.iter_mut().for_each(|branch| without_lone_groups(&mut branch.contacts));
+}
+
+/// All rungs, with their places.
+fn rungs(program: &Program) -> impl Iterator<Item = (ProgramPart<'_>, &Rung, RungIndex)> {
+    program.parts().flat_map(|part| {
+        let block = part.block.id.0 as usize;
+        let stage = part.stage.and_then(|of| part.block.stages.iter().position(|s| s.id == of.id));
+        let rungs = part.rungs.iter().enumerate();
+        rungs.map(move |(rung, of)| (part, of, RungIndex { block, stage, rung }))
+    })
+}
+
+/// The mutations of one rung.
+fn found(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<Found> {
+    let mut found = instructions::wholes(ground, rung);
+    found.extend(contacts::contacts(ground, rung));
+    found.extend(instructions::instructions(ground, part, rung));
+    found
+}
+
+/// A rung for people.
+fn name(part: ProgramPart, (at, rung): (usize, &Rung), branch: Option<usize>) -> String {
+    let element = match part.stage {
+        Some(stage) => format!("{}.{}", part.block.name, stage.name),
+        None => part.block.name.clone(),
+    };
+    let rung = match &rung.name {
+        Some(name) => name.clone(),
+        None => (at + 1).to_string(),
+    };
+    let branch = branch.map(|branch| format!(", branch {branch}")).unwrap_or_default();
+    format!("{element}, rung {rung}{branch}")
+}

@@ -1,0 +1,43 @@
+//! The trace of a scenario: a row for each scan.
+
+use std::io;
+use std::sync::Arc;
+
+use super::player::{Spectator, Stage, play};
+use super::suite::Suite;
+use crate::rig::{Rig, RigProgram};
+use crate::sim::trace::{RowName, Trace};
+
+/// Hands rows to a trace.
+struct Tracer<'a> {
+    trace: &'a mut dyn Trace,
+    program: &'a Arc<RigProgram>,
+    failed: Option<io::Error>,
+}
+
+impl Spectator for Tracer<'_> {
+    fn scanned(&mut self, rig: &Rig, scans: u64) {
+        // After a reload cells may be others.
+        if self.failed.is_none() && Arc::ptr_eq(rig.program(), self.program) {
+            let row = self.trace.row(RowName::Scan(scans - 1), rig.next_ns() / 1000, rig.image());
+            self.failed = row.err();
+        }
+    }
+}
+
+/// Plays a scenario, by its place in the suite, and hands each scan to a trace, until its program
+/// is reloaded. Scans are counted on over restarts.
+///
+/// # Errors
+/// The trace's.
+pub fn trace(
+    suite: &Suite,
+    programs: &[Arc<RigProgram>],
+    scenario: usize,
+    trace: &mut dyn Trace,
+) -> io::Result<()> {
+    let stage = Stage { suite, programs };
+    let mut tracer = Tracer { trace, program: &programs[0], failed: None };
+    play(stage, &suite.scenarios[scenario], false, &mut tracer);
+    tracer.failed.map_or(Ok(()), Err)
+}
