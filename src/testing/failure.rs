@@ -10,7 +10,7 @@ use super::condition::Condition;
 use super::history::{Change, History};
 use super::pasted::{PastedRun, pasted};
 use super::player::{Failed, FailedWhy, Stage, condition, play};
-use super::random::BrokenRun;
+use super::random_run::BrokenRun;
 use super::suite::{ProgramId, RandomTest, Scenario};
 use crate::engine::Cell;
 use crate::observe::{At, Limits, Subject};

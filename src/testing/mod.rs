@@ -13,7 +13,7 @@ mod mutants;
 mod mutation;
 mod pasted;
 mod player;
-mod random;
+mod random_run;
 mod report;
 mod runner;
 mod scenario;

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use super::mutants::{Mutant, MutantKind, mutants};
 use super::player::{Nobody, Stage, play};
-use super::random;
+use super::random_run;
 use super::suite::Suite;
 use crate::rig::RigProgram;
 
@@ -82,7 +82,7 @@ fn failing(stage: Stage, runs_max: u32) -> Option<String> {
     }
     for test in &stage.suite.randoms {
         let mut runs = 0..test.runs.min(runs_max);
-        if runs.any(|run| random::run(stage, test, run).1.is_some()) {
+        if runs.any(|run| random_run::run(stage, test, run).1.is_some()) {
             return Some(test.name.clone());
         }
     }

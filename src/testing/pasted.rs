@@ -1,7 +1,7 @@
 //! A random run as a scenario: to be played again, and as text to paste into a test file.
 
 use super::player::Stage;
-use super::random::{BrokenRun, RandomEvent};
+use super::random_run::{BrokenRun, RandomEvent};
 use super::suite::{Operand, RandomTest, Scenario, Step, TestTime};
 use crate::engine::Layout;
 use crate::source::span::Located;

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 use super::failure::{Failure, failure, failure_of_run};
 use super::player::{Nobody, Played, Stage, play};
-use super::random::{self, BrokenRun};
+use super::random_run::{self, BrokenRun};
 use super::shrink::shrink;
 use super::suite::Suite;
 use crate::rig::RigProgram;
@@ -149,7 +149,7 @@ impl Results {
                     if result.first.load(Ordering::Relaxed) < run {
                         return;
                     }
-                    let (scans, broken) = random::run(stage, test, run);
+                    let (scans, broken) = random_run::run(stage, test, run);
                     result.scans.fetch_add(scans, Ordering::Relaxed);
                     if let Some(broken) = broken {
                         result.fails(run, broken);

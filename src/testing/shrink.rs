@@ -5,7 +5,7 @@
 //! plays the run again, so the result breaks a line for certain. The number of tries is limited.
 
 use super::player::Stage;
-use super::random::{BrokenRun, RandomEvent, replay};
+use super::random_run::{BrokenRun, RandomEvent, replay};
 use super::suite::RandomTest;
 
 /// The most scans of all tries together.
