@@ -5,7 +5,7 @@
 //! simulated plant answers; every other device is silent until a test restores it, and then reports
 //! the values that the test gives its inputs.
 
-use super::program::RigProgram;
+use super::program::{RigProgram, UnwiredBits};
 use super::{MS_NS, RigMode};
 use crate::controller::device::{Device, DriverSettings};
 use crate::engine::{BitCell, Cell, Image};
@@ -14,12 +14,21 @@ use crate::isa::{Bit, BitSpace, DeviceId};
 use crate::runtime::field::{Field, field};
 use crate::runtime::inputs::InputEnd;
 use crate::runtime::wiring::{Source, Wiring, WiringTarget};
-use crate::runtime::{Safe, Taped};
+use crate::runtime::{Machine, Origin, Safe, Taped};
 
 /// All field devices of a rig.
 pub(super) struct RigField {
     field: Field,
     devices: Vec<RigDevice>,
+    unwired: Vec<UnwiredDevice>,
+}
+
+/// A device that the ladder names without a controller file. It is well until a test loses it.
+struct UnwiredDevice {
+    bits: UnwiredBits,
+    is_there: bool,
+    /// Whether its bits are to be written.
+    is_due: bool,
 }
 
 struct RigDevice {
@@ -119,7 +128,10 @@ impl RigField {
                 peer,
             }
         };
-        RigField { field, devices: devices.map(device).collect() }
+        let unwired = program.unwired.iter();
+        let unwired =
+            unwired.map(|bits| UnwiredDevice { bits: *bits, is_there: true, is_due: true });
+        RigField { field, devices: devices.map(device).collect(), unwired: unwired.collect() }
     }
 
     /// A new process: the scan's side begins anew, the peers go on.
@@ -131,6 +143,7 @@ impl RigField {
             device.next_ns = now_ns;
             device.offered.fill(0);
         }
+        self.unwired.iter_mut().for_each(|device| device.is_due = true);
     }
 
     /// A reload: cells may have moved. Its devices are the same.
@@ -150,6 +163,12 @@ impl RigField {
     /// The input step.
     pub fn bring_in(&mut self, machine: &mut Taped, (now_ns, scan): (u64, u64)) {
         self.field.bring_in(machine, (now_ns, scan), |_| {});
+        for device in self.unwired.iter_mut().filter(|device| device.is_due) {
+            machine.comes_from(Origin::Inputs);
+            machine.write_bit(device.bits.ok, device.is_there);
+            machine.write_bit(device.bits.stale, !device.is_there);
+            device.is_due = false;
+        }
     }
 
     /// Exchanges with every device whose `poll` is over, up to the time of a scan.
@@ -201,18 +220,22 @@ impl RigField {
     }
 
     /// A device cannot be reached any more.
-    pub fn lose(&mut self, DeviceId(device): DeviceId) {
-        if let Some(device) = self.devices.get_mut(device as usize) {
+    pub fn lose(&mut self, DeviceId(at): DeviceId) {
+        if let Some(device) = self.devices.get_mut(at as usize) {
             device.is_there = false;
             device.end.trouble();
+        } else if let Some(device) = self.unwired.get_mut(at as usize) {
+            (device.is_there, device.is_due) = (false, true);
         }
     }
 
     /// A device can be reached: it exchanges before the next scan.
-    pub fn restore(&mut self, DeviceId(device): DeviceId, now_ns: u64) {
-        if let Some(device) = self.devices.get_mut(device as usize) {
+    pub fn restore(&mut self, DeviceId(at): DeviceId, now_ns: u64) {
+        if let Some(device) = self.devices.get_mut(at as usize) {
             (device.is_there, device.was_there) = (true, true);
             device.next_ns = device.next_ns.min(now_ns);
+        } else if let Some(device) = self.unwired.get_mut(at as usize) {
+            (device.is_there, device.is_due) = (true, true);
         }
     }
 }

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use crate::controller::Controller;
-use crate::engine;
+use crate::engine::{self, BitCell};
+use crate::isa::{Bit, DeviceId, Health};
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::retain::RetainPlan;
@@ -21,13 +22,30 @@ pub struct RigProgram {
     pub(super) wirings: Vec<Wiring>,
     pub(super) safe: Vec<Safe>,
     pub(super) plan: RetainPlan,
+    /// The bits of devices that the ladder names without a controller file.
+    pub(super) unwired: Vec<UnwiredBits>,
+}
+
+/// The bits of a device that has no settings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnwiredBits {
+    pub ok: BitCell,
+    pub stale: BitCell,
 }
 
 impl RigProgram {
     /// Lowers a program that has no errors.
     pub fn new(program: &Program, controller: &Arc<Controller>) -> RigProgram {
         let (code, symbols) = lower(program);
+        let count = match controller.devices.is_empty() {
+            true => program.devices.len() as u32,
+            false => 0,
+        };
+        let bit = |id, health| symbols.layout.bit(Bit::Device(DeviceId(id), health));
+        let unwired =
+            |id| UnwiredBits { ok: bit(id, Health::Ok), stale: bit(id, Health::Stale) };
         RigProgram {
+            unwired: (0..count).map(unwired).collect(),
             wirings: controller.wirings(&symbols),
             safe: controller.safe_values(program.sizes.y),
             plan: RetainPlan::new(&controller.retain, program, &symbols),
