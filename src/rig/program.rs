@@ -42,8 +42,7 @@ impl RigProgram {
             false => 0,
         };
         let bit = |id, health| symbols.layout.bit(Bit::Device(DeviceId(id), health));
-        let unwired =
-            |id| UnwiredBits { ok: bit(id, Health::Ok), stale: bit(id, Health::Stale) };
+        let unwired = |id| UnwiredBits { ok: bit(id, Health::Ok), stale: bit(id, Health::Stale) };
         RigProgram {
             unwired: (0..count).map(unwired).collect(),
             wirings: controller.wirings(&symbols),

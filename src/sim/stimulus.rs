@@ -1,15 +1,15 @@
 //! The stimulus of a simulation: CSV rows with the inputs and queued writes of each scan.
 //!
-//! Header `scan,OP,OP,…`; rows in ascending order of scans; an empty cell changes nothing. The
-//! value of an X, an input, holds from that scan on; the value of any other operand is one queued
-//! write in that scan. `rungd sim` passes a [`Lookup`], which tells the parser the kind and range
-//! of an operand.
+//! Header `scan,OP,OP,…` or `time,OP,OP,…`; rows in ascending order; an empty cell changes nothing.
+//! A time (`0.35s`, `1m30s`) means the first scan at or after it. The value of an X, an input, holds
+//! from that scan on; the value of any other operand is one queued write in that scan. `rungd sim`
+//! passes a [`Lookup`], which tells the parser the kind and range of an operand.
 
 use std::fmt::Display;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::real::RealError;
-use crate::isa::{Address, MemorySizes, Real, Word, address_text};
+use crate::isa::{Address, MemorySizes, Real, Word, address_text, duration};
 
 /// One change of an input, or one queued write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,16 +66,29 @@ pub struct StimulusError {
 }
 
 impl Stimulus {
-    /// Parses a stimulus.
+    /// Parses a stimulus by scans.
+    ///
+    /// # Errors
+    /// As [`Stimulus::parse_timed`].
+    pub fn parse(text: &str, lookup: Lookup) -> Result<Stimulus, StimulusError> {
+        Stimulus::parse_timed(text, 1, lookup)
+    }
+
+    /// Parses a stimulus. `period_ms`: of the scans, by which times become scans.
     ///
     /// # Errors
     /// The first line that has the wrong form, names an operand that cannot be written, or holds a
     /// value beyond its operand's range.
-    pub fn parse(text: &str, lookup: Lookup) -> Result<Stimulus, StimulusError> {
+    pub(crate) fn parse_timed(
+        text: &str,
+        period_ms: u32,
+        lookup: Lookup,
+    ) -> Result<Stimulus, StimulusError> {
         let mut lines = text.lines().enumerate().map(|(at, line)| (at + 1, line));
         let header = lines.next().map_or("", |(_, line)| line);
         let header = header.strip_prefix('\u{feff}').unwrap_or(header);
-        let targets = parse_header(header, lookup).map_err(|m| StimulusError::new(1, m))?;
+        let (column, targets) =
+            parse_header(header, lookup).map_err(|m| StimulusError::new(1, m))?;
         let mut stimulus = Stimulus::default();
         let mut last_scan = None;
         for (line, row) in lines {
@@ -83,7 +96,11 @@ impl Stimulus {
                 continue;
             }
             let fail = |message| StimulusError::new(line, message);
-            let scan = parse_scan(row, last_scan).map_err(fail)?;
+            let scan = match column {
+                WhenColumn::Scan => parse_scan(row, last_scan),
+                WhenColumn::Time => parse_time(row, period_ms, last_scan),
+            };
+            let scan = scan.map_err(fail)?;
             last_scan = Some(scan);
             stimulus.rows.push((scan, line));
             stimulus.parse_cells(row, scan, &targets).map_err(fail)?;
@@ -100,7 +117,7 @@ impl Stimulus {
         let cells: Vec<&str> = row.split(',').skip(1).map(str::trim).collect();
         if cells.len() != targets.len() {
             return Err(format!(
-                "the row has {} cells after the scan, the header names {} operands",
+                "the row has {} cells after the first, the header names {} operands",
                 cells.len(),
                 targets.len()
             ));
@@ -156,14 +173,29 @@ pub(crate) fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<
     Some(format!("commas separate operands here: instead of `{written}` write `{right}`"))
 }
 
-fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, StimulusTarget)>, String> {
+/// What the first column says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum WhenColumn {
+    Scan,
+    Time,
+}
+
+/// The first column, and the operands.
+type Header = (WhenColumn, Vec<(String, StimulusTarget)>);
+
+fn parse_header(header: &str, lookup: Lookup) -> Result<Header, String> {
     let mut names = header.split(',').map(str::trim);
     if header.contains(';') {
         return Err("cells are separated by `,`, not by `;`".to_owned());
     }
-    if names.next() != Some("scan") {
-        return Err("the header is `scan,` and operands, as `scan,X0,D1`".to_owned());
-    }
+    let column = match names.next() {
+        Some("scan") => WhenColumn::Scan,
+        Some("time") => WhenColumn::Time,
+        Some(_) | None => {
+            let message = "the header is `scan,` or `time,` and operands, as `scan,X0,D1`";
+            return Err(message.to_owned());
+        }
+    };
     if let Some(message) = split_element(names.clone()) {
         return Err(message);
     }
@@ -175,7 +207,39 @@ fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, StimulusTar
         }
         targets.push((name.to_owned(), target));
     }
-    Ok(targets)
+    Ok((column, targets))
+}
+
+/// The first scan at or after the time of a row.
+fn parse_time(row: &str, period_ms: u32, last_scan: Option<u64>) -> Result<u64, String> {
+    let text = row.split(',').next().unwrap_or("").trim();
+    let wrong = || format!("`{text}` is not a time: write it as 0.35s, 350ms or 1m30s");
+    let time_us = seconds_us(text)
+        .or_else(|| duration::parse(text).ok().map(|ms| u64::from(ms.unsigned_abs()) * 1000))
+        .ok_or_else(wrong)?;
+    let scan = time_us.div_ceil(u64::from(period_ms.max(1)) * 1000);
+    match last_scan {
+        Some(last) if scan < last => {
+            Err(format!("{text} comes after a later time: rows ascend by time"))
+        }
+        Some(last) if scan == last => Err(format!(
+            "{text} falls into scan {scan}, which has a row already: one row holds all changes of \
+             a scan (of {period_ms} ms)"
+        )),
+        Some(_) | None => Ok(scan),
+    }
+}
+
+/// Seconds with a fraction, in µs: `0.35s`.
+fn seconds_us(text: &str) -> Option<u64> {
+    let (whole, fraction) = text.strip_suffix('s')?.split_once('.')?;
+    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    if whole.is_empty() || fraction.is_empty() || fraction.len() > 6 || !digits(fraction) {
+        return None;
+    }
+    let whole: u64 = whole.parse::<u32>().ok()?.into();
+    let parts: u64 = format!("{fraction:0<6}").parse().ok()?;
+    Some(whole * 1_000_000 + parts)
 }
 
 fn parse_scan(row: &str, last_scan: Option<u64>) -> Result<u64, String> {
@@ -245,20 +309,36 @@ mod tests {
     }
 
     fn error(text: &str) -> String {
-        let error = Stimulus::parse(text, &lookup).unwrap_err();
+        let error = Stimulus::parse_timed(text, 10, &lookup).unwrap_err();
         format!("{}: {}", error.line, error.message)
     }
 
     #[test]
     fn rows_become_changes_of_their_scans() {
         let text = "scan,X0,C0,D0\r\n0,1,,-5\r\n\r\n3,0,1,\r\n";
-        let stimulus = Stimulus::parse(text, &lookup).unwrap();
+        let stimulus = Stimulus::parse_timed(text, 10, &lookup).unwrap();
         let mut from = 0;
         let of: Vec<Vec<Change>> =
             (0..4).map(|scan| stimulus.of_scan(scan, &mut from).collect()).collect();
         let first = vec![Change::Input(0, true), Change::Word(WordCell(7), -5)];
         let last = vec![Change::Input(0, false), Change::Bit(BitCell(5), true)];
         assert_eq!(of, [first, vec![], vec![], last]);
+    }
+
+    #[test]
+    fn times_are_the_first_scans_at_or_after_them() {
+        let scans = |text: &str| {
+            let stimulus = Stimulus::parse_timed(text, 10, &lookup).unwrap();
+            stimulus.rows.iter().map(|(scan, _)| *scan).collect::<Vec<_>>()
+        };
+        let text = "time,X0\n0s,1\n0.005s,0\n0.02s,1\n0.020001s,0\n350ms,1\n1m30s,0\n";
+        assert_eq!(scans(text), [0, 1, 2, 3, 35, 9000]);
+        let wrong = |time: &str| error(&format!("time,X0\n0.1s,1\n{time},0\n"));
+        assert!(wrong("0.05s").contains("rows ascend by time"));
+        assert!(wrong("0.095s").contains("falls into scan 10, which has a row already"));
+        for time in ["5", ".5s", "1.s", "0.1234567s", "-1s", "1.5", "x", ""] {
+            assert!(wrong(time).contains("write it as 0.35s"), "{time}");
+        }
     }
 
     #[test]
@@ -286,7 +366,7 @@ mod tests {
 
     #[test]
     fn mistakes_name_their_line() {
-        assert_eq!(error(""), "1: the header is `scan,` and operands, as `scan,X0,D1`");
+        assert_eq!(error(""), "1: the header is `scan,` or `time,` and operands, as `scan,X0,D1`");
         assert_eq!(error("scan,CT0.Done"), "1: `CT0.Done` cannot be written");
         assert_eq!(error("scan,C0,jam"), "1: `jam` and `C0` are the same operand");
         assert_eq!(error("scan,X0\n5,1\n4,1"), "3: scan 4 comes after scan 5: rows ascend by scan");
@@ -298,7 +378,7 @@ mod tests {
         assert_eq!(error("scan,D0\n0,6"), "2: `D0` takes -5 to 5, not 6");
         assert_eq!(
             error("scan,D0\n0,1,2"),
-            "2: the row has 2 cells after the scan, the header names 1 operands"
+            "2: the row has 2 cells after the first, the header names 1 operands"
         );
         assert_eq!(error("scan,D0\n-1,1"), "2: `-1` is not a scan: a number from 0 is wanted");
     }

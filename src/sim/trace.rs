@@ -90,6 +90,40 @@ impl<T: ValueTrace> Trace for T {
     }
 }
 
+/// Passes on only rows in which a value differs from the row before, the first row, and `stop`.
+pub struct ChangesOnly<T> {
+    trace: T,
+    last: Option<Vec<i32>>,
+}
+
+impl<T: ValueTrace> ChangesOnly<T> {
+    /// Passes rows on to this trace.
+    pub fn new(trace: T) -> ChangesOnly<T> {
+        ChangesOnly { trace, last: None }
+    }
+
+    /// The trace.
+    pub fn into_inner(self) -> T {
+        self.trace
+    }
+}
+
+impl<T: ValueTrace> ValueTrace for ChangesOnly<T> {
+    fn watched(&self) -> &[Watched] {
+        self.trace.watched()
+    }
+
+    fn values(&mut self, name: RowName, time_us: u64, values: &[i32]) -> io::Result<()> {
+        if self.last.as_deref() == Some(values) && name != RowName::Stop {
+            return Ok(());
+        }
+        let last = self.last.get_or_insert_default();
+        last.clear();
+        last.extend_from_slice(values);
+        self.trace.values(name, time_us, values)
+    }
+}
+
 /// A time in ms, with a fraction where it is not whole: `20`, `20.5`.
 pub(super) fn ms_text(time_us: u64) -> String {
     let (ms, us) = (time_us / 1000, time_us % 1000);

@@ -6,6 +6,7 @@ mod differential;
 mod docs_commands;
 mod examples;
 mod init;
+mod ladder_tests;
 mod man_and_completions;
 mod packaging;
 mod plants;

@@ -348,13 +348,13 @@ fn another_ending_is_refused_before_anything_is_written() {
 fn a_stimulus_is_refused_with_its_row() {
     let place = Place::new("stimulus");
     let cases = [
-        ("X0\n1,1\n", "s.csv:1: the header is `scan,` and operands"),
+        ("X0\n1,1\n", "s.csv:1: the header is `scan,` or `time,` and operands"),
         ("scan;X0\n1;1\n", "s.csv:1: cells are separated by `,`, not by `;`"),
         ("scan,X0\n1,1\n2,2\n", "s.csv:3: `X0` is a bit: it takes 0 or 1, not `2`"),
         ("scan,size\n\n5,10\n", "s.csv:3: `size` takes 1 to 9, not 10"),
         ("scan,size\n5,many\n", "s.csv:2: `size` is a word: it takes a decimal number"),
         ("scan,X0\n5,1\n4,0\n", "s.csv:3: scan 4 comes after scan 5: rows ascend by scan"),
-        ("scan,X0\n1,1,1\n", "s.csv:2: the row has 2 cells after the scan"),
+        ("scan,X0\n1,1,1\n", "s.csv:2: the row has 2 cells after the first"),
         ("scan,X0\nfirst,1\n", "s.csv:2: `first` is not a scan"),
         ("scan,CT0.Done\n1,1\n", "s.csv:1: `CT0.Done` is read-only: nothing outside can write it"),
         ("scan,$FirstScan\n1,1\n", "s.csv:1: `$FirstScan` is read-only"),
