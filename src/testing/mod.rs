@@ -4,11 +4,24 @@
 //! `cli` hands over paths of test files, or sections of a recording. No clock.
 
 mod condition;
+mod given;
 mod happened;
+mod names;
+mod programs;
+mod quantity;
+mod random;
+mod reading;
+#[cfg(test)]
+mod reading_tests;
 mod scenario;
+mod step_text;
+mod step_words;
+mod steps;
 mod suite;
+mod written;
 
 pub use condition::Condition;
+pub use reading::{ReadSuite, read_suite};
 pub use scenario::{ScenarioOf, scenario};
 pub use suite::{
     Chance, Operand, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Step,
