@@ -14,6 +14,7 @@ mod init;
 mod log_level;
 mod man;
 mod mode;
+mod mutate;
 mod operator;
 mod read;
 mod record;
@@ -33,6 +34,8 @@ pub mod schema;
 mod sim;
 mod status;
 mod terminal;
+mod test;
+mod test_trace;
 mod trace_file;
 mod twin_run;
 mod watch;
@@ -70,6 +73,8 @@ enum Command {
     Run(run::RunArgs),
     Schema(schema::SchemaArgs),
     Sim(sim::SimArgs),
+    Test(test::TestArgs),
+    Mutate(mutate::MutateArgs),
     Status(status::StatusArgs),
     Read(read::ReadArgs),
     Write(write::WriteArgs),
@@ -118,6 +123,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Run(args) => run::run(args),
         Command::Schema(args) => schema::schema(args),
         Command::Sim(args) => sim::sim(args),
+        Command::Test(args) => test::test(args),
+        Command::Mutate(args) => mutate::mutate(args),
         Command::Status(args) => status::status(args),
         Command::Read(args) => read::read(args),
         Command::Write(args) => write::write(args),

@@ -129,6 +129,10 @@ impl Writer {
                 { "type": "string" },
                 { "type": "array", "items": { "type": "string" } },
             ] }),
+            ValueForm::TextOrTable(shape) => json!({ "anyOf": [
+                { "type": "string" },
+                self.place(shape),
+            ] }),
             ValueForm::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             ValueForm::Table(shape) => return self.table(shape),
             ValueForm::Tables(shape) => json!({ "type": "array", "items": self.place(shape) }),
@@ -186,7 +190,10 @@ mod tests {
             if let KeyLimit::Schema(piece) = key.limit {
                 found.push(piece);
             }
-            if let ValueForm::Table(below) | ValueForm::Tables(below) = form {
+            if let ValueForm::Table(below)
+            | ValueForm::Tables(below)
+            | ValueForm::TextOrTable(below) = form
+            {
                 pieces(below, found);
             }
         }

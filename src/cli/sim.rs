@@ -15,7 +15,7 @@ use super::watched_operands;
 use crate::calendar;
 use crate::engine::BitCell;
 use crate::isa::duration::{self, DurationError};
-use crate::isa::{Address, Bit, BitSpace, DeviceId, Health};
+use crate::isa::{Bit, DeviceId, Health};
 use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
@@ -149,7 +149,7 @@ fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stim
     let bytes = load::read_bytes(path).with_context(|| name.to_string())?;
     let Ok(text) = String::from_utf8(bytes) else { bail!("{name}: the file is not UTF-8 text") };
     let scope = Scope::of(program);
-    let lookup = |operand: &str| target(&scope, symbols, operand);
+    let lookup = |operand: &str| StimulusTarget::at(scope.address(operand)?, operand, symbols);
     let stimulus = Stimulus::parse(&text, &lookup)
         .map_err(|error| anyhow::anyhow!("{name}:{}: {}", error.line, error.message))?;
     if let Some(beyond) = stimulus.beyond(scans(args)) {
@@ -162,26 +162,4 @@ fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stim
 fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
     let ids = (0..program.devices.len() as u32).map(DeviceId);
     ids.map(|id| symbols.layout.bit(Bit::Device(id, Health::Ok))).collect()
-}
-
-/// The target of a stimulus's operand, or the reason why it cannot be written from outside.
-fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<StimulusTarget, String> {
-    let layout = &symbols.layout;
-    match scope.address(operand)? {
-        Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
-        Address::Bit(bit) if bit.writable_from_outside() => {
-            Ok(StimulusTarget::Bit(layout.bit(bit)))
-        }
-        Address::Bit(bit @ Bit::Device(..)) => Ok(StimulusTarget::Bit(layout.bit(bit))),
-        Address::Word(word) if word.writable() => {
-            Ok(StimulusTarget::word(word, layout.word(word), symbols.limits(word)))
-        }
-        Address::Structure(structure) => Err(format!(
-            "`{operand}` is a structure: name a member, as `{operand}.{}`",
-            structure.members().last().filter(|m| **m == "ACC").unwrap_or(&"Acc")
-        )),
-        Address::Bit(_) | Address::Word(_) => {
-            Err(format!("`{operand}` is read-only: nothing outside can write it"))
-        }
-    }
 }

@@ -6,6 +6,7 @@
 //! (`io::NAME::settings`). Does no I/O: only run time shows whether a port is free or a priority
 //! is granted.
 
+pub(crate) mod bench;
 mod claims;
 pub mod device;
 mod doubts;

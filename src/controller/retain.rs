@@ -2,7 +2,7 @@
 //! time shows whether the file can be made.
 
 use crate::source::finding::{Code, Finding};
-use crate::source::key::{LEAST_1MS, key};
+use crate::source::key::{Key, LEAST_1MS, key};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{FileId, Located, Span};
 
@@ -54,10 +54,27 @@ pub(crate) struct Retention {
 /// Reads `[retain]` where it is.
 pub(super) fn read_in(root: &mut Table<'_>, file: FileId) -> WrittenRetain {
     let table = root.table(key("retain", "Memory that a restart keeps."), "`[retain]`");
-    table.map_or_else(|| WrittenRetain::absent(file), |table| read(table, file))
+    table.map_or_else(|| WrittenRetain::absent(file), |table| read(table, file, FILE))
 }
 
-fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
+/// Reads `[retain]` of a test, whose memory has no file.
+pub(super) fn read_in_test(root: &mut Table<'_>, file: FileId) -> WrittenRetain {
+    let table = root.table(key("retain", "Memory that a restart keeps."), "`[retain]`");
+    let Some(table) = table else { return WrittenRetain::absent(file) };
+    let doc = table.doc();
+    let mut retain = read(table, file, FILE.refused());
+    if let Some(name) = retain.file.take() {
+        let message = "the retentive memory of a test has no file";
+        let finding = Finding::new(Code::TestFile, name.span, message);
+        doc.find(finding.help("take `file` away: a test keeps its memory to itself"));
+    }
+    retain
+}
+
+const FILE: Key =
+    key("file", "The file; if not given, in systemd's state folder, or beside this file.");
+
+fn read(mut table: Table<'_>, file: FileId, memory: Key) -> WrittenRetain {
     let absent = WrittenRetain::absent(file);
     let ranges = table.strings(key("ranges", "Data and structures: `CT8..CT15`, `D100..D199`."));
     let tags = table.strings(key("tags", "Tags: `shift`, `total_*`; `*` is any part of a name."));
@@ -65,10 +82,7 @@ fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
     let retain = WrittenRetain {
         ranges: ranges.map_or(Vec::new(), |texts| texts.value),
         tags: tags.map_or(Vec::new(), |texts| texts.value),
-        file: table.string(key(
-            "file",
-            "The file; if not given, in systemd's state folder, or beside this file.",
-        )),
+        file: table.string(memory),
         interval_ms: table
             .duration(
                 key(

@@ -80,6 +80,12 @@ pub fn read(source: &str, file: FileId) -> (Option<WrittenController>, Vec<Findi
     reader::document(source, file, |root| read_root(root, file))
 }
 
+/// The settings of a controller file that says nothing.
+pub(super) fn defaults(file: FileId) -> WrittenController {
+    let (written, _) = reader::document("", file, |root| read_root(root, file));
+    written.expect("an empty text is TOML")
+}
+
 /// The keys of a controller file.
 pub fn shape() -> Shape {
     reader::shape(|root| drop(read_root(root, FileId(0))))

@@ -267,6 +267,15 @@ impl Bit {
     pub fn writable_from_outside(self) -> bool {
         self.writable_by_ladder() || matches!(self, Bit::Flag(Structure::Sensaphone(_), _))
     }
+
+    /// Whether it may be forced: flags of structures and the bits of devices too, but no status.
+    pub(crate) fn forcible(self) -> bool {
+        match self {
+            Bit::Space(space, _) => space != BitSpace::St,
+            Bit::Flag(..) | Bit::Device(..) => true,
+            Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) => false,
+        }
+    }
 }
 
 impl Word {

@@ -5,6 +5,7 @@
 //! A mistake *in* a file is a finding. A ladder file that cannot be read is a finding too, at its
 //! name in the controller file. A file that the caller names and that cannot be read is a failure.
 
+pub(crate) mod bench;
 #[cfg(test)]
 mod ended;
 mod files;
@@ -134,6 +135,10 @@ fn controller(input: &InputFile, progress: &Progress) -> Loaded {
     let mut loaded = Loaded { progress: progress.clone(), ..Loaded::default() };
     let path = &input.path;
     let id = loaded.add(path.display().to_string(), &input.bytes);
+    if let Some(finding) = file_kind::of_test(&loaded.files[0].text, id, "a controller file") {
+        loaded.findings.push(finding);
+        return loaded;
+    }
     if let Some(place) = file_kind::ladder_place(&loaded.files[0].text, id) {
         let finding =
             Finding::new(Code::Controller, place, "this is a ladder file, not a controller file");
@@ -151,7 +156,7 @@ fn controller(input: &InputFile, progress: &Progress) -> Loaded {
     let Some(written) = written else { return loaded };
     loaded.findings.extend(own_files::findings(path, &written));
     let first = loaded.files.len();
-    if loaded.named_files(path, &written.ladder) {
+    if loaded.named_files((path, "controller file"), &written.ladder) {
         loaded.controlled(&written, first);
     }
     loaded.settings(&written);
@@ -206,8 +211,8 @@ impl Loaded {
         id
     }
 
-    /// Reads the ladder files that a controller file names; true if all could be read.
-    fn named_files(&mut self, controller: &Path, names: &[Text]) -> bool {
+    /// Reads the ladder files that a file of this kind names; true if all could be read.
+    fn named_files(&mut self, (naming, kind): (&Path, &str), names: &[Text]) -> bool {
         let mut seen: HashMap<PathBuf, Span> = HashMap::new();
         let mut whole = true;
         for name in names {
@@ -219,7 +224,7 @@ impl Loaded {
                 whole &= self.add_library(name, text, &mut seen);
                 continue;
             }
-            let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
+            let path = naming.parent().unwrap_or(Path::new("")).join(&name.text);
             self.progress.begin(Step::Reading(path.display().to_string()));
             let real = files::identity(&path);
             if let Some(first) = seen.get(&real) {
@@ -239,11 +244,12 @@ impl Loaded {
                     let message = format!("cannot read `{}`: {error}", path.display());
                     let finding = Finding::new(Code::Controller, name.span, message);
                     let help = if error.kind() == ErrorKind::InvalidInput {
-                        "name a ladder file"
+                        "name a ladder file".to_owned()
                     } else if error.kind() == ErrorKind::PermissionDenied {
                         "give the user that runs rungd the right to read it and its folders"
+                            .to_owned()
                     } else {
-                        "paths are relative to the controller file"
+                        format!("paths are relative to the {kind}")
                     };
                     self.findings.push(finding.help(help));
                     whole = false;

@@ -47,9 +47,8 @@ impl Variable {
     /// It may not; the refusal says why.
     pub fn may_force(&self) -> Result<(), Refusal> {
         let forcible = match self.what {
-            Address::Bit(Bit::Space(space, _)) => space != BitSpace::St,
-            Address::Bit(Bit::Flag(..) | Bit::Device(..)) => true,
-            Address::Bit(_) | Address::Structure(_) => false,
+            Address::Bit(bit) => bit.forcible(),
+            Address::Structure(_) => false,
             Address::Word(word) => word.writable(),
         };
         if forcible { Ok(()) } else { Err(read_only(self, "forced")) }

@@ -41,7 +41,7 @@ impl Resolver<'_> {
     }
 
     /// Resolves a bit.
-    fn bit(&mut self, name: &str, span: Span) -> Option<Contact> {
+    pub(super) fn bit(&mut self, name: &str, span: Span) -> Option<Contact> {
         let thing = self.look_up(name, span)?;
         let help = match thing {
             Thing::Address(address @ Address::Bit(bit)) => {

@@ -8,6 +8,7 @@
 pub(crate) mod array;
 mod array_actions;
 mod array_tags;
+pub(crate) mod condition;
 mod contact;
 mod declare;
 pub(crate) mod formula;

@@ -9,7 +9,8 @@ use std::fmt::Display;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::real::RealError;
-use crate::isa::{Address, MemorySizes, Real, Word, address_text, duration};
+use crate::isa::{Address, Bit, BitSpace, MemorySizes, Real, Word, address_text, duration};
+use crate::lower::Symbols;
 
 /// One change of an input, or one queued write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +37,35 @@ pub enum StimulusTarget {
 }
 
 impl StimulusTarget {
+    /// The target of an operand that lies at an address.
+    ///
+    /// # Errors
+    /// The reason why it cannot be written from outside.
+    pub(crate) fn at(
+        address: Address,
+        operand: &str,
+        symbols: &Symbols,
+    ) -> Result<StimulusTarget, String> {
+        let layout = &symbols.layout;
+        match address {
+            Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
+            Address::Bit(bit) if bit.writable_from_outside() => {
+                Ok(StimulusTarget::Bit(layout.bit(bit)))
+            }
+            Address::Bit(bit @ Bit::Device(..)) => Ok(StimulusTarget::Bit(layout.bit(bit))),
+            Address::Word(word) if word.writable() => {
+                Ok(StimulusTarget::word(word, layout.word(word), symbols.limits(word)))
+            }
+            Address::Structure(structure) => Err(format!(
+                "`{operand}` is a structure: name a member, as `{operand}.{}`",
+                structure.members().last().filter(|m| **m == "ACC").unwrap_or(&"Acc")
+            )),
+            Address::Bit(_) | Address::Word(_) => {
+                Err(format!("`{operand}` is read-only: nothing outside can write it"))
+            }
+        }
+    }
+
     /// The target of a word with these limits, which are contents of its cell.
     pub fn word(word: Word, cell: WordCell, (min, max): (i32, i32)) -> StimulusTarget {
         match word.is_real() {

@@ -141,7 +141,7 @@ fn no_number(word: &str, span: Span) -> Finding {
 }
 
 /// The finding for a text that is not a duration.
-pub(super) fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
+pub(crate) fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
     let (message, help) = match error {
         DurationError::Form if ["us", "µs", "ns"].iter().any(|unit| text.ends_with(unit)) => (
             format!("`{text}` is not a duration"),

@@ -11,21 +11,22 @@ use super::span::{Located, Span};
 
 /// A boolean over bits, edges and compares.
 ///
-/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any.
+/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any. `V` is what
+/// a compare compares: in a ladder names and constants, in a test also sums of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Contact {
+pub enum Contact<V = Atom> {
     /// A bit, by its name.
     Bit(Located<String>),
     /// `!`.
-    Not(Box<Contact>, Span),
+    Not(Box<Contact<V>>, Span),
     /// `&`: two or more.
-    All(Vec<Contact>, Span),
+    All(Vec<Contact<V>>, Span),
     /// `|`: two or more.
-    Any(Vec<Contact>, Span),
+    Any(Vec<Contact<V>>, Span),
     /// `rise(…)`, `fall(…)` of any contacts.
-    Edge(Edge, Box<Contact>, Span),
+    Edge(Edge, Box<Contact<V>>, Span),
     /// A compare of two values.
-    Compare(Atom, Comparison, Atom, Span),
+    Compare(V, Comparison, V, Span),
 }
 
 /// The edge that a contact sees.
@@ -84,7 +85,7 @@ impl Comparison {
     }
 }
 
-impl Contact {
+impl<V> Contact<V> {
     /// Its place.
     pub fn span(&self) -> Span {
         match self {
@@ -98,7 +99,7 @@ impl Contact {
     }
 }
 
-impl fmt::Display for Contact {
+impl<V: fmt::Display> fmt::Display for Contact<V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Contact::Bit(name) => f.write_str(&name.value),
@@ -111,7 +112,11 @@ impl fmt::Display for Contact {
     }
 }
 
-fn series(f: &mut fmt::Formatter<'_>, items: &[Contact], sign: &str) -> fmt::Result {
+fn series<V: fmt::Display>(
+    f: &mut fmt::Formatter<'_>,
+    items: &[Contact<V>],
+    sign: &str,
+) -> fmt::Result {
     for (at, item) in items.iter().enumerate() {
         if at > 0 {
             f.write_str(sign)?;
@@ -128,9 +133,9 @@ fn series(f: &mut fmt::Formatter<'_>, items: &[Contact], sign: &str) -> fmt::Res
 }
 
 /// A contact, in parentheses unless it is a bit or an edge.
-struct Grouped<'a>(&'a Contact);
+struct Grouped<'a, V>(&'a Contact<V>);
 
-impl fmt::Display for Grouped<'_> {
+impl<V: fmt::Display> fmt::Display for Grouped<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Contact::Bit(_) | Contact::Edge(..) | Contact::Not(..) => self.0.fmt(f),

@@ -4,6 +4,7 @@
 use super::atom::Atom;
 use super::contact::Comparison;
 use super::contact_habits::stray;
+use super::contact_sum::{self, SumSign};
 use super::finding::{Code, Finding};
 use super::span::Span;
 
@@ -17,16 +18,24 @@ pub(super) enum Token {
     Open,
     Close,
     Compare(Comparison),
+    /// A sign of a sum; in tests only.
+    Sign(SumSign),
 }
 
 /// The result of reading, or the first mistake.
 pub(super) type Parsed<T> = Result<T, Finding>;
 
-/// All tokens of a text, each with its place; `span` is the place of the whole text.
-pub(super) fn lex(text: &str, span: Span) -> Parsed<Vec<(Token, Span)>> {
-    split(text, span, |rest, first, at| match sign(rest) {
-        Some(found) => Ok(found),
-        None => atom(text, first, at, span),
+/// All tokens of a text, each with its place; `span` is the place of the whole text. With
+/// `has_sums` also the signs of sums.
+pub(super) fn lex(text: &str, span: Span, has_sums: bool) -> Parsed<Vec<(Token, Span)>> {
+    split(text, span, |rest, first, at| {
+        if has_sums && let Some(found) = contact_sum::sign(text, at, span) {
+            return found.map(|(sign, length)| (Token::Sign(sign), length));
+        }
+        match sign(rest) {
+            Some(found) => Ok(found),
+            None => atom(text, first, at, span),
+        }
     })
 }
 

@@ -1,31 +1,48 @@
 //! The grammar of contacts: a Pratt parser over the tokens of one string.
 //!
-//! Called by `ladder`. `!` binds tighter than `&`, and `&` tighter than `|`; the operands
+//! Called by `ladder`, and by `testing` for conditions, whose compares may have sums
+//! (`contact_sum`). `!` binds tighter than `&`, and `&` tighter than `|`; the operands
 //! of a compare are values, not contacts. Nesting is limited, so that no input can exhaust the
 //! stack.
 
 use super::atom::{Atom, AtomKind};
-use super::contact::{Comparison, Contact, Edge};
+use super::contact::{Contact, Edge};
 use super::contact_habits::{called, computed, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
+use super::contact_sum::{self, Compared, SIGNS_ALONE, Sum};
 use super::finding::{Code, Finding};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
 use crate::isa::dialects;
 
 /// Maximum nesting depth of parentheses and `!`.
-const DEPTH_MAX: u32 = 32;
+pub(super) const DEPTH_MAX: u32 = 32;
 
 /// Parses one string of a leg's array; `span` is the place of its first byte to its last.
 ///
 /// # Errors
 /// The first mistake in it, with its exact place.
 pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
-    let tokens = lex(text, span)?;
-    let mut parser = Parser { text, span, tokens, at: 0 };
+    parse_as(text, span)
+}
+
+/// Parses a condition of a test: contacts, with sums in compares.
+///
+/// # Errors
+/// The first mistake in it, with its exact place.
+pub(crate) fn parse_condition(text: &str, span: Span) -> Result<Contact<Sum>, Finding> {
+    parse_as(text, span)
+}
+
+fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>, Finding> {
+    let tokens = lex(text, span, V::HAS_SUMS)?;
+    let mut parser = Parser { text, span, tokens, at: 0, has_sums: V::HAS_SUMS };
     if parser.tokens.is_empty() {
         let finding = Finding::new(Code::ContactSyntax, span, "an empty contact");
-        return Err(finding.help("take it away; a leg that is always ON is [\"$On\"]"));
+        return Err(finding.help(match V::HAS_SUMS {
+            true => "a contact is a bit, a compare or an edge: `X0`, `D0 > 3`, `rise(X0)`",
+            false => "take it away; a leg that is always ON is [\"$On\"]",
+        }));
     }
     let contact = parser.expression(BindingPower::Or, 0)?;
     match parser.peek() {
@@ -42,25 +59,27 @@ enum BindingPower {
     Not,
 }
 
-struct Parser<'a> {
-    text: &'a str,
-    span: Span,
-    tokens: Vec<(Token, Span)>,
-    at: usize,
+/// The tokens of a string, and the place of the next one.
+pub(super) struct Parser<'a> {
+    pub(super) text: &'a str,
+    pub(super) span: Span,
+    pub(super) tokens: Vec<(Token, Span)>,
+    pub(super) at: usize,
+    has_sums: bool,
 }
 
 impl Parser<'_> {
-    fn peek(&self) -> Option<(&Token, Span)> {
+    pub(super) fn peek(&self) -> Option<(&Token, Span)> {
         self.tokens.get(self.at).map(|(token, span)| (token, *span))
     }
 
-    fn next(&mut self) -> Option<(Token, Span)> {
+    pub(super) fn next(&mut self) -> Option<(Token, Span)> {
         let token = self.tokens.get(self.at).cloned();
         self.at += usize::from(token.is_some());
         token
     }
 
-    fn take(&mut self, wanted: &Token) -> Option<Span> {
+    pub(super) fn take(&mut self, wanted: &Token) -> Option<Span> {
         let (token, span) = self.peek()?;
         if token != wanted {
             return None;
@@ -70,11 +89,11 @@ impl Parser<'_> {
     }
 
     /// The place after the last byte.
-    fn end(&self) -> Span {
+    pub(super) fn end(&self) -> Span {
         Span { start: self.span.end, ..self.span }
     }
 
-    fn expression(&mut self, least: BindingPower, depth: u32) -> Parsed<Contact> {
+    fn expression<V: Compared>(&mut self, least: BindingPower, depth: u32) -> Parsed<Contact<V>> {
         let mut left = self.operand(depth)?;
         let mut open = None;
         while let Some(power) = self.infix().filter(|power| *power >= least) {
@@ -92,12 +111,17 @@ impl Parser<'_> {
         match self.peek()?.0 {
             Token::And => Some(BindingPower::And),
             Token::Or => Some(BindingPower::Or),
-            Token::Atom(_) | Token::Not | Token::Open | Token::Close | Token::Compare(_) => None,
+            Token::Atom(_)
+            | Token::Not
+            | Token::Open
+            | Token::Close
+            | Token::Compare(_)
+            | Token::Sign(_) => None,
         }
     }
 
     /// `one` of the grammar: `!` one, parentheses, an edge, a compare or a bit.
-    fn operand(&mut self, depth: u32) -> Parsed<Contact> {
+    fn operand<V: Compared>(&mut self, depth: u32) -> Parsed<Contact<V>> {
         let Some((token, span)) = self.next() else {
             return Err(self.error(self.end(), "a contact is missing here"));
         };
@@ -105,6 +129,11 @@ impl Parser<'_> {
             let message = format!("more than {DEPTH_MAX} levels of parentheses and `!`");
             let finding = Finding::new(Code::ContactSyntax, span, message);
             return Err(finding.help("give parts of it bits of their own, with OUT"));
+        }
+        if V::HAS_SUMS && self.begins_sum() {
+            self.at -= 1;
+            let left = V::read(self, depth)?;
+            return self.compared(left, depth);
         }
         match token {
             Token::Not => self.negation(span, depth),
@@ -115,13 +144,14 @@ impl Parser<'_> {
                 Err(self.error(span, message))
             }
             Token::Close => Err(self.error(span, "`)` closes nothing, or closes it too early")),
+            Token::Sign(_) => Err(self.no_value(Some((token, span)))),
             Token::And | Token::Or => Err(self
                 .error(span, "a contact is missing before this")
                 .help("a contact stands on each side of it: `X0 & X1`")),
         }
     }
 
-    fn negation(&mut self, span: Span, depth: u32) -> Parsed<Contact> {
+    fn negation<V: Compared>(&mut self, span: Span, depth: u32) -> Parsed<Contact<V>> {
         // `!D0 == 3` would read as "not D0, equals 3".
         if let [(Token::Atom(a), _), (Token::Compare(sign), _), (Token::Atom(b), end), ..] =
             &self.tokens[self.at..]
@@ -137,12 +167,20 @@ impl Parser<'_> {
                 .label(format!("this would compare `!{a}`"))
                 .help(format!("write `!({a} {written} {b})`, or `{a} {negated} {b}`")));
         }
+        let begin = self.at;
         let inner = self.operand(depth + 1)?;
         let whole = span.to(inner.span());
+        // `!D0 + 1 == 3` would read alike; a compare in parentheses begins behind its own.
+        if let Contact::Compare(..) = inner
+            && self.tokens.get(begin).is_some_and(|(_, first)| first.start == inner.span().start)
+        {
+            let finding = self.error(whole, "`!` binds tighter than a compare");
+            return Err(finding.help(format!("write `!({inner})`")));
+        }
         Ok(Contact::Not(Box::new(inner), whole))
     }
 
-    fn group(&mut self, open: Span, depth: u32) -> Parsed<Contact> {
+    fn group<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<Contact<V>> {
         let (mut inner, close) = self.closed(open, depth)?;
         if let Contact::Not(_, span) | Contact::All(_, span) | Contact::Any(_, span) = &mut inner {
             *span = open.to(close);
@@ -151,29 +189,32 @@ impl Parser<'_> {
     }
 
     /// Contacts and the parenthesis that closes them, and its place.
-    fn closed(&mut self, open: Span, depth: u32) -> Parsed<(Contact, Span)> {
+    fn closed<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<(Contact<V>, Span)> {
         let inner = self.expression(BindingPower::Or, depth + 1)?;
-        let Some(close) = self.take(&Token::Close) else {
-            let finding = match self.peek() {
-                Some((token, place)) => self.left_over(&token.clone(), place),
-                None => self.error(self.end(), "`)` is missing"),
-            };
-            return Err(finding.related(open, "opened here"));
-        };
-        Ok((inner, close))
+        Ok((inner, self.close(open)?))
     }
 
-    fn atom(&mut self, atom: Atom, depth: u32) -> Parsed<Contact> {
+    /// The parenthesis that closes another one.
+    pub(super) fn close(&mut self, open: Span) -> Parsed<Span> {
+        if let Some(close) = self.take(&Token::Close) {
+            return Ok(close);
+        }
+        let finding = match self.peek() {
+            Some((token, place)) => self.left_over(&token.clone(), place),
+            None => self.error(self.end(), "`)` is missing"),
+        };
+        Err(finding.related(open, "opened here"))
+    }
+
+    fn atom<V: Compared>(&mut self, atom: Atom, depth: u32) -> Parsed<Contact<V>> {
         if let Some((Token::Open, _)) = self.peek()
             && let Some(name) = atom.name()
         {
             let name = name.to_owned();
             return self.edge(&name, atom.span, depth);
         }
-        if let Some((Token::Compare(comparison), sign)) = self.peek() {
-            let comparison = *comparison;
-            self.at += 1;
-            return self.compare(atom, comparison, sign);
+        if let Some((Token::Compare(_), _)) = self.peek() {
+            return self.compared(V::from(atom), depth);
         }
         match atom.kind {
             AtomKind::Name(value) => Ok(Contact::Bit(Located { value, span: atom.span })),
@@ -185,7 +226,7 @@ impl Parser<'_> {
         }
     }
 
-    fn edge(&mut self, word: &str, span: Span, depth: u32) -> Parsed<Contact> {
+    fn edge<V: Compared>(&mut self, word: &str, span: Span, depth: u32) -> Parsed<Contact<V>> {
         let edge = match word {
             "rise" => Edge::Rise,
             "fall" => Edge::Fall,
@@ -193,7 +234,7 @@ impl Parser<'_> {
                 let message = format!("`{word}` cannot have parentheses after it");
                 let finding = Finding::new(Code::ContactSyntax, span, message);
                 if let Some(help) = called(self.text, (span.start - self.span.start) as usize) {
-                    return Err(finding.help(help));
+                    return Err(finding.help(if V::HAS_SUMS { SIGNS_ALONE } else { &help }));
                 }
                 return Err(finding.help(match word.to_ascii_lowercase().as_str() {
                     "rise" => "write `rise(…)`".to_owned(),
@@ -214,15 +255,21 @@ impl Parser<'_> {
         Ok(Contact::Edge(edge, Box::new(inner), span.to(close)))
     }
 
-    fn compare(&mut self, left: Atom, comparison: Comparison, sign: Span) -> Parsed<Contact> {
-        let right = match self.next() {
-            Some((Token::Atom(atom), _)) => atom,
-            found => {
-                let place = found.map_or(sign, |(_, place)| place);
-                let message = format!("a value is missing after `{}`", comparison.sign());
-                return Err(self.error(place, message));
-            }
+    /// The compare of a value, which was read, with the value behind the sign.
+    fn compared<V: Compared>(&mut self, left: V, depth: u32) -> Parsed<Contact<V>> {
+        let Some((Token::Compare(comparison), sign)) = self.peek() else {
+            let message = format!("`{left}` is a number, not a contact");
+            let finding = Finding::new(Code::ContactSyntax, left.span(), message);
+            return Err(finding.help(format!("compare it with something: `{left} > 0`")));
         };
+        let comparison = *comparison;
+        self.at += 1;
+        if !self.begins_value::<V>() {
+            let place = self.peek().map_or(sign, |(_, place)| place);
+            let message = format!("a value is missing after `{}`", comparison.sign());
+            return Err(self.error(place, message));
+        }
+        let right = V::read(self, depth)?;
         if let Some((Token::Compare(second), place)) = self.peek() {
             let finding = Finding::new(Code::ContactSyntax, place, "two compares in a row");
             let third = match self.tokens.get(self.at + 1) {
@@ -233,8 +280,18 @@ impl Parser<'_> {
             return Err(finding
                 .help(format!("join them: `{left} {first} {right} & {right} {second} {third}`")));
         }
-        let span = left.span.to(right.span);
+        let span = left.span().to(right.span());
         Ok(Contact::Compare(left, comparison, right, span))
+    }
+
+    /// Whether a value may begin with the next token.
+    fn begins_value<V: Compared>(&self) -> bool {
+        match self.peek() {
+            Some((Token::Atom(_), _)) => true,
+            Some((Token::Open | Token::Sign(_), _)) => V::HAS_SUMS,
+            Some((Token::Not | Token::And | Token::Or | Token::Close | Token::Compare(_), _))
+            | None => false,
+        }
     }
 
     /// A word of another notation (instead of a sign), at a place or just before it.
@@ -255,19 +312,22 @@ impl Parser<'_> {
         })
     }
 
-    fn error(&self, place: Span, message: impl Into<String>) -> Finding {
+    pub(super) fn error(&self, place: Span, message: impl Into<String>) -> Finding {
         Finding::new(Code::ContactSyntax, place, message)
     }
 
     /// The finding for a token that follows a complete contact.
-    fn left_over(&self, token: &Token, place: Span) -> Finding {
+    pub(super) fn left_over(&self, token: &Token, place: Span) -> Finding {
         let at = (place.start - self.span.start) as usize;
         let (before, behind) = self.text.split_at(at);
         match token {
             Token::Atom(Atom { kind: AtomKind::Integer(_) | AtomKind::Real(_), .. })
                 if behind.starts_with('-') =>
             {
-                self.error(place, "`-` in a contact").help(computed(self.text, at))
+                match self.has_sums {
+                    true => contact_sum::no_spaces(self.text, at, self.span),
+                    false => self.error(place, "`-` in a contact").help(computed(self.text, at)),
+                }
             }
             Token::Atom(_) | Token::Not | Token::Open => {
                 let (before, behind) = (before.trim(), behind.trim());
@@ -290,6 +350,9 @@ impl Parser<'_> {
                 self.error(place, "`&` or `|` is missing before this").help(help)
             }
             Token::Close => self.error(place, "`)` closes nothing"),
+            Token::Sign(_) => self
+                .error(place, "a sum stands in a compare")
+                .help("compare it with something: `D0 + 1 > 3`"),
             Token::Compare(_) => self
                 .error(place, "a compare stands between two values")
                 .help("values are words and constants, not contacts: `D0 == 3`"),
@@ -301,7 +364,7 @@ impl Parser<'_> {
 }
 
 /// `left op right`. With `grow`, `right` is appended to `left`, a series of the same operator.
-fn join(left: Contact, power: BindingPower, right: Contact, grow: bool) -> Contact {
+fn join<V>(left: Contact<V>, power: BindingPower, right: Contact<V>, grow: bool) -> Contact<V> {
     let span = left.span().to(right.span());
     let items = match left {
         Contact::All(mut items, _) | Contact::Any(mut items, _) if grow => {

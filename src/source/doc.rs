@@ -13,6 +13,9 @@ use super::finding::{Code, Finding};
 use super::span::{FileId, Span};
 use crate::progress::Progress;
 
+/// The most bytes of the text of contacts, of an instruction or of a step.
+const TEXT_BYTES_MAX: usize = 64 * 1024;
+
 /// A file being read: its text, and the list for its findings.
 #[derive(Clone, Copy)]
 pub struct Doc<'a> {
@@ -73,6 +76,22 @@ impl<'a> Doc<'a> {
     /// The length of the file, in bytes.
     pub fn len(&self) -> usize {
         self.source.len()
+    }
+
+    /// Whether a text is short enough for its parts, and whether the file holds it byte by byte (no
+    /// escapes); only then does each part have a place. Otherwise adds a finding.
+    pub(crate) fn is_plain(&self, text: &Text, code: Code, one: &str) -> bool {
+        if text.text.len() > TEXT_BYTES_MAX {
+            let message = format!("a string of more than {TEXT_BYTES_MAX} bytes");
+            let finding = Finding::new(code, text.span, message);
+            self.find(finding.help(format!("write several strings in the array: {one} each")));
+            return false;
+        }
+        if !text.exact {
+            let finding = Finding::new(code, text.span, "a string with `\\` or several lines");
+            self.find(finding.help("nothing here needs an escape: write it plainly, on one line"));
+        }
+        text.exact
     }
 
     /// Whether the file is empty.

@@ -1,7 +1,8 @@
-//! Tells ladder files and controller files apart, by the tables in the text.
+//! Tells ladder files, controller files and test files apart, by the tables in the text.
 //!
 //! Called before the reader of either kind is chosen. It does not check keys; the readers do.
 
+use super::finding::{Code, Finding};
 use super::reader::{self, Table};
 use super::span::{FileId, Span};
 
@@ -23,6 +24,24 @@ pub(crate) fn ladder_place(source: &str, file: FileId) -> Option<Span> {
         keys.chain(head).min_by_key(|span| span.start).filter(|_| !names_files)
     };
     reader::document(source, file, place).0.flatten()
+}
+
+/// The finding about a test file where another kind of file is wanted; `None` if it is no test
+/// file.
+pub(crate) fn of_test(source: &str, file: FileId, wanted: &str) -> Option<Finding> {
+    reader::document(source, file, |root| of_test_root(&root, wanted)).0.flatten()
+}
+
+/// As [`of_test`].
+pub(super) fn of_test_root(root: &Table<'_>, wanted: &str) -> Option<Finding> {
+    let is_ladder = ["program", "task", "tags", "template"].iter().any(|key| root.has(key));
+    let keys = ["always", "scenario", "random", "prove"];
+    let place = keys.iter().filter_map(|key| root.key_span(key)).min_by_key(|span| span.start)?;
+    if is_ladder || root.has_table("ladder") {
+        return None;
+    }
+    let finding = Finding::new(Code::TestFile, place, format!("this is a test file, not {wanted}"));
+    Some(finding.help("`rungd test` runs it, and says its mistakes"))
 }
 
 /// Whether `ladder` is not a table, or the file has tables of a controller file and none of a

@@ -228,6 +228,9 @@ findings! {
     RetainRange "retain-range" Error "A retained range is not data or structures.";
     NoMain "no-main" Error "A program has a block `Main`.";
     Controller "controller" Error "A controller file asks for something that cannot be.";
+    TestFile "test-file" Error "A test file asks for something that cannot be.";
+    TestStep "test-step" Error
+        "A step of a test has the wrong form, or asks for something that cannot be.";
     // warnings
     OutElsewhere "out-elsewhere" Warning "Two OUTs in different places drive one bit.";
     OutLostOnJumpBack "out-lost-on-jump-back" Warning
@@ -270,6 +273,7 @@ findings! {
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
     UnusedTemplate "unused-template" Warning "Nothing uses this template.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";
+    TestEmpty "test-empty" Warning "A test file, or a scenario of it, tests nothing.";
 }
 
 impl Code {

@@ -10,6 +10,7 @@ pub(crate) mod contact;
 mod contact_habits;
 mod contact_lexer;
 pub mod contact_parser;
+pub(crate) mod contact_sum;
 #[cfg(test)]
 mod contact_tests;
 mod doc;

@@ -12,7 +12,7 @@ use super::finding::{Code, Finding};
 use super::room::Room;
 use super::shape::Shape;
 use super::span::{FileId, Span};
-pub use super::table::{Constant, NamedTable, Table};
+pub use super::table::{Constant, NamedTable, Table, TextOrTable};
 use super::{headers, strict};
 
 /// Size limit of a file: places are 32-bit.

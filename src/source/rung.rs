@@ -261,7 +261,7 @@ fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
     }
     let mut contacts = Vec::new();
     for text in &texts.value {
-        if !plain(table, text, Code::ContactSyntax) {
+        if !table.doc().is_plain(text, Code::ContactSyntax, "a contact or instruction") {
             continue;
         }
         match contact_parser::parse(&text.text, text.span) {
@@ -281,31 +281,10 @@ fn read_body(table: &mut Table<'_>, body: Key) -> Vec<Instruction> {
     let mut body = Vec::new();
     let mut findings = Vec::new();
     for text in &texts.value {
-        if plain(table, text, Code::InstructionSyntax) {
+        if table.doc().is_plain(text, Code::InstructionSyntax, "a contact or instruction") {
             body.extend(instruction::parse(&text.text, text.span, &mut findings));
         }
     }
     findings.into_iter().for_each(|finding| table.find(finding));
     body
-}
-
-/// The most bytes of a contact's or an instruction's text.
-const TEXT_BYTES_MAX: usize = 64 * 1024;
-
-/// Whether the text is short enough for its parts, and whether the file holds it byte by byte (no
-/// escapes); only then does each part have a place. Otherwise adds a finding.
-fn plain(table: &Table<'_>, text: &Text, code: Code) -> bool {
-    if text.text.len() > TEXT_BYTES_MAX {
-        let message = format!("a string of more than {TEXT_BYTES_MAX} bytes");
-        let finding = Finding::new(code, text.span, message);
-        table.find(
-            finding.help("write several strings in the array: a contact or instruction each"),
-        );
-        return false;
-    }
-    if !text.exact {
-        let finding = Finding::new(code, text.span, "a string with `\\` or several lines");
-        table.find(finding.help("nothing here needs an escape: write it plainly, on one line"));
-    }
-    text.exact
 }

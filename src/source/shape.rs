@@ -53,6 +53,8 @@ pub enum ValueForm {
     Texts,
     /// A string, or an array of strings.
     TextOrTexts,
+    /// A string, or a table.
+    TextOrTable(Shape),
     /// A table.
     Table(Shape),
     /// An array of tables.

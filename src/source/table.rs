@@ -8,6 +8,8 @@
 
 mod entries;
 
+pub use entries::TextOrTable;
+
 use std::ops::Range;
 
 use toml::Spanned;

@@ -1,25 +1,131 @@
 //! A condition of a test: contacts as in a ladder, with arithmetic in compares.
 //!
-//! Evaluated on an image at the end of a scan. Its form is in `docs/testing.md`.
+//! `reading` makes it of a resolved condition; `runner` evaluates it on the image at the end of a
+//! scan, where nothing is allocated and no name is looked up. Its form is in `docs/testing.md`.
 
-use crate::engine::{Cell, Image};
+use super::quantity::{ElementCells, Quantity};
+use crate::engine::{BitCell, Cell, Image, Layout};
+use crate::isa::NumberSet;
+use crate::resolve::condition::{Resolved, ResolvedCondition};
+use crate::source::contact::{Comparison, Edge};
 
 /// A condition with its operands.
 #[derive(Clone, Debug)]
 pub struct Condition {
     /// As it is written.
     pub text: String,
-    /// Its operands, each once, in the order in which they are written: name and cell.
+    /// Its operands, each once, in the order in which they are written: name and cell. Of
+    /// `recipe[step]` it is `step`; [`Condition::elements`] has the element.
     pub operands: Vec<(String, Cell)>,
     /// The number of edges in it: `rise(…)`, `fall(…)`.
     pub edges: usize,
+    /// The elements that words select, by the names that they are written with.
+    selected: Vec<(String, ElementCells)>,
+    judge: Judge,
+}
+
+/// A boolean over cells.
+#[derive(Clone, Debug)]
+enum Judge {
+    Bit(BitCell),
+    Element(ElementCells),
+    Not(Box<Judge>),
+    All(Box<[Judge]>),
+    Any(Box<[Judge]>),
+    /// An edge: its number, and what is inside.
+    Edge(Edge, usize, Box<Judge>),
+    Compare(Quantity, Comparison, Quantity),
 }
 
 impl Condition {
+    /// A condition over the cells of a program.
+    pub(super) fn new(text: &str, resolved: ResolvedCondition, layout: &Layout) -> Condition {
+        let mut seen = NumberSet::default();
+        let reads = resolved.reads.into_iter().filter(|operand| seen.insert(operand.address));
+        let operands = reads.filter_map(|operand| {
+            let cell = layout.cell(operand.address)?;
+            Some((operand.name, cell))
+        });
+        let selected = resolved.elements.into_iter();
+        let mut edges = 0;
+        let judge = Judge::of(&resolved.contact, layout, &mut edges);
+        Condition {
+            text: text.trim().to_owned(),
+            operands: operands.collect(),
+            edges,
+            selected: selected.map(|(name, of)| (name, ElementCells::of(of, layout))).collect(),
+            judge,
+        }
+    }
+
     /// Whether it is true on an image. `edges`: what was inside each edge at the end of the scan
     /// before (OFF before the first scan after a start); afterwards, what is inside now.
     pub fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
-        let _ = (image, edges);
-        false
+        self.judge.is_true(image, edges)
+    }
+
+    /// The elements that words select on an image, as `recipe[3]`; none for an index outside of
+    /// its array.
+    pub fn elements(&self, image: &Image) -> Vec<(String, Cell)> {
+        let element = |(written, of): &(String, ElementCells)| {
+            let name = written.split('[').next().unwrap_or(written);
+            let at = image.word(of.index);
+            Some((format!("{name}[{at}]"), of.cell(image)?))
+        };
+        self.selected.iter().filter_map(element).collect()
+    }
+}
+
+impl Judge {
+    fn of(resolved: &Resolved, layout: &Layout, edges: &mut usize) -> Judge {
+        let mut all = |items: &[Resolved]| -> Box<[Judge]> {
+            items.iter().map(|item| Judge::of(item, layout, edges)).collect()
+        };
+        match resolved {
+            Resolved::Bit(bit) => Judge::Bit(layout.bit(*bit)),
+            Resolved::Element(element) => Judge::Element(ElementCells::of(*element, layout)),
+            Resolved::Not(inner) => Judge::Not(Box::new(Judge::of(inner, layout, edges))),
+            Resolved::All(items) => Judge::All(all(items)),
+            Resolved::Any(items) => Judge::Any(all(items)),
+            Resolved::Edge(edge, inner) => {
+                let number = *edges;
+                *edges += 1;
+                Judge::Edge(*edge, number, Box::new(Judge::of(inner, layout, edges)))
+            }
+            Resolved::Compare(a, comparison, b) => {
+                Judge::Compare(Quantity::of(a, layout), *comparison, Quantity::of(b, layout))
+            }
+        }
+    }
+
+    /// Evaluates every part, whatever its neighbours say: edges see each scan.
+    fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
+        match self {
+            Judge::Bit(cell) => image.bit(*cell),
+            Judge::Element(element) => match element.cell(image) {
+                Some(Cell::Bit(cell)) => image.bit(cell),
+                Some(Cell::Word(_)) | None => false,
+            },
+            Judge::Not(inner) => !inner.is_true(image, edges),
+            Judge::All(items) => {
+                items.iter().fold(true, |all, item| item.is_true(image, edges) & all)
+            }
+            Judge::Any(items) => {
+                items.iter().fold(false, |any, item| item.is_true(image, edges) | any)
+            }
+            Judge::Edge(edge, number, inner) => {
+                let now = inner.is_true(image, edges);
+                let before =
+                    edges.get_mut(*number).map_or(now, |seen| std::mem::replace(seen, now));
+                match edge {
+                    Edge::Rise => now && !before,
+                    Edge::Fall => !now && before,
+                }
+            }
+            Judge::Compare(a, comparison, b) => match (a.number(image), b.number(image)) {
+                (Some(a), Some(b)) => a.compare(*comparison, b),
+                (Some(_), None) | (None, Some(_)) | (None, None) => false,
+            },
+        }
     }
 }

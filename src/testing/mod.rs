@@ -1,25 +1,38 @@
 //! Tests of ladders: test files and their scenarios in virtual time; and a test made of a
 //! recording.
 //!
-//! `cli` hands over paths of test files, or sections of a recording. No clock.
+//! `cli` hands over paths of test files, or sections of a recording. `reading` makes a [`Suite`] of
+//! a file; `runner` runs it; `mutation` asks how good it is. No clock.
 
 mod condition;
 mod coverage;
 mod failure;
 mod formats;
+mod given;
 mod happened;
 mod history;
 mod mutants;
 mod mutation;
+mod names;
 mod pasted;
 mod player;
+mod programs;
+mod quantity;
+mod random;
 mod random_run;
+mod reading;
+#[cfg(test)]
+mod reading_tests;
 mod report;
 mod runner;
 mod scenario;
 mod shrink;
+mod step_text;
+mod step_words;
+mod steps;
 mod suite;
 mod traced;
+mod written;
 
 pub use condition::Condition;
 pub use coverage::Coverage;
@@ -27,6 +40,7 @@ pub use failure::{Failure, SeenChange, SeenOperand};
 pub use formats::{FileVerdicts, json, junit};
 pub use mutants::{Mutant, MutantKind, mutants};
 pub use mutation::{JudgedMutant, MutateOptions, first_failure, mutate};
+pub use reading::{ReadSuite, read_suite};
 pub use runner::{RunOptions, Verdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
 pub use suite::{

@@ -13,7 +13,7 @@ use crate::daemon::systemd::fault_too_late;
 use crate::engine::{self, Engine};
 use crate::isa::MemorySizes;
 use crate::progress::Progress;
-use crate::reload::{ReloadPlan, Side, WARNING};
+use crate::reload::{OTHER_DEVICES, OTHER_SIZES, ReloadPlan, Side, WARNING};
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package, Safe, Taped};
 use crate::source::render::Style;
@@ -44,18 +44,10 @@ pub(super) fn read(path: &Path, fit: &Fit, progress: &Progress) -> Result<Runnin
     let loaded = config::load(path, style, progress).map_err(|failure| format!("{failure:#}"))?;
     let (program, setup) = loaded?;
     if setup.symbols.devices != fit.devices {
-        return Err(format!(
-            "{}: its devices are others than the running ones, or in another order: they need a \
-             restart, and nothing is reloaded until then",
-            setup.controller
-        ));
+        return Err(format!("{}: {OTHER_DEVICES}", setup.controller));
     }
     if setup.symbols.layout.sizes() != &fit.sizes {
-        return Err(format!(
-            "{}: `[memory]` says other sizes than the running program has: they need a restart, \
-             and nothing is reloaded until then",
-            setup.controller
-        ));
+        return Err(format!("{}: {OTHER_SIZES}", setup.controller));
     }
     Ok(Running { program, setup })
 }

@@ -4,11 +4,19 @@
 
 use toml::de::DeValue;
 
-use super::{Table, Value, ValueForm};
+use super::{Constant, Table, Value, ValueForm};
 use crate::source::finding::{Code, Finding};
 use crate::source::key::Key;
 use crate::source::reader::Text;
 use crate::source::span::Located;
+
+/// A value that may have two forms.
+pub enum TextOrTable<'a> {
+    /// A string.
+    Text(Text),
+    /// A table.
+    Table(Table<'a>),
+}
 
 impl<'a> Table<'a> {
     /// All entries as arrays of strings, by key and in file order (the form of `leg`). Helps write
@@ -35,6 +43,44 @@ impl<'a> Table<'a> {
             Some((self.key_text(key), Located { value: number, span }))
         });
         integers.collect()
+    }
+
+    /// All entries as constants, by key and in file order (the form of `set` in a test).
+    pub fn constants_by_name(&mut self, any: Key) -> Vec<(Text, Located<Constant>)> {
+        self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Constant));
+        let entries = self.in_file_order();
+        let constants = entries.into_iter().filter_map(|(key, value)| {
+            let name = self.key_text(key);
+            Some((name, self.constant_of(value, key.get_ref())?))
+        });
+        constants.collect()
+    }
+
+    /// All entries as strings or tables, by key and in file order (the form of `change` in a test).
+    pub fn texts_or_tables(
+        &mut self,
+        any: Key,
+        place: &'static str,
+    ) -> Vec<(Text, TextOrTable<'a>)> {
+        if let Some((below, form)) = self.noted_below(place) {
+            let form = ValueForm::TextOrTable(form);
+            self.shape.iter().for_each(|shape| shape.note_others(any, form.clone()));
+            return vec![(Text::default(), TextOrTable::Table(below))];
+        }
+        let mut entries = Vec::new();
+        for (key, value) in self.in_file_order() {
+            let found = match value.get_ref() {
+                DeValue::String(text) => TextOrTable::Text(self.doc.text(text, value.span())),
+                DeValue::Table(table) => TextOrTable::Table(self.below(table, value.span(), place)),
+                _ => {
+                    let what = format!("`{}`", key.get_ref());
+                    self.doc.wrong_type(value, &what, "a string or a table");
+                    continue;
+                }
+            };
+            entries.push((self.key_text(key), found));
+        }
+        entries
     }
 
     /// A string, or an array of strings; none if the key is absent.

@@ -1,0 +1,63 @@
+//! Loads the ladders under test, around the settings of a test file or of a controller file.
+//!
+//! Called by `testing`. The file with the settings has the number 0, as a controller file has; the
+//! ladder files follow. They are named relative to the test file.
+
+use std::path::{Path, PathBuf};
+
+use super::{InputFile, Loaded, files, library};
+use crate::controller::written::WrittenController;
+use crate::source::finding::Code;
+use crate::source::span::{FileId, SourceFile};
+
+/// The kinds of files that a `reload` step may name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum InputKind {
+    Ladder,
+    Controller,
+}
+
+/// Loads the ladder files that `settings` names, relative to the test file `naming`. `file` is the
+/// file of the settings.
+pub(crate) fn bench(naming: &Path, file: SourceFile, settings: &WrittenController) -> Loaded {
+    let mut loaded = Loaded { files: vec![file], ..Loaded::default() };
+    if loaded.named_files((naming, "test file"), &settings.ladder) {
+        loaded.controlled(settings, 1);
+    }
+    loaded.settings(settings);
+    loaded.judge();
+    for finding in loaded.findings.iter_mut().filter(|of| of.span.file == FileId(0)) {
+        if finding.code == Code::Controller {
+            finding.code = Code::TestFile;
+        }
+    }
+    loaded
+}
+
+/// The kind of a file that a test names; `identity` is the same for all spellings of its path.
+///
+/// # Errors
+/// It cannot be read: the reason.
+pub(crate) fn input_kind(path: &Path) -> Result<InputKind, String> {
+    match InputFile::read(path) {
+        Ok(input) if input.is_controller() => Ok(InputKind::Controller),
+        Ok(_) => Ok(InputKind::Ladder),
+        Err(failure) => Err(format!("{failure:#}")),
+    }
+}
+
+/// The path of a file that a test file names.
+pub(crate) fn path_of(naming: &Path, name: &str) -> PathBuf {
+    match library::named(name) {
+        Some(_) => PathBuf::from(name),
+        None => naming.parent().unwrap_or(Path::new("")).join(name),
+    }
+}
+
+/// The identity of a file that a test names: the same for all spellings of its path.
+pub(crate) fn identity_of(naming: &Path, name: &str) -> PathBuf {
+    match library::named(name) {
+        Some(_) => PathBuf::from(name),
+        None => files::identity(&path_of(naming, name)),
+    }
+}

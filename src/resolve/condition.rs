@@ -1,0 +1,201 @@
+//! Resolves the conditions of tests: every name becomes a bit, or a value of a sum.
+//!
+//! Called by `testing` with the names of a program that is resolved already. Bits and values are
+//! those of a ladder's contacts (`contact`); a compare may have sums of them, in which a bit is 0
+//! or 1 as in MATH.
+
+use super::array::Element;
+use super::program::{NamedOperand, Program, Value};
+use super::scope::{Scope, Thing};
+use super::{LoadOptions, Resolver};
+use crate::isa::{Address, Bit};
+use crate::source::atom::AtomKind;
+use crate::source::contact::{Comparison, Contact, Edge};
+use crate::source::contact_sum::{Sum, SumPart, SumSign};
+use crate::source::finding::Finding;
+use crate::source::span::Span;
+
+/// A condition over addresses.
+#[derive(Clone, Debug)]
+pub(crate) enum Resolved {
+    /// A bit.
+    Bit(Bit),
+    /// The bit of an array that a word selects.
+    Element(Element),
+    /// `!`.
+    Not(Box<Resolved>),
+    /// `&`: two or more.
+    All(Vec<Resolved>),
+    /// `|`: two or more.
+    Any(Vec<Resolved>),
+    /// `rise(…)`, `fall(…)`.
+    Edge(Edge, Box<Resolved>),
+    /// A compare of two sums, each in postfix order.
+    Compare(Vec<Term>, Comparison, Vec<Term>),
+}
+
+/// A part of a sum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Term {
+    /// A constant or a word.
+    Value(Value),
+    /// A bit: 0 or 1.
+    Bit(Bit),
+    /// The bit of an array that a word selects: 0 or 1.
+    BitElement(Element),
+    /// An operator behind its two operands.
+    Sign(SumSign),
+}
+
+/// A condition, and what it reads.
+#[derive(Clone, Debug)]
+pub(crate) struct ResolvedCondition {
+    /// The condition.
+    pub contact: Resolved,
+    /// The bits and words that it reads, in the order in which they are written.
+    pub reads: Vec<NamedOperand>,
+    /// The elements that words select, by the names that they are written with.
+    pub elements: Vec<(String, Element)>,
+}
+
+/// The names of a program, for conditions.
+pub(crate) struct ConditionNames<'a> {
+    resolver: Resolver<'a>,
+    elements: Vec<(String, Element)>,
+}
+
+impl<'a> ConditionNames<'a> {
+    /// The names of a resolved program. `options` are those of no load.
+    pub fn of(program: &Program, options: &'a LoadOptions) -> ConditionNames<'a> {
+        let mut resolver = Resolver::new(&[], options);
+        resolver.scope = Scope::of(program);
+        resolver.used = vec![false; program.tags.len()];
+        ConditionNames { resolver, elements: Vec::new() }
+    }
+
+    /// The names.
+    pub fn scope(&self) -> &Scope {
+        &self.resolver.scope
+    }
+
+    /// Resolves a condition.
+    ///
+    /// # Errors
+    /// Its mistakes.
+    pub fn resolve(&mut self, written: &Contact<Sum>) -> Result<ResolvedCondition, Vec<Finding>> {
+        let contact = self.contact(written);
+        let resolver = &mut self.resolver;
+        let (reads, elements) =
+            (std::mem::take(&mut resolver.named), std::mem::take(&mut self.elements));
+        resolver.arrays.clear();
+        resolver.constants.clear();
+        let findings = std::mem::take(&mut resolver.findings);
+        match contact {
+            Some(contact) if findings.is_empty() => {
+                let reads = reads.into_iter().map(|(_, operand)| operand).collect();
+                Ok(ResolvedCondition { contact, reads, elements })
+            }
+            Some(_) | None => Err(findings.into_iter().map(of_test).collect()),
+        }
+    }
+
+    fn contact(&mut self, written: &Contact<Sum>) -> Option<Resolved> {
+        match written {
+            Contact::Bit(name) => match self.resolver.bit(&name.value, name.span)? {
+                super::program::Contact::Element(element, _) => {
+                    self.elements.push((name.value.clone(), element));
+                    Some(Resolved::Element(element))
+                }
+                super::program::Contact::Bit(bit, _) => Some(Resolved::Bit(bit)),
+                super::program::Contact::Not(..)
+                | super::program::Contact::All(..)
+                | super::program::Contact::Any(..)
+                | super::program::Contact::Edge(..)
+                | super::program::Contact::Compare(..) => None,
+            },
+            Contact::Not(inner, _) => Some(Resolved::Not(Box::new(self.contact(inner)?))),
+            Contact::All(items, _) => Some(Resolved::All(self.all_of(items)?)),
+            Contact::Any(items, _) => Some(Resolved::Any(self.all_of(items)?)),
+            Contact::Edge(edge, inner, _) => {
+                Some(Resolved::Edge(*edge, Box::new(self.contact(inner)?)))
+            }
+            Contact::Compare(a, comparison, b, _) => {
+                let (a, b) = (self.sum(a), self.sum(b));
+                Some(Resolved::Compare(a?, *comparison, b?))
+            }
+        }
+    }
+
+    fn all_of(&mut self, items: &[Contact<Sum>]) -> Option<Vec<Resolved>> {
+        let all: Vec<Resolved> = items.iter().filter_map(|item| self.contact(item)).collect();
+        (all.len() == items.len()).then_some(all)
+    }
+
+    fn sum(&mut self, sum: &Sum) -> Option<Vec<Term>> {
+        let has_signs = sum.parts.len() > 1;
+        let mut terms = Vec::new();
+        for part in &sum.parts {
+            terms.extend(match part {
+                SumPart::Sign(sign) => Some(Term::Sign(*sign)),
+                SumPart::Value(atom) => match &atom.kind {
+                    AtomKind::Name(name) if has_signs && self.is_bit(name) => {
+                        self.bit_term(name, atom.span)
+                    }
+                    AtomKind::Name(name) => {
+                        let value = self.resolver.value(atom);
+                        if let Some(Value::Element(element)) = value {
+                            self.elements.push((name.clone(), element));
+                        }
+                        value.map(Term::Value)
+                    }
+                    AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => {
+                        self.resolver.value(atom).map(Term::Value)
+                    }
+                },
+            });
+        }
+        (terms.len() == sum.parts.len()).then_some(terms)
+    }
+
+    fn is_bit(&self, name: &str) -> bool {
+        match self.resolver.scope.look_up(name).map(|found| found.thing) {
+            Ok(Thing::Address(Address::Bit(_))) => true,
+            Ok(Thing::Element(element)) => element.array.is_bits(),
+            Ok(
+                Thing::Address(_)
+                | Thing::Constant(..)
+                | Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_)
+                | Thing::Array(_),
+            )
+            | Err(_) => false,
+        }
+    }
+
+    fn bit_term(&mut self, name: &str, span: Span) -> Option<Term> {
+        let written = Contact::Bit(crate::source::span::Located { value: name.to_owned(), span });
+        match self.contact(&written)? {
+            Resolved::Bit(bit) => Some(Term::Bit(bit)),
+            Resolved::Element(element) => Some(Term::BitElement(element)),
+            Resolved::Not(_)
+            | Resolved::All(_)
+            | Resolved::Any(_)
+            | Resolved::Edge(..)
+            | Resolved::Compare(..) => None,
+        }
+    }
+}
+
+/// The finding, with a help for a place in a test, which declares nothing.
+fn of_test(mut finding: Finding) -> Finding {
+    finding.reword_help(|help| match help.strip_prefix("nothing is computed here") {
+        Some(_) => "a minus has spaces around it: `D0 - D1`".to_owned(),
+        None => help.to_owned(),
+    });
+    finding.declared_as(|| NOT_IN_LADDER.to_owned())
+}
+
+/// The help for a name that no ladder has.
+pub(crate) const NOT_IN_LADDER: &str = "it is in no ladder: name a tag of the ladder, an address as \
+                                        `D0`, a block's `Main.Running`, a Stage's `Drain.Open`";

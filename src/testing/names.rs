@@ -1,0 +1,176 @@
+//! The names of a program under test: what a step may set, force, wait for or lose.
+//!
+//! Made by `programs`, one for each program of a test file; used by `steps` and `random`. Whether
+//! an operand may be written is the simulator's rule ([`StimulusTarget::at`]), whether it may be
+//! forced the operator's ([`crate::isa::Bit::forcible`]).
+
+use std::collections::HashMap;
+
+use super::condition::Condition;
+use super::step_text::WrittenCondition;
+use super::step_words::StepWord;
+use super::suite::Operand;
+use crate::controller::Controller;
+use crate::controller::device::DriverSettings;
+use crate::engine::Cell;
+use crate::isa::{Address, Bit, BitSpace, DeviceId};
+use crate::lower::{Symbols, lower};
+use crate::resolve::LoadOptions;
+use crate::resolve::condition::{ConditionNames, NOT_IN_LADDER};
+use crate::resolve::program::Program;
+use crate::resolve::scope::{LookUp, Thing};
+use crate::sim::stimulus::StimulusTarget;
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::KnownNames;
+use crate::source::span::Span;
+
+/// The names of a program, and the cells behind them.
+pub(super) struct TestNames<'a> {
+    conditions: ConditionNames<'a>,
+    symbols: Symbols,
+    /// What moves an address at every scan: `device `plant``.
+    moved: HashMap<Address, String>,
+    devices: KnownNames,
+}
+
+/// An operand that a test writes or forces, and what it takes.
+#[derive(Clone, Debug)]
+pub(super) struct TestTarget {
+    pub operand: Operand,
+    pub takes: StimulusTarget,
+}
+
+impl<'a> TestNames<'a> {
+    pub fn of(
+        program: &Program,
+        controller: &Controller,
+        options: &'a LoadOptions,
+    ) -> TestNames<'a> {
+        let mut moved = HashMap::new();
+        for device in &controller.devices {
+            let DriverSettings::Simulated(_) = device.driver else { continue };
+            for input in &device.inputs {
+                moved.insert(input.address, format!("device `{}`", device.name));
+            }
+        }
+        for rule in &controller.rules {
+            let address = Address::Bit(Bit::Space(BitSpace::X, rule.input));
+            moved.insert(address, "a `[[simulated-device]]` rule".to_owned());
+        }
+        TestNames {
+            conditions: ConditionNames::of(program, options),
+            symbols: lower(program).1,
+            moved,
+            devices: KnownNames::new(program.devices.iter().map(String::as_str)),
+        }
+    }
+
+    /// A condition over the program's cells.
+    ///
+    /// # Errors
+    /// Its mistakes.
+    pub fn condition(&mut self, written: &WrittenCondition) -> Result<Condition, Vec<Finding>> {
+        let resolved = self.conditions.resolve(&written.contact)?;
+        Ok(Condition::new(&written.text, resolved, &self.symbols.layout))
+    }
+
+    /// A device.
+    pub fn device(&self, word: &StepWord) -> Result<DeviceId, Finding> {
+        let name = &word.value;
+        if let Ok(LookUp { thing: Thing::Device(id), .. }) = self.conditions.scope().look_up(name) {
+            return Ok(id);
+        }
+        let finding = |message: String| Finding::new(Code::TestStep, word.span, message);
+        if self.devices.iter().len() == 0 {
+            let finding = finding(format!("there is no device `{name}`"));
+            return Err(finding.help(
+                "a test has the field devices of its controller file: `controller = \"rungd.toml\"`",
+            ));
+        }
+        let names: Vec<String> = self.devices.iter().take(12).map(|of| format!("`{of}`")).collect();
+        let help = format!("there is {}", names.join(", "));
+        Err(finding(format!("no device is called `{name}`")).help(help).near(name, &self.devices))
+    }
+
+    /// The bit or word that a word of a test names.
+    fn address(&self, name: &str, span: Span) -> Result<Address, Finding> {
+        let scope = self.conditions.scope();
+        match scope.look_up(name) {
+            Ok(LookUp { thing: Thing::Address(address), .. }) => Ok(address),
+            Ok(_) => {
+                let message = scope.address(name).err().unwrap_or_default();
+                Err(Finding::new(Code::OperandType, span, message))
+            }
+            Err(mistake) => {
+                let finding = mistake.finding(span);
+                let finding = finding.map(|of| of.declared_as(|| NOT_IN_LADDER.to_owned()));
+                Err(finding.unwrap_or_else(|| {
+                    Finding::new(Code::UnknownName, span, format!("nothing is called `{name}`"))
+                }))
+            }
+        }
+    }
+
+    /// What a queued write or an input may change. `step` is the word for a help.
+    pub fn written(&self, name: &str, span: Span) -> Result<TestTarget, Finding> {
+        let address = self.address(name, span)?;
+        let finding = |message: String| Finding::new(Code::TestStep, span, message);
+        if let Some(mover) = self.moved.get(&address) {
+            let finding = finding(format!("`{name}` is moved by {mover} at every scan"));
+            return Err(
+                finding.help(format!("force it, `force {name} 1`, or use a fault of the plant"))
+            );
+        }
+        if let Address::Bit(Bit::Device(id, _)) = address {
+            let device = self.symbols.device(id);
+            let finding =
+                finding(format!("`{name}` says how the device is: nothing else writes it"));
+            return Err(finding.help(format!("write `lose {device}`, `restore {device}`")));
+        }
+        let takes = StimulusTarget::at(address, name, &self.symbols).map_err(|message| {
+            let finding = finding(message);
+            match address {
+                Address::Bit(bit) if bit.forcible() => {
+                    finding.help(format!("force it: `force {name} 1`"))
+                }
+                Address::Bit(_) | Address::Word(_) => {
+                    finding.help("the ladder changes it: set what the ladder reads")
+                }
+                Address::Structure(_) => finding,
+            }
+        })?;
+        Ok(self.target(name, address, takes))
+    }
+
+    /// What may be forced.
+    pub fn forced(&self, name: &str, span: Span) -> Result<TestTarget, Finding> {
+        let address = self.address(name, span)?;
+        let takes = match address {
+            Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
+            Address::Bit(bit) if bit.forcible() => {
+                Ok(StimulusTarget::Bit(self.symbols.layout.bit(bit)))
+            }
+            Address::Bit(_) => Err(format!("`{name}` cannot be forced: the ladder switches it")),
+            Address::Word(_) | Address::Structure(_) => {
+                StimulusTarget::at(address, name, &self.symbols)
+            }
+        };
+        let takes = takes.map_err(|message| Finding::new(Code::TestStep, span, message))?;
+        Ok(self.target(name, address, takes))
+    }
+
+    fn target(&self, name: &str, address: Address, takes: StimulusTarget) -> TestTarget {
+        let cell = match takes {
+            StimulusTarget::Bit(cell) => Cell::Bit(cell),
+            StimulusTarget::Word(cell, _) | StimulusTarget::Real(cell, _) => Cell::Word(cell),
+            StimulusTarget::Input(n) => {
+                Cell::Bit(self.symbols.layout.bit(Bit::Space(BitSpace::X, n)))
+            }
+        };
+        let input = match address {
+            Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+        };
+        TestTarget { operand: Operand { name: name.to_owned(), cell, input }, takes }
+    }
+}

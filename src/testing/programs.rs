@@ -1,0 +1,199 @@
+//! The programs of a test file: the one that scenarios begin with, and those of `reload` steps.
+//!
+//! Called by `reading`. Each list of files is loaded once. What a reload of the daemon refuses is
+//! refused here (`daemon::reload::ready`).
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::names::TestNames;
+use super::step_words::StepWord;
+use super::suite::{ProgramId, TestProgram};
+use crate::controller;
+use crate::controller::written::WrittenController;
+use crate::load::bench::{InputKind, bench, identity_of, input_kind, path_of};
+use crate::load::{self, Loaded};
+use crate::reload;
+use crate::resolve::LoadOptions;
+use crate::source::finding::{Code, Finding};
+use crate::source::render::{Style, render};
+use crate::source::span::FileId;
+
+/// The most programs of a test file.
+const PROGRAMS_MAX: usize = 100;
+
+/// The files of a program: whether one of them is a controller file, and their identities.
+type FileList = (InputKind, Vec<PathBuf>);
+
+/// The outcome of a load, once for each list of files.
+#[derive(Clone, Debug)]
+pub(super) enum ProgramLoad {
+    /// It runs.
+    Ready(ProgramId),
+    /// It is refused, with this text.
+    Refused(String),
+}
+
+/// The settings around the ladders of scenarios.
+pub(super) enum BenchSettings {
+    /// Those of the test file.
+    Test(Box<WrittenController>),
+    /// Those of a controller file.
+    Controller,
+}
+
+/// All programs that are loaded so far.
+pub(super) struct Programs<'a> {
+    /// The test file.
+    pub path: &'a Path,
+    settings: BenchSettings,
+    options: &'a LoadOptions,
+    pub programs: Vec<TestProgram>,
+    pub names: Vec<TestNames<'a>>,
+    loads: Vec<(FileList, ProgramLoad)>,
+}
+
+impl<'a> Programs<'a> {
+    /// With the program that scenarios begin with.
+    pub fn new(
+        path: &'a Path,
+        settings: BenchSettings,
+        (first, files): (TestProgram, &[String]),
+        options: &'a LoadOptions,
+    ) -> Programs<'a> {
+        let kind = match settings {
+            BenchSettings::Test(_) => InputKind::Ladder,
+            BenchSettings::Controller => InputKind::Controller,
+        };
+        let list = files.iter().map(|name| identity_of(path, name)).collect();
+        let mut programs = Programs {
+            path,
+            settings,
+            options,
+            programs: Vec::new(),
+            names: Vec::new(),
+            loads: Vec::new(),
+        };
+        let id = programs.add(first);
+        programs.loads.push(((kind, list), ProgramLoad::Ready(id)));
+        programs
+    }
+
+    fn add(&mut self, program: TestProgram) -> ProgramId {
+        self.names.push(TestNames::of(&program.program, &program.controller, self.options));
+        self.programs.push(program);
+        ProgramId(self.programs.len() - 1)
+    }
+
+    /// What a reload of these files leads to.
+    ///
+    /// # Errors
+    /// The files cannot be read, or are no list for a reload.
+    pub fn reload(&mut self, files: &[StepWord]) -> Result<ProgramLoad, Finding> {
+        let list = self.list(files)?;
+        if let Some((_, known)) = self.loads.iter().find(|(known, _)| *known == list) {
+            return Ok(known.clone());
+        }
+        if self.loads.len() == PROGRAMS_MAX {
+            let place = files.first().map_or_else(Default::default, |file| file.span);
+            let message = format!("more than {PROGRAMS_MAX} lists of files");
+            let finding = Finding::new(Code::TestStep, place, message);
+            return Err(finding.help("divide the test file into several ones"));
+        }
+        let loaded = self.load(files, list.0)?;
+        let load = match self.refusal(&loaded) {
+            Some(text) => ProgramLoad::Refused(text),
+            None => match test_program(loaded) {
+                Ok(program) => ProgramLoad::Ready(self.add(program)),
+                Err(loaded) => ProgramLoad::Refused(told(&loaded)),
+            },
+        };
+        self.loads.push((list, load.clone()));
+        Ok(load)
+    }
+
+    /// The identity of a list of files.
+    fn list(&self, files: &[StepWord]) -> Result<FileList, Finding> {
+        let mut identities: Vec<PathBuf> = Vec::new();
+        let mut controller = None;
+        for file in files {
+            let finding = |message: String| Finding::new(Code::TestStep, file.span, message);
+            let path = path_of(self.path, &file.value);
+            let kind = input_kind(&path).map_err(|reason| {
+                let finding = finding(format!("cannot read `{}`: {reason}", file.value));
+                finding.help("paths are relative to the test file")
+            })?;
+            if kind == InputKind::Controller {
+                controller = Some(file);
+            }
+            let identity = identity_of(self.path, &file.value);
+            if identities.contains(&identity) {
+                let finding = finding(format!("`{}` is named twice", file.value));
+                return Err(finding.help("remove one of the two"));
+            }
+            identities.push(identity);
+        }
+        match controller {
+            None => Ok((InputKind::Ladder, identities)),
+            Some(_) if files.len() == 1 => Ok((InputKind::Controller, identities)),
+            Some(file) => {
+                let message = format!("`{}` is a controller file, beside others", file.value);
+                let finding = Finding::new(Code::TestStep, file.span, message);
+                Err(finding.help(format!("name it alone, `reload {}`, or ladders", file.value)))
+            }
+        }
+    }
+
+    fn load(&self, files: &[StepWord], kind: InputKind) -> Result<Loaded, Finding> {
+        let names: Vec<String> = files.iter().map(|file| file.value.clone()).collect();
+        let place = files.first().map_or_else(Default::default, |file| file.span);
+        if kind == InputKind::Controller {
+            return load::controller_file(&path_of(self.path, &names[0]))
+                .map_err(|failure| Finding::new(Code::TestStep, place, format!("{failure:#}")));
+        }
+        let first = &self.programs[0].files[0];
+        match &self.settings {
+            BenchSettings::Test(settings) => {
+                let settings = settings.of_test_with_ladder(&names);
+                Ok(bench(self.path, first.clone(), &settings))
+            }
+            BenchSettings::Controller => {
+                let (written, _) = controller::read(&first.text, FileId(0));
+                match written {
+                    Some(written) => {
+                        Ok(bench(self.path, first.clone(), &written.with_ladder(&names)))
+                    }
+                    None => Ok(Loaded::default()),
+                }
+            }
+        }
+    }
+
+    /// Why a reload refuses files; `None`: it does not.
+    fn refusal(&self, loaded: &Loaded) -> Option<String> {
+        let (Some(program), Some(_)) = (&loaded.program, &loaded.controller) else {
+            return Some(told(loaded));
+        };
+        let running = &self.programs[0].program;
+        let file = loaded.files.first().map_or("", |file| file.name.as_str());
+        if program.devices != running.devices {
+            return Some(format!("{file}: {}", reload::OTHER_DEVICES));
+        }
+        (program.sizes != running.sizes).then(|| format!("{file}: {}", reload::OTHER_SIZES))
+    }
+}
+
+/// The findings of a load, as a command prints them.
+fn told(loaded: &Loaded) -> String {
+    render(&loaded.findings, &loaded.files, Style::default())
+}
+
+/// The program of a load; the load, if it has errors.
+pub(super) fn test_program(loaded: Loaded) -> Result<TestProgram, Box<Loaded>> {
+    match loaded {
+        Loaded { files, program: Some(program), controller: Some(controller), .. } => {
+            Ok(TestProgram { program: Arc::new(program), controller: Arc::new(controller), files })
+        }
+        refused => Err(Box::new(refused)),
+    }
+}

@@ -1,0 +1,202 @@
+//! What a compare of a condition compares: a constant, a word, an element, or a sum of them.
+//!
+//! The arithmetic is that of MATH (`docs/semantics.md`, section 8): integers of 64 bits that stay
+//! at their limits, reals in binary64; one real makes an operator real. No status bit is touched.
+
+use crate::engine::{BitCell, Cell, Image, Layout, Mishaps, WordCell, integer, real};
+use crate::isa::{Bit, Real, Word};
+use crate::resolve::array::Element;
+use crate::resolve::condition::Term;
+use crate::resolve::program::Value;
+use crate::source::contact::Comparison;
+use crate::source::contact_sum::SumSign;
+
+/// The most operands that wait in a sum: two for each of 32 parentheses, and three outside of them.
+const WAITING_MAX: usize = 72;
+
+/// A number of a compare.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Number {
+    Integer(i64),
+    Real(f64),
+}
+
+/// A number that is read on an image.
+#[derive(Clone, Debug)]
+pub(super) enum Quantity {
+    Constant(Number),
+    Word(WordCell),
+    RealWord(WordCell),
+    Bit(BitCell),
+    Element(ElementCells),
+    /// In postfix order.
+    Sum(Box<[SumStep]>),
+}
+
+/// A step of a sum.
+#[derive(Clone, Debug)]
+pub(super) enum SumStep {
+    /// Reads an operand; never a sum.
+    Read(Quantity),
+    /// Computes with the two operands that were read last.
+    Compute(SumSign),
+}
+
+/// An element of an array that a word selects.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ElementCells {
+    /// The cell of element 0.
+    first: Cell,
+    is_real: bool,
+    count: u32,
+    /// The word with the number of the element.
+    pub index: WordCell,
+}
+
+impl ElementCells {
+    pub fn of(element: Element, layout: &Layout) -> ElementCells {
+        let first = layout.cell(element.array.element(0)).expect("an array is of bits or words");
+        let (is_real, count) = (element.array.is_real(), element.array.count);
+        ElementCells { first, is_real, count, index: layout.word(element.index) }
+    }
+
+    /// The cell of the element that is selected now; `None`: it is outside of the array.
+    pub fn cell(&self, image: &Image) -> Option<Cell> {
+        let at = u32::try_from(image.word(self.index)).ok().filter(|at| *at < self.count)?;
+        Some(match self.first {
+            Cell::Bit(BitCell(first)) => Cell::Bit(BitCell(first + at)),
+            Cell::Word(WordCell(first)) => Cell::Word(WordCell(first + at)),
+        })
+    }
+}
+
+impl Quantity {
+    /// The quantity of a sum in postfix order.
+    pub fn of(terms: &[Term], layout: &Layout) -> Quantity {
+        match terms {
+            [Term::Value(value)] => Quantity::of_value(*value, layout),
+            _ => Quantity::Sum(terms.iter().map(|term| SumStep::of(*term, layout)).collect()),
+        }
+    }
+
+    fn of_value(value: Value, layout: &Layout) -> Quantity {
+        match value {
+            Value::Const(number, _) => Quantity::Constant(Number::Integer(number.into())),
+            Value::Real(real) => Quantity::Constant(Number::Real(real.into())),
+            Value::Word(word) => Quantity::of_word(word, layout),
+            Value::Element(element) => Quantity::Element(ElementCells::of(element, layout)),
+        }
+    }
+
+    fn of_word(word: Word, layout: &Layout) -> Quantity {
+        let cell = layout.word(word);
+        if word.is_real() { Quantity::RealWord(cell) } else { Quantity::Word(cell) }
+    }
+
+    fn of_bit(bit: Bit, layout: &Layout) -> Quantity {
+        Quantity::Bit(layout.bit(bit))
+    }
+
+    /// Its number on an image; `None` if it reads an element outside of an array.
+    pub fn number(&self, image: &Image) -> Option<Number> {
+        Some(match self {
+            Quantity::Constant(number) => *number,
+            Quantity::Word(cell) => Number::Integer(image.word(*cell).into()),
+            Quantity::RealWord(cell) => Number::Real(Real::of_cell(image.word(*cell)).into()),
+            Quantity::Bit(cell) => Number::Integer(image.bit(*cell).into()),
+            Quantity::Element(element) => match element.cell(image)? {
+                Cell::Bit(cell) => Number::Integer(image.bit(cell).into()),
+                Cell::Word(cell) if element.is_real => {
+                    Number::Real(Real::of_cell(image.word(cell)).into())
+                }
+                Cell::Word(cell) => Number::Integer(image.word(cell).into()),
+            },
+            Quantity::Sum(steps) => return sum(steps, image),
+        })
+    }
+}
+
+impl SumStep {
+    fn of(term: Term, layout: &Layout) -> SumStep {
+        match term {
+            Term::Value(value) => SumStep::Read(Quantity::of_value(value, layout)),
+            Term::Bit(bit) => SumStep::Read(Quantity::of_bit(bit, layout)),
+            Term::BitElement(element) => {
+                SumStep::Read(Quantity::Element(ElementCells::of(element, layout)))
+            }
+            Term::Sign(sign) => SumStep::Compute(sign),
+        }
+    }
+}
+
+/// The result of a sum.
+fn sum(steps: &[SumStep], image: &Image) -> Option<Number> {
+    let mut waiting = [Number::Integer(0); WAITING_MAX];
+    let mut count = 0;
+    for step in steps {
+        match step {
+            SumStep::Read(quantity) => {
+                waiting[count] = quantity.number(image)?;
+                count += 1;
+            }
+            SumStep::Compute(sign) => {
+                count -= 1;
+                waiting[count - 1] = waiting[count - 1].with(*sign, waiting[count]);
+            }
+        }
+    }
+    Some(waiting[0])
+}
+
+impl Number {
+    fn real(self) -> f64 {
+        match self {
+            Number::Integer(number) => number as f64,
+            Number::Real(number) => number,
+        }
+    }
+
+    /// The result of an operator.
+    fn with(self, sign: SumSign, other: Number) -> Number {
+        let mut unused = Mishaps::default();
+        let of_integers = match sign {
+            SumSign::Add => integer::add,
+            SumSign::Subtract => integer::sub,
+            SumSign::Multiply => integer::mul,
+            SumSign::Divide => integer::div,
+            SumSign::Remainder => integer::rem,
+        };
+        let of_reals = match sign {
+            SumSign::Add => real::add,
+            SumSign::Subtract => real::sub,
+            SumSign::Multiply => real::mul,
+            SumSign::Divide => real::div,
+            SumSign::Remainder => real::rem,
+        };
+        match (self, other) {
+            (Number::Integer(a), Number::Integer(b)) => {
+                Number::Integer(of_integers(a, b, &mut unused))
+            }
+            (Number::Integer(_) | Number::Real(_), _) => {
+                Number::Real(of_reals(self.real(), other.real(), &mut unused))
+            }
+        }
+    }
+
+    /// Whether a compare is true.
+    pub fn compare(self, comparison: Comparison, other: Number) -> bool {
+        let order = match (self, other) {
+            (Number::Integer(a), Number::Integer(b)) => Some(a.cmp(&b)),
+            (Number::Integer(_) | Number::Real(_), _) => self.real().partial_cmp(&other.real()),
+        };
+        let Some(order) = order else { return false };
+        match comparison {
+            Comparison::Eq => order.is_eq(),
+            Comparison::Ne => order.is_ne(),
+            Comparison::Lt => order.is_lt(),
+            Comparison::Le => order.is_le(),
+            Comparison::Gt => order.is_gt(),
+            Comparison::Ge => order.is_ge(),
+        }
+    }
+}
