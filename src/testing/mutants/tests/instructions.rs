@@ -180,6 +180,7 @@ fn words() {
         { when = ["X0"], do = ["MOVE 65535 to=V0", "MOVE 2s to=D0", "MOVE 1.5 to=R0"] },
         { when = ["X0"], do = ["MOVE 9 to=speed", "MOVE 7 to=words[D3]", "MOVE D0 to=D1"] },
         { when = ["X0"], do = ["ADD D0 1 to=D1", "SUB D0 0 to=D2"] },
+        { when = ["X0"], do = ["ADD D3 1 to=D3", "SUB D3 1 to=D3", "SUB 1 D3 to=D3"] },
         { when = ["X0"], do = ["COPY C0..C3 to=C4..C7", "FILL 0 to=C8..C9", "FILL 3 to=D8..D9"] },
         "#,
         expect![[r#"
@@ -220,6 +221,20 @@ fn words() {
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
+              instruction-out: `ADD D3 1 to=D3` left out
+              instruction: `ADD D3 1 to=D3` is `SUB D3 1 to=D3`
+              number: 1 is 2 in `ADD D3 1 to=D3`
+              instruction-out: `SUB D3 1 to=D3` left out
+              instruction: `SUB D3 1 to=D3` is `ADD D3 1 to=D3`
+              number: 1 is 2 in `SUB D3 1 to=D3`
+              instruction-out: `SUB 1 D3 to=D3` left out
+              instruction: `SUB 1 D3 to=D3` is `ADD 1 D3 to=D3`
+              number: 1 is 2 in `SUB 1 D3 to=D3`
+              number: 1 is 0 in `SUB 1 D3 to=D3`
+            Main, rung 5
+              rung-out: the rung left out
+              inverted: contact `X0` is `!X0`
+              contact-out: contact `X0` is always ON
               instruction-out: `COPY C0..C3 to=C4..C7` left out
               instruction-out: `FILL 0 to=C8..C9` left out
               number: 0 is 1 in `FILL 0 to=C8..C9`
@@ -238,6 +253,7 @@ fn formulas_of_integers() {
         { when = ["X0"], do = ["MATH C0 = (D1 < 5 && !(X1 == 1)) || 7 >= D2"] },
         { when = ["X0"], do = ["MATH D0 = if(D1 & 1, D2 * 1, D3 + 0) ^ 0xff"] },
         { when = ["X0"], do = ["MATH D0 = -2147483648 - D1"] },
+        { when = ["X0"], do = ["MATH D0 = D1 * X1 + X2"] },
         "#,
         expect![[r#"
             Main, rung 1
@@ -285,6 +301,11 @@ fn formulas_of_integers() {
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               operator: `-` is `+` in `-2147483648 - D1`
+            Main, rung 5
+              rung-out: the rung left out
+              inverted: contact `X0` is `!X0`
+              contact-out: contact `X0` is always ON
+              operator: `+` is `-` in `D1 * X1 + X2`
         "#]],
     );
 }
