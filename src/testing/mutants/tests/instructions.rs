@@ -122,7 +122,8 @@ fn counters() {
 fn timers() {
     check_main(
         r#"
-        { when = ["X0"], do = ["ONDTMR T0 preset=3s output=Y2", "OFFDTMR T1 preset=5ms output=Y3"] },
+        { when = ["X0"], do = ["ONDTMR T0 preset=3s output=Y2"] },
+        { when = ["X0"], do = ["OFFDTMR T1 preset=5ms output=Y3"] },
         { when = ["X0"], do = ["TMR T2 preset=D0", "TMRDOWN T3 preset=1m", "RSTT T4"] },
         { when = ["X0"], do = ["TMRAG T4 preset=patience"] },
         { leg.en = ["X0"], leg.rst = ["X1"], do = ["TMRA T5 preset=1s"] },
@@ -133,12 +134,14 @@ fn timers() {
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
-              instruction-out: `ONDTMR T0 preset=3s output=Y2` left out
               number: preset 3s is 3s10ms in `ONDTMR T0 preset=3s output=Y2`
               number: preset 3s is 2s990ms in `ONDTMR T0 preset=3s output=Y2`
-              instruction-out: `OFFDTMR T1 preset=5ms output=Y3` left out
-              number: preset 5ms is 15ms in `OFFDTMR T1 preset=5ms output=Y3`
             Main, rung 2
+              rung-out: the rung left out
+              inverted: contact `X0` is `!X0`
+              contact-out: contact `X0` is always ON
+              number: preset 5ms is 15ms in `OFFDTMR T1 preset=5ms output=Y3`
+            Main, rung 3
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
@@ -147,13 +150,13 @@ fn timers() {
               number: preset 1m is 1m10ms in `TMRDOWN T3 preset=1m`
               number: preset 1m is 59s990ms in `TMRDOWN T3 preset=1m`
               instruction-out: `RSTT T4` left out
-            Main, rung 3
+            Main, rung 4
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               number: preset `patience` (2s) is 2s10ms in `TMRAG T4 preset=patience`
               number: preset `patience` (2s) is 1s990ms in `TMRAG T4 preset=patience`
-            Main, rung 4
+            Main, rung 5
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
@@ -161,7 +164,7 @@ fn timers() {
               contact-out: contact `X1` is always ON
               number: preset 1s is 1s10ms in `TMRA T5 preset=1s`
               number: preset 1s is 990ms in `TMRA T5 preset=1s`
-            Main, rung 5
+            Main, rung 6
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
