@@ -4,11 +4,11 @@
 //! `rungd mutate` runs the suite for each. This module changes the resolved program, never a text;
 //! the result is lowered as any other program. It runs nothing, and does not judge.
 //!
-//! What is no mutant: what nothing could show (a duration changed by less than a scan, `$On` or
-//! `$Off` inverted, a level in place of `rise()` where a counter counts edges by itself), and what
-//! another mutant does already. `initial`, limits, retention and texts are not changed. Of a
-//! template with several uses a slip is in all of them. Files of the library are not changed, unless
-//! the program has no rung of another file.
+//! What is no mutant: what no test could show (a duration changed by less than a scan, `$On`
+//! inverted, a level in place of `rise()` where a counter sees edges alone), and what another
+//! mutant does already. `initial`, limits, retention and texts are not changed. Of a template with
+//! several uses a slip is in all of them. Files of the library are not changed, unless the program
+//! has no rung of another file.
 
 mod contacts;
 mod formula;

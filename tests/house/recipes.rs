@@ -51,6 +51,8 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
             "src/observe/decide.rs",
             "src/observe/idle.rs",
             "src/observe/operands.rs",
+            "src/testing/mutants/instructions.rs",
+            "src/testing/mutants/values.rs",
         ],
     ),
     ("DriverSettings", "Adding a driver", &["src/daemon/devices.rs", "src/daemon/config.rs"]),

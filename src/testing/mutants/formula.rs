@@ -133,15 +133,15 @@ impl FormulaSearch<'_, '_> {
     }
 
     fn operator(&mut self, at: usize, operator: Binary, of: NumberType) {
-        // `x + 0` is `x - 0`, and `x * 1` is `x / 1`.
+        // `x + 0` is `x - 0`, `x * 1` is `x / 1`, and a bit is 1, or 0: 0 is what `x / 0` gives.
         let is_sum = matches!(operator, Binary::Add | Binary::Subtract);
         let is_product = matches!(operator, Binary::Multiply | Binary::Divide);
         let is_neutral = match at.checked_sub(1).map(|before| self.formula.parts[before]) {
             Some(Part::Integer(n)) => n == 0 && is_sum || n == 1 && is_product,
+            Some(Part::Bit(_)) => is_product,
             Some(
                 Part::Real(_)
                 | Part::Word(_)
-                | Part::Bit(_)
                 | Part::Element(_)
                 | Part::Unary(..)
                 | Part::Binary(..)

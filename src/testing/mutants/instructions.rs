@@ -211,7 +211,10 @@ impl InstructionSearch<'_, '_> {
                 continue;
             };
             for (to, new) in step.neighbours(*read.value) {
-                if self.is_stored_alike(*read.value, new) || self.is_shared_preset() {
+                let is_known = self.is_stored_alike(*read.value, new)
+                    || self.stores_nothing_new(number, new)
+                    || self.is_shared_preset();
+                if is_known {
                     continue;
                 }
                 let place = self.ground.constant_place(read.span);
@@ -237,6 +240,19 @@ impl InstructionSearch<'_, '_> {
         let WordPlace::Word(word) = to.value else { return false };
         let (low, high) = self.ground.limits(word);
         !word.is_real() && old.clamp(low, high) == new.clamp(low, high)
+    }
+
+    /// Whether the instruction would store what its word holds, as `ADD D0 0 to=D0`: it might as
+    /// well be left out.
+    fn stores_nothing_new(&self, number: usize, new: Value) -> bool {
+        let Action::Store { source, to } = &self.instruction.action else { return false };
+        let WordPlace::Word(word) = to.value else { return false };
+        let other = match source {
+            Source::Sum(a, b) => [b, a][number.min(1)],
+            Source::Difference(a, _) if number == 1 => a,
+            Source::Value(_) | Source::Difference(..) => return false,
+        };
+        is_zero(new) && other.value == Value::Word(word)
     }
 
     /// Whether another instruction gives its Sensaphone counter the same preset: they never differ.

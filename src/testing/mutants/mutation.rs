@@ -1,8 +1,9 @@
 //! One mutation of one rung, and how it is made in a program.
 //!
 //! A mutation names the part that it changes by numbers: a contact by its place in a walk over its
-//! leg, an operand by its place in its instruction. So a rung with many mutants is stored once. What
-//! the resolver guarantees stays true: a leg is never empty, and a group has two members or more.
+//! leg, an operand by its place in its instruction. So a rung with many mutants is not stored for
+//! each. What the resolver guarantees stays true: a leg is never empty, and a group has two members
+//! or more.
 
 use crate::isa::{Bit, BitSpace, status::st};
 use crate::resolve::formula::{Formula, Part};

@@ -1,0 +1,156 @@
+//! Mutants of contacts.
+
+use expect_test::expect;
+
+use super::check_main;
+
+#[test]
+fn bits_and_groups() {
+    check_main(
+        r#"
+        { name = "start", when = ["X0 & (X1 | !X2)", "!(X3 & X4)", "$On"], do = ["OUT Y0"] },
+        { when = ["!!X2", "bits[D0]", "$Off | X1"], do = ["OUT Y1"] },
+        "#,
+        expect![[r#"
+            Main, rung start
+              rung-out: the rung left out
+              group: `X0 & (X1 | !X2)` is `X0 | (X1 | !X2)`
+              inverted: contact `X0` is `!X0`
+              contact-out: contact `X0` left out
+              group: `(X1 | !X2)` is `(X1 & !X2)`
+              inverted: contact `X1` is `!X1`
+              contact-out: contact `X1` left out
+              inverted: contact `!X2` is `X2`
+              contact-out: contact `!X2` left out
+              inverted: contact `!(X3 & X4)` is `(X3 & X4)`
+              group: `(X3 & X4)` is `(X3 | X4)`
+              inverted: contact `X3` is `!X3`
+              contact-out: contact `X3` left out
+              inverted: contact `X4` is `!X4`
+              contact-out: contact `X4` left out
+              instruction: `OUT Y0` is `SET Y0`
+            Main, rung 2
+              rung-out: the rung left out
+              inverted: contact `!!X2` is `!X2`
+              contact-out: contact `!!X2` left out
+              inverted: contact `bits[D0]` is `!bits[D0]`
+              contact-out: contact `bits[D0]` left out
+              group: `$Off | X1` is `$Off & X1`
+              inverted: contact `X1` is `!X1`
+              contact-out: contact `X1` left out
+              instruction: `OUT Y1` is `SET Y1`
+        "#]],
+    );
+}
+
+#[test]
+fn edges() {
+    check_main(
+        r#"
+        { when = ["rise(X0)"], do = ["SET C0"] },
+        { when = ["!fall(X0 | X1)", "rise($Off)"], do = ["OUT Y1"] },
+        { leg.up = ["rise(X0)"], leg.rst = ["rise(X1)"], do = ["CNT CT0 preset=12"] },
+        { leg.up = ["!rise(X0)"], leg.rst = ["$Off"], do = ["CNT CT1 preset=D0"] },
+        { when = ["rise(X2)"], do = ["PD C1"] },
+        "#,
+        expect![[r#"
+            Main, rung 1
+              rung-out: the rung left out
+              inverted: contact `rise(X0)` is `!rise(X0)`
+              contact-out: contact `rise(X0)` is always ON
+              level: `rise(X0)` is `X0`
+              other-edge: `rise(X0)` is `fall(X0)`
+              instruction: `SET C0` is `RST C0`
+            Main, rung 2
+              rung-out: the rung left out
+              inverted: contact `!fall(X0 | X1)` is `fall(X0 | X1)`
+              contact-out: contact `!fall(X0 | X1)` left out
+              level: `fall(X0 | X1)` is `X0 | X1`
+              other-edge: `fall(X0 | X1)` is `rise(X0 | X1)`
+              group: `X0 | X1` is `X0 & X1`
+              inverted: contact `X0` is `!X0`
+              contact-out: contact `X0` left out
+              inverted: contact `X1` is `!X1`
+              contact-out: contact `X1` left out
+              instruction: `OUT Y1` is `SET Y1`
+            Main, rung 3
+              rung-out: the rung left out
+              inverted: contact `rise(X0)` is `!rise(X0)`
+              contact-out: contact `rise(X0)` is always ON
+              other-edge: `rise(X0)` is `fall(X0)`
+              inverted: contact `rise(X1)` is `!rise(X1)`
+              contact-out: contact `rise(X1)` is always ON
+              level: `rise(X1)` is `X1`
+              other-edge: `rise(X1)` is `fall(X1)`
+              number: preset 12 is 13 in `CNT CT0 preset=12`
+              number: preset 12 is 11 in `CNT CT0 preset=12`
+            Main, rung 4
+              rung-out: the rung left out
+              inverted: contact `!rise(X0)` is `rise(X0)`
+              contact-out: contact `!rise(X0)` is always ON
+              level: `rise(X0)` is `X0`
+              other-edge: `rise(X0)` is `fall(X0)`
+            Main, rung 5
+              rung-out: the rung left out
+              inverted: contact `rise(X2)` is `!rise(X2)`
+              contact-out: contact `rise(X2)` is always ON
+              other-edge: `rise(X2)` is `fall(X2)`
+              instruction: `PD C1` is `ND C1`
+        "#]],
+    );
+}
+
+#[test]
+fn compares() {
+    check_main(
+        r#"
+        { when = ["D0 >= limit", "D1 == 3", "7 < D2", "R0 > 2.5"], do = ["OUT Y2"] },
+        { when = ["$On"], do = ["TMR T0 preset=3s"] },
+        { when = ["T0.Acc < 3s", "T0.Acc > 5ms", "D0 <= D1", "!(D2 != 0x10)"], do = ["OUT Y3"] },
+        "#,
+        expect![[r#"
+            Main, rung 1
+              rung-out: the rung left out
+              inverted: contact `D0 >= limit` is `D0 < limit`
+              contact-out: contact `D0 >= limit` left out
+              border: `D0 >= limit` is `D0 > limit`
+              number: `limit` (80) is 79 in `D0 >= limit`
+              inverted: contact `D1 == 3` is `D1 != 3`
+              contact-out: contact `D1 == 3` left out
+              number: 3 is 4 in `D1 == 3`
+              number: 3 is 2 in `D1 == 3`
+              inverted: contact `7 < D2` is `7 >= D2`
+              contact-out: contact `7 < D2` left out
+              border: `7 < D2` is `7 <= D2`
+              number: 7 is 8 in `7 < D2`
+              inverted: contact `R0 > 2.5` is `R0 <= 2.5`
+              contact-out: contact `R0 > 2.5` left out
+              border: `R0 > 2.5` is `R0 >= 2.5`
+              number: 2.5 is 2.525 in `R0 > 2.5`
+              number: 2.5 is 2.475 in `R0 > 2.5`
+              instruction: `OUT Y2` is `SET Y2`
+            Main, rung 2
+              rung-out: the rung left out
+              number: preset 3s is 3s10ms in `TMR T0 preset=3s`
+              number: preset 3s is 2s990ms in `TMR T0 preset=3s`
+            Main, rung 3
+              rung-out: the rung left out
+              inverted: contact `T0.Acc < 3s` is `T0.Acc >= 3s`
+              contact-out: contact `T0.Acc < 3s` left out
+              border: `T0.Acc < 3s` is `T0.Acc <= 3s`
+              number: 3s is 2s990ms in `T0.Acc < 3s`
+              inverted: contact `T0.Acc > 5ms` is `T0.Acc <= 5ms`
+              contact-out: contact `T0.Acc > 5ms` left out
+              border: `T0.Acc > 5ms` is `T0.Acc >= 5ms`
+              number: 5ms is 15ms in `T0.Acc > 5ms`
+              inverted: contact `D0 <= D1` is `D0 > D1`
+              contact-out: contact `D0 <= D1` left out
+              border: `D0 <= D1` is `D0 < D1`
+              inverted: contact `!(D2 != 0x10` is `D2 != 0x10`
+              contact-out: contact `!(D2 != 0x10` left out
+              number: 0x10 is 17 in `D2 != 0x10`
+              number: 0x10 is 15 in `D2 != 0x10`
+              instruction: `OUT Y3` is `SET Y3`
+        "#]],
+    );
+}
