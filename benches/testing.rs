@@ -80,6 +80,11 @@ fn once(file: &Path, code: i32) -> Duration {
         .expect("rungd runs");
     let took = begin.elapsed();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(
+        output.status.code(),
+        Some(code),
+        "{said}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     took
 }

@@ -95,8 +95,7 @@ fn file_text(name: &str, suite: &Suite, judged: &[JudgedMutant]) -> String {
     let percent = killed * 100 / all.max(1);
     let mut text =
         format!("{}: {killed} of {all} changes are noticed ({percent} %)\n", one_line(name));
-    let survivors: Vec<&JudgedMutant> =
-        judged.iter().filter(|of| of.killed_by.is_none()).collect();
+    let survivors: Vec<&JudgedMutant> = judged.iter().filter(|of| of.killed_by.is_none()).collect();
     if !survivors.is_empty() {
         text += "not noticed, each a rung to look at:\n";
     }

@@ -189,7 +189,6 @@ fn file_text(name: &str, verdicts: &[Verdict], verbose: bool) -> String {
         }
         if let Some(failure) = &verdict.failure {
             text += &failure.text(name);
-            text.push('\n');
         }
     }
     text
@@ -278,8 +277,9 @@ fn wait_for_change(
     loop {
         std::thread::sleep(LOOK_EVERY);
         // A file that is being replaced is not there for a moment.
-        let is_changed =
-            |(name, was): (&String, &Option<SystemTime>)| changed(name).is_some_and(|at| Some(at) != *was);
+        let is_changed = |(name, was): (&String, &Option<SystemTime>)| {
+            changed(name).is_some_and(|at| Some(at) != *was)
+        };
         if known.iter().any(is_changed) || find(&args.paths).is_ok_and(|now| now != paths) {
             return Ok(());
         }

@@ -87,15 +87,21 @@ pub struct Rig {
 impl Rig {
     /// A cold start, in RUN, before the first scan.
     pub fn new(program: &Arc<RigProgram>, setup: &RigSetup) -> Rig {
-        let mut engine = Engine::new(program.code.clone());
-        setup.set.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
-        let (machine, tape) = match setup.is_taped {
+        let engine = Engine::new(program.code.clone());
+        let (mut machine, tape) = match setup.is_taped {
             true => {
                 let (machine, tape) = RigTape::of(engine);
                 (machine, Some(tape))
             }
             false => (Taped::new(engine), None),
         };
+        machine.comes_from(Origin::Batch(Ticket(0)));
+        for (cell, value) in &setup.set {
+            match *cell {
+                Cell::Bit(bit) => machine.write_bit(bit, *value != 0),
+                Cell::Word(word) => machine.write_word(word, *value),
+            }
+        }
         let retained = setup.keeps_images.then(|| Retained::new(program, 0));
         let mut rig = Rig {
             field: RigField::new(program),

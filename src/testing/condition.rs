@@ -64,6 +64,15 @@ impl Condition {
         self.judge.is_true(image, edges)
     }
 
+    /// The operands that decide its present value: where an `&` is false the parts that are false,
+    /// where an `|` is true those that are true. Each once, in the order of `operands`.
+    pub(super) fn deciding(&self, image: &Image) -> Vec<Cell> {
+        let mut cells = Vec::new();
+        self.judge.deciding(image, &mut cells);
+        let operands = self.operands.iter().map(|(_, cell)| *cell);
+        operands.filter(|cell| cells.contains(cell)).collect()
+    }
+
     /// The elements that words select on an image, as `recipe[3]`; none for an index outside of
     /// its array.
     pub fn elements(&self, image: &Image) -> Vec<(String, Cell)> {
@@ -98,6 +107,38 @@ impl Judge {
         }
     }
 
+    /// What it is; `None` of what depends on an edge.
+    fn known(&self, image: &Image) -> Option<bool> {
+        match self {
+            Judge::Edge(..) => None,
+            Judge::Not(inner) => inner.known(image).map(|value| !value),
+            Judge::All(items) => series(items, image, false),
+            Judge::Any(items) => series(items, image, true),
+            Judge::Bit(_) | Judge::Element(_) | Judge::Compare(..) => {
+                Some(self.is_true(image, &mut []))
+            }
+        }
+    }
+
+    fn deciding(&self, image: &Image, into: &mut Vec<Cell>) {
+        match self {
+            Judge::Bit(cell) => into.push(Cell::Bit(*cell)),
+            Judge::Element(element) => into.push(Cell::Word(element.index)),
+            Judge::Not(inner) | Judge::Edge(_, _, inner) => inner.deciding(image, into),
+            Judge::All(items) | Judge::Any(items) => {
+                let value = self.known(image);
+                let decides = |item: &&Judge| item.known(image).is_none_or(|of| Some(of) == value);
+                let all = value.is_none() || value == Some(matches!(self, Judge::All(_)));
+                let items = items.iter().filter(|item| all || decides(item));
+                items.for_each(|item| item.deciding(image, into));
+            }
+            Judge::Compare(a, _, b) => {
+                a.cells(into);
+                b.cells(into);
+            }
+        }
+    }
+
     /// Evaluates every part, whatever its neighbours say: edges see each scan.
     fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
         match self {
@@ -128,4 +169,17 @@ impl Judge {
             },
         }
     }
+}
+
+/// The value of a series, of which one part that is `decides` decides alone.
+fn series(items: &[Judge], image: &Image, decides: bool) -> Option<bool> {
+    let mut known = Some(!decides);
+    for item in items {
+        match item.known(image) {
+            Some(value) if value == decides => return Some(decides),
+            Some(_) => {}
+            None => known = None,
+        }
+    }
+    known
 }

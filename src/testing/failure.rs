@@ -17,7 +17,7 @@ use crate::observe::{At, Limits, Subject};
 use crate::rig::{Rig, RigMode};
 
 /// How far the explanation of an operand goes.
-const WHY: Limits = Limits { depth: 2, nodes: 12, change: false };
+const WHY: Limits = Limits { depth: 2, nodes: 8, change: false };
 
 /// The most operands that are explained.
 const EXPLAINED_MAX: usize = 3;
@@ -161,7 +161,7 @@ fn what(stage: Stage, scenario: &Scenario, failed: &Failed) -> String {
     match &failed.why {
         FailedWhy::Unmet => "it is not so".to_owned(),
         FailedWhy::Never(count) => format!("it is not so once in {}", scans(*count)),
-        FailedWhy::NotHeld(at) => format!("it is not so in scan {at} of the time"),
+        FailedWhy::NotHeld(at) => format!("it is not so in the {} scan of the step", ordinal(*at)),
         FailedWhy::Always(_) => {
             let step = stage.suite.text(scenario.steps[failed.step].span);
             match step.is_empty() {
@@ -179,6 +179,17 @@ fn what(stage: Stage, scenario: &Scenario, failed: &Failed) -> String {
     }
 }
 
+/// `1st`, `2nd`, `13th`.
+fn ordinal(number: u64) -> String {
+    let ending = match (number % 10, number % 100) {
+        (1, rest) if rest != 11 => "st",
+        (2, rest) if rest != 12 => "nd",
+        (3, rest) if rest != 13 => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
+}
+
 /// Plays the scenario again with a tape, and asks for the operands of its condition.
 fn explain(
     stage: Stage,
@@ -187,9 +198,12 @@ fn explain(
     failure: &mut Failure,
 ) {
     let program = &stage.programs[failed.program.0];
-    let cells = condition.operands.iter().map(|(_, cell)| *cell).collect();
-    let mut history = History::new(Arc::clone(program), cells, failed.scans);
+    let mut history = History::new(Arc::clone(program), condition, failed.scans);
     let (_, rig) = play(stage, scenario, true, &mut history);
+    if failed.scans == 0 || !matches!(failed.why, FailedWhy::Always(_)) {
+        // Steps that take no scan may have changed memory since.
+        history.deciding = condition.deciding(rig.image());
+    }
     let layout = &program.symbols.layout;
     let text = |cell: Cell, value: i32| match cell {
         Cell::Bit(_) if value == 0 => "OFF".to_owned(),
@@ -215,22 +229,22 @@ fn explain(
         .collect();
     let of_scan = matches!(failed.why, FailedWhy::Always(_)) && failed.scan > 0;
     let at = if of_scan { At::Scan(failed.scan) } else { At::Now };
-    failure.why = why(stage, failed.program, (&rig, condition), at);
+    failure.why = why(stage, failed.program, (&rig, history.deciding), at);
 }
 
 /// Why the operands of a condition have their values.
 fn why(
     stage: Stage,
     program: ProgramId,
-    (rig, condition): (&Rig, &Condition),
+    (rig, deciding): (&Rig, Vec<Cell>),
     at: At,
 ) -> Vec<String> {
     let of = &stage.suite.programs[program.0];
     let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
     let mut sections = rig.sections();
     let mut answers = Vec::new();
-    for (_, cell) in condition.operands.iter().take(EXPLAINED_MAX) {
-        if let Ok(answer) = subject.why(&mut sections, *cell, (at, WHY)) {
+    for cell in deciding.into_iter().take(EXPLAINED_MAX) {
+        if let Ok(answer) = subject.why(&mut sections, cell, (at, WHY)) {
             answers.push(answer.text());
         }
     }

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use super::condition::Condition;
 use super::happened::value_in;
 use super::player::Spectator;
 use crate::engine::Cell;
@@ -21,20 +22,22 @@ pub(super) struct Change {
     pub value: i32,
 }
 
-/// The last changes of some cells of one program.
-pub(super) struct History {
+/// The last changes of the operands of a condition.
+pub(super) struct History<'a> {
     program: Arc<RigProgram>,
-    cells: Vec<Cell>,
+    condition: &'a Condition,
+    /// The operands that decide its value at the last scan.
+    pub deciding: Vec<Cell>,
     /// The scan at which to end, in all processes.
     until: u64,
     changes: Vec<VecDeque<Change>>,
 }
 
-impl History {
-    /// Of cells of a program, up to a scan.
-    pub fn new(program: Arc<RigProgram>, cells: Vec<Cell>, until: u64) -> History {
-        let changes = vec![VecDeque::new(); cells.len()];
-        History { program, cells, until, changes }
+impl<'a> History<'a> {
+    /// Of a condition over a program's cells, up to a scan.
+    pub fn new(program: Arc<RigProgram>, condition: &'a Condition, until: u64) -> History<'a> {
+        let changes = vec![VecDeque::new(); condition.operands.len()];
+        History { program, condition, deciding: Vec::new(), until, changes }
     }
 
     /// The changes of each cell, the newest last.
@@ -43,13 +46,17 @@ impl History {
     }
 }
 
-impl Spectator for History {
+impl Spectator for History<'_> {
     fn scanned(&mut self, rig: &Rig, scans: u64) {
         if scans > self.until || !Arc::ptr_eq(rig.program(), &self.program) {
             return;
         }
         let (scan, now_ns) = (rig.scans() + 1, rig.next_ns());
-        for (cell, changes) in self.cells.iter().zip(&mut self.changes) {
+        if scans == self.until {
+            self.deciding = self.condition.deciding(rig.image());
+        }
+        let operands = self.condition.operands.iter();
+        for ((_, cell), changes) in operands.zip(&mut self.changes) {
             let value = value_in(rig.image(), *cell);
             if changes.back().is_none_or(|last| last.value != value) {
                 if changes.len() == CHANGES_MAX {

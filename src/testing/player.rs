@@ -488,6 +488,7 @@ impl<'a, S: Spectator> Player<'a, S> {
 
     /// Names the steps for `why`.
     fn note_steps(&mut self) {
+        self.rig.note(Ticket(0), "`set` of the test");
         let text = &self.stage.suite.file.text;
         for (at, step) in self.scenario.steps.iter().enumerate() {
             let place = step.span.start as usize..step.span.end as usize;

@@ -97,6 +97,20 @@ impl Quantity {
         Quantity::Bit(layout.bit(bit))
     }
 
+    /// The cells that it reads; of an element the one that selects it.
+    pub fn cells(&self, into: &mut Vec<Cell>) {
+        match self {
+            Quantity::Constant(_) => {}
+            Quantity::Word(cell) | Quantity::RealWord(cell) => into.push(Cell::Word(*cell)),
+            Quantity::Bit(cell) => into.push(Cell::Bit(*cell)),
+            Quantity::Element(element) => into.push(Cell::Word(element.index)),
+            Quantity::Sum(steps) => steps.iter().for_each(|step| match step {
+                SumStep::Read(of) => of.cells(into),
+                SumStep::Compute(_) => {}
+            }),
+        }
+    }
+
     /// Its number on an image; `None` if it reads an element outside of an array.
     pub fn number(&self, image: &Image) -> Option<Number> {
         Some(match self {

@@ -67,7 +67,8 @@ impl Failure {
         for operand in &self.operands {
             let since = since_text(operand, self.now_ns);
             let (name, value) = (&operand.name, &operand.value);
-            let _ = writeln!(text, "    {name:<width$}  {value:<values$}  {since}");
+            let line = format!("    {name:<width$}  {value:<values$}  {since}");
+            let _ = writeln!(text, "{}", line.trim_end());
         }
         text
     }
@@ -116,10 +117,13 @@ fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
         let _ = write!(text, "    {:<names$}  ", operand.name);
         for (column, cell) in row.iter().enumerate() {
             let width = width(column);
+            // A number stands where it comes.
+            let is_new = column == 0 || row[column - 1] != *cell;
             match (operand.is_bit, cell.as_str()) {
                 (true, "ON") => text += &"#".repeat(width),
                 (true, "OFF") => text += &"_".repeat(width),
-                _ => drop(write!(text, "{cell:<width$}")),
+                _ if is_new => drop(write!(text, "{cell:<width$}")),
+                _ => text += &" ".repeat(width),
             }
         }
         text.truncate(text.trim_end().len());
