@@ -23,7 +23,9 @@ mod written;
 pub use condition::Condition;
 pub use reading::{ReadSuite, read_suite};
 pub use scenario::{ScenarioOf, scenario};
+
 pub use suite::{
     Chance, Operand, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Step,
     Suite, TestProgram, TestTime,
 };
+pub(crate) use written::shape;
