@@ -99,7 +99,9 @@ impl<'a> TestNames<'a> {
             Ok(LookUp { thing: Thing::Address(address), .. }) => Ok(address),
             Ok(_) => {
                 let message = scope.address(name).err().unwrap_or_default();
-                Err(Finding::new(Code::OperandType, span, message))
+                let finding = Finding::new(Code::OperandType, span, message);
+                Err(finding
+                    .help("name one bit or one word: `bottle`, `X0`, `late.Acc`, `recipe[3]`"))
             }
             Err(mistake) => {
                 let finding = mistake.finding(span);
@@ -136,7 +138,9 @@ impl<'a> TestNames<'a> {
                 Address::Bit(_) | Address::Word(_) => {
                     finding.help("the ladder changes it: set what the ladder reads")
                 }
-                Address::Structure(_) => finding,
+                Address::Structure(_) => {
+                    finding.help("one bit or one word is set: a structure has several")
+                }
             }
         })?;
         Ok(self.target(name, address, takes))
@@ -150,12 +154,18 @@ impl<'a> TestNames<'a> {
             Address::Bit(bit) if bit.forcible() => {
                 Ok(StimulusTarget::Bit(self.symbols.layout.bit(bit)))
             }
+            Address::Bit(Bit::Space(..)) => {
+                Err(format!("`{name}` cannot be forced: it says how the controller is"))
+            }
             Address::Bit(_) => Err(format!("`{name}` cannot be forced: the ladder switches it")),
             Address::Word(_) | Address::Structure(_) => {
                 StimulusTarget::at(address, name, &self.symbols)
             }
         };
-        let takes = takes.map_err(|message| Finding::new(Code::TestStep, span, message))?;
+        let takes = takes.map_err(|message| {
+            let finding = Finding::new(Code::TestStep, span, message);
+            finding.help("force what the ladder reads there: an input, a bit, a word")
+        })?;
         Ok(self.target(name, address, takes))
     }
 
