@@ -1,5 +1,5 @@
-//! `rungd schema`: prints the JSON Schema (draft 2020-12) of a ladder file or a controller file,
-//! for editors and for programs that write these files.
+//! `rungd schema`: prints the JSON Schema (draft 2020-12) of a ladder file, a controller file or a
+//! test file, for editors and for programs that write these files.
 //!
 //! Keys, their types and their explanations come from the readers of the files
 //! ([`crate::source::shape`]). Only `rungd check` finds mistakes that a schema cannot express: an
@@ -16,6 +16,7 @@ use crate::controller;
 use crate::source::key::{Key, KeyLimit};
 use crate::source::ladder;
 use crate::source::shape::{Shape, ValueForm};
+use crate::testing;
 
 /// Prints the JSON Schema of a kind of file
 #[derive(Args, Debug)]
@@ -32,6 +33,8 @@ pub enum FileKind {
     Ladder,
     /// A controller file
     Controller,
+    /// A test file
+    Test,
 }
 
 /// As `isa::duration` reads it.
@@ -52,6 +55,7 @@ pub fn of(kind: FileKind) -> Value {
     let (shape, title) = match kind {
         FileKind::Ladder => (ladder::shape(), "A ladder file of rungd"),
         FileKind::Controller => (controller::shape(), "A controller file of rungd"),
+        FileKind::Test => (testing::shape(), "A test file of rungd"),
     };
     let mut writer = Writer { places: Map::new() };
     let mut schema = writer.table(&shape);
@@ -176,7 +180,7 @@ mod tests {
                 untyped(value, &path, found);
             }
         }
-        for kind in [FileKind::Ladder, FileKind::Controller] {
+        for kind in [FileKind::Ladder, FileKind::Controller, FileKind::Test] {
             let mut found = Vec::new();
             untyped(&of(kind), "", &mut found);
             assert!(found.is_empty(), "{found:?}");
@@ -204,6 +208,7 @@ mod tests {
         let mut found = Vec::new();
         pieces(&ladder::shape(), &mut found);
         pieces(&controller::shape(), &mut found);
+        pieces(&testing::shape(), &mut found);
         for text in found {
             let parsed: Result<Value, _> = serde_json::from_str(text);
             assert!(parsed.is_ok(), "{text}: {parsed:?}");

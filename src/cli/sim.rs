@@ -1,6 +1,8 @@
-//! `rungd sim`: ladder files, a stimulus and a plan in; a trace out. Virtual time, no sleeping.
+//! `rungd sim`: ladder files or a controller file, a stimulus and a plan in; a trace out. Virtual
+//! time, no sleeping.
 //!
-//! Reads and writes the files; `sim` computes the trace.
+//! Reads and writes the files; `sim` computes the trace of ladders, and `rig` that of a controller
+//! with its simulated devices.
 
 use std::path::PathBuf;
 
@@ -8,11 +10,13 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 
 use super::check::style;
-use super::exit::Exit;
+use super::exit::{CommandLine, Exit};
+use super::sim_controller::{self, ControllerTargets};
 use super::terminal::{say, say_drawn};
 use super::trace_file::{self, TraceFile};
 use super::watched_operands;
 use crate::calendar;
+use crate::controller::Controller;
 use crate::engine::BitCell;
 use crate::isa::duration::{self, DurationError};
 use crate::isa::{Bit, DeviceId, Health};
@@ -21,8 +25,12 @@ use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
 use crate::sim::stimulus::{Stimulus, StimulusTarget};
+use crate::sim::trace::{ChangesOnly, Trace};
 use crate::sim::{self, Plan};
 use crate::source::render::{refuses, render};
+
+/// The time between two scans if neither `--period` nor a controller file gives it.
+const DEFAULT_PERIOD_MS: u32 = 10;
 
 /// The number of scans if neither `--scans` nor `--for` is given.
 const DEFAULT_SCANS: u64 = 100;
@@ -30,12 +38,12 @@ const DEFAULT_SCANS: u64 = 100;
 /// Runs a ladder program in virtual time and prints the values of its operands
 #[derive(Args, Debug)]
 pub struct SimArgs {
-    /// Ladder files; several files form one program
-    #[arg(required = true, value_name = "LADDER.toml")]
-    ladders: Vec<PathBuf>,
-    /// Time between two scans
-    #[arg(long, default_value = "10ms", value_parser = period)]
-    period: u32,
+    /// Ladder files, which form one program; or one controller file, with its simulated devices
+    #[arg(required = true, value_name = "FILE.toml")]
+    files: Vec<PathBuf>,
+    /// Time between two scans (default 10ms; a controller file has its own)
+    #[arg(long, value_parser = period)]
+    period: Option<u32>,
     /// How many scans to run (default 100)
     #[arg(long, value_name = "N", conflicts_with = "time")]
     scans: Option<u64>,
@@ -45,7 +53,7 @@ pub struct SimArgs {
     /// The local time of the first scan, as 2026-11-22T06:00:00
     #[arg(long, value_name = "TIME", default_value = "2001-01-01T00:00:00", value_parser = clock)]
     clock: i64,
-    /// Inputs and queued writes by scan: CSV, header `scan,OP,OP,…`
+    /// Inputs and queued writes: CSV, header `scan,OP,OP,…`, or `time,OP,OP,…` with times as 0.35s
     #[arg(long, value_name = "S.csv")]
     stimulus: Option<PathBuf>,
     /// Operands to trace, in this order (default: all operands that the ladder names)
@@ -55,6 +63,9 @@ pub struct SimArgs {
     /// on standard output
     #[arg(long, default_value = "-", value_name = "OUT.csv|OUT.svg|OUT.vcd|-")]
     trace: PathBuf,
+    /// Trace only scans in which a traced operand has changed (CSV)
+    #[arg(long)]
+    changes: bool,
     /// Stop in an orderly way after the last scan: termination passes run, and a row `stop` follows
     #[arg(long)]
     stop: bool,
@@ -90,69 +101,133 @@ fn clock(text: &str) -> Result<i64, String> {
 /// # Errors
 /// A file that cannot be read or written, a stimulus or `--watch` that does not fit the program.
 pub fn sim(args: &SimArgs) -> Result<Exit> {
-    let reads = args.ladders.iter().chain(&args.stimulus);
+    let reads = args.files.iter().chain(&args.stimulus);
     if let Some(read) = trace_file::overwritten(&args.trace, reads) {
         let (trace, read) = (args.trace.display(), read.display());
         say(&format!("error: --trace {trace} would overwrite {read}, which it reads\n"));
         return Ok(Exit::Usage);
     }
-    let loaded = load::ladder_files(&args.ladders)?;
+    let loaded = match args.files.as_slice() {
+        [one] if load::is_controller_file(one)? => load::controller_file(one)?,
+        files => load::ladder_files(files)?,
+    };
     let style = style(false);
     if !loaded.findings.is_empty() {
         say_drawn(&render(&loaded.findings, &loaded.files, style));
     }
     match loaded.program {
         Some(program) if !refuses(&loaded.findings, style) => {
-            simulate(args, &program)?;
+            simulate(args, &program, loaded.controller)?;
             Ok(Exit::Ok)
         }
         _ => Ok(Exit::Config),
     }
 }
 
-fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
+/// A simulation, with all that the command line says of it.
+pub(super) struct Simulation {
+    /// The time between two scans, ms.
+    pub period_ms: u32,
+    /// The number of scans.
+    pub scans: u64,
+    /// Whether it ends with an orderly stop.
+    pub stop: bool,
+    /// The local time of the first scan.
+    pub clock_s: i64,
+}
+
+fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -> Result<()> {
     trace_file::refuse_other_forms("--trace", &args.trace)?;
-    let (engine_program, symbols) = lower(program);
-    let plan = Plan {
-        period_ms: args.period,
-        scans: scans(args),
-        stop: args.stop,
-        well: well(program, &symbols),
-        clock_s: args.clock,
-        stimulus: stimulus(args, program, &symbols)?,
+    trace_file::refuse_changes(args.changes, &args.trace)?;
+    let simulation = simulation(args, controller.as_ref())?;
+    let symbols = lower(program).1;
+    let watched = watched_operands::watched(args.watch.as_deref(), program, &symbols)?;
+    let stimulus = match &controller {
+        Some(of) => {
+            let lookup = ControllerTargets::of(program, of, &symbols);
+            stimulus(args, &simulation, &|operand| lookup.target(operand))?
+        }
+        None => {
+            let scope = Scope::of(program);
+            let lookup =
+                |operand: &str| StimulusTarget::at(scope.address(operand)?, operand, &symbols);
+            stimulus(args, &simulation, &lookup)?
+        }
     };
-    if !plan.fits() {
+    let trace = TraceFile::create(&args.trace, &watched)?;
+    let run = Run { program, simulation, stimulus };
+    match args.changes {
+        true => {
+            let mut trace = ChangesOnly::new(trace);
+            run.into(controller, &mut trace)?;
+            trace.into_inner().finish()
+        }
+        false => {
+            let mut trace = trace;
+            run.into(controller, &mut trace)?;
+            trace.finish()
+        }
+    }
+}
+
+/// A program with its simulation and stimulus.
+struct Run<'a> {
+    program: &'a Program,
+    simulation: Simulation,
+    stimulus: Stimulus,
+}
+
+impl Run<'_> {
+    /// Runs it, with a controller on the rig, and traces it.
+    fn into(self, controller: Option<Controller>, trace: &mut dyn Trace) -> Result<()> {
+        let Run { program, simulation, stimulus } = self;
+        if let Some(controller) = controller {
+            return sim_controller::run(program, controller, (&simulation, &stimulus), trace);
+        }
+        let (engine_program, symbols) = lower(program);
+        let Simulation { period_ms, scans, stop, clock_s } = simulation;
+        let well = well(program, &symbols);
+        let plan = Plan { period_ms, scans, stop, well, clock_s, stimulus };
+        Ok(sim::run(engine_program, &plan, trace)?)
+    }
+}
+
+fn simulation(args: &SimArgs, controller: Option<&Controller>) -> Result<Simulation> {
+    let period_ms = match (args.period, controller) {
+        (Some(_), Some(_)) => {
+            let message = "--period: a controller file has its own, `[scan] period`";
+            return Err(CommandLine(message.to_owned()).into());
+        }
+        (Some(period_ms), None) => period_ms,
+        (None, Some(controller)) => controller.period_ms,
+        (None, None) => DEFAULT_PERIOD_MS,
+    };
+    let scans = match (args.scans, args.time) {
+        (Some(scans), _) => scans,
+        (None, Some(ms)) => u64::from(ms).div_ceil(u64::from(period_ms)),
+        (None, None) => DEFAULT_SCANS,
+    };
+    let period_ns = u64::from(period_ms) * 1_000_000;
+    if scans.checked_mul(period_ns).is_none() {
         bail!(
-            "{} scans at a period of {} ms last longer than time can be counted (584 years)",
-            plan.scans,
-            plan.period_ms
+            "{scans} scans at a period of {period_ms} ms last longer than time can be counted \
+             (584 years)"
         );
     }
-    let names = args.watch.as_deref();
-    let watched = watched_operands::watched(names, program, &symbols)?;
-    let mut trace = TraceFile::create(&args.trace, &watched)?;
-    sim::run(engine_program, &plan, &mut trace)?;
-    trace.finish()
+    Ok(Simulation { period_ms, scans, stop: args.stop, clock_s: args.clock })
 }
 
-fn scans(args: &SimArgs) -> u64 {
-    match (args.scans, args.time) {
-        (Some(scans), _) => scans,
-        (None, Some(ms)) => u64::from(ms).div_ceil(u64::from(args.period)),
-        (None, None) => DEFAULT_SCANS,
-    }
-}
+/// Resolves an operand of a stimulus; the error is the reason why it cannot be written.
+type Lookup<'a> = &'a dyn Fn(&str) -> Result<StimulusTarget, String>;
 
-fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stimulus> {
+fn stimulus(args: &SimArgs, simulation: &Simulation, lookup: Lookup) -> Result<Stimulus> {
     let Some(path) = &args.stimulus else { return Ok(Stimulus::default()) };
     let name = path.display();
     let bytes = load::read_bytes(path).with_context(|| name.to_string())?;
     let Ok(text) = String::from_utf8(bytes) else { bail!("{name}: the file is not UTF-8 text") };
-    let scope = Scope::of(program);
-    let lookup = |operand: &str| StimulusTarget::at(scope.address(operand)?, operand, symbols);
-    let stimulus = Stimulus::parse(&text, &lookup)
+    let stimulus = Stimulus::parse_timed(&text, simulation.period_ms, lookup)
         .map_err(|error| anyhow::anyhow!("{name}:{}: {}", error.line, error.message))?;
-    if let Some(beyond) = stimulus.beyond(scans(args)) {
+    if let Some(beyond) = stimulus.beyond(simulation.scans) {
         say(&format!("warning: {name}:{}: {}\n", beyond.line, beyond.message));
     }
     Ok(stimulus)

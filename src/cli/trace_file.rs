@@ -69,6 +69,19 @@ impl ValueTrace for TraceFile<'_> {
     }
 }
 
+/// Refuses `--changes` of a form that is no CSV: its other forms show changes as they are.
+///
+/// # Errors
+/// The command line is wrong.
+pub(super) fn refuse_changes(changes: bool, trace: &Path) -> Result<()> {
+    match extension(trace) {
+        Some(form @ ("svg" | "vcd")) if changes => {
+            Err(CommandLine(format!("--changes is for CSV: a .{form} shows changes alone")).into())
+        }
+        Some(_) | None => Ok(()),
+    }
+}
+
 /// Refuses a name, as an option gives it, whose ending says no form.
 ///
 /// # Errors

@@ -3,8 +3,11 @@
 //!
 //! Called by the daemon, and by the rig for tests in virtual time.
 
+use std::collections::HashMap;
+
 use super::device::{Device, DeviceInput, DriverSettings, OnLoss, Output, SafeValue};
 use super::settings::Controller;
+use crate::io::plant::settings::Rule;
 use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::lower::Symbols;
 use crate::runtime::Safe;
@@ -17,6 +20,21 @@ impl Controller {
     /// The wiring of each field device, in their order.
     pub(crate) fn wirings(&self, symbols: &Symbols) -> Vec<Wiring> {
         self.devices.iter().map(|device| wiring(device, symbols)).collect()
+    }
+
+    /// The addresses that simulated devices move at every scan, each with the device for people.
+    pub(crate) fn simulated(&self) -> HashMap<Address, String> {
+        let is_simulated = |of: &&Device| matches!(of.driver, DriverSettings::Simulated(_));
+        let devices = self.devices.iter().filter(is_simulated);
+        let inputs = devices.flat_map(|device| {
+            let mover = format!("device `{}`", device.name);
+            device.inputs.iter().map(move |input| (input.address, mover.clone()))
+        });
+        let rule = |rule: &Rule| {
+            let input = Address::Bit(Bit::Space(BitSpace::X, rule.input));
+            (input, "a `[[simulated-device]]` rule".to_owned())
+        };
+        inputs.chain(self.rules.iter().map(rule)).collect()
     }
 
     /// The value of each Y outside RUN.

@@ -34,15 +34,18 @@ pub(crate) fn bench(naming: &Path, file: SourceFile, settings: &WrittenControlle
     loaded
 }
 
-/// The kind of a file that a test names; `identity` is the same for all spellings of its path.
+/// The kind of a file that a test names.
 ///
 /// # Errors
-/// It cannot be read: the reason.
+/// It cannot be read: a sentence.
 pub(crate) fn input_kind(path: &Path) -> Result<InputKind, String> {
     match InputFile::read(path) {
         Ok(input) if input.is_controller() => Ok(InputKind::Controller),
         Ok(_) => Ok(InputKind::Ladder),
-        Err(failure) => Err(format!("{failure:#}")),
+        Err(failure) if path.to_str().and_then(library::named).is_some() => {
+            Err(format!("{failure:#}"))
+        }
+        Err(failure) => Err(format!("cannot read `{}`: {}", path.display(), failure.root_cause())),
     }
 }
 

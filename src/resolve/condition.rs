@@ -12,7 +12,7 @@ use crate::isa::{Address, Bit};
 use crate::source::atom::AtomKind;
 use crate::source::contact::{Comparison, Contact, Edge};
 use crate::source::contact_sum::{Sum, SumPart, SumSign};
-use crate::source::finding::Finding;
+use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
 /// A condition over addresses.
@@ -95,12 +95,16 @@ impl<'a> ConditionNames<'a> {
                 let reads = reads.into_iter().map(|(_, operand)| operand).collect();
                 Ok(ResolvedCondition { contact, reads, elements })
             }
-            Some(_) | None => Err(findings.into_iter().map(of_test).collect()),
+            Some(_) | None => {
+                let of_test = |of: Finding| of.declared_as(|| NOT_IN_LADDER.to_owned());
+                Err(findings.into_iter().map(of_test).collect())
+            }
         }
     }
 
     fn contact(&mut self, written: &Contact<Sum>) -> Option<Resolved> {
         match written {
+            Contact::Bit(name) if self.is_difference(&name.value, name.span) => None,
             Contact::Bit(name) => match self.resolver.bit(&name.value, name.span)? {
                 super::program::Contact::Element(element, _) => {
                     self.elements.push((name.value.clone(), element));
@@ -138,6 +142,7 @@ impl<'a> ConditionNames<'a> {
             terms.extend(match part {
                 SumPart::Sign(sign) => Some(Term::Sign(*sign)),
                 SumPart::Value(atom) => match &atom.kind {
+                    AtomKind::Name(name) if self.is_difference(name, atom.span) => None,
                     AtomKind::Name(name) if has_signs && self.is_bit(name) => {
                         self.bit_term(name, atom.span)
                     }
@@ -155,6 +160,18 @@ impl<'a> ConditionNames<'a> {
             });
         }
         (terms.len() == sum.parts.len()).then_some(terms)
+    }
+
+    /// Finds `D0-D1`, which reads as one name.
+    fn is_difference(&mut self, name: &str, span: Span) -> bool {
+        let scope = &self.resolver.scope;
+        let Some((left, right)) = name.split_once('-') else { return false };
+        if scope.look_up(name).is_ok() || scope.look_up(left).is_err() {
+            return false;
+        }
+        let finding = Finding::new(Code::ContactSyntax, span, "a minus without spaces around it");
+        self.resolver.findings.push(finding.help(format!("write `{left} - {right}`")));
+        true
     }
 
     fn is_bit(&self, name: &str) -> bool {
@@ -185,15 +202,6 @@ impl<'a> ConditionNames<'a> {
             | Resolved::Compare(..) => None,
         }
     }
-}
-
-/// The finding, with a help for a place in a test, which declares nothing.
-fn of_test(mut finding: Finding) -> Finding {
-    finding.reword_help(|help| match help.strip_prefix("nothing is computed here") {
-        Some(_) => "a minus has spaces around it: `D0 - D1`".to_owned(),
-        None => help.to_owned(),
-    });
-    finding.declared_as(|| NOT_IN_LADDER.to_owned())
 }
 
 /// The help for a name that no ladder has.

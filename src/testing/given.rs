@@ -54,7 +54,8 @@ fn content(target: &TestTarget, given: Constant, span: Span) -> Result<i32, Find
     let name = &target.operand.name;
     let beyond = |min: String, max: String, value: String| {
         let message = format!("`{name}` takes {min} to {max}, not {value}");
-        Finding::new(Code::OutOfRange, span, message)
+        let finding = Finding::new(Code::OutOfRange, span, message);
+        finding.help(format!("write `{min}`, `{max}`, or what lies between"))
     };
     match (target.takes, given) {
         (StimulusTarget::Input(_) | StimulusTarget::Bit(_), Constant::Bit(on)) => Ok(on.into()),
@@ -103,16 +104,15 @@ fn shown(given: Constant) -> String {
 /// The finding for a value of another form.
 fn wrong(target: &TestTarget, given: &str, span: Span) -> Finding {
     let name = &target.operand.name;
-    let message = match target.takes {
+    let (kind, takes, help) = match target.takes {
         StimulusTarget::Input(_) | StimulusTarget::Bit(_) => {
-            format!("`{name}` is a bit: it takes 0 or 1, not `{given}`")
+            ("a bit", "0 or 1", "write `1`, or `0`")
         }
         StimulusTarget::Word(..) => {
-            format!("`{name}` is a word: it takes a whole number or a duration, not `{given}`")
+            ("a word", "a whole number or a duration", "write it as `12`, `-3`, `1m30s`")
         }
-        StimulusTarget::Real(..) => {
-            format!("`{name}` is a real: it takes a number as 12.5, not `{given}`")
-        }
+        StimulusTarget::Real(..) => ("a real", "a number", "write it as `12.5`, `-3`, `2e-3`"),
     };
-    Finding::new(Code::TestStep, span, message)
+    let message = format!("`{name}` is {kind}: it takes {takes}, not `{given}`");
+    Finding::new(Code::TestStep, span, message).help(help)
 }

@@ -43,8 +43,10 @@ pub use mutation::{JudgedMutant, MutateOptions, first_failure, mutate};
 pub use reading::{ReadSuite, read_suite};
 pub use runner::{RunOptions, Verdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
+
 pub use suite::{
     Chance, Operand, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Step,
     Suite, TestProgram, TestTime,
 };
 pub use traced::trace;
+pub(crate) use written::shape;

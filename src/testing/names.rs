@@ -11,7 +11,6 @@ use super::step_text::WrittenCondition;
 use super::step_words::StepWord;
 use super::suite::Operand;
 use crate::controller::Controller;
-use crate::controller::device::DriverSettings;
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, DeviceId};
 use crate::lower::{Symbols, lower};
@@ -46,21 +45,10 @@ impl<'a> TestNames<'a> {
         controller: &Controller,
         options: &'a LoadOptions,
     ) -> TestNames<'a> {
-        let mut moved = HashMap::new();
-        for device in &controller.devices {
-            let DriverSettings::Simulated(_) = device.driver else { continue };
-            for input in &device.inputs {
-                moved.insert(input.address, format!("device `{}`", device.name));
-            }
-        }
-        for rule in &controller.rules {
-            let address = Address::Bit(Bit::Space(BitSpace::X, rule.input));
-            moved.insert(address, "a `[[simulated-device]]` rule".to_owned());
-        }
         TestNames {
             conditions: ConditionNames::of(program, options),
             symbols: lower(program).1,
-            moved,
+            moved: controller.simulated(),
             devices: KnownNames::new(program.devices.iter().map(String::as_str)),
         }
     }
@@ -99,7 +87,9 @@ impl<'a> TestNames<'a> {
             Ok(LookUp { thing: Thing::Address(address), .. }) => Ok(address),
             Ok(_) => {
                 let message = scope.address(name).err().unwrap_or_default();
-                Err(Finding::new(Code::OperandType, span, message))
+                let finding = Finding::new(Code::OperandType, span, message);
+                Err(finding
+                    .help("name one bit or one word: `bottle`, `X0`, `late.Acc`, `recipe[3]`"))
             }
             Err(mistake) => {
                 let finding = mistake.finding(span);
@@ -136,7 +126,9 @@ impl<'a> TestNames<'a> {
                 Address::Bit(_) | Address::Word(_) => {
                     finding.help("the ladder changes it: set what the ladder reads")
                 }
-                Address::Structure(_) => finding,
+                Address::Structure(_) => {
+                    finding.help("one bit or one word is set: a structure has several")
+                }
             }
         })?;
         Ok(self.target(name, address, takes))
@@ -150,12 +142,18 @@ impl<'a> TestNames<'a> {
             Address::Bit(bit) if bit.forcible() => {
                 Ok(StimulusTarget::Bit(self.symbols.layout.bit(bit)))
             }
+            Address::Bit(Bit::Space(..)) => {
+                Err(format!("`{name}` cannot be forced: it says how the controller is"))
+            }
             Address::Bit(_) => Err(format!("`{name}` cannot be forced: the ladder switches it")),
             Address::Word(_) | Address::Structure(_) => {
                 StimulusTarget::at(address, name, &self.symbols)
             }
         };
-        let takes = takes.map_err(|message| Finding::new(Code::TestStep, span, message))?;
+        let takes = takes.map_err(|message| {
+            let finding = Finding::new(Code::TestStep, span, message);
+            finding.help("force what the ladder reads there: an input, a bit, a word")
+        })?;
         Ok(self.target(name, address, takes))
     }
 

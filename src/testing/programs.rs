@@ -119,10 +119,8 @@ impl<'a> Programs<'a> {
         for file in files {
             let finding = |message: String| Finding::new(Code::TestStep, file.span, message);
             let path = path_of(self.path, &file.value);
-            let kind = input_kind(&path).map_err(|reason| {
-                let finding = finding(format!("cannot read `{}`: {reason}", file.value));
-                finding.help("paths are relative to the test file")
-            })?;
+            let kind = input_kind(&path)
+                .map_err(|reason| finding(reason).help("paths are relative to the test file"))?;
             if kind == InputKind::Controller {
                 controller = Some(file);
             }
@@ -139,7 +137,8 @@ impl<'a> Programs<'a> {
             Some(file) => {
                 let message = format!("`{}` is a controller file, beside others", file.value);
                 let finding = Finding::new(Code::TestStep, file.span, message);
-                Err(finding.help(format!("name it alone, `reload {}`, or ladders", file.value)))
+                Err(finding
+                    .help(format!("name it alone, `reload {}`, or name ladders alone", file.value)))
             }
         }
     }

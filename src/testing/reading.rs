@@ -124,7 +124,10 @@ impl Reading {
         let mut conditions = Vec::new();
         for text in texts {
             match step_text::condition(&text.text, text.span) {
-                Ok(condition) => conditions.push((text.span, condition)),
+                Ok(condition) => {
+                    self.findings.extend(condition.doubts());
+                    conditions.push((text.span, condition));
+                }
                 Err(finding) => self.findings.push(finding),
             }
         }
@@ -135,7 +138,10 @@ impl Reading {
         let mut steps = Vec::new();
         for text in std::mem::take(&mut scenario.steps) {
             match step_text::parse(&text.text, text.span) {
-                Ok(value) => steps.push(Located { value, span: text.span }),
+                Ok(value) => {
+                    self.findings.extend(value.condition().map_or(Vec::new(), |of| of.doubts()));
+                    steps.push(Located { value, span: text.span });
+                }
                 Err(finding) => self.findings.push(finding),
             }
         }
@@ -159,7 +165,8 @@ impl Reading {
                 match load::controller_file(&controller) {
                     Ok(loaded) => (loaded, BenchSettings::Controller, vec![name.text]),
                     Err(failure) => {
-                        let message = format!("cannot read `{}`: {failure:#}", name.text);
+                        let cause = failure.root_cause();
+                        let message = format!("cannot read `{}`: {cause}", controller.display());
                         let finding = Finding::new(Code::TestFile, name.span, message);
                         let finding = finding.help("paths are relative to the test file");
                         self.findings.push(finding);

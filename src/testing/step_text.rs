@@ -22,6 +22,38 @@ pub(super) struct WrittenCondition {
     pub contact: Contact<Sum>,
 }
 
+impl WrittenCondition {
+    /// The warnings about it: `&` and `|` side by side without parentheses.
+    pub fn doubts(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        doubts(&self.contact, &mut found);
+        found
+    }
+}
+
+fn doubts(contact: &Contact<Sum>, found: &mut Vec<Finding>) {
+    let is_bare = |part: &Contact<Sum>| {
+        if let Contact::All(parts, span) = part {
+            return parts.first().is_some_and(|first| first.span().start == span.start);
+        }
+        false
+    };
+    match contact {
+        Contact::Any(parts, span) => {
+            if parts.iter().any(is_bare) {
+                let message = "`&` and `|` are mixed without parentheses";
+                let finding = Finding::new(Code::MixedAndOr, *span, message);
+                let help = format!("as it is read now: `{contact}`");
+                found.push(finding.label("`&` binds tighter").help(help));
+            }
+            parts.iter().for_each(|part| doubts(part, found));
+        }
+        Contact::All(parts, _) => parts.iter().for_each(|part| doubts(part, found)),
+        Contact::Not(inner, _) | Contact::Edge(_, inner, _) => doubts(inner, found),
+        Contact::Bit(_) | Contact::Compare(..) => {}
+    }
+}
+
 /// A step as written.
 #[derive(Clone, Debug)]
 pub(super) enum WrittenStep {
@@ -159,6 +191,31 @@ struct StepParser<'t> {
     form: &'static str,
 }
 
+impl WrittenStep {
+    /// The condition that it waits for.
+    pub fn condition(&self) -> Option<&WrittenCondition> {
+        match self {
+            WrittenStep::Expect(condition)
+            | WrittenStep::Within(_, condition)
+            | WrittenStep::Hold(_, condition) => Some(condition),
+            WrittenStep::Set(..)
+            | WrittenStep::Force(..)
+            | WrittenStep::Unforce(_)
+            | WrittenStep::Pulse { .. }
+            | WrittenStep::Beat { .. }
+            | WrittenStep::Run(_)
+            | WrittenStep::Stop
+            | WrittenStep::Start
+            | WrittenStep::Restart
+            | WrittenStep::PowerCut(_)
+            | WrittenStep::Reload(_)
+            | WrittenStep::Lose(_)
+            | WrittenStep::Restore(_)
+            | WrittenStep::Clock(_) => None,
+        }
+    }
+}
+
 impl StepParser<'_> {
     /// A step without a condition.
     fn plain(&mut self, name: &str) -> Parsed<WrittenStep> {
@@ -193,7 +250,9 @@ impl StepParser<'_> {
     /// The next word; `what` it stands for.
     fn word(&mut self, what: &str) -> Parsed<StepWord> {
         self.words.next().ok_or_else(|| {
-            self.fail(self.words.end(), format!("`{}` wants {what} here", self.name))
+            let (what, which) = what.split_once(": ").unwrap_or((what, ""));
+            let which = if which.is_empty() { String::new() } else { format!(": {which}") };
+            self.fail(self.words.end(), format!("`{}` wants {what} here{which}", self.name))
         })
     }
 
@@ -297,12 +356,12 @@ impl StepParser<'_> {
         let n = first.value.as_str();
         match self.words.next() {
             Some(word) if word.value == "scans" => {
-                let scans = n.parse::<u64>().ok().filter(|scans| *scans > 0);
-                scans.map(TestTime::Scans).ok_or_else(|| {
-                    let message = format!("`{n}` is no number of scans");
-                    let help = "a step runs at least one scan: `run 1 scans`";
-                    Box::new(error(first.span, message).help(help))
-                })
+                let (message, help) = match n.parse::<u64>() {
+                    Ok(0) => ("no scan passes here", "write `run 1 scans`, or take it away"),
+                    Ok(scans) => return Ok(TestTime::Scans(scans)),
+                    Err(_) => ("more scans than can be counted", "write `run 1000000 scans`"),
+                };
+                Err(error(first.span, message).help(help).into())
             }
             Some(word) => {
                 let message = format!("`scans` belongs here, not `{}`", word.value);
@@ -356,7 +415,8 @@ impl StepParser<'_> {
     /// `D: CONTACTS`.
     fn timed(&mut self, text: &str, span: Span, name: Span) -> Parsed<(u32, WrittenCondition)> {
         let at = (name.start - span.start) as usize + self.name.len();
-        let Some(colon) = colon(&text[at..]).map(|colon| at + colon) else {
+        let found = if lacks_colon(&text[at..]) { None } else { colon(&text[at..]) };
+        let Some(colon) = found.map(|colon| at + colon) else {
             return Err(self.no_colon(&text[at..], span.part(at, text.len())));
         };
         let written = &text[at..colon];
@@ -369,9 +429,6 @@ impl StepParser<'_> {
             );
         }
         let place = span.part(begin, begin + word.len());
-        if word.contains([' ', '\t']) && is_duration(word) {
-            return Err(self.no_colon(&text[at..], span.part(at, text.len())));
-        }
         let ms = milliseconds(&Located { value: word.to_owned(), span: place })?;
         Ok((ms.value, self.contacts(text, span, colon + 1)?))
     }
@@ -396,9 +453,11 @@ impl StepParser<'_> {
     }
 }
 
-/// Whether a text begins with a duration and goes on behind a space.
-fn is_duration(text: &str) -> bool {
-    text.split([' ', '\t']).next().is_some_and(|word| duration::parse(word).is_ok())
+/// Whether a text begins with a duration that no `:` follows.
+fn lacks_colon(text: &str) -> bool {
+    let text = text.trim_start();
+    let word = text.split(char::is_whitespace).next().unwrap_or_default();
+    duration::parse(word).is_ok() && !text[word.len()..].trim_start().starts_with(':')
 }
 
 /// The place of the `:` behind a duration, which has some itself in the vendor's form.
@@ -407,7 +466,7 @@ fn colon(text: &str) -> Option<usize> {
     let first = colons().next()?;
     let before = text[..first].trim();
     let is_vendor = !before.is_empty() && before.bytes().all(|b| b.is_ascii_digit());
-    if is_vendor { colons().nth(3) } else { Some(first) }
+    colons().nth(3).filter(|_| is_vendor).or(Some(first))
 }
 
 /// The milliseconds of a word.

@@ -7,10 +7,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rungd::load::{self, Loaded};
+use rungd::load;
 use rungd::source::finding::{Finding, FindingRow, Severity, TABLE};
 use rungd::source::render::{Style, render};
 use rungd::source::span::SourceFile;
+use rungd::testing::read_suite;
 
 const PRINTS: &str = "<!-- prints -->\n\n```text\n";
 
@@ -46,7 +47,13 @@ fn example(page: &str, mark: &str) -> Vec<SourceFile> {
     files
 }
 
-/// Loads an example as `rungd check` does; its first file is the one that is given.
+/// The files and findings of an example.
+struct Loaded {
+    files: Vec<SourceFile>,
+    findings: Vec<Finding>,
+}
+
+/// Loads an example as `rungd check` or `rungd test` does; its first file is the one that is given.
 fn load(row: &FindingRow, files: &[SourceFile]) -> Loaded {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("findings").join(row.name);
     fs::create_dir_all(&folder).expect("a folder for the example");
@@ -54,10 +61,16 @@ fn load(row: &FindingRow, files: &[SourceFile]) -> Loaded {
         fs::write(folder.join(&file.name), &file.text).expect("writable");
     }
     let path = folder.join(&files[0].name);
-    let mut loaded = if load::is_controller_file(&path).expect("it was written") {
-        load::controller_file(&path).expect("it was written")
+    let mut loaded = if files[0].name.ends_with(".test.toml") {
+        let read = read_suite(&path).expect("it was written");
+        Loaded { files: read.files, findings: read.findings }
     } else {
-        load::ladder_files(&[path]).expect("it was written")
+        let loaded = if load::is_controller_file(&path).expect("it was written") {
+            load::controller_file(&path).expect("it was written")
+        } else {
+            load::ladder_files(&[path]).expect("it was written")
+        };
+        Loaded { files: loaded.files, findings: loaded.findings }
     };
     for file in &mut loaded.files {
         let name = Path::new(&file.name).file_name().expect("a file has a name");

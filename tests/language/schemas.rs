@@ -14,18 +14,27 @@ use crate::validator::{json_of, wrong};
 use rungd::cli::schema::{FileKind, of};
 use rungd::load;
 use rungd::source::finding::Severity;
+use rungd::testing::read_suite;
 use serde_json::Value;
 
 /// Folders whose files, if `rungd check` has no error, a schema takes.
-const FOLDERS: [&str; 5] =
-    ["config", "config/programs", "config/first", "config/first/programs", "tests/ui"];
+const FOLDERS: [&str; 6] = [
+    "config",
+    "config/programs",
+    "config/first",
+    "config/first/programs",
+    "tests/suites",
+    "tests/ui",
+];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
 fn kind(path: &Path) -> FileKind {
-    if load::is_controller_file(path).expect("readable") {
+    if path.to_string_lossy().ends_with(".test.toml") {
+        FileKind::Test
+    } else if load::is_controller_file(path).expect("readable") {
         FileKind::Controller
     } else {
         FileKind::Ladder
@@ -33,11 +42,11 @@ fn kind(path: &Path) -> FileKind {
 }
 
 fn has_errors(path: &Path) -> bool {
-    let loaded = match kind(path) {
-        FileKind::Controller => load::controller_file(path),
-        FileKind::Ladder => load::ladder_files(&[path.to_owned()]),
+    let findings = match kind(path) {
+        FileKind::Controller => load::controller_file(path).expect("readable").findings,
+        FileKind::Ladder => load::ladder_files(&[path.to_owned()]).expect("readable").findings,
+        FileKind::Test => read_suite(path).expect("readable").findings,
     };
-    let findings = loaded.expect("readable").findings;
     findings.iter().any(|finding| finding.severity() == Severity::Error)
 }
 
@@ -161,6 +170,36 @@ fn what_a_reader_refuses_by_form_is_refused() {
 }
 
 #[test]
+fn what_the_reader_of_test_files_refuses_by_form_is_refused() {
+    let test = |text: &str| findings(FileKind::Test, &json_of(text)).is_empty();
+    let scenario = |keys: &str| test(&format!("ladder = [\"a.toml\"]\n[[scenario]]\n{keys}"));
+    let change = |of: &str| {
+        test(&format!(
+            "controller = \"a.toml\"\n[[random]]\nname = \"a\"\nruns = 1\nscans = 1\n\
+             change = {{ X0 = {of} }}"
+        ))
+    };
+    assert!(scenario("name = \"a\"\nsteps = [\"run 1s\"]\nset = { X0 = true, D0 = 3, R0 = 1.5 }"));
+    assert!(!scenario("name = \"a\"\nsteps = \"run 1s\""), "a bare string");
+    assert!(!scenario("steps = [\"run 1s\"]"), "no name");
+    assert!(!scenario("name = \"a\""), "no steps");
+    assert!(!scenario("name = \"a\"\nsteps = []\nset = { X0 = [1] }"), "a list");
+    assert!(!test("[[scenario]]\nname = \"a\"\nsteps = [\"run 1s\"]"), "no ladder");
+    assert!(!test("ladder = [\"a.toml\"]\ncontroller = \"a.toml\""), "both");
+    assert!(!test("controller = \"a.toml\"\nperiod = \"10ms\""), "a period beside a controller");
+    assert!(!test("ladder = [\"a.toml\"]\n[retain]\ntags = [\"a\"]\nfile = \"b\""), "a file");
+    assert!(!test("ladder = [\"a.toml\"]\n[prove]\n"), "not there yet");
+    assert!(change("\"1%\""));
+    assert!(change("{ walk = \"0..9\", step = 0.5, chance = \"1%\" }"));
+    assert!(change("{ jump = \"0..9\", chance = \"1%\" }"));
+    assert!(!change("5"), "a number");
+    assert!(!change("{ walk = \"0..9\", chance = \"1%\" }"), "no step");
+    assert!(!change("{ jump = \"0..9\", step = 1, chance = \"1%\" }"), "a step");
+    assert!(!change("{ jump = \"0..9\", walk = \"0..9\", step = 1, chance = \"1%\" }"), "both");
+    assert!(!change("{ jump = \"0..9\" }"), "no chance");
+}
+
+#[test]
 fn a_real_stands_where_a_constant_does() {
     let ladder = |text: &str| findings(FileKind::Ladder, &json_of(text)).is_empty();
     for tag in ["value = 2.5", "at = \"R0\", initial = -0.5, min = -1e3, max = 20"] {
@@ -191,7 +230,12 @@ fn a_validator_of_others_agrees() {
     }
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("schema-python");
     fs::create_dir_all(&folder).expect("a folder");
-    for (wanted, name) in [(FileKind::Ladder, "ladder"), (FileKind::Controller, "controller")] {
+    let kinds = [
+        (FileKind::Ladder, "ladder"),
+        (FileKind::Controller, "controller"),
+        (FileKind::Test, "test"),
+    ];
+    for (wanted, name) in kinds {
         let schema = folder.join(format!("{name}.json"));
         let printed = Command::new(env!("CARGO_BIN_EXE_rungd")).args(["schema", name]).output();
         fs::write(&schema, printed.expect("rungd runs").stdout).expect("a file");
@@ -199,6 +243,7 @@ fn a_validator_of_others_agrees() {
         let text = match wanted {
             FileKind::Ladder => "[tags]\na = { at = \"X0\", adress = \"X1\" }\n",
             FileKind::Controller => "ladder = [\"a.toml\"]\n[scan]\nperiode = \"10ms\"\n",
+            FileKind::Test => "ladder = [\"a.toml\"]\nperiode = \"10ms\"\n",
         };
         fs::write(&bad, text).expect("a file");
         let good: Vec<PathBuf> = good().into_iter().filter(|path| kind(path) == wanted).collect();

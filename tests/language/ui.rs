@@ -1,13 +1,14 @@
 //! What `rungd check` says: `tests/ui/NAME.toml` against `tests/ui/NAME.stderr`.
 //!
-//! A folder is a case too: with a `controller.toml` in it, that is checked; else all its ladder
-//! files together, in order of name. `UPDATE_UI=1 cargo test --test language ui::` writes what is said now.
+//! A folder is a case too: with a `case.test.toml` in it, that is read as `rungd test` does; with a
+//! `controller.toml`, that is checked; else all its ladder files together, in order of name. `UPDATE_UI=1 cargo test --test language ui::` writes what is said now.
 
 use std::path::{Path, PathBuf};
 
 use rungd::load::{self, Loaded};
 use rungd::source::finding::{Severity, TABLE};
 use rungd::source::render::{Style, render};
+use rungd::testing::read_suite;
 
 /// Findings of the rules over the whole program, which have tests of their own.
 const RULES: [&str; 8] = [
@@ -51,6 +52,11 @@ fn cases() -> Vec<(PathBuf, String)> {
     let cases = entries(Path::new("tests/ui")).into_iter();
     let cases = cases.filter(|path| path.is_dir() || has_ending(path, "toml"));
     let said = |path: &PathBuf| {
+        let test = path.join("case.test.toml");
+        if test.exists() {
+            let read = read_suite(&test).unwrap();
+            return render(&read.findings, &read.files, Style::default());
+        }
         let loaded = load(path);
         render(&loaded.findings, &loaded.files, Style::default())
     };
