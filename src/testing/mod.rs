@@ -4,6 +4,8 @@
 //! `cli` hands over paths of test files, or sections of a recording. No clock.
 
 mod condition;
+#[cfg(test)]
+mod condition_tests;
 mod given;
 mod happened;
 mod names;
