@@ -31,7 +31,14 @@ pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
 /// # Errors
 /// The first mistake in it, with its exact place.
 pub(crate) fn parse_condition(text: &str, span: Span) -> Result<Contact<Sum>, Finding> {
-    parse_as(text, span)
+    parse_as(text, span).map_err(|mut finding| {
+        // A condition is one string.
+        finding.reword_help(|help| match help.starts_with("contacts in series are strings") {
+            true => "contacts are joined by `&` and `|`: `X0 & X1`".to_owned(),
+            false => help.to_owned(),
+        });
+        finding
+    })
 }
 
 fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>, Finding> {

@@ -81,7 +81,7 @@ pub(super) fn failure(
     let suite = stage.suite;
     let judged = judged(stage, scenario, failed);
     let text = match failed.why {
-        FailedWhy::Always(at) => suite.always[failed.program.0][at].text.clone(),
+        FailedWhy::Always(at) => format!("always: {}", suite.always[failed.program.0][at].text),
         _ => suite.text(step.span).to_owned(),
     };
     let mut failure = Failure {
@@ -119,8 +119,8 @@ pub(super) fn failure_of_run(
 ) -> Failure {
     let PastedRun { scenario, text } = pasted(stage, test, broken);
     let (played, _) = play(stage, &scenario, false, &mut super::player::Nobody);
-    let line = stage.suite.always[0][broken.always].text.clone();
-    let what = format!("always: run {} of {} breaks it", run + 1, test.runs);
+    let line = format!("always: {}", stage.suite.always[0][broken.always].text);
+    let what = format!("it is not so; this is run {} of {}, made short", run + 1, test.runs);
     let place = stage.suite.place(test.span);
     let failed = played.failed.filter(|_| explains);
     let explained = failed.map(|failed| failure(stage, &scenario, (&failed, true)));
@@ -165,8 +165,8 @@ fn what(stage: Stage, scenario: &Scenario, failed: &Failed) -> String {
         FailedWhy::Always(_) => {
             let step = stage.suite.text(scenario.steps[failed.step].span);
             match step.is_empty() {
-                true => "always: it is not so".to_owned(),
-                false => format!("always: it is not so during `{step}`"),
+                true => "it is not so".to_owned(),
+                false => format!("it is not so during `{step}`"),
             }
         }
         FailedWhy::Mode(RigMode::Run) => "the controller is in STOP: this step needs RUN".into(),

@@ -5,9 +5,14 @@
 //! a file; `runner` runs it; `mutation` asks how good it is. No clock.
 
 mod condition;
+<<<<<<< HEAD
 mod coverage;
 mod failure;
 mod formats;
+=======
+#[cfg(test)]
+mod condition_tests;
+>>>>>>> reading
 mod given;
 mod happened;
 mod history;

@@ -3,7 +3,7 @@
 use super::player::Stage;
 use super::random_run::{BrokenRun, RandomEvent};
 use super::suite::{Operand, RandomTest, Scenario, Step, TestTime};
-use crate::engine::Layout;
+use crate::engine::{Cell, Layout};
 use crate::source::span::Located;
 
 /// A run as a scenario.
@@ -25,6 +25,7 @@ pub(super) fn pasted(stage: Stage, test: &RandomTest, broken: &BrokenRun) -> Pas
         steps.push(Step::Set(test.changes[*change].operand.clone(), *value));
     }
     steps.push(Step::Run(TestTime::Scans(broken.scan + 1 - scan)));
+    let steps = pulses(steps, stage.programs[0].controller.period_ms);
     let mut text = format!("[[scenario]]\nname  = {}\n", quoted(&test.name));
     if !test.set.is_empty() {
         let set = |(operand, value): &(Operand, i32)| {
@@ -45,6 +46,47 @@ pub(super) fn pasted(stage: Stage, test: &RandomTest, broken: &BrokenRun) -> Pas
     PastedRun { scenario, text }
 }
 
+/// Makes one step of equal pulses: a bit goes ON and OFF again, at least twice.
+fn pulses(steps: Vec<Step>, period_ms: u32) -> Vec<Step> {
+    let mut short = Vec::new();
+    let mut rest = &steps[..];
+    while let Some(first) = rest.first() {
+        let Some((operand, on, off)) = pulse(rest) else {
+            short.push(first.clone());
+            rest = &rest[1..];
+            continue;
+        };
+        let times = rest.chunks(4).take_while(|next| pulse(next) == Some((operand, on, off)));
+        let times = times.count();
+        let ms = |scans: u64| u32::try_from(scans * u64::from(period_ms)).ok();
+        match (ms(on), ms(on + off)) {
+            (Some(on), Some(every)) if times > 1 => short.push(Step::Pulse {
+                operand: operand.clone(),
+                on: TestTime::Ms(on),
+                every: TestTime::Ms(every),
+                times: times as u32,
+            }),
+            _ => short.extend_from_slice(&rest[..4 * times]),
+        }
+        rest = &rest[4 * times..];
+    }
+    short
+}
+
+/// A pulse at the begin of steps: its bit, and the scans for which it is ON, and OFF.
+fn pulse(steps: &[Step]) -> Option<(&Operand, u64, u64)> {
+    match steps {
+        [
+            Step::Set(up, 1),
+            Step::Run(TestTime::Scans(on)),
+            Step::Set(down, 0),
+            Step::Run(TestTime::Scans(off)),
+            ..,
+        ] if up == down && matches!(up.cell, Cell::Bit(_)) => Some((up, *on, *off)),
+        _ => None,
+    }
+}
+
 /// The steps that a run is made of.
 fn step_text(step: &Step, layout: &Layout) -> String {
     match step {
@@ -54,6 +96,9 @@ fn step_text(step: &Step, layout: &Layout) -> String {
         Step::Run(TestTime::Scans(1)) => "run 1 scans".to_owned(),
         Step::Run(TestTime::Scans(scans)) => format!("run {scans} scans"),
         Step::Run(TestTime::Ms(ms)) => format!("run {ms}ms"),
+        Step::Pulse { operand, on: TestTime::Ms(on), every: TestTime::Ms(every), times } => {
+            format!("pulse {} {on}ms every {every}ms times {times}", operand.name)
+        }
         Step::Force(..)
         | Step::Unforce(_)
         | Step::Pulse { .. }

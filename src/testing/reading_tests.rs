@@ -5,6 +5,7 @@ use std::path::Path;
 use expect_test::{Expect, expect};
 
 use super::reading::read_text;
+use super::suite::{Operand, RandomChange, RandomTest, Reload, Step};
 use crate::source::finding::Severity;
 use crate::source::span::SourceFile;
 
@@ -32,12 +33,56 @@ fn check_file(text: &str, expected: Expect) {
             always.iter().for_each(|of| told += &format!("always {id}: {}\n", of.text));
         }
         for scenario in &suite.scenarios {
-            told += &format!("{}: {:?}\n", scenario.name, scenario.set);
-            scenario.steps.iter().for_each(|step| told += &format!("  {:?}\n", step.value));
+            told += &format!("{}:{}\n", scenario.name, shown_set(&scenario.set));
+            scenario.steps.iter().for_each(|step| told += &format!("  {}\n", shown(&step.value)));
         }
-        suite.randoms.iter().for_each(|random| told += &format!("{random:#?}\n"));
+        for random in &suite.randoms {
+            let RandomTest { name, runs, scans, seed, set, changes, .. } = random;
+            told += &format!("{name}: {runs} runs of {scans}, seed {seed}:{}\n", shown_set(set));
+            for RandomChange { operand, chance, motion } in changes {
+                told += &format!("  {} {chance:?} {motion:?}\n", operand.name);
+            }
+        }
     }
-    expected.assert_eq(&told);
+    expected.assert_eq(&told.replace(env!("CARGO_MANIFEST_DIR"), "…"));
+}
+
+fn shown_set(set: &[(Operand, i32)]) -> String {
+    set.iter().map(|(of, value)| format!(" {}={value}", shown_operand(of))).collect()
+}
+
+/// An input with its number.
+fn shown_operand(operand: &Operand) -> String {
+    operand.input.map_or(operand.name.clone(), |n| format!("{}(X{n})", operand.name))
+}
+
+fn shown(step: &Step) -> String {
+    match step {
+        Step::Set(of, value) => format!("set {}={value}", shown_operand(of)),
+        Step::Force(of, value) => format!("force {}={value}", shown_operand(of)),
+        Step::Unforce(of) => format!("unforce {}", shown_operand(of)),
+        Step::Pulse { operand, on, every, times } => {
+            format!("pulse {} {on:?} {every:?} {times}", shown_operand(operand))
+        }
+        Step::Beat { operand, on, every } => {
+            format!("beat {} {on:?} {every:?}", shown_operand(operand))
+        }
+        Step::Expect(condition) => format!("expect [{}]", condition.text),
+        Step::Within(time, condition) => format!("within {time:?} [{}]", condition.text),
+        Step::Hold(time, condition) => format!("hold {time:?} [{}]", condition.text),
+        Step::Reload(Reload::Refused(text)) => {
+            format!("refused: {}", text.lines().next().unwrap_or_default())
+        }
+        Step::Run(_)
+        | Step::Stop
+        | Step::Start
+        | Step::Restart
+        | Step::PowerCut { .. }
+        | Step::Reload(Reload::To(_))
+        | Step::Lose(_)
+        | Step::Restore(_)
+        | Step::Clock(_) => format!("{step:?}"),
+    }
 }
 
 /// Checks the steps of a scenario, one a line.
@@ -79,20 +124,20 @@ fn every_step_is_read() {
         hold 300ms : full_lamp & bottles.Acc == 3
         expect: !pusher",
         expect![[r#"
-            a: []
-              Pulse { operand: Operand { name: "bottle", cell: Bit(BitCell(4608)), input: Some(0) }, on: Ms(100), every: Ms(400), times: 3 }
-              Pulse { operand: Operand { name: "bottle", cell: Bit(BitCell(4608)), input: Some(0) }, on: Ms(50), every: Ms(50), times: 1 }
-              Beat { operand: Operand { name: "start", cell: Bit(BitCell(4610)), input: Some(2) }, on: Ms(100), every: Ms(1000) }
-              Set(Operand { name: "in_front", cell: Bit(BitCell(4609)), input: Some(1) }, 1)
-              Set(Operand { name: "size", cell: Word(WordCell(8762)), input: None }, 12)
-              Set(Operand { name: "weight", cell: Word(WordCell(4679)), input: None }, 3000)
-              Set(Operand { name: "level", cell: Word(WordCell(9791)), input: None }, 1095237632)
-              Set(Operand { name: "level", cell: Word(WordCell(9791)), input: None }, 1077936128)
-              Set(Operand { name: "gate[2]", cell: Bit(BitCell(10750)), input: None }, 1)
-              Set(Operand { name: "recipe[1]", cell: Word(WordCell(8765)), input: None }, -4)
-              Force(Operand { name: "pusher", cell: Bit(BitCell(6656)), input: None }, 1)
-              Force(Operand { name: "late.Done", cell: Bit(BitCell(4088)), input: None }, 1)
-              Unforce(Operand { name: "pusher", cell: Bit(BitCell(6656)), input: None })
+            a:
+              pulse bottle(X0) Ms(100) Ms(400) 3
+              pulse bottle(X0) Ms(50) Ms(50) 1
+              beat start(X2) Ms(100) Ms(1000)
+              set in_front(X1)=1
+              set size=12
+              set weight=3000
+              set level=1095237632
+              set level=1077936128
+              set gate[2]=1
+              set recipe[1]=-4
+              force pusher=1
+              force late.Done=1
+              unforce pusher
               Run(Ms(2000))
               Run(Scans(2))
               Stop
@@ -101,10 +146,10 @@ fn every_step_is_read() {
               PowerCut { lose_ms: 0 }
               PowerCut { lose_ms: 2000 }
               Clock(1795327200)
-              Within(Ms(2000), Condition { text: "pusher", operands: [("pusher", Bit(BitCell(6656)))], edges: 0, selected: [], judge: Bit(BitCell(6656)) })
-              Within(Ms(2500), Condition { text: "pusher", operands: [("pusher", Bit(BitCell(6656)))], edges: 0, selected: [], judge: Bit(BitCell(6656)) })
-              Hold(Ms(300), Condition { text: "full_lamp & bottles.Acc == 3", operands: [("full_lamp", Bit(BitCell(6657))), ("bottles.Acc", Word(WordCell(255)))], edges: 0, selected: [], judge: All([Bit(BitCell(6657)), Compare(Word(WordCell(255)), Eq, Constant(Integer(3)))]) })
-              Expect(Condition { text: "!pusher", operands: [("pusher", Bit(BitCell(6656)))], edges: 0, selected: [], judge: Not(Bit(BitCell(6656))) })
+              within Ms(2000) [pusher]
+              within Ms(2500) [pusher]
+              hold Ms(300) [full_lamp & bottles.Acc == 3]
+              expect [!pusher]
         "#]],
     );
 }
@@ -140,80 +185,228 @@ change = { start = "0.1%", level = { walk = "0..50.5", step = 0.5, chance = "10%
             always 0: !(pusher & !full_lamp)
             always 0: level <= 95 | !start
             always 0: gate[0] + gate[1] <= 1
-            a full crate is pushed out: [(Operand { name: "swapped", cell: Bit(BitCell(10747)), input: None }, 1), (Operand { name: "size", cell: Word(WordCell(8762)), input: None }, 4), (Operand { name: "recipe[2]", cell: Word(WordCell(8766)), input: None }, -1), (Operand { name: "level", cell: Word(WordCell(9791)), input: None }, 1069547520), (Operand { name: "weight", cell: Word(WordCell(4679)), input: None }, 2000), (Operand { name: "bottle", cell: Bit(BitCell(4608)), input: Some(0) }, 1)]
-              Expect(Condition { text: "bottles.Acc == 0 & shift == 0", operands: [("bottles.Acc", Word(WordCell(255))), ("shift", Word(WordCell(8763)))], edges: 0, selected: [], judge: All([Compare(Word(WordCell(255)), Eq, Constant(Integer(0))), Compare(Word(WordCell(8763)), Eq, Constant(Integer(0)))]) })
-              Within(Ms(2000), Condition { text: "(size + 1) * 2 - recipe[step] % 3 >= -3 & rise(pusher | gate[step])", operands: [("size", Word(WordCell(8762))), ("step", Word(WordCell(8761))), ("pusher", Bit(BitCell(6656)))], edges: 1, selected: [("recipe[step]", ElementCells { first: Word(WordCell(8764)), is_real: false, count: 4, index: WordCell(8761) }), ("gate[step]", ElementCells { first: Bit(BitCell(10748)), is_real: false, count: 4, index: WordCell(8761) })], judge: All([Compare(Sum([Read(Word(WordCell(8762))), Read(Constant(Integer(1))), Compute(Add), Read(Constant(Integer(2))), Compute(Multiply), Read(Element(ElementCells { first: Word(WordCell(8764)), is_real: false, count: 4, index: WordCell(8761) })), Read(Constant(Integer(3))), Compute(Remainder), Compute(Subtract)]), Ge, Constant(Integer(-3))), Edge(Rise, 0, Any([Bit(BitCell(6656)), Element(ElementCells { first: Bit(BitCell(10748)), is_real: false, count: 4, index: WordCell(8761) })]))]) })
+            a full crate is pushed out: swapped=1 size=4 recipe[2]=-1 level=1069547520 weight=2000 bottle(X0)=1
+              expect [bottles.Acc == 0 & shift == 0]
+              within Ms(2000) [(size + 1) * 2 - recipe[step] % 3 >= -3 & rise(pusher | gate[step])]
               PowerCut { lose_ms: 0 }
-            RandomTest {
-                name: "nobody can open both valves",
-                span: Span {
-                    file: FileId(
-                        0,
-                    ),
-                    start: 462,
-                    end: 472,
-                },
-                runs: 200,
-                scans: 5000,
-                seed: 7,
-                set: [],
-                changes: [
-                    RandomChange {
-                        operand: Operand {
-                            name: "start",
-                            cell: Bit(
-                                BitCell(
-                                    4610,
-                                ),
-                            ),
-                            input: Some(
-                                2,
-                            ),
-                        },
-                        chance: Chance(
-                            1000,
-                        ),
-                        motion: Toggle,
-                    },
-                    RandomChange {
-                        operand: Operand {
-                            name: "level",
-                            cell: Word(
-                                WordCell(
-                                    9791,
-                                ),
-                            ),
-                            input: None,
-                        },
-                        chance: Chance(
-                            100000,
-                        ),
-                        motion: Walk {
-                            low: 0.0,
-                            high: 50.5,
-                            step: 0.5,
-                        },
-                    },
-                    RandomChange {
-                        operand: Operand {
-                            name: "weight",
-                            cell: Word(
-                                WordCell(
-                                    4679,
-                                ),
-                            ),
-                            input: None,
-                        },
-                        chance: Chance(
-                            1000000,
-                        ),
-                        motion: Jump {
-                            low: -9.0,
-                            high: 9.0,
-                        },
-                    },
-                ],
-            }
+            nobody can open both valves: 200 runs of 5000, seed 7:
+              start Chance(1000) Toggle
+              level Chance(100000) Walk { low: 0.0, high: 50.5, step: 0.5 }
+              weight Chance(1000000) Jump { low: -9.0, high: 9.0 }
         "#]],
+    );
+}
+
+#[test]
+fn later_steps_are_those_of_the_reloaded_program() {
+    check_file(
+        r#"
+controller = "rungd.toml"
+always = ["!(pusher & !full_lamp)"]
+
+[[scenario]]
+name  = "a reload"
+steps = [
+    "expect: bottles.Acc == 0",
+    "reload crates2.toml",
+    "expect: crates_out.Acc == 0",
+    "set bottle 1",
+    "reload crates2.toml",
+    "lose plant",
+    "reload rungd.toml",
+    "expect: bottles.Acc == 0",
+    "reload crates.toml",
+    "restore plant",
+]
+
+[[scenario]]
+name  = "refused"
+steps = ["reload rungd2.toml", "expect: left_out"]
+
+[[scenario]]
+name  = "refused too"
+steps = ["reload wrong.toml", "expect: nothing"]
+"#,
+        expect![[r#"
+            always 0: !(pusher & !full_lamp)
+            always 1: !(pusher & !full_lamp)
+            always 2: !(pusher & !full_lamp)
+            a reload:
+              expect [bottles.Acc == 0]
+              Reload(To(ProgramId(1)))
+              expect [crates_out.Acc == 0]
+              set bottle(X0)=1
+              Reload(To(ProgramId(1)))
+              Lose(DeviceId(0))
+              Reload(To(ProgramId(0)))
+              expect [bottles.Acc == 0]
+              Reload(To(ProgramId(2)))
+              Restore(DeviceId(0))
+            refused:
+              refused: …/tests/suites/rungd2.toml: `[memory]` says other sizes than the running program has: they need a restart, and nothing is reloaded until then
+            refused too:
+              refused: error[unknown-name]: nothing is called `missing`
+        "#]],
+    );
+}
+
+#[test]
+fn steps_behind_a_reload_name_the_new_program() {
+    check(
+        "reload crates2.toml
+        expect: bottles.Acc == 0
+        reload rungd.toml crates.toml
+        reload crates.toml crates.toml",
+        expect![[r#"
+            6:14 unknown-name
+              nothing is called `bottles`
+                did you mean `bottle`?
+            7:13 test-step
+              `rungd.toml` is a controller file, beside others
+                name it alone, `reload rungd.toml`, or name ladders alone
+            8:25 test-step
+              `crates.toml` is named twice
+                remove one of the two
+        "#]],
+    );
+}
+
+#[test]
+fn an_always_line_that_the_new_program_lacks_is_found_at_the_step() {
+    check_file(
+        r#"
+ladder = ["crates.toml"]
+always = ["bottles.Acc < 5"]
+
+[[scenario]]
+name  = "a reload"
+steps = ["reload crates2.toml", "reload crates2.toml", "expect: bottles.Acc == 0"]
+"#,
+        expect![[r#"
+            7:11 test-step
+              an `always` line does not fit this program: nothing is called `bottles`
+                did you mean `bottle`?
+            7:65 unknown-name
+              nothing is called `bottles`
+                did you mean `bottle`?
+        "#]],
+    );
+}
+
+#[test]
+fn a_file_without_tests_is_warned_of() {
+    check_file(
+        "ladder = [\"crates.toml\"]\nalways = [\"pusher & bottle | start\"]",
+        expect![[r#"
+            2:1 warning test-empty
+              a test file without a test
+                write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+            2:12 warning mixed-and-or
+              `&` and `|` are mixed without parentheses
+                as it is read now: `(pusher & bottle) | start`
+            always 0: pusher & bottle | start
+        "#]],
+    );
+    check_file(
+        "",
+        expect![[r#"
+        1:1 missing-key
+          the file names no ladder to test
+            give it one: `ladder = ["ladder.toml"]`, or `controller = "rungd.toml"`
+        1:1 warning test-empty
+          a test file without a test
+            write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+    "#]],
+    );
+    check_file(
+        "scenario = 3",
+        expect![[r#"
+        1:1 missing-key
+          the file names no ladder to test
+            give it one: `ladder = ["ladder.toml"]`, or `controller = "rungd.toml"`
+        1:12 wrong-type
+          `scenario` of the file wants an array of tables (`[[scenario]]`), not an integer
+    "#]],
+    );
+    check_file(
+        "controller = \"nothing.toml\"\n[[scenario]]\nname = \"a\"\nsteps = [\"run\"]",
+        expect![[r#"
+            1:15 test-file
+              cannot read `…/tests/suites/nothing.toml`: No such file or directory (os error 2)
+                paths are relative to the test file
+            4:14 test-step
+              `run` wants a duration, or a number of scans here
+                write it as `run 2s`
+        "#]],
+    );
+    check_file(
+        "ladder = [\"rungd.toml\"]",
+        expect![[r#"
+        1:1 warning test-empty
+          a test file without a test
+            write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+        rungd.toml2:1 controller
+          this is a controller file, not a ladder file
+            give the ladder that it names: `crates.toml`
+    "#]],
+    );
+    check_file(
+        "controller = \"crates.toml\"",
+        expect![[r#"
+        1:1 warning test-empty
+          a test file without a test
+            write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+        crates.toml2:2 controller
+          this is a ladder file, not a controller file
+            a controller file names it: `ladder = ["crates.toml"]`
+    "#]],
+    );
+    check_file(
+        "controller = \"crates.test.toml\"",
+        expect![[r#"
+        1:1 warning test-empty
+          a test file without a test
+            write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+        crates.test.toml4:1 test-file
+          this is a test file, not a controller file
+            `rungd test` runs it, and says its mistakes
+    "#]],
+    );
+    check_file(
+        "ladder = [\"wrong.toml\"]",
+        expect![[r#"
+        1:1 warning test-empty
+          a test file without a test
+            write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+        wrong.toml9:10 unknown-name
+          nothing is called `missing`
+            declare it under [tags]: `missing = { type = "bit" }`, or "int", "real"; or with an address: `at = "…"`
+    "#]],
+    );
+}
+
+#[test]
+fn numbers_of_tests_and_steps_are_limited() {
+    let head = "ladder = [\"crates.toml\"]\n".to_owned();
+    let test = |name: usize, steps: usize| {
+        let steps = "\"stop\",".repeat(steps);
+        format!("[[scenario]]\nname = \"{name}\"\nsteps = [{steps}]\n")
+    };
+    let tests: String = (0..10_001).map(|name| test(name, 1)).collect();
+    check_file(
+        &(head.clone() + &tests),
+        expect![[r#"
+        2:3 test-file
+          10001 tests; a file has at most 10000
+            divide it into several files
+    "#]],
+    );
+    check_file(
+        &(head + &test(0, 100_001)),
+        expect![[r#"
+        2:3 test-file
+          100001 steps; a file has at most 100000
+            divide it into several files
+    "#]],
     );
 }

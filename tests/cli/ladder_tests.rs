@@ -64,3 +64,139 @@ fn the_bytes_are_the_same_with_any_number_of_threads() {
         assert_eq!(of(jobs), one, "{jobs} threads");
     }
 }
+
+/// A file in the temporary folder of these tests.
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ladder_tests");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder.join(name)
+}
+
+#[test]
+fn exit_codes_tell_passed_failed_and_findings_apart() {
+    let code = |file: &str| rungd(&["test", file]).status.code();
+    assert_eq!(code("steps.test.toml"), Some(0));
+    assert_eq!(code("failures.test.toml"), Some(1));
+    let wrong = scratch("wrong.test.toml");
+    std::fs::write(&wrong, "ladder = [\"filler.toml\"]\nfoo = 1\n").expect("writable");
+    assert_eq!(code(wrong.to_str().expect("text")), Some(78));
+    assert_eq!(code("no-such.test.toml"), Some(74));
+    let empty = scratch("empty");
+    std::fs::create_dir_all(&empty).expect("a folder");
+    assert_eq!(code(empty.to_str().expect("text")), Some(2), "a folder without a test file");
+}
+
+#[test]
+fn a_folder_is_searched_and_a_filter_chooses() {
+    let output = rungd(&["test", ".", "--verbose", "--filter", "within begins"]);
+    let text = said(&output);
+    assert!(text.contains("ok      within begins with the next scan"), "{text}");
+    assert!(text.contains("steps.test.toml: 1 passed\n"), "{text}");
+    assert!(text.contains("failures.test.toml: 0 passed\n"), "{text}");
+    let none = said(&rungd(&["test", "steps.test.toml", "--filter", "no such name"]));
+    assert!(none.contains("no test's name contains"), "{none}");
+}
+
+#[test]
+fn the_result_is_json_and_junit_too() {
+    let junit = scratch("result.xml");
+    let args = ["test", "failures.test.toml", "--json", "--junit", junit.to_str().expect("text")];
+    let output = rungd(&args);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let tests = json["files"][0]["tests"].as_array().expect("tests");
+    assert_eq!(json["failed"], tests.len());
+    let first = &tests[0]["failure"];
+    assert_eq!(first["text"], "expect: pusher & bottles.Acc == 4");
+    assert_eq!(first["operands"][1]["name"], "bottles.Acc");
+    assert_eq!(first["operands"][1]["value"], "3");
+    assert!(first["why"][0].as_str().is_some_and(|why| why.contains("CNT bottles")), "{first}");
+    let xml = std::fs::read_to_string(&junit).expect("a file");
+    let failures = xml.matches("<failure message=").count();
+    assert_eq!((xml.matches("<testcase ").count(), failures), (tests.len(), tests.len()));
+    assert!(xml.contains("expect: pusher &amp; bottles.Acc == 4"), "{xml}");
+    let parsed = Command::new("python3")
+        .args(["-c", "import sys, xml.dom.minidom; xml.dom.minidom.parse(sys.argv[1])"])
+        .arg(&junit)
+        .status()
+        .expect("python3 runs");
+    assert!(parsed.success(), "{xml}");
+}
+
+#[test]
+fn a_trace_has_a_row_for_each_scan() {
+    let folder = scratch("traces");
+    let folder = folder.to_str().expect("text");
+    let name = "an edge is seen by expect, within and hold";
+    rungd(&["test", "steps.test.toml", "--filter", name, "--trace", folder]);
+    let path = Path::new(folder).join("steps-an-edge-is-seen-by-expect-within-and-hold.csv");
+    let trace = std::fs::read_to_string(&path).expect("a trace");
+    assert_eq!(trace.lines().count(), 9, "a header and eight scans: {trace}");
+    assert!(trace.starts_with("scan,time_ms,bottle,"), "{trace}");
+    assert!(trace.contains("\n7,70,"), "{trace}");
+}
+
+#[test]
+fn coverage_names_what_was_not_seen_both_ways() {
+    let name = "an edge is seen by expect, within and hold";
+    let text = said(&rungd(&["test", "steps.test.toml", "--filter", name, "--coverage"]));
+    for line in [
+        "  legs, power ON and OFF       1 of 6\n",
+        "  contacts, ON and OFF         1 of 11\n",
+        "Main, rung count: leg rst never ON, `reset` never ON, `late` never ON, `rise(late)` never ON\n",
+        "  alarm full: never gone\n",
+    ] {
+        assert!(text.contains(line), "{line}{text}");
+    }
+    let json = rungd(&["test", "steps.test.toml", "--coverage", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).expect("JSON");
+    let rungs = json["coverage"][0]["rungs"].as_array().expect("rungs");
+    assert_eq!(rungs.len(), 5);
+    assert_eq!(rungs[0]["contacts"][0]["seen"], serde_json::json!({ "on": true, "off": true }));
+}
+
+#[test]
+fn mutants_that_survive_are_named() {
+    let text = said(&rungd(&["mutate", "steps.test.toml"]));
+    assert!(text.starts_with("exit code 0\nsteps.test.toml: "), "{text}");
+    assert!(text.contains("filler.toml:44: Main, rung stop\n"), "{text}");
+    assert!(text.contains("      contact `estop` left out\n"), "{text}");
+    assert_eq!(text, said(&rungd(&["mutate", "steps.test.toml", "--jobs", "3"])));
+    let few = said(&rungd(&["mutate", "steps.test.toml", "--at-least", "100"]));
+    assert!(few.starts_with("exit code 1\n"), "{few}");
+    let some = said(&rungd(&["mutate", "steps.test.toml", "--only", "rung-out"]));
+    assert!(some.starts_with("exit code 0\nsteps.test.toml: "), "{some}");
+    assert!(some.contains(" of 5 changes are noticed"), "{some}");
+    let failing = said(&rungd(&["mutate", "failures.test.toml"]));
+    assert!(failing.contains("the test `expect` fails with the ladder as it is"), "{failing}");
+}
+
+#[test]
+fn a_watched_file_runs_again_when_it_changes() {
+    use std::io::{BufRead, BufReader};
+    let ladder = scratch("watched.toml");
+    let rung = |output: &str| {
+        let text = format!(
+            "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT {output}\"]\n"
+        );
+        std::fs::write(&ladder, text).expect("writable");
+    };
+    rung("Y0");
+    let test = scratch("watched.test.toml");
+    let text = "ladder = [\"watched.toml\"]\n[[scenario]]\nname = \"follows\"\n\
+                steps = [\"set X0 1\", \"run 1 scans\", \"expect: Y0\"]\n";
+    std::fs::write(&test, text).expect("writable");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rungd"))
+        .args(["test", "--watch"])
+        .arg(&test)
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("rungd runs");
+    let mut lines = BufReader::new(child.stdout.take().expect("a pipe")).lines();
+    let mut next = || lines.next().expect("a line").expect("text");
+    assert!(next().ends_with("watched.test.toml: 1 passed"));
+    rung("Y1");
+    assert!(next().ends_with("watched.test.toml: 1 FAILED, 0 passed"));
+    child.kill().expect("it runs");
+    child.wait().expect("it ends");
+}

@@ -1,4 +1,8 @@
-//! No bytes panic: not as a ladder file, not as a controller file, not when findings are shown.
+//! No bytes panic: not as a ladder file, a controller file or a test file, and not when findings are
+//! shown.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use proptest::prelude::*;
 use rungd::controller;
@@ -7,8 +11,10 @@ use rungd::load::decode;
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::source::file_kind;
+use rungd::source::finding::Severity;
 use rungd::source::render::{Style, render};
 use rungd::source::span::{FileId, SourceFile};
+use rungd::testing::read_suite;
 
 /// Pieces of ladder and controller files; joined at random they reach far more than noise does.
 const PIECES: &[&str] = &[
@@ -64,6 +70,15 @@ const PIECES: &[&str] = &[
     "\u{feff}",
     "doc = \"\"\"\nü\t\\e\n\"\"\"\n",
     "# \u{1F980}\r\n",
+    "ladder = [\"suites/crates.toml\"]\nperiod = \"10ms\"\n",
+    "controller = \"suites/rungd.toml\"\n",
+    "always = [\"pusher & (size + 1) * 2 - 3 > -level\", \"!!rise(bottle | gate[step])\"]\n",
+    "[[scenario]]\nname = \"a\"\nset = { size = 3, bottle = true, \"late.Acc\" = \"2s\", X = [] }\n",
+    "steps = [\"set size 9\", \"pulse bottle 1s every 2s times 3\", \"run 2 scan\", \"within 2s: X0\"]\n",
+    "steps = [\"reload suites/crates.toml\", \"expect: step - 1 == recipe[step]\", \"lose\"]\n",
+    "[[random]]\nname = \"b\"\nruns = 3\nscans = 4\n",
+    "change = { start = \"1%\", level = { walk = \"0..9\", step = 1, chance = \"2%\" }, size = 3 }\n",
+    "[prove]\n",
     "= [ \" ] }",
 ];
 
@@ -79,8 +94,38 @@ fn feed(bytes: &[u8]) {
         findings.extend(resolve_controller(&written, &program).1);
     }
     file_kind::is_controller(&files[0].text);
+    feed_test(bytes);
     let shown = render(&findings, &files, Style::default());
     assert!(shown.ends_with(" warnings\n") || shown.ends_with(" warning\n"));
+    assert!(!shown.contains('\u{1b}'));
+}
+
+/// A folder with the ladders of `tests/suites`.
+fn suites() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("any-bytes");
+        std::fs::create_dir_all(folder.join("suites")).expect("a folder");
+        for name in ["crates.toml", "rungd.toml"] {
+            let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/suites").join(name);
+            std::fs::copy(from, folder.join("suites").join(name)).expect("a copy");
+        }
+        folder
+    })
+}
+
+/// The bytes as a test file.
+fn feed_test(bytes: &[u8]) {
+    let name =
+        format!("rungd-any-{}-{:?}.test.toml", std::process::id(), std::thread::current().id());
+    let folder = suites();
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).expect("a file");
+    let read = read_suite(&path).expect("it was written");
+    std::fs::remove_file(&path).expect("it was written");
+    let errors = read.findings.iter().any(|finding| finding.severity() == Severity::Error);
+    assert_eq!(read.suite.is_none(), errors);
+    let shown = render(&read.findings, &read.files, Style::default());
     assert!(!shown.contains('\u{1b}'));
 }
 
