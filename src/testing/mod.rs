@@ -5,14 +5,11 @@
 //! a file; `runner` runs it; `mutation` asks how good it is. No clock.
 
 mod condition;
-<<<<<<< HEAD
+#[cfg(test)]
+mod condition_tests;
 mod coverage;
 mod failure;
 mod formats;
-=======
-#[cfg(test)]
-mod condition_tests;
->>>>>>> reading
 mod given;
 mod happened;
 mod history;
@@ -48,7 +45,6 @@ pub use mutation::{JudgedMutant, MutateOptions, first_failure, mutate};
 pub use reading::{ReadSuite, read_suite};
 pub use runner::{RunOptions, Verdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
-
 pub use suite::{
     Chance, Operand, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Step,
     Suite, TestProgram, TestTime,
