@@ -1,4 +1,5 @@
-//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/record.md` and `docs/black-box.md`, executed:
+//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/record.md`, `docs/black-box.md` and
+//! `docs/testing.md`, executed:
 //! each command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`, and
 //! prints what the page shows.
 //!
