@@ -10,7 +10,8 @@ use super::logic::{Leaves, Logic};
 use super::subject::Subject;
 use super::walk::{Witness, walk};
 use crate::engine::{BitCell, Engine, EngineCall, EngineState, Image, Slice};
-use crate::isa::{Bit, StageId};
+use crate::isa::status::st;
+use crate::isa::{Bit, BitSpace, StageId};
 use crate::resolve::program::Contact;
 
 /// What was seen of something that can be OFF and ON.
@@ -153,6 +154,7 @@ impl CoverageRun {
         let mut leaves = Leaves::default();
         own_contacts(subject, at).into_iter().for_each(|contact| drop(leaves.add(contact)));
         let contacts = leaves.contacts.iter().zip(&of.contacts);
+        let contacts = contacts.filter(|(contact, _)| !is_constant(contact));
         let contact = |(contact, seen): (&&Contact, &TwoWays)| ContactCoverage {
             place: subject.place(contact.span()),
             seen: *seen,
@@ -170,11 +172,23 @@ impl CoverageRun {
     }
 }
 
+/// `$On` and `$Off`, and what is made of them alone.
+fn is_constant(contact: &Contact) -> bool {
+    match contact {
+        Contact::Bit(Bit::Space(BitSpace::St, n), _) => [st::ON, st::OFF].contains(n),
+        Contact::Not(inner, _) | Contact::Edge(_, inner, _) => is_constant(inner),
+        Contact::All(items, _) | Contact::Any(items, _) => items.iter().all(is_constant),
+        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => false,
+    }
+}
+
 fn watched(subject: &Subject, part: u32) -> WatchedPart {
     let outer = subject.outer(part).map(|outer| outer as usize);
     let of = &subject.part(part).leaves;
     let count = (of.end - of.start) as usize;
+    // A leg of constants alone has always the same power.
     let legs = legs(subject, part).0.into_iter();
+    let legs = legs.filter(|leg| !leg.series.iter().all(|contact| is_constant(contact)));
     WatchedPart {
         outer,
         legs: legs.map(|leg| (leg.name.key(), leg.logic, TwoWays::default())).collect(),

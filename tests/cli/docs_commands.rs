@@ -185,6 +185,11 @@ fn the_scan_logs_commands_print_what_the_page_shows() {
 }
 
 #[test]
+fn the_page_about_tests_shows_what_they_find() {
+    run_page("docs/testing.md");
+}
+
+#[test]
 fn the_black_box_tells_what_stopped_the_bottling_line() {
     run_page("docs/black-box.md");
 }
