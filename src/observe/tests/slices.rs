@@ -33,6 +33,7 @@ fn files(folder: &str) -> Vec<SourceFile> {
         name: entry.file_name().to_string_lossy().into_owned(),
         text: std::fs::read_to_string(entry.path()).expect("a ladder"),
     };
+    let entries = entries.filter(|entry| entry.path().is_file());
     let mut files: Vec<SourceFile> = entries.map(file).collect();
     files.sort_by(|a, b| a.name.cmp(&b.name));
     files
