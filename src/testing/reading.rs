@@ -1,8 +1,8 @@
 //! Reads a test file: its keys, its steps and conditions, and the files that it names.
 //!
 //! `cli` calls [`read_suite`] and shows the findings; `runner` gets the [`Suite`]. The file has the
-//! number 0, the ladder or controller files follow. Errors of these are told too, their warnings are
-//! not: `rungd check` tells them.
+//! number 0, the ladder or controller files follow. Errors of these are told too; their warnings are
+//! not, because `rungd check` tells them.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -271,7 +271,10 @@ fn behind_reload(
     found: Vec<Finding>,
 ) -> Vec<Finding> {
     use super::suite::{ProgramId, Reload, Step};
-    let loads = |step: &&Located<Step>| matches!(&step.value, Step::Reload(Reload::To(to)) if *to == ProgramId(id));
+    let loads = |step: &&Located<Step>| match &step.value {
+        Step::Reload(Reload::To(to)) => *to == ProgramId(id),
+        _ => false,
+    };
     let Some(step) = steps.iter().find(loads) else { return found };
     let at_step = |finding: Finding| {
         let message = format!("an `always` line does not fit this program: {}", finding.message);

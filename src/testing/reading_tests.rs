@@ -167,7 +167,7 @@ tags = ["shift"]
 
 [[scenario]]
 name  = "a full crate is pushed out"
-set   = { swapped = true, size = 4, "recipe[2]" = -1, level = 1.5, weight = "2s", bottle = 1 }
+set   = { swapped = true, size = 4, "recipe[2]" = -1, weight = "2s", bottle = 1 }
 steps = [
     "expect: bottles.Acc == 0 & shift == 0",
     "within 2s: (size + 1) * 2 - recipe[step] % 3 >= -3 & rise(pusher | gate[step])",
@@ -179,13 +179,16 @@ name   = "nobody can open both valves"
 runs   = 200
 scans  = 5000
 seed   = 7
-change = { start = "0.1%", level = { walk = "0..50.5", step = 0.5, chance = "10%" }, weight = { jump = "-9..9", chance = "100%" } }
+[random.change]
+start  = "0.1%"
+level  = { walk = "0..50.5", step = 0.5, chance = "10%" }
+weight = { jump = "-9..9", chance = "100%" }
 "#,
         expect![[r#"
             always 0: !(pusher & !full_lamp)
             always 0: level <= 95 | !start
             always 0: gate[0] + gate[1] <= 1
-            a full crate is pushed out: swapped=1 size=4 recipe[2]=-1 level=1069547520 weight=2000 bottle(X0)=1
+            a full crate is pushed out: swapped=1 size=4 recipe[2]=-1 weight=2000 bottle(X0)=1
               expect [bottles.Acc == 0 & shift == 0]
               within Ms(2000) [(size + 1) * 2 - recipe[step] % 3 >= -3 & rise(pusher | gate[step])]
               PowerCut { lose_ms: 0 }
@@ -339,6 +342,10 @@ fn a_file_without_tests_is_warned_of() {
                 write it as `run 2s`
         "#]],
     );
+}
+
+#[test]
+fn files_of_other_kinds_and_with_errors_are_told() {
     check_file(
         "ladder = [\"rungd.toml\"]",
         expect![[r#"
