@@ -271,10 +271,9 @@ fn behind_reload(
     found: Vec<Finding>,
 ) -> Vec<Finding> {
     use super::suite::{ProgramId, Reload, Step};
-    let loads = |step: &&Located<Step>| match &step.value {
-        Step::Reload(Reload::To(to)) => *to == ProgramId(id),
-        _ => false,
-    };
+    let to = ProgramId(id);
+    let loads =
+        |step: &&Located<Step>| matches!(step.value, Step::Reload(Reload::To(of)) if of == to);
     let Some(step) = steps.iter().find(loads) else { return found };
     let at_step = |finding: Finding| {
         let message = format!("an `always` line does not fit this program: {}", finding.message);

@@ -379,6 +379,14 @@ fn files_of_other_kinds_and_with_errors_are_told() {
             `rungd test` runs it, and says its mistakes
     "#]],
     );
+    check_file("ladder = [\"crates.test.toml\"]", expect![[r#"
+        1:1 warning test-empty
+          a test file without a test
+            write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+        crates.test.toml4:1 test-file
+          this is a test file, not a ladder file
+            `rungd test` runs it, and says its mistakes
+    "#]]);
     check_file(
         "ladder = [\"wrong.toml\"]",
         expect![[r#"
