@@ -1,8 +1,8 @@
 //! Reads a test file: its keys, its steps and conditions, and the files that it names.
 //!
 //! `cli` calls [`read_suite`] and shows the findings; `runner` gets the [`Suite`]. The file has the
-//! number 0, the ladder or controller files follow. Errors of these are told too; their warnings are
-//! not, because `rungd check` tells them.
+//! number 0, the ladder or controller files follow. Their errors are told too, their warnings not:
+//! `rungd check` tells them.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -26,7 +26,8 @@ fn check_file(text: &str, expected: Expect) {
             finding.code.name(),
             finding.message
         );
-        told += &finding.help_text().map_or(String::new(), |help| format!("    {help}\n"));
+        let help = finding.help_text().map(|help| help.chars().take(80).collect::<String>());
+        told += &help.map_or(String::new(), |help| format!("    {help}\n"));
     }
     if let Some(suite) = &read.suite {
         for (id, always) in suite.always.iter().enumerate() {
@@ -71,7 +72,9 @@ fn shown(step: &Step) -> String {
         Step::Within(time, condition) => format!("within {time:?} [{}]", condition.text),
         Step::Hold(time, condition) => format!("hold {time:?} [{}]", condition.text),
         Step::Reload(Reload::Refused(text)) => {
-            format!("refused: {}", text.lines().next().unwrap_or_default())
+            let line = text.lines().next().unwrap_or_default();
+            let line = line.rsplit('/').next().unwrap_or_default();
+            format!("refused: {}", line.chars().take(70).collect::<String>())
         }
         Step::Run(_)
         | Step::Stop
@@ -246,7 +249,7 @@ steps = ["reload wrong.toml", "expect: nothing"]
               Reload(To(ProgramId(2)))
               Restore(DeviceId(0))
             refused:
-              refused: …/tests/suites/rungd2.toml: `[memory]` says other sizes than the running program has: they need a restart, and nothing is reloaded until then
+              refused: rungd2.toml: `[memory]` says other sizes than the running program has:
             refused too:
               refused: error[unknown-name]: nothing is called `missing`
         "#]],
@@ -379,24 +382,27 @@ fn files_of_other_kinds_and_with_errors_are_told() {
             `rungd test` runs it, and says its mistakes
     "#]],
     );
-    check_file("ladder = [\"crates.test.toml\"]", expect![[r#"
+    check_file(
+        "ladder = [\"crates.test.toml\"]",
+        expect![[r#"
         1:1 warning test-empty
           a test file without a test
             write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
         crates.test.toml4:1 test-file
           this is a test file, not a ladder file
             `rungd test` runs it, and says its mistakes
-    "#]]);
+    "#]],
+    );
     check_file(
         "ladder = [\"wrong.toml\"]",
         expect![[r#"
-        1:1 warning test-empty
-          a test file without a test
-            write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
-        wrong.toml9:10 unknown-name
-          nothing is called `missing`
-            declare it under [tags]: `missing = { type = "bit" }`, or "int", "real"; or with an address: `at = "…"`
-    "#]],
+            1:1 warning test-empty
+              a test file without a test
+                write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+            wrong.toml9:10 unknown-name
+              nothing is called `missing`
+                declare it under [tags]: `missing = { type = "bit" }`, or "int", "real"; or with
+        "#]],
     );
 }
 
