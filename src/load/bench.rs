@@ -18,11 +18,15 @@ pub(crate) enum InputKind {
 }
 
 /// Loads the ladder files that `settings` names, relative to the test file `naming`. `file` is the
-/// file of the settings.
-pub(crate) fn bench(naming: &Path, file: SourceFile, settings: &WrittenController) -> Loaded {
+/// file of the settings, and `kind` says whether it is a controller file: then it has the devices.
+pub(crate) fn bench(
+    naming: &Path,
+    (file, kind): (SourceFile, InputKind),
+    settings: &WrittenController,
+) -> Loaded {
     let mut loaded = Loaded { files: vec![file], ..Loaded::default() };
     if loaded.named_files((naming, "test file"), &settings.ladder) {
-        loaded.controlled(settings, 1);
+        loaded.with_settings(settings, (1, kind == InputKind::Controller));
     }
     loaded.settings(settings);
     loaded.judge();

@@ -283,11 +283,20 @@ impl Loaded {
 
     /// Resolves the ladder files of a controller file, from `first` on.
     fn controlled(&mut self, written: &WrittenController, first: usize) {
+        self.with_settings(written, (first, true));
+    }
+
+    /// Resolves the ladder files around some settings, from `first` on. Without a controller file
+    /// the devices are those that the ladders name.
+    fn with_settings(
+        &mut self,
+        written: &WrittenController,
+        (first, has_controller): (usize, bool),
+    ) {
         let first_file = FileId(first as u32);
         let (sizes, order) = (written.memory.clone(), written.order.clone());
         let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
         let (progress, addresses) = (self.progress.clone(), written.strings.clone());
-        let has_controller = true;
         let options =
             LoadOptions { sizes, order, devices, addresses, has_controller, first_file, progress };
         self.ladders(first, options);

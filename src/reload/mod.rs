@@ -24,11 +24,11 @@ pub use report::OldMemory;
 pub(crate) use report::WARNING;
 
 /// Why files with other devices are not reloaded.
-pub(crate) const OTHER_DEVICES: &str = "its devices are others than the running ones, or in another order: they need a restart, and \
-     nothing is reloaded until then";
+pub(crate) const OTHER_DEVICES: &str = "its devices are others than the running ones, or in \
+    another order: they need a restart, and nothing is reloaded until then";
 /// Why files with other memory sizes are not reloaded.
-pub(crate) const OTHER_SIZES: &str = "`[memory]` says other sizes than the running program has: they need a restart, and nothing \
-     is reloaded until then";
+pub(crate) const OTHER_SIZES: &str = "`[memory]` says other sizes than the running program has: \
+    they need a restart, and nothing is reloaded until then";
 
 impl ReloadPlan {
     /// Compares `old` and `new`.

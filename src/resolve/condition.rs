@@ -205,5 +205,5 @@ impl<'a> ConditionNames<'a> {
 }
 
 /// The help for a name that no ladder has.
-pub(crate) const NOT_IN_LADDER: &str = "it is in no ladder: name a tag of the ladder, an address as \
-                                        `D0`, a block's `Main.Running`, a Stage's `Drain.Open`";
+pub(crate) const NOT_IN_LADDER: &str = "it is in no ladder: name a tag of the ladder, an \
+    address as `D0`, a block's `Main.Running`, a Stage's `Drain.Open`";

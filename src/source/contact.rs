@@ -11,8 +11,8 @@ use super::span::{Located, Span};
 
 /// A boolean over bits, edges and compares.
 ///
-/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any. `V` is what
-/// a compare compares: in a ladder names and constants, in a test also sums of them.
+/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any. `V` is
+/// what a compare compares: in a ladder names and constants, in a test also sums of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Contact<V = Atom> {
     /// A bit, by its name.

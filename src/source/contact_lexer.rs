@@ -4,7 +4,8 @@
 use super::atom::Atom;
 use super::contact::Comparison;
 use super::contact_habits::stray;
-use super::contact_sum::{self, SumSign};
+use super::contact_signs;
+use super::contact_sum::SumSign;
 use super::finding::{Code, Finding};
 use super::span::Span;
 
@@ -29,7 +30,7 @@ pub(super) type Parsed<T> = Result<T, Finding>;
 /// `has_sums` also the signs of sums.
 pub(super) fn lex(text: &str, span: Span, has_sums: bool) -> Parsed<Vec<(Token, Span)>> {
     split(text, span, |rest, first, at| {
-        if has_sums && let Some(found) = contact_sum::sign(text, at, span) {
+        if has_sums && let Some(found) = contact_signs::sign(text, at, span) {
             return found.map(|(sign, length)| (Token::Sign(sign), length));
         }
         match sign(rest) {

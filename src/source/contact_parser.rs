@@ -1,7 +1,7 @@
 //! The grammar of contacts: a Pratt parser over the tokens of one string.
 //!
 //! Called by `ladder`, and by `testing` for conditions, whose compares may have sums
-//! (`contact_sum`). `!` binds tighter than `&`, and `&` tighter than `|`; the operands
+//! (`sum_parser`). `!` binds tighter than `&`, and `&` tighter than `|`; the operands
 //! of a compare are values, not contacts. Nesting is limited, so that no input can exhaust the
 //! stack.
 
@@ -9,7 +9,8 @@ use super::atom::{Atom, AtomKind};
 use super::contact::{Contact, Edge};
 use super::contact_habits::{called, computed, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
-use super::contact_sum::{self, Compared, SIGNS_ALONE, Sum};
+use super::contact_signs::{self, SIGNS_ALONE};
+use super::contact_sum::SumSign;
 use super::finding::{Code, Finding};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
@@ -26,22 +27,8 @@ pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
     parse_as(text, span)
 }
 
-/// Parses a condition of a test: contacts, with sums in compares.
-///
-/// # Errors
-/// The first mistake in it, with its exact place.
-pub(crate) fn parse_condition(text: &str, span: Span) -> Result<Contact<Sum>, Finding> {
-    parse_as(text, span).map_err(|mut finding| {
-        // A condition is one string.
-        finding.reword_help(|help| match help.starts_with("contacts in series are strings") {
-            true => "contacts are joined by `&` and `|`: `X0 & X1`".to_owned(),
-            false => help.to_owned(),
-        });
-        finding
-    })
-}
-
-fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>, Finding> {
+/// As [`parse`], for compares of another kind.
+pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>, Finding> {
     let tokens = lex(text, span, V::HAS_SUMS)?;
     let mut parser = Parser { text, span, tokens, at: 0, has_sums: V::HAS_SUMS };
     if parser.tokens.is_empty() {
@@ -55,6 +42,33 @@ fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>, Finding> 
     match parser.peek() {
         None => Ok(contact),
         Some((token, place)) => Err(parser.left_over(&token.clone(), place)),
+    }
+}
+
+/// What a compare compares.
+pub(super) trait Compared: From<Atom> + std::fmt::Display {
+    /// Whether it may be a sum.
+    const HAS_SUMS: bool;
+
+    /// Its place.
+    fn span(&self) -> Span;
+
+    /// Reads one, from the next token on.
+    fn read(parser: &mut Parser<'_>, depth: u32) -> Parsed<Self>;
+}
+
+impl Compared for Atom {
+    const HAS_SUMS: bool = false;
+
+    fn span(&self) -> Span {
+        self.span
+    }
+
+    fn read(parser: &mut Parser<'_>, _: u32) -> Parsed<Atom> {
+        match parser.next() {
+            Some((Token::Atom(atom), _)) => Ok(atom),
+            found => Err(parser.no_value(found)),
+        }
     }
 }
 
@@ -125,6 +139,33 @@ impl Parser<'_> {
             | Token::Compare(_)
             | Token::Sign(_) => None,
         }
+    }
+
+    /// Whether a sum begins with the token that was read last.
+    pub(super) fn begins_sum(&self) -> bool {
+        let last = self.at.saturating_sub(1);
+        let behind = match self.tokens.get(last) {
+            Some((Token::Atom(_), _)) => self.at,
+            Some((Token::Open, _)) => self.behind_close(last),
+            Some(_) | None => return false,
+        };
+        match self.tokens.get(behind) {
+            Some((Token::Sign(_), _)) => true,
+            Some((Token::Compare(_), _)) => behind > self.at,
+            Some(_) | None => false,
+        }
+    }
+
+    /// The number of the token behind the parenthesis that closes the one at `open`.
+    fn behind_close(&self, open: usize) -> usize {
+        let mut depth = 0;
+        for (at, (token, _)) in self.tokens.iter().enumerate().skip(open) {
+            depth += i32::from(*token == Token::Open) - i32::from(*token == Token::Close);
+            if depth == 0 {
+                return at + 1;
+            }
+        }
+        self.tokens.len()
     }
 
     /// `one` of the grammar: `!` one, parentheses, an edge, a compare or a bit.
@@ -262,6 +303,29 @@ impl Parser<'_> {
         Ok(Contact::Edge(edge, Box::new(inner), span.to(close)))
     }
 
+    /// The finding for a token where a value belongs, or for the end of the text.
+    pub(super) fn no_value(&self, found: Option<(Token, Span)>) -> Finding {
+        let Some((Token::Sign(sign), place)) = found else {
+            let place = found.map_or(self.end(), |(_, place)| place);
+            return self.error(place, "a value is missing here");
+        };
+        let behind = self.text.get((place.end - self.span.start) as usize..).unwrap_or_default();
+        let behind = behind.trim_start();
+        let is_number = behind.starts_with(|c: char| c.is_ascii_digit());
+        let name = behind.split([' ', '\t', '(', ')', '&', '|']).next().unwrap_or_default();
+        let help = match sign {
+            SumSign::Subtract if is_number => format!("write `-{name}`"),
+            SumSign::Subtract if !name.is_empty() => format!("write `0 - {name}`"),
+            SumSign::Add => "take the `+` away".to_owned(),
+            SumSign::Subtract | SumSign::Multiply | SumSign::Divide | SumSign::Remainder => {
+                "addresses go without `%`, and a sign stands between two values: `D0 * 2`"
+                    .to_owned()
+            }
+        };
+        let message = format!("a value is missing before `{}`", sign.sign());
+        self.error(place, message).help(help)
+    }
+
     /// The compare of a value, which was read, with the value behind the sign.
     fn compared<V: Compared>(&mut self, left: V, depth: u32) -> Parsed<Contact<V>> {
         let Some((Token::Compare(comparison), sign)) = self.peek() else {
@@ -332,7 +396,7 @@ impl Parser<'_> {
                 if behind.starts_with('-') =>
             {
                 match self.has_sums {
-                    true => contact_sum::no_spaces(self.text, at, self.span),
+                    true => contact_signs::no_spaces(self.text, at, self.span),
                     false => self.error(place, "`-` in a contact").help(computed(self.text, at)),
                 }
             }

@@ -10,6 +10,7 @@ pub(crate) mod contact;
 mod contact_habits;
 mod contact_lexer;
 pub mod contact_parser;
+mod contact_signs;
 pub(crate) mod contact_sum;
 #[cfg(test)]
 mod contact_tests;
@@ -35,6 +36,7 @@ mod rung;
 pub(crate) mod shape;
 pub mod span;
 mod strict;
+pub(crate) mod sum_parser;
 pub(crate) mod table;
 mod tag;
 mod template;

@@ -8,8 +8,6 @@
 
 mod entries;
 
-pub use entries::TextOrTable;
-
 use std::ops::Range;
 
 use toml::Spanned;
@@ -44,6 +42,14 @@ pub struct NamedTable<'a> {
     pub name: Text,
     /// Its value; `None` for a value of another type, which is reported.
     pub table: Option<Table<'a>>,
+}
+
+/// A value that may have two forms.
+pub enum TextOrTable<'a> {
+    /// A string.
+    Text(Text),
+    /// A table.
+    Table(Table<'a>),
 }
 
 /// One constant, or a list of constants with its place.

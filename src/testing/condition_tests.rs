@@ -14,19 +14,19 @@ use crate::resolve::program::Program;
 use crate::source::span::{FileId, Span};
 
 /// The ladder of `tests/suites`, and a memory for it.
-struct Plant {
+struct TestPlant {
     program: Program,
     controller: Controller,
     engine: Engine,
 }
 
-impl Plant {
-    fn new() -> Plant {
+impl TestPlant {
+    fn new() -> TestPlant {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/suites");
         let loaded = load::controller_file(&folder.join("rungd.toml")).expect("readable");
         let program = loaded.program.expect("no errors");
         let engine = Engine::new(lower(&program).0);
-        Plant { program, controller: loaded.controller.expect("no errors"), engine }
+        TestPlant { program, controller: loaded.controller.expect("no errors"), engine }
     }
 
     fn condition(&self, text: &str) -> Result<Condition, Vec<String>> {
@@ -60,7 +60,7 @@ impl Plant {
 
 /// Each row on memory that a row `memory` writes over what was there.
 fn check(rows: &[(&str, &str, bool)]) {
-    let mut plant = Plant::new();
+    let mut plant = TestPlant::new();
     for (memory, text, expected) in rows {
         plant.write(memory);
         let condition = plant.condition(text).expect("a condition");
@@ -138,7 +138,7 @@ fn an_element_outside_of_its_array_is_off_and_compares_as_false() {
 
 #[test]
 fn edges_compare_with_the_scan_before() {
-    let mut plant = Plant::new();
+    let mut plant = TestPlant::new();
     let rise = plant.condition("rise(shift > 5) | fall(!pusher)").unwrap();
     let nested = plant.condition("pusher & rise(rise(bottle) | full_lamp)").unwrap();
     assert_eq!((rise.edges, nested.edges), (2, 2));
@@ -161,7 +161,7 @@ fn edges_compare_with_the_scan_before() {
 
 #[test]
 fn operands_are_listed_once_in_order_and_selected_elements_with_their_index() {
-    let mut plant = Plant::new();
+    let mut plant = TestPlant::new();
     let text = "size + weight > recipe[step] & pusher & Y0 & !gate[step] & size < late.Acc";
     let condition = plant.condition(text).unwrap();
     let names: Vec<&str> = condition.operands.iter().map(|(name, _)| name.as_str()).collect();
@@ -170,7 +170,7 @@ fn operands_are_listed_once_in_order_and_selected_elements_with_their_index() {
         condition.operands.iter().map(|(_, cell)| matches!(cell, Cell::Bit(_))).collect();
     assert_eq!(is_bit, [false, false, false, true, false]);
     plant.write("step=2");
-    let elements = |plant: &Plant| -> Vec<String> {
+    let elements = |plant: &TestPlant| -> Vec<String> {
         let all = condition.elements(plant.engine.image());
         all.into_iter().map(|(name, _)| name).collect()
     };
@@ -181,7 +181,7 @@ fn operands_are_listed_once_in_order_and_selected_elements_with_their_index() {
 
 #[test]
 fn deep_and_long_conditions_are_evaluated() {
-    let plant = Plant::new();
+    let plant = TestPlant::new();
     let long = format!("1{} == 10001", " + 1".repeat(10_000));
     let condition = plant.condition(&long).unwrap();
     assert!(plant.is_true(&condition, &mut []));
@@ -197,7 +197,7 @@ fn deep_and_long_conditions_are_evaluated() {
 
 #[test]
 fn mistakes_have_their_sentence() {
-    let plant = Plant::new();
+    let plant = TestPlant::new();
     for (text, expected) in [
         ("size + 1", "`size + 1` is a number, not a contact"),
         ("pusher == 1", "`pusher` is a bit, not a number"),

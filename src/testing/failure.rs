@@ -172,7 +172,11 @@ fn what(stage: Stage, scenario: &Scenario, failed: &Failed) -> String {
         FailedWhy::Mode(RigMode::Run) => "the controller is in STOP: this step needs RUN".into(),
         FailedWhy::Mode(RigMode::Stop) => "the controller is in RUN: this step needs STOP".into(),
         FailedWhy::AlreadyOn(operand) => {
-            format!("`{}` is ON already: a pulse begins with a bit that is OFF", operand.name)
+            format!(
+                "`{}` is ON: a pulse begins with a bit that is OFF (behind another pulse, \
+                 `run 1 scans` lets it end)",
+                operand.name
+            )
         }
         FailedWhy::NotForced(operand) => format!("`{}` is not forced", operand.name),
         FailedWhy::Refused(_) => "the reload is refused".to_owned(),

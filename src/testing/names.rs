@@ -72,7 +72,7 @@ impl<'a> TestNames<'a> {
         if self.devices.iter().len() == 0 {
             let finding = finding(format!("there is no device `{name}`"));
             return Err(finding.help(
-                "a test has the field devices of its controller file: `controller = \"rungd.toml\"`",
+                "field devices are those of a controller file: `controller = \"rungd.toml\"`",
             ));
         }
         let names: Vec<String> = self.devices.iter().take(12).map(|of| format!("`{of}`")).collect();

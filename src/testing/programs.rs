@@ -154,13 +154,14 @@ impl<'a> Programs<'a> {
         match &self.settings {
             BenchSettings::Test(settings) => {
                 let settings = settings.of_test_with_ladder(&names);
-                Ok(bench(self.path, first.clone(), &settings))
+                Ok(bench(self.path, (first.clone(), InputKind::Ladder), &settings))
             }
             BenchSettings::Controller => {
                 let (written, _) = controller::read(&first.text, FileId(0));
                 match written {
                     Some(written) => {
-                        Ok(bench(self.path, first.clone(), &written.with_ladder(&names)))
+                        let of = (first.clone(), InputKind::Controller);
+                        Ok(bench(self.path, of, &written.with_ladder(&names)))
                     }
                     None => Ok(Loaded::default()),
                 }

@@ -16,7 +16,7 @@ const WAITING_MAX: usize = 72;
 
 /// A number of a compare.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Number {
+pub(super) enum SumNumber {
     Integer(i64),
     Real(f64),
 }
@@ -24,7 +24,7 @@ pub(super) enum Number {
 /// A number that is read on an image.
 #[derive(Clone, Debug)]
 pub(super) enum Quantity {
-    Constant(Number),
+    Constant(SumNumber),
     Word(WordCell),
     RealWord(WordCell),
     Bit(BitCell),
@@ -81,8 +81,8 @@ impl Quantity {
 
     fn of_value(value: Value, layout: &Layout) -> Quantity {
         match value {
-            Value::Const(number, _) => Quantity::Constant(Number::Integer(number.into())),
-            Value::Real(real) => Quantity::Constant(Number::Real(real.into())),
+            Value::Const(number, _) => Quantity::Constant(SumNumber::Integer(number.into())),
+            Value::Real(real) => Quantity::Constant(SumNumber::Real(real.into())),
             Value::Word(word) => Quantity::of_word(word, layout),
             Value::Element(element) => Quantity::Element(ElementCells::of(element, layout)),
         }
@@ -112,18 +112,18 @@ impl Quantity {
     }
 
     /// Its number on an image; `None` if it reads an element outside of an array.
-    pub fn number(&self, image: &Image) -> Option<Number> {
+    pub fn number(&self, image: &Image) -> Option<SumNumber> {
         Some(match self {
             Quantity::Constant(number) => *number,
-            Quantity::Word(cell) => Number::Integer(image.word(*cell).into()),
-            Quantity::RealWord(cell) => Number::Real(Real::of_cell(image.word(*cell)).into()),
-            Quantity::Bit(cell) => Number::Integer(image.bit(*cell).into()),
+            Quantity::Word(cell) => SumNumber::Integer(image.word(*cell).into()),
+            Quantity::RealWord(cell) => SumNumber::Real(Real::of_cell(image.word(*cell)).into()),
+            Quantity::Bit(cell) => SumNumber::Integer(image.bit(*cell).into()),
             Quantity::Element(element) => match element.cell(image)? {
-                Cell::Bit(cell) => Number::Integer(image.bit(cell).into()),
+                Cell::Bit(cell) => SumNumber::Integer(image.bit(cell).into()),
                 Cell::Word(cell) if element.is_real => {
-                    Number::Real(Real::of_cell(image.word(cell)).into())
+                    SumNumber::Real(Real::of_cell(image.word(cell)).into())
                 }
-                Cell::Word(cell) => Number::Integer(image.word(cell).into()),
+                Cell::Word(cell) => SumNumber::Integer(image.word(cell).into()),
             },
             Quantity::Sum(steps) => return sum(steps, image),
         })
@@ -144,8 +144,8 @@ impl SumStep {
 }
 
 /// The result of a sum.
-fn sum(steps: &[SumStep], image: &Image) -> Option<Number> {
-    let mut waiting = [Number::Integer(0); WAITING_MAX];
+fn sum(steps: &[SumStep], image: &Image) -> Option<SumNumber> {
+    let mut waiting = [SumNumber::Integer(0); WAITING_MAX];
     let mut count = 0;
     for step in steps {
         match step {
@@ -162,16 +162,16 @@ fn sum(steps: &[SumStep], image: &Image) -> Option<Number> {
     Some(waiting[0])
 }
 
-impl Number {
+impl SumNumber {
     fn real(self) -> f64 {
         match self {
-            Number::Integer(number) => number as f64,
-            Number::Real(number) => number,
+            SumNumber::Integer(number) => number as f64,
+            SumNumber::Real(number) => number,
         }
     }
 
     /// The result of an operator.
-    fn with(self, sign: SumSign, other: Number) -> Number {
+    fn with(self, sign: SumSign, other: SumNumber) -> SumNumber {
         let mut unused = Mishaps::default();
         let of_integers = match sign {
             SumSign::Add => integer::add,
@@ -188,20 +188,22 @@ impl Number {
             SumSign::Remainder => real::rem,
         };
         match (self, other) {
-            (Number::Integer(a), Number::Integer(b)) => {
-                Number::Integer(of_integers(a, b, &mut unused))
+            (SumNumber::Integer(a), SumNumber::Integer(b)) => {
+                SumNumber::Integer(of_integers(a, b, &mut unused))
             }
-            (Number::Integer(_) | Number::Real(_), _) => {
-                Number::Real(of_reals(self.real(), other.real(), &mut unused))
+            (SumNumber::Integer(_) | SumNumber::Real(_), _) => {
+                SumNumber::Real(of_reals(self.real(), other.real(), &mut unused))
             }
         }
     }
 
     /// Whether a compare is true.
-    pub fn compare(self, comparison: Comparison, other: Number) -> bool {
+    pub fn compare(self, comparison: Comparison, other: SumNumber) -> bool {
         let order = match (self, other) {
-            (Number::Integer(a), Number::Integer(b)) => Some(a.cmp(&b)),
-            (Number::Integer(_) | Number::Real(_), _) => self.real().partial_cmp(&other.real()),
+            (SumNumber::Integer(a), SumNumber::Integer(b)) => Some(a.cmp(&b)),
+            (SumNumber::Integer(_) | SumNumber::Real(_), _) => {
+                self.real().partial_cmp(&other.real())
+            }
         };
         let Some(order) = order else { return false };
         match comparison {

@@ -1,8 +1,8 @@
 //! Reads a test file: its keys, its steps and conditions, and the files that it names.
 //!
 //! `cli` calls [`read_suite`] and shows the findings; `runner` gets the [`Suite`]. The file has the
-//! number 0, the ladder or controller files follow. Errors of these are told too, their warnings are
-//! not: `rungd check` tells them.
+//! number 0, the ladder or controller files follow. Their errors are told too, their warnings not:
+//! `rungd check` tells them.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -16,7 +16,7 @@ use super::step_text::{self, WrittenCondition, WrittenStep};
 use super::steps::StepResolver;
 use super::suite::{Operand, RandomTest, Scenario, Suite, TestProgram};
 use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
-use crate::load::bench::bench;
+use crate::load::bench::{InputKind, bench};
 use crate::load::{self, Loaded, decode, read_bytes};
 use crate::resolve::LoadOptions;
 use crate::source::finding::{Code, Finding, Severity};
@@ -157,7 +157,8 @@ impl Reading {
         let (loaded, settings, names) = match bench_written {
             WrittenBench::Ladders(settings) => {
                 let names = settings.ladder.iter().map(|name| name.text.clone()).collect();
-                let loaded = bench(path, self.files[0].clone(), &settings);
+                let of = (self.files[0].clone(), InputKind::Ladder);
+                let loaded = bench(path, of, &settings);
                 (loaded, BenchSettings::Test(settings), names)
             }
             WrittenBench::Controller(name) => {
@@ -285,7 +286,9 @@ fn behind_reload(
     found: Vec<Finding>,
 ) -> Vec<Finding> {
     use super::suite::{ProgramId, Reload, Step};
-    let loads = |step: &&Located<Step>| matches!(&step.value, Step::Reload(Reload::To(to)) if *to == ProgramId(id));
+    let to = ProgramId(id);
+    let loads =
+        |step: &&Located<Step>| matches!(step.value, Step::Reload(Reload::To(of)) if of == to);
     let Some(step) = steps.iter().find(loads) else { return found };
     let at_step = |finding: Finding| {
         let message = format!("an `always` line does not fit this program: {}", finding.message);

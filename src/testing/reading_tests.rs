@@ -26,7 +26,8 @@ fn check_file(text: &str, expected: Expect) {
             finding.code.name(),
             finding.message
         );
-        told += &finding.help_text().map_or(String::new(), |help| format!("    {help}\n"));
+        let help = finding.help_text().map(|help| help.chars().take(80).collect::<String>());
+        told += &help.map_or(String::new(), |help| format!("    {help}\n"));
     }
     if let Some(suite) = &read.suite {
         for (id, always) in suite.always.iter().enumerate() {
@@ -71,7 +72,9 @@ fn shown(step: &Step) -> String {
         Step::Within(time, condition) => format!("within {time:?} [{}]", condition.text),
         Step::Hold(time, condition) => format!("hold {time:?} [{}]", condition.text),
         Step::Reload(Reload::Refused(text)) => {
-            format!("refused: {}", text.lines().next().unwrap_or_default())
+            let line = text.lines().next().unwrap_or_default();
+            let line = line.rsplit('/').next().unwrap_or_default();
+            format!("refused: {}", line.chars().take(70).collect::<String>())
         }
         Step::Run(_)
         | Step::Stop
@@ -167,7 +170,7 @@ tags = ["shift"]
 
 [[scenario]]
 name  = "a full crate is pushed out"
-set   = { swapped = true, size = 4, "recipe[2]" = -1, level = 1.5, weight = "2s", bottle = 1 }
+set   = { swapped = true, size = 4, "recipe[2]" = -1, weight = "2s", bottle = 1 }
 steps = [
     "expect: bottles.Acc == 0 & shift == 0",
     "within 2s: (size + 1) * 2 - recipe[step] % 3 >= -3 & rise(pusher | gate[step])",
@@ -179,13 +182,16 @@ name   = "nobody can open both valves"
 runs   = 200
 scans  = 5000
 seed   = 7
-change = { start = "0.1%", level = { walk = "0..50.5", step = 0.5, chance = "10%" }, weight = { jump = "-9..9", chance = "100%" } }
+[random.change]
+start  = "0.1%"
+level  = { walk = "0..50.5", step = 0.5, chance = "10%" }
+weight = { jump = "-9..9", chance = "100%" }
 "#,
         expect![[r#"
             always 0: !(pusher & !full_lamp)
             always 0: level <= 95 | !start
             always 0: gate[0] + gate[1] <= 1
-            a full crate is pushed out: swapped=1 size=4 recipe[2]=-1 level=1069547520 weight=2000 bottle(X0)=1
+            a full crate is pushed out: swapped=1 size=4 recipe[2]=-1 weight=2000 bottle(X0)=1
               expect [bottles.Acc == 0 & shift == 0]
               within Ms(2000) [(size + 1) * 2 - recipe[step] % 3 >= -3 & rise(pusher | gate[step])]
               PowerCut { lose_ms: 0 }
@@ -243,7 +249,7 @@ steps = ["reload wrong.toml", "expect: nothing"]
               Reload(To(ProgramId(2)))
               Restore(DeviceId(0))
             refused:
-              refused: …/tests/suites/rungd2.toml: `[memory]` says other sizes than the running program has: they need a restart, and nothing is reloaded until then
+              refused: rungd2.toml: `[memory]` says other sizes than the running program has:
             refused too:
               refused: error[unknown-name]: nothing is called `missing`
         "#]],
@@ -339,6 +345,10 @@ fn a_file_without_tests_is_warned_of() {
                 write it as `run 2s`
         "#]],
     );
+}
+
+#[test]
+fn files_of_other_kinds_and_with_errors_are_told() {
     check_file(
         "ladder = [\"rungd.toml\"]",
         expect![[r#"
@@ -373,15 +383,26 @@ fn a_file_without_tests_is_warned_of() {
     "#]],
     );
     check_file(
-        "ladder = [\"wrong.toml\"]",
+        "ladder = [\"crates.test.toml\"]",
         expect![[r#"
         1:1 warning test-empty
           a test file without a test
             write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
-        wrong.toml9:10 unknown-name
-          nothing is called `missing`
-            declare it under [tags]: `missing = { type = "bit" }`, or "int", "real"; or with an address: `at = "…"`
+        crates.test.toml4:1 test-file
+          this is a test file, not a ladder file
+            `rungd test` runs it, and says its mistakes
     "#]],
+    );
+    check_file(
+        "ladder = [\"wrong.toml\"]",
+        expect![[r#"
+            1:1 warning test-empty
+              a test file without a test
+                write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
+            wrong.toml9:10 unknown-name
+              nothing is called `missing`
+                declare it under [tags]: `missing = { type = "bit" }`, or "int", "real"; or with
+        "#]],
     );
 }
 

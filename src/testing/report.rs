@@ -101,7 +101,7 @@ fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
     }
     let moments = &moments[moments.len().saturating_sub(COLUMNS_MAX)..];
     let names = operands.iter().map(|of| of.name.chars().count()).max().unwrap_or(0).max(4);
-    let heads: Vec<String> = moments.iter().map(|ns| time_text(*ns)).collect();
+    let heads = heads(moments);
     let cells: Vec<Vec<String>> = operands.iter().map(|of| cells(of, moments)).collect();
     let width = |column: usize| {
         let texts = cells.iter().map(|row| row[column].chars().count());
@@ -130,6 +130,19 @@ fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
         text.push('\n');
     }
     text
+}
+
+/// The times of the columns, as short as they still differ.
+fn heads(moments: &[u64]) -> Vec<String> {
+    let short: Vec<String> = moments.iter().map(|ns| time_text(*ns)).collect();
+    if short.windows(2).all(|two| two[0] != two[1]) {
+        return short;
+    }
+    let long = |ns: &u64| {
+        let (s, ms) = (ns / 1_000_000_000, ns / 1_000_000 % 1000);
+        format!("{:02}:{:02}:{:02}.{ms:03}", s / 3600, s / 60 % 60, s % 60)
+    };
+    moments.iter().map(long).collect()
 }
 
 /// An operand's value at each of these moments; empty before its first known value.

@@ -9,11 +9,11 @@ use crate::calendar;
 use crate::isa::duration::{self, DurationError};
 use crate::source::atom::bad_duration;
 use crate::source::contact::Contact;
-use crate::source::contact_parser::parse_condition;
 use crate::source::contact_sum::Sum;
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::{Located, Span};
+use crate::source::sum_parser::parse_condition;
 
 /// A condition as written.
 #[derive(Clone, Debug)]
@@ -76,7 +76,7 @@ pub(super) enum WrittenStep {
     Clock(i64),
 }
 
-type Parsed<T> = Result<T, Box<Finding>>;
+type ParsedStep<T> = Result<T, Box<Finding>>;
 
 /// The names of the steps, each with its form.
 const FORMS: [(&str, &str); 17] = [
@@ -133,7 +133,7 @@ pub(super) fn parse(text: &str, span: Span) -> Result<WrittenStep, Finding> {
     step(text, span).map_err(|finding| *finding)
 }
 
-fn step(text: &str, span: Span) -> Parsed<WrittenStep> {
+fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
     let mut words = StepWords::new(text, span);
     let Some(first) = words.next() else {
         let finding = error(span, "an empty step");
@@ -218,7 +218,7 @@ impl WrittenStep {
 
 impl StepParser<'_> {
     /// A step without a condition.
-    fn plain(&mut self, name: &str) -> Parsed<WrittenStep> {
+    fn plain(&mut self, name: &str) -> ParsedStep<WrittenStep> {
         Ok(match name {
             "set" => {
                 let (operand, value) = self.assigned()?;
@@ -248,7 +248,7 @@ impl StepParser<'_> {
     }
 
     /// The next word; `what` it stands for.
-    fn word(&mut self, what: &str) -> Parsed<StepWord> {
+    fn word(&mut self, what: &str) -> ParsedStep<StepWord> {
         self.words.next().ok_or_else(|| {
             let (what, which) = what.split_once(": ").unwrap_or((what, ""));
             let which = if which.is_empty() { String::new() } else { format!(": {which}") };
@@ -257,14 +257,14 @@ impl StepParser<'_> {
     }
 
     /// Nothing else may follow.
-    fn end(&mut self) -> Parsed<()> {
+    fn end(&mut self) -> ParsedStep<()> {
         let Some(word) = self.words.next() else { return Ok(()) };
         let place = word.span.to(self.words.end());
         Err(self.fail(place, format!("nothing belongs behind this `{}`", self.name)))
     }
 
     /// An operand and its value.
-    fn assigned(&mut self) -> Parsed<(StepWord, StepWord)> {
+    fn assigned(&mut self) -> ParsedStep<(StepWord, StepWord)> {
         let operand = self.word("an operand and a value")?;
         let value = self.words.next();
         let sign = value.as_ref().filter(|word| word.value.starts_with([':', '=']));
@@ -289,7 +289,7 @@ impl StepParser<'_> {
         }
     }
 
-    fn pulse(&mut self) -> Parsed<WrittenStep> {
+    fn pulse(&mut self) -> ParsedStep<WrittenStep> {
         let operand = self.word("an operand and a duration")?;
         let on = self.duration("how long it is ON")?;
         let Some(every) = self.words.next() else {
@@ -311,7 +311,7 @@ impl StepParser<'_> {
         Ok(WrittenStep::Pulse { operand, on_ms: on.value, every })
     }
 
-    fn beat(&mut self) -> Parsed<WrittenStep> {
+    fn beat(&mut self) -> ParsedStep<WrittenStep> {
         let operand = self.word("an operand and two durations")?;
         let on = self.duration("how long it is ON")?;
         self.literal("every")?;
@@ -320,7 +320,7 @@ impl StepParser<'_> {
         Ok(WrittenStep::Beat { operand, on_ms: on.value, every })
     }
 
-    fn not_shorter(&self, on: Located<u32>, every: Located<u32>) -> Parsed<()> {
+    fn not_shorter(&self, on: Located<u32>, every: Located<u32>) -> ParsedStep<()> {
         if every.value > on.value {
             return Ok(());
         }
@@ -334,7 +334,7 @@ impl StepParser<'_> {
             .into())
     }
 
-    fn literal(&mut self, wanted: &str) -> Parsed<()> {
+    fn literal(&mut self, wanted: &str) -> ParsedStep<()> {
         let word = self.word(&format!("`{wanted}`"))?;
         if word.value == wanted {
             return Ok(());
@@ -342,12 +342,12 @@ impl StepParser<'_> {
         Err(self.fail(word.span, format!("`{wanted}` belongs here")))
     }
 
-    fn duration(&mut self, what: &str) -> Parsed<Located<u32>> {
+    fn duration(&mut self, what: &str) -> ParsedStep<Located<u32>> {
         let word = self.word(&format!("a duration: {what}"))?;
         milliseconds(&word).map_err(Box::new)
     }
 
-    fn run(&mut self) -> Parsed<TestTime> {
+    fn run(&mut self) -> ParsedStep<TestTime> {
         let first = self.word("a duration, or a number of scans")?;
         let is_number = first.value.bytes().all(|b| b.is_ascii_digit());
         if !is_number {
@@ -377,7 +377,7 @@ impl StepParser<'_> {
         }
     }
 
-    fn lost(&mut self) -> Parsed<u32> {
+    fn lost(&mut self) -> ParsedStep<u32> {
         let Some(word) = self.words.next() else { return Ok(0) };
         if word.value != "lose" {
             return Err(self.fail(word.span, "`lose` belongs here, or nothing"));
@@ -385,7 +385,7 @@ impl StepParser<'_> {
         Ok(self.duration("how old the restored image is")?.value)
     }
 
-    fn reload(&mut self) -> Parsed<WrittenStep> {
+    fn reload(&mut self) -> ParsedStep<WrittenStep> {
         let mut files = vec![self.word("the files that are loaded")?];
         while let Some(file) = self.words.next() {
             files.push(file);
@@ -393,7 +393,7 @@ impl StepParser<'_> {
         Ok(WrittenStep::Reload(files))
     }
 
-    fn clock(&mut self) -> Parsed<i64> {
+    fn clock(&mut self) -> ParsedStep<i64> {
         let word = self.word("a date and a time")?;
         calendar::parse_seconds(&word.value).ok_or_else(|| {
             self.fail(word.span, format!("`{}` is not a time of the calendar", word.value))
@@ -401,7 +401,7 @@ impl StepParser<'_> {
     }
 
     /// `expect: CONTACTS`.
-    fn expect(&mut self, text: &str, span: Span, name: Span) -> Parsed<WrittenStep> {
+    fn expect(&mut self, text: &str, span: Span, name: Span) -> ParsedStep<WrittenStep> {
         let at = (name.start - span.start) as usize + "expect".len();
         let behind = &text[at..];
         let spaces = behind.len() - behind.trim_start().len();
@@ -413,7 +413,7 @@ impl StepParser<'_> {
     }
 
     /// `D: CONTACTS`.
-    fn timed(&mut self, text: &str, span: Span, name: Span) -> Parsed<(u32, WrittenCondition)> {
+    fn timed(&mut self, text: &str, span: Span, name: Span) -> ParsedStep<(u32, WrittenCondition)> {
         let at = (name.start - span.start) as usize + self.name.len();
         let found = if lacks_colon(&text[at..]) { None } else { colon(&text[at..]) };
         let Some(colon) = found.map(|colon| at + colon) else {
@@ -444,7 +444,7 @@ impl StepParser<'_> {
         Box::new(finding.help(format!("write it as `{}`", self.form)))
     }
 
-    fn contacts(&self, text: &str, span: Span, at: usize) -> Parsed<WrittenCondition> {
+    fn contacts(&self, text: &str, span: Span, at: usize) -> ParsedStep<WrittenCondition> {
         if text[at..].trim().is_empty() {
             let message = format!("`{}` wants contacts behind its `:`", self.name);
             return Err(self.fail(span.part(at - 1, text.len()), message));

@@ -19,14 +19,14 @@ impl Spectator for Tracer<'_> {
     fn scanned(&mut self, rig: &Rig, scans: u64) {
         // After a reload cells may be others.
         if self.failed.is_none() && Arc::ptr_eq(rig.program(), self.program) {
-            let row = self.trace.row(RowName::Scan(scans - 1), rig.next_ns() / 1000, rig.image());
+            let row = self.trace.row(RowName::Scan(scans), rig.next_ns() / 1000, rig.image());
             self.failed = row.err();
         }
     }
 }
 
 /// Plays a scenario, by its place in the suite, and hands each scan to a trace, until its program
-/// is reloaded. Scans are counted on over restarts.
+/// is reloaded. Scans are counted from 1, as a failure counts them, and on over restarts.
 ///
 /// # Errors
 /// The trace's.

@@ -132,7 +132,7 @@ fn a_trace_has_a_row_for_each_scan() {
     let trace = std::fs::read_to_string(&path).expect("a trace");
     assert_eq!(trace.lines().count(), 9, "a header and eight scans: {trace}");
     assert!(trace.starts_with("scan,time_ms,bottle,"), "{trace}");
-    assert!(trace.contains("\n7,70,"), "{trace}");
+    assert!(trace.contains("\n8,70,"), "{trace}");
 }
 
 #[test]

@@ -4,19 +4,11 @@
 
 use toml::de::DeValue;
 
-use super::{Constant, Table, Value, ValueForm};
+use super::{Constant, Table, TextOrTable, Value, ValueForm};
 use crate::source::finding::{Code, Finding};
 use crate::source::key::Key;
 use crate::source::reader::Text;
 use crate::source::span::Located;
-
-/// A value that may have two forms.
-pub enum TextOrTable<'a> {
-    /// A string.
-    Text(Text),
-    /// A table.
-    Table(Table<'a>),
-}
 
 impl<'a> Table<'a> {
     /// All entries as arrays of strings, by key and in file order (the form of `leg`). Helps write
