@@ -13,7 +13,7 @@ use clap::Args;
 use super::exit::Exit;
 use crate::source::wording::shell_word;
 
-/// Writes a first project: a controller file, a ladder, a simulated device
+/// Writes a first project: a controller file, a ladder with its tests, a simulated device
 #[derive(Args, Debug)]
 pub struct InitArgs {
     /// A directory that is empty or does not exist yet
@@ -22,9 +22,10 @@ pub struct InitArgs {
 }
 
 /// The project's files: paths and contents.
-const FILES: [(&str, &str); 3] = [
+const FILES: [(&str, &str); 4] = [
     ("controller.toml", include_str!("../../config/first/controller.toml")),
     ("programs/main.toml", include_str!("../../config/first/programs/main.toml")),
+    ("tests/main.test.toml", include_str!("../../config/first/tests/main.test.toml")),
     ("README.md", include_str!("../../config/first/README.md")),
 ];
 
@@ -51,6 +52,7 @@ pub fn init(args: &InitArgs) -> Result<Exit> {
     let directory = shell_word(&directory.display().to_string());
     writeln!(out, "\nRun it with `cd {directory} && rungd run controller.toml`; Ctrl-C stops it.")?;
     writeln!(out, "In a second shell there, `rungd status` tells how it is.")?;
+    writeln!(out, "`rungd test` runs the tests of its ladder.")?;
     Ok(Exit::Ok)
 }
 

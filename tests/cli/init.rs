@@ -45,10 +45,14 @@ fn a_first_project_passes_the_check_and_runs() {
     assert_eq!(output.status.code(), Some(0), "{}", said(&output.stderr));
     assert_eq!(
         said(&output.stdout),
-        "plant/line1/controller.toml\nplant/line1/programs/main.toml\nplant/line1/README.md\n\n\
+        "plant/line1/controller.toml\nplant/line1/programs/main.toml\n\
+         plant/line1/tests/main.test.toml\nplant/line1/README.md\n\n\
          Run it with `cd plant/line1 && rungd run controller.toml`; Ctrl-C stops it.\n\
-         In a second shell there, `rungd status` tells how it is.\n"
+         In a second shell there, `rungd status` tells how it is.\n\
+         `rungd test` runs the tests of its ladder.\n"
     );
+    let tests = rungd(&["test"], &folder.join("plant/line1"));
+    assert_eq!(said(&tests.stdout), "tests/main.test.toml: 8 passed\n", "{}", said(&tests.stderr));
     let controller = "plant/line1/controller.toml";
     for files in [&[controller][..], &["lib:flasher", "plant/line1/programs/main.toml"]] {
         let output = rungd(&[&["check", "--deny", "warnings"], files].concat(), &folder);
