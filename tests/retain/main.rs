@@ -9,6 +9,7 @@ mod memory;
 mod named;
 mod places;
 mod reals;
+mod rig;
 mod run;
 mod shifts;
 

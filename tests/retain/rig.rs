@@ -1,0 +1,170 @@
+//! `restart` and `power-cut` of a test file agree with the real binary, ended or killed and started
+//! anew: the same inputs, and what is in memory afterwards.
+//!
+//! The real controller goes first. What it holds after each start becomes an `expect:` of a test
+//! file, which `rungd test` must pass. The ladder has no time in it: each input stands for at least
+//! one scan, and more scans of the same inputs change nothing. `RUNGD_RIG_RUNS` and
+//! `RUNGD_RIG_SEED` for a long run.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::process::Command;
+
+use crate::memory::{Plant, Running};
+
+const LADDER: &str = r#"
+[tags]
+inc = { at = "X0" }
+dec = { at = "X1" }
+rst = { at = "X2" }
+set = { at = "X3" }
+count = { at = "CT0" }
+down = { at = "CT1" }
+both = { at = "CT2" }
+group = { at = "CT3" }
+sens = { at = "N0" }
+latch = { at = "C0" }
+seal = { at = "C1" }
+toggle = { at = "C2" }
+bits = { at = "C10..C13" }
+total = { at = "D0" }
+starts = { at = "D1" }
+ends = { at = "D2" }
+[[program]]
+name = "Main"
+rung = [
+  { leg.up = ["inc"], leg.rst = ["rst"], do = ["CNT count preset=3"] },
+  { leg.dn = ["dec"], leg.rst = ["rst"], do = ["CNTDN down preset=5"] },
+  { leg.up = ["inc"], leg.dn = ["dec"], leg.rst = ["rst"], do = ["UDC both up-preset=2 dn-preset=-2"] },
+  { leg.up = ["inc"], leg.dn = ["dec"], do = ["UDCG group up-preset=4 dn-preset=-1"] },
+  { when = ["inc"], do = ["CTU sens preset=2"] },
+  { when = ["dec"], do = ["CTD sens preset=2"] },
+  { when = ["set"], do = ["SET latch"] },
+  { when = ["rst"], do = ["RST latch"] },
+  { when = ["set | seal", "!rst"], do = ["OUT seal"] },
+  { when = ["dec"], do = ["PONOFF toggle"] },
+  { leg.data = ["set | latch"], leg.clk = ["inc"], leg.rst = ["$Off"], do = ["SR bits"] },
+  { when = ["rise(inc)"], do = ["ADD total 1 to=total"] },
+]
+[[task]]
+name = "FirstScan"
+rung = [{ when = ["$On"], do = ["ADD starts 1 to=starts"] }]
+[[task]]
+name = "LastScan"
+rung = [{ when = ["$On"], do = ["ADD ends 1 to=ends"] }]
+"#;
+
+/// What can be retained, as `[retain] ranges` names it.
+const RANGES: [&str; 12] =
+    ["CT0", "CT1", "CT2", "CT3", "N0", "C0", "C1", "C2", "C10..C13", "D0", "D1", "D2"];
+
+/// What is compared.
+const OPERANDS: [&str; 26] = [
+    "count.Acc", "count.Done", "count.Zero", "count.Reset", "down.Acc", "down.Done", "both.Acc",
+    "both.Done", "both.DnDone", "group.Acc", "group.Done", "group.DnDone", "N0.ACC", "N0.DN",
+    "N0.CU", "N0.OV", "latch", "seal", "toggle", "C10", "C11", "C12", "C13", "total", "starts",
+    "ends",
+];
+
+const INPUTS: [&str; 4] = ["inc", "dec", "rst", "set"];
+
+/// Numbers from a seed (SplitMix64).
+struct Draw(u64);
+
+impl Draw {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (mixed ^ (mixed >> 31)) % limit
+    }
+}
+
+/// A number of the environment.
+fn wanted(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+fn ask(plant: &Plant, words: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
+    assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Every operand with its value, as a condition.
+fn expected(plant: &Plant) -> String {
+    let conditions = OPERANDS.map(|operand| {
+        let said = ask(plant, &["read", operand]);
+        let value = said.split_whitespace().last().expect("a value");
+        match value {
+            "ON" => operand.to_owned(),
+            "OFF" => format!("!{operand}"),
+            number => format!("{operand} == {number}"),
+        }
+    });
+    conditions.join(" & ")
+}
+
+fn start(plant: &Plant) -> Running {
+    let running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    running
+}
+
+#[test]
+fn a_restart_and_a_power_cut_leave_what_the_real_process_finds() {
+    let (runs, seed) = (wanted("RUNGD_RIG_RUNS", 3), wanted("RUNGD_RIG_SEED", 1));
+    for run in 0..runs {
+        story(seed + run);
+    }
+}
+
+/// Some inputs, then a new process: three times.
+fn story(seed: u64) {
+    let mut draw = Draw(seed);
+    let ranges: Vec<&str> = RANGES.into_iter().filter(|_| draw.below(3) > 0).collect();
+    let keeps = format!("ranges = {ranges:?}\ninterval = \"10ms\"\ncold-start = \"run\"\n");
+    let controller = format!(
+        "scan.period = \"10ms\"\nscan.watchdog = \"20s\"\n[retain]\n{keeps}file = \"memory\"\n\
+         [operator]\nsocket = \"op\"\n"
+    );
+    let plant = Plant::new(LADDER, &controller);
+    let mut steps = String::from("    \"run 1 scans\",\n");
+    let mut running = start(&plant);
+    for _ in 0..3 {
+        for _ in 0..2 + draw.below(8) {
+            let input = INPUTS[draw.below(4) as usize];
+            for value in ["1", "0"] {
+                ask(&plant, &["write", input, value]);
+                let _ = writeln!(steps, "    \"set {input} {value}\",\n    \"run 2 scans\",");
+            }
+        }
+        let is_cut = draw.below(2) == 0;
+        match is_cut {
+            true => {
+                ask(&plant, &["retain", "save"]);
+                running.kill();
+                steps += "    \"power-cut\",\n";
+            }
+            false => {
+                running.stop();
+                steps += "    \"restart\",\n";
+            }
+        }
+        running = start(&plant);
+        let _ = writeln!(steps, "    \"run 2 scans\",\n    \"expect: {}\",", expected(&plant));
+    }
+    running.stop();
+    let test = format!(
+        "ladder = [\"ladder.toml\"]\n[retain]\n{keeps}\n[[scenario]]\nname = \"seed {seed}\"\n\
+         steps = [\n{steps}]\n"
+    );
+    let path = plant.0.join("rig.test.toml");
+    fs::write(&path, &test).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_rungd")).arg("test").arg(&path).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let said = format!("{}{}", text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "seed {seed}:\n{said}\n{test}");
+}
