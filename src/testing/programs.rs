@@ -3,6 +3,7 @@
 //! Called by `reading`. Each list of files is loaded once. What a reload of the daemon refuses is
 //! refused here (`daemon::reload::ready`).
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -51,6 +52,8 @@ pub(super) struct Programs<'a> {
     pub programs: Vec<TestProgram>,
     pub names: Vec<TestNames<'a>>,
     loads: Vec<(FileList, ProgramLoad)>,
+    /// The kinds of the files that are named so far, by their identities.
+    kinds: HashMap<PathBuf, InputKind>,
 }
 
 impl<'a> Programs<'a> {
@@ -73,6 +76,7 @@ impl<'a> Programs<'a> {
             programs: Vec::new(),
             names: Vec::new(),
             loads: Vec::new(),
+            kinds: HashMap::new(),
         };
         let id = programs.add(first);
         programs.loads.push(((kind, list), ProgramLoad::Ready(id)));
@@ -113,18 +117,22 @@ impl<'a> Programs<'a> {
     }
 
     /// The identity of a list of files.
-    fn list(&self, files: &[StepWord]) -> Result<FileList, Finding> {
+    fn list(&mut self, files: &[StepWord]) -> Result<FileList, Finding> {
         let mut identities: Vec<PathBuf> = Vec::new();
         let mut controller = None;
         for file in files {
             let finding = |message: String| Finding::new(Code::TestStep, file.span, message);
-            let path = path_of(self.path, &file.value);
-            let kind = input_kind(&path)
-                .map_err(|reason| finding(reason).help("paths are relative to the test file"))?;
+            let identity = identity_of(self.path, &file.value);
+            let kind = match self.kinds.get(&identity) {
+                Some(kind) => *kind,
+                None => input_kind(&path_of(self.path, &file.value)).map_err(|reason| {
+                    finding(reason).help("paths are relative to the test file")
+                })?,
+            };
+            self.kinds.insert(identity.clone(), kind);
             if kind == InputKind::Controller {
                 controller = Some(file);
             }
-            let identity = identity_of(self.path, &file.value);
             if identities.contains(&identity) {
                 let finding = finding(format!("`{}` is named twice", file.value));
                 return Err(finding.help("remove one of the two"));
