@@ -357,9 +357,11 @@ impl Rig {
             return;
         }
         let driven = Driven::of(machine, program, (*mode, *scans));
-        let read = |bit| match bit {
-            Bit::Space(BitSpace::Y, n) => driven.output(n),
-            other => driven.image.bit(program.symbols.layout.bit(other)),
+        let read = |bit| {
+            if let Bit::Space(BitSpace::Y, n) = bit {
+                return driven.output(n);
+            }
+            driven.image.bit(program.symbols.layout.bit(bit))
         };
         while *rules_ms <= now_ms {
             for (x, on) in rules.step(*rules_ms, read) {

@@ -82,7 +82,13 @@ pub(super) fn failure(
     let judged = judged(stage, scenario, failed);
     let text = match failed.why {
         FailedWhy::Always(at) => format!("always: {}", suite.always[failed.program.0][at].text),
-        _ => suite.text(step.span).to_owned(),
+        FailedWhy::Unmet
+        | FailedWhy::Never(_)
+        | FailedWhy::NotHeld(_)
+        | FailedWhy::Mode(_)
+        | FailedWhy::AlreadyOn(_)
+        | FailedWhy::NotForced(_)
+        | FailedWhy::Refused(_) => suite.text(step.span).to_owned(),
     };
     let mut failure = Failure {
         step: Some((failed.step + 1, scenario.steps.len())),

@@ -46,8 +46,8 @@ pub use reading::{ReadSuite, read_suite};
 pub use runner::{RunOptions, Verdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
 pub use suite::{
-    Chance, Operand, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Step,
-    Suite, TestProgram, TestTime,
+    Chance, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Suite,
+    TestOperand, TestProgram, TestStep, TestTime,
 };
 pub use traced::trace;
 pub(crate) use written::shape;

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use super::condition::Condition;
 use super::step_text::WrittenCondition;
 use super::step_words::StepWord;
-use super::suite::Operand;
+use super::suite::TestOperand;
 use crate::controller::Controller;
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, DeviceId};
@@ -35,7 +35,7 @@ pub(super) struct TestNames<'a> {
 /// An operand that a test writes or forces, and what it takes.
 #[derive(Clone, Debug)]
 pub(super) struct TestTarget {
-    pub operand: Operand,
+    pub operand: TestOperand,
     pub takes: StimulusTarget,
 }
 
@@ -169,6 +169,6 @@ impl<'a> TestNames<'a> {
             Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
             Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
         };
-        TestTarget { operand: Operand { name: name.to_owned(), cell, input }, takes }
+        TestTarget { operand: TestOperand { name: name.to_owned(), cell, input }, takes }
     }
 }

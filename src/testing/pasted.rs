@@ -2,7 +2,7 @@
 
 use super::player::Stage;
 use super::random_run::{BrokenRun, RandomEvent};
-use super::suite::{Operand, RandomTest, Scenario, Step, TestTime};
+use super::suite::{RandomTest, Scenario, TestOperand, TestStep, TestTime};
 use crate::engine::{Cell, Layout};
 use crate::source::span::Located;
 
@@ -15,20 +15,20 @@ pub(super) struct PastedRun {
 /// Makes a scenario of a run that broke a line of `always`.
 pub(super) fn pasted(stage: Stage, test: &RandomTest, broken: &BrokenRun) -> PastedRun {
     let layout = &stage.programs[0].symbols.layout;
-    let mut steps: Vec<Step> = Vec::new();
+    let mut steps: Vec<TestStep> = Vec::new();
     let mut scan = 0;
     for RandomEvent { scan: at, change, value } in &broken.events {
         if *at > scan {
-            steps.push(Step::Run(TestTime::Scans(at - scan)));
+            steps.push(TestStep::Run(TestTime::Scans(at - scan)));
             scan = *at;
         }
-        steps.push(Step::Set(test.changes[*change].operand.clone(), *value));
+        steps.push(TestStep::Set(test.changes[*change].operand.clone(), *value));
     }
-    steps.push(Step::Run(TestTime::Scans(broken.scan + 1 - scan)));
+    steps.push(TestStep::Run(TestTime::Scans(broken.scan + 1 - scan)));
     let steps = pulses(steps, stage.programs[0].controller.period_ms);
     let mut text = format!("[[scenario]]\nname  = {}\n", quoted(&test.name));
     if !test.set.is_empty() {
-        let set = |(operand, value): &(Operand, i32)| {
+        let set = |(operand, value): &(TestOperand, i32)| {
             format!("{} = {}", quoted(&operand.name), layout.text(operand.cell, *value))
         };
         let all: Vec<String> = test.set.iter().map(set).collect();
@@ -47,7 +47,7 @@ pub(super) fn pasted(stage: Stage, test: &RandomTest, broken: &BrokenRun) -> Pas
 }
 
 /// Makes one step of equal pulses: a bit goes ON and OFF again, at least twice.
-fn pulses(steps: Vec<Step>, period_ms: u32) -> Vec<Step> {
+fn pulses(steps: Vec<TestStep>, period_ms: u32) -> Vec<TestStep> {
     let mut short = Vec::new();
     let mut rest = &steps[..];
     while let Some(first) = rest.first() {
@@ -60,7 +60,7 @@ fn pulses(steps: Vec<Step>, period_ms: u32) -> Vec<Step> {
         let times = times.count();
         let ms = |scans: u64| u32::try_from(scans * u64::from(period_ms)).ok();
         match (ms(on), ms(on + off)) {
-            (Some(on), Some(every)) if times > 1 => short.push(Step::Pulse {
+            (Some(on), Some(every)) if times > 1 => short.push(TestStep::Pulse {
                 operand: operand.clone(),
                 on: TestTime::Ms(on),
                 every: TestTime::Ms(every),
@@ -74,13 +74,13 @@ fn pulses(steps: Vec<Step>, period_ms: u32) -> Vec<Step> {
 }
 
 /// A pulse at the begin of steps: its bit, and the scans for which it is ON, and OFF.
-fn pulse(steps: &[Step]) -> Option<(&Operand, u64, u64)> {
+fn pulse(steps: &[TestStep]) -> Option<(&TestOperand, u64, u64)> {
     match steps {
         [
-            Step::Set(up, 1),
-            Step::Run(TestTime::Scans(on)),
-            Step::Set(down, 0),
-            Step::Run(TestTime::Scans(off)),
+            TestStep::Set(up, 1),
+            TestStep::Run(TestTime::Scans(on)),
+            TestStep::Set(down, 0),
+            TestStep::Run(TestTime::Scans(off)),
             ..,
         ] if up == down && matches!(up.cell, Cell::Bit(_)) => Some((up, *on, *off)),
         _ => None,
@@ -88,32 +88,32 @@ fn pulse(steps: &[Step]) -> Option<(&Operand, u64, u64)> {
 }
 
 /// The steps that a run is made of.
-fn step_text(step: &Step, layout: &Layout) -> String {
+fn step_text(step: &TestStep, layout: &Layout) -> String {
     match step {
-        Step::Set(operand, value) => {
+        TestStep::Set(operand, value) => {
             format!("set {} {}", operand.name, layout.text(operand.cell, *value))
         }
-        Step::Run(TestTime::Scans(1)) => "run 1 scans".to_owned(),
-        Step::Run(TestTime::Scans(scans)) => format!("run {scans} scans"),
-        Step::Run(TestTime::Ms(ms)) => format!("run {ms}ms"),
-        Step::Pulse { operand, on: TestTime::Ms(on), every: TestTime::Ms(every), times } => {
+        TestStep::Run(TestTime::Scans(1)) => "run 1 scans".to_owned(),
+        TestStep::Run(TestTime::Scans(scans)) => format!("run {scans} scans"),
+        TestStep::Run(TestTime::Ms(ms)) => format!("run {ms}ms"),
+        TestStep::Pulse { operand, on: TestTime::Ms(on), every: TestTime::Ms(every), times } => {
             format!("pulse {} {on}ms every {every}ms times {times}", operand.name)
         }
-        Step::Force(..)
-        | Step::Unforce(_)
-        | Step::Pulse { .. }
-        | Step::Beat { .. }
-        | Step::Expect(_)
-        | Step::Within(..)
-        | Step::Hold(..)
-        | Step::Stop
-        | Step::Start
-        | Step::Restart
-        | Step::PowerCut { .. }
-        | Step::Reload(_)
-        | Step::Lose(_)
-        | Step::Restore(_)
-        | Step::Clock(_) => String::new(),
+        TestStep::Force(..)
+        | TestStep::Unforce(_)
+        | TestStep::Pulse { .. }
+        | TestStep::Beat { .. }
+        | TestStep::Expect(_)
+        | TestStep::Within(..)
+        | TestStep::Hold(..)
+        | TestStep::Stop
+        | TestStep::Start
+        | TestStep::Restart
+        | TestStep::PowerCut { .. }
+        | TestStep::Reload(_)
+        | TestStep::Lose(_)
+        | TestStep::Restore(_)
+        | TestStep::Clock(_) => String::new(),
     }
 }
 

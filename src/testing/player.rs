@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::condition::Condition;
-use super::suite::{Operand, ProgramId, Reload, Scenario, Step, Suite, TestTime};
+use super::suite::{ProgramId, Reload, Scenario, Suite, TestOperand, TestStep, TestTime};
 use crate::calendar::LocalTime;
 use crate::engine::{Cell, Image};
 use crate::rig::{Rig, RigMode, RigProgram, RigSetup};
@@ -62,9 +62,9 @@ pub(super) enum FailedWhy {
     /// The step needs the other mode.
     Mode(RigMode),
     /// `pulse` of a bit that is ON already.
-    AlreadyOn(Operand),
+    AlreadyOn(TestOperand),
     /// `unforce` without a force.
-    NotForced(Operand),
+    NotForced(TestOperand),
     /// The files of `reload` are refused, with this text.
     Refused(String),
 }
@@ -115,7 +115,7 @@ struct EdgedStep {
 
 /// A pulse in the background.
 struct Beat<'a> {
-    operand: &'a Operand,
+    operand: &'a TestOperand,
     on: u64,
     every: u64,
     /// Scans since its begin.
@@ -158,7 +158,7 @@ fn setup(scenario: &Scenario, is_taped: bool) -> RigSetup {
     let keeps_images = scenario
         .steps
         .iter()
-        .any(|step| matches!(step.value, Step::Restart | Step::PowerCut { .. }));
+        .any(|step| matches!(step.value, TestStep::Restart | TestStep::PowerCut { .. }));
     RigSetup {
         set: others.iter().map(|(operand, value)| (operand.cell, *value)).collect(),
         inputs: inputs
@@ -172,25 +172,25 @@ fn setup(scenario: &Scenario, is_taped: bool) -> RigSetup {
 }
 
 /// The condition of a step.
-pub(super) fn condition(step: &Step) -> Option<&Condition> {
+pub(super) fn condition(step: &TestStep) -> Option<&Condition> {
     match step {
-        Step::Expect(condition) | Step::Within(_, condition) | Step::Hold(_, condition) => {
-            Some(condition)
-        }
-        Step::Set(..)
-        | Step::Force(..)
-        | Step::Unforce(_)
-        | Step::Pulse { .. }
-        | Step::Beat { .. }
-        | Step::Run(_)
-        | Step::Stop
-        | Step::Start
-        | Step::Restart
-        | Step::PowerCut { .. }
-        | Step::Reload(_)
-        | Step::Lose(_)
-        | Step::Restore(_)
-        | Step::Clock(_) => None,
+        TestStep::Expect(condition)
+        | TestStep::Within(_, condition)
+        | TestStep::Hold(_, condition) => Some(condition),
+        TestStep::Set(..)
+        | TestStep::Force(..)
+        | TestStep::Unforce(_)
+        | TestStep::Pulse { .. }
+        | TestStep::Beat { .. }
+        | TestStep::Run(_)
+        | TestStep::Stop
+        | TestStep::Start
+        | TestStep::Restart
+        | TestStep::PowerCut { .. }
+        | TestStep::Reload(_)
+        | TestStep::Lose(_)
+        | TestStep::Restore(_)
+        | TestStep::Clock(_) => None,
     }
 }
 
@@ -218,41 +218,41 @@ impl<'a, S: Spectator> Player<'a, S> {
         }
     }
 
-    fn step(&mut self, step: &'a Step, ticket: Ticket) -> Result<(), FailedWhy> {
+    fn step(&mut self, step: &'a TestStep, ticket: Ticket) -> Result<(), FailedWhy> {
         match step {
-            Step::Set(operand, value) => self.set(operand, *value, ticket),
-            Step::Force(operand, value) => {
+            TestStep::Set(operand, value) => self.set(operand, *value, ticket),
+            TestStep::Force(operand, value) => {
                 self.rig.force(operand.cell, *value, ticket);
                 Ok(())
             }
-            Step::Unforce(operand) => match self.rig.release(operand.cell, ticket) {
+            TestStep::Unforce(operand) => match self.rig.release(operand.cell, ticket) {
                 true => Ok(()),
                 false => Err(FailedWhy::NotForced(operand.clone())),
             },
-            Step::Pulse { operand, on, every, times } => {
+            TestStep::Pulse { operand, on, every, times } => {
                 self.pulse(operand, (self.scans_of(*on), self.scans_of(*every), *times), ticket)
             }
-            Step::Beat { operand, on, every } => {
+            TestStep::Beat { operand, on, every } => {
                 let (on, every) = (self.scans_of(*on), self.scans_of(*every));
                 self.beats.retain(|beat| beat.operand.cell != operand.cell);
                 self.beats.push(Beat { operand, on, every, passed: 0, ticket });
                 Ok(())
             }
-            Step::Run(time) => self.run(self.scans_of(*time)),
-            Step::Expect(condition) => self.expect(condition),
-            Step::Within(time, condition) => self.within(self.scans_of(*time), condition),
-            Step::Hold(time, condition) => self.hold(self.scans_of(*time), condition),
-            Step::Stop => {
+            TestStep::Run(time) => self.run(self.scans_of(*time)),
+            TestStep::Expect(condition) => self.expect(condition),
+            TestStep::Within(time, condition) => self.within(self.scans_of(*time), condition),
+            TestStep::Hold(time, condition) => self.hold(self.scans_of(*time), condition),
+            TestStep::Stop => {
                 self.needs(RigMode::Run)?;
                 self.stop()
             }
-            Step::Start => {
+            TestStep::Start => {
                 self.needs(RigMode::Stop)?;
                 self.rig.start();
                 self.begins_run();
                 Ok(())
             }
-            Step::Restart => {
+            TestStep::Restart => {
                 if self.rig.mode() == RigMode::Run {
                     self.stop()?;
                 }
@@ -260,25 +260,25 @@ impl<'a, S: Spectator> Player<'a, S> {
                 self.begins_process();
                 Ok(())
             }
-            Step::PowerCut { lose_ms } => {
+            TestStep::PowerCut { lose_ms } => {
                 self.rig.power_cut(*lose_ms);
                 self.begins_process();
                 Ok(())
             }
-            Step::Reload(Reload::To(program)) => {
+            TestStep::Reload(Reload::To(program)) => {
                 self.reload(*program);
                 Ok(())
             }
-            Step::Reload(Reload::Refused(text)) => Err(FailedWhy::Refused(text.clone())),
-            Step::Lose(device) => {
+            TestStep::Reload(Reload::Refused(text)) => Err(FailedWhy::Refused(text.clone())),
+            TestStep::Lose(device) => {
                 self.rig.lose_device(*device);
                 Ok(())
             }
-            Step::Restore(device) => {
+            TestStep::Restore(device) => {
                 self.rig.restore_device(*device);
                 Ok(())
             }
-            Step::Clock(clock_s) => {
+            TestStep::Clock(clock_s) => {
                 self.rig.set_clock(*clock_s);
                 Ok(())
             }
@@ -297,7 +297,7 @@ impl<'a, S: Spectator> Player<'a, S> {
         if self.rig.mode() == mode { Ok(()) } else { Err(FailedWhy::Mode(mode)) }
     }
 
-    fn set(&mut self, operand: &Operand, value: i32, ticket: Ticket) -> Result<(), FailedWhy> {
+    fn set(&mut self, operand: &TestOperand, value: i32, ticket: Ticket) -> Result<(), FailedWhy> {
         self.beats.retain(|beat| beat.operand.cell != operand.cell);
         if operand.input.is_none() {
             self.needs(RigMode::Run)?;
@@ -307,7 +307,7 @@ impl<'a, S: Spectator> Player<'a, S> {
     }
 
     /// An X gets a level, everything else a queued write.
-    fn give(&mut self, operand: &Operand, value: i32, ticket: Ticket) {
+    fn give(&mut self, operand: &TestOperand, value: i32, ticket: Ticket) {
         match operand.input {
             Some(x) => self.rig.set_input(x, value != 0),
             None => self.rig.write(operand.cell, value, ticket),
@@ -316,7 +316,7 @@ impl<'a, S: Spectator> Player<'a, S> {
 
     fn pulse(
         &mut self,
-        operand: &'a Operand,
+        operand: &'a TestOperand,
         (on, every, times): (u64, u64, u32),
         ticket: Ticket,
     ) -> Result<(), FailedWhy> {
@@ -475,7 +475,7 @@ impl<'a, S: Spectator> Player<'a, S> {
         self.always = always.iter().map(|of| vec![false; of.edges]).collect();
         self.edged.clear();
         for (at, step) in self.scenario.steps.iter().enumerate().skip(first) {
-            if matches!(step.value, Step::Reload(_)) {
+            if matches!(step.value, TestStep::Reload(_)) {
                 break;
             }
             if let Some(of) = condition(&step.value).filter(|of| of.edges > 0) {

@@ -5,7 +5,7 @@
 //! `shrink` makes a failing list short.
 
 use super::player::Stage;
-use super::suite::{Operand, RandomChange, RandomMotion, RandomTest};
+use super::suite::{RandomChange, RandomMotion, RandomTest, TestOperand};
 use crate::calendar::LocalTime;
 use crate::engine::{Cell, Image, Layout};
 use crate::isa::Real;
@@ -116,7 +116,7 @@ fn drive(
     None
 }
 
-fn give(rig: &mut Rig, operand: &Operand, value: i32) {
+fn give(rig: &mut Rig, operand: &TestOperand, value: i32) {
     match operand.input {
         Some(x) => rig.set_input(x, value != 0),
         None => rig.write(operand.cell, value, Ticket(0)),

@@ -14,7 +14,7 @@ use super::programs::{BenchSettings, Programs, test_program};
 use super::random;
 use super::step_text::{self, WrittenCondition, WrittenStep};
 use super::steps::StepResolver;
-use super::suite::{Operand, RandomTest, Scenario, Suite, TestProgram};
+use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
 use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
 use crate::load::bench::{InputKind, bench};
 use crate::load::{self, Loaded, decode, read_bytes};
@@ -248,7 +248,11 @@ impl Resolution {
         all
     }
 
-    fn set(&mut self, programs: &mut Programs<'_>, random: &WrittenRandom) -> Vec<(Operand, i32)> {
+    fn set(
+        &mut self,
+        programs: &mut Programs<'_>,
+        random: &WrittenRandom,
+    ) -> Vec<(TestOperand, i32)> {
         let mut resolver = StepResolver::new(programs);
         let set = resolver.set(&random.set);
         self.findings.append(&mut resolver.findings);
@@ -260,7 +264,7 @@ impl Resolution {
         &mut self,
         programs: &mut Programs<'_>,
         always: &[(Span, WrittenCondition)],
-        steps: Option<&[Located<super::suite::Step>]>,
+        steps: Option<&[Located<super::suite::TestStep>]>,
     ) {
         for id in self.always.len()..programs.programs.len() {
             let mut conditions = Vec::new();
@@ -280,15 +284,14 @@ impl Resolution {
 
 /// The findings about an `always` line in the program of a `reload` step, at that step.
 fn behind_reload(
-    steps: &[Located<super::suite::Step>],
+    steps: &[Located<super::suite::TestStep>],
     id: usize,
     line: Span,
     found: Vec<Finding>,
 ) -> Vec<Finding> {
-    use super::suite::{ProgramId, Reload, Step};
+    use super::suite::{ProgramId, Reload, TestStep};
     let to = ProgramId(id);
-    let loads =
-        |step: &&Located<Step>| matches!(step.value, Step::Reload(Reload::To(of)) if of == to);
+    let loads = |step: &&Located<TestStep>| matches!(step.value, TestStep::Reload(Reload::To(of)) if of == to);
     let Some(step) = steps.iter().find(loads) else { return found };
     let at_step = |finding: Finding| {
         let message = format!("an `always` line does not fit this program: {}", finding.message);

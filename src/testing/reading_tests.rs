@@ -5,7 +5,7 @@ use std::path::Path;
 use expect_test::{Expect, expect};
 
 use super::reading::read_text;
-use super::suite::{Operand, RandomChange, RandomTest, Reload, Step};
+use super::suite::{RandomChange, RandomTest, Reload, TestOperand, TestStep};
 use crate::source::finding::Severity;
 use crate::source::span::SourceFile;
 
@@ -48,43 +48,43 @@ fn check_file(text: &str, expected: Expect) {
     expected.assert_eq(&told.replace(env!("CARGO_MANIFEST_DIR"), "…"));
 }
 
-fn shown_set(set: &[(Operand, i32)]) -> String {
+fn shown_set(set: &[(TestOperand, i32)]) -> String {
     set.iter().map(|(of, value)| format!(" {}={value}", shown_operand(of))).collect()
 }
 
 /// An input with its number.
-fn shown_operand(operand: &Operand) -> String {
+fn shown_operand(operand: &TestOperand) -> String {
     operand.input.map_or(operand.name.clone(), |n| format!("{}(X{n})", operand.name))
 }
 
-fn shown(step: &Step) -> String {
+fn shown(step: &TestStep) -> String {
     match step {
-        Step::Set(of, value) => format!("set {}={value}", shown_operand(of)),
-        Step::Force(of, value) => format!("force {}={value}", shown_operand(of)),
-        Step::Unforce(of) => format!("unforce {}", shown_operand(of)),
-        Step::Pulse { operand, on, every, times } => {
+        TestStep::Set(of, value) => format!("set {}={value}", shown_operand(of)),
+        TestStep::Force(of, value) => format!("force {}={value}", shown_operand(of)),
+        TestStep::Unforce(of) => format!("unforce {}", shown_operand(of)),
+        TestStep::Pulse { operand, on, every, times } => {
             format!("pulse {} {on:?} {every:?} {times}", shown_operand(operand))
         }
-        Step::Beat { operand, on, every } => {
+        TestStep::Beat { operand, on, every } => {
             format!("beat {} {on:?} {every:?}", shown_operand(operand))
         }
-        Step::Expect(condition) => format!("expect [{}]", condition.text),
-        Step::Within(time, condition) => format!("within {time:?} [{}]", condition.text),
-        Step::Hold(time, condition) => format!("hold {time:?} [{}]", condition.text),
-        Step::Reload(Reload::Refused(text)) => {
+        TestStep::Expect(condition) => format!("expect [{}]", condition.text),
+        TestStep::Within(time, condition) => format!("within {time:?} [{}]", condition.text),
+        TestStep::Hold(time, condition) => format!("hold {time:?} [{}]", condition.text),
+        TestStep::Reload(Reload::Refused(text)) => {
             let line = text.lines().next().unwrap_or_default();
             let line = line.rsplit('/').next().unwrap_or_default();
             format!("refused: {}", line.chars().take(70).collect::<String>())
         }
-        Step::Run(_)
-        | Step::Stop
-        | Step::Start
-        | Step::Restart
-        | Step::PowerCut { .. }
-        | Step::Reload(Reload::To(_))
-        | Step::Lose(_)
-        | Step::Restore(_)
-        | Step::Clock(_) => format!("{step:?}"),
+        TestStep::Run(_)
+        | TestStep::Stop
+        | TestStep::Start
+        | TestStep::Restart
+        | TestStep::PowerCut { .. }
+        | TestStep::Reload(Reload::To(_))
+        | TestStep::Lose(_)
+        | TestStep::Restore(_)
+        | TestStep::Clock(_) => format!("{step:?}"),
     }
 }
 

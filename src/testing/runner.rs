@@ -54,9 +54,12 @@ enum Work {
     Runs(usize, u32, u32),
 }
 
+/// What a scenario came to, and its failure explained.
+type JudgedScenario = (Played, Option<Box<Failure>>);
+
 /// The results, filled in by all threads.
 struct Results {
-    scenarios: Vec<Mutex<Option<(Played, Option<Box<Failure>>)>>>,
+    scenarios: Vec<Mutex<Option<JudgedScenario>>>,
     randoms: Vec<RandomResult>,
 }
 

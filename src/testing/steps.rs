@@ -8,7 +8,7 @@ use super::names::TestTarget;
 use super::programs::{ProgramLoad, Programs};
 use super::step_text::WrittenStep;
 use super::step_words::StepWord;
-use super::suite::{Operand, ProgramId, Reload, Step, TestTime};
+use super::suite::{ProgramId, Reload, TestOperand, TestStep, TestTime};
 use super::written::WrittenSet;
 use crate::engine::{Cell, TIME_END_NS};
 use crate::isa::duration;
@@ -39,9 +39,9 @@ impl<'p, 'a> StepResolver<'p, 'a> {
     }
 
     /// The memory before the first scan.
-    pub fn set(&mut self, set: &WrittenSet) -> Vec<(Operand, i32)> {
+    pub fn set(&mut self, set: &WrittenSet) -> Vec<(TestOperand, i32)> {
         self.current = ProgramId(0);
-        let mut all: Vec<(Operand, i32)> = Vec::new();
+        let mut all: Vec<(TestOperand, i32)> = Vec::new();
         let mut seen: std::collections::HashMap<Cell, Span> = std::collections::HashMap::new();
         for (name, value) in set {
             let found = self.names().written(&name.text, name.span);
@@ -61,7 +61,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
     }
 
     /// The steps of a scenario.
-    pub fn steps(&mut self, written: Vec<Located<WrittenStep>>) -> Vec<Located<Step>> {
+    pub fn steps(&mut self, written: Vec<Located<WrittenStep>>) -> Vec<Located<TestStep>> {
         (self.current, self.lasts_ns) = (ProgramId(0), 0);
         let mut steps = Vec::new();
         for step in written {
@@ -85,18 +85,18 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         &mut self.programs.names[self.current.0]
     }
 
-    fn step(&mut self, step: WrittenStep, span: Span) -> Result<(Step, Behind), Vec<Finding>> {
+    fn step(&mut self, step: WrittenStep, span: Span) -> Result<(TestStep, Behind), Vec<Finding>> {
         let resolved = match step {
             WrittenStep::Set(operand, value) => {
                 let (operand, content) = self.assigned(&operand, &value, Self::written)?;
-                Step::Set(operand, content)
+                TestStep::Set(operand, content)
             }
             WrittenStep::Force(operand, value) => {
                 let (operand, content) = self.assigned(&operand, &value, Self::forced)?;
-                Step::Force(operand, content)
+                TestStep::Force(operand, content)
             }
             WrittenStep::Unforce(operand) => {
-                Step::Unforce(self.forced(&operand).map_err(one)?.operand)
+                TestStep::Unforce(self.forced(&operand).map_err(one)?.operand)
             }
             WrittenStep::Pulse { operand, on_ms, every } => {
                 self.pulse(&operand, on_ms, every, span)?
@@ -105,37 +105,37 @@ impl<'p, 'a> StepResolver<'p, 'a> {
                 let operand = self.bit(&operand, "beat").map_err(one)?;
                 self.goes_off(on_ms, every).map_err(one)?;
                 let (on, every) = (TestTime::Ms(on_ms), TestTime::Ms(every.value));
-                Step::Beat { operand, on, every }
+                TestStep::Beat { operand, on, every }
             }
             WrittenStep::Run(time) => {
                 self.passes(time, 1, span).map_err(one)?;
-                Step::Run(time)
+                TestStep::Run(time)
             }
-            WrittenStep::Expect(condition) => Step::Expect(self.names().condition(&condition)?),
+            WrittenStep::Expect(condition) => TestStep::Expect(self.names().condition(&condition)?),
             WrittenStep::Within(ms, condition) => {
                 self.passes(TestTime::Ms(ms), 1, span).map_err(one)?;
-                Step::Within(TestTime::Ms(ms), self.names().condition(&condition)?)
+                TestStep::Within(TestTime::Ms(ms), self.names().condition(&condition)?)
             }
             WrittenStep::Hold(ms, condition) => {
                 self.passes(TestTime::Ms(ms), 1, span).map_err(one)?;
-                Step::Hold(TestTime::Ms(ms), self.names().condition(&condition)?)
+                TestStep::Hold(TestTime::Ms(ms), self.names().condition(&condition)?)
             }
             WrittenStep::Stop => {
                 self.passes(TestTime::Scans(1), 1, span).map_err(one)?;
-                Step::Stop
+                TestStep::Stop
             }
-            WrittenStep::Start => Step::Start,
+            WrittenStep::Start => TestStep::Start,
             WrittenStep::Restart => {
                 self.passes(TestTime::Scans(1), 1, span).map_err(one)?;
-                Step::Restart
+                TestStep::Restart
             }
-            WrittenStep::PowerCut(lose_ms) => Step::PowerCut { lose_ms },
+            WrittenStep::PowerCut(lose_ms) => TestStep::PowerCut { lose_ms },
             WrittenStep::Reload(files) => return self.reload(&files).map_err(one),
-            WrittenStep::Lose(device) => Step::Lose(self.names().device(&device).map_err(one)?),
+            WrittenStep::Lose(device) => TestStep::Lose(self.names().device(&device).map_err(one)?),
             WrittenStep::Restore(device) => {
-                Step::Restore(self.names().device(&device).map_err(one)?)
+                TestStep::Restore(self.names().device(&device).map_err(one)?)
             }
-            WrittenStep::Clock(seconds) => Step::Clock(seconds),
+            WrittenStep::Clock(seconds) => TestStep::Clock(seconds),
         };
         Ok((resolved, Behind::GoesOn))
     }
@@ -153,14 +153,14 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         operand: &StepWord,
         value: &StepWord,
         target: impl Fn(&mut Self, &StepWord) -> Result<TestTarget, Finding>,
-    ) -> Result<(Operand, i32), Vec<Finding>> {
+    ) -> Result<(TestOperand, i32), Vec<Finding>> {
         let target = target(self, operand).map_err(one)?;
         let content = given::word(&target, value).map_err(one)?;
         Ok((target.operand, content))
     }
 
     /// A bit that a step switches ON and OFF.
-    fn bit(&mut self, word: &StepWord, step: &str) -> Result<Operand, Finding> {
+    fn bit(&mut self, word: &StepWord, step: &str) -> Result<TestOperand, Finding> {
         let target = self.written(word)?;
         match target.operand.cell {
             Cell::Bit(_) => Ok(target.operand),
@@ -179,7 +179,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         on_ms: u32,
         every: Option<(Located<u32>, u32)>,
         span: Span,
-    ) -> Result<Step, Vec<Finding>> {
+    ) -> Result<TestStep, Vec<Finding>> {
         let operand = self.bit(operand, "pulse").map_err(one)?;
         let on = TestTime::Ms(on_ms);
         let (every, times) = match every {
@@ -190,7 +190,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
             }
         };
         self.passes(every, times, span).map_err(one)?;
-        Ok(Step::Pulse { operand, on, every, times })
+        Ok(TestStep::Pulse { operand, on, every, times })
     }
 
     /// Finds pulses between which no scan is OFF.
@@ -231,13 +231,15 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         Err(Finding::new(Code::TestStep, span, message).help("let less time pass"))
     }
 
-    fn reload(&mut self, files: &[StepWord]) -> Result<(Step, Behind), Finding> {
+    fn reload(&mut self, files: &[StepWord]) -> Result<(TestStep, Behind), Finding> {
         match self.programs.reload(files)? {
             ProgramLoad::Ready(id) => {
                 self.current = id;
-                Ok((Step::Reload(Reload::To(id)), Behind::GoesOn))
+                Ok((TestStep::Reload(Reload::To(id)), Behind::GoesOn))
             }
-            ProgramLoad::Refused(text) => Ok((Step::Reload(Reload::Refused(text)), Behind::Ends)),
+            ProgramLoad::Refused(text) => {
+                Ok((TestStep::Reload(Reload::Refused(text)), Behind::Ends))
+            }
         }
     }
 }

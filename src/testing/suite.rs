@@ -83,14 +83,14 @@ pub struct Scenario {
     /// Its place.
     pub span: Span,
     /// Memory before the first scan.
-    pub set: Vec<(Operand, i32)>,
+    pub set: Vec<(TestOperand, i32)>,
     /// Its steps, each with its place in the file: the text between the quotes.
-    pub steps: Vec<Located<Step>>,
+    pub steps: Vec<Located<TestStep>>,
 }
 
 /// A bit or word, by the name that the file gives it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Operand {
+pub struct TestOperand {
     /// Its name.
     pub name: String,
     /// Its cell, in the program that runs when it is used.
@@ -110,17 +110,17 @@ pub enum TestTime {
 
 /// A step of a scenario. Its meaning is in `docs/testing.md`.
 #[derive(Clone, Debug)]
-pub enum Step {
+pub enum TestStep {
     /// `set OP VALUE`: an X holds it, everything else is written once.
-    Set(Operand, i32),
+    Set(TestOperand, i32),
     /// `force OP VALUE`
-    Force(Operand, i32),
+    Force(TestOperand, i32),
     /// `unforce OP`
-    Unforce(Operand),
+    Unforce(TestOperand),
     /// `pulse OP D [every D times N]`
     Pulse {
         /// A bit that is OFF.
-        operand: Operand,
+        operand: TestOperand,
         /// How long it is ON.
         on: TestTime,
         /// From one pulse to the next; as long as `on` if not given.
@@ -131,7 +131,7 @@ pub enum Step {
     /// `beat OP D every D`: pulses in the background, until OP is set.
     Beat {
         /// A bit.
-        operand: Operand,
+        operand: TestOperand,
         /// How long it is ON.
         on: TestTime,
         /// From one pulse to the next.
@@ -191,7 +191,7 @@ pub struct RandomTest {
     /// The seed.
     pub seed: u64,
     /// Memory before the first scan of each run.
-    pub set: Vec<(Operand, i32)>,
+    pub set: Vec<(TestOperand, i32)>,
     /// What changes, in file order.
     pub changes: Vec<RandomChange>,
 }
@@ -200,7 +200,7 @@ pub struct RandomTest {
 #[derive(Clone, Debug)]
 pub struct RandomChange {
     /// The operand.
-    pub operand: Operand,
+    pub operand: TestOperand,
     /// The probability of a change in a scan.
     pub chance: Chance,
     /// How it changes.
