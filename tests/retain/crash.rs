@@ -35,7 +35,7 @@ impl Numbers {
 }
 
 /// What the controller says of itself; `None` where it does not answer (yet).
-fn status(plant: &Plant) -> Option<Status> {
+pub fn status(plant: &Plant) -> Option<Status> {
     client::ask(&plant.0.join("op"), &Request::Status {}).ok()
 }
 
