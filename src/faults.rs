@@ -25,7 +25,7 @@ pub enum FaultPoint {
     Disk,
     /// The disk of the scan log takes one second longer.
     RecordDisk,
-    /// The thread of the scan log stalls for five seconds.
+    /// The thread of the scan log stalls, as long as `.hold` stands beside the file.
     Record,
     /// The section of the scan log that is under way ends.
     RecordSection,
@@ -75,8 +75,6 @@ mod armed {
     const LOOK_EVERY: Duration = Duration::from_millis(1);
     /// The time for which a scan, or the disk, stalls.
     const STALL: Duration = Duration::from_secs(1);
-    /// The time for which the thread of the scan log stalls: until its buffer overflows.
-    const RECORD_STALL: Duration = Duration::from_secs(5);
 
     /// The point that has a fault when it is reached next; 0: none.
     static ARMED: AtomicU8 = AtomicU8::new(0);
@@ -108,6 +106,16 @@ mod armed {
             && ARMED.compare_exchange(own, 0, order, Ordering::Acquire).is_ok()
     }
 
+    /// A stall whose end a test chooses: no time is long enough for a buffer to overflow on every
+    /// machine.
+    fn stall_while_held() {
+        let mut hold = std::env::var_os("RUNGD_FAULTS").unwrap_or_default();
+        hold.push(".hold");
+        while Path::new(&hold).exists() {
+            thread::sleep(LOOK_EVERY);
+        }
+    }
+
     /// A fault, if one was requested for this point.
     pub fn point(point: FaultPoint) {
         if !is_due(point) {
@@ -119,7 +127,7 @@ mod armed {
             FaultPoint::Stall | FaultPoint::Disk | FaultPoint::RecordDisk => {
                 thread::sleep(STALL);
             }
-            FaultPoint::Record => thread::sleep(RECORD_STALL),
+            FaultPoint::Record => stall_while_held(),
             FaultPoint::Scan
             | FaultPoint::Thread
             | FaultPoint::Monitor

@@ -1,7 +1,7 @@
 //! Random programs through `rungd sim` and through the reference model: the traces must be
 //! equal, every operand of every scan.
 //!
-//! `RUNGD_DIFF_PROGRAMS` (300) programs from seed `RUNGD_DIFF_SEED` (1) on; `RUNGD_DIFF_MAX`
+//! `RUNGD_DIFF_PROGRAMS` (150) programs from seed `RUNGD_DIFF_SEED` (1) on; `RUNGD_DIFF_MAX`
 //! (1) is the number of differences after which the run ends; `RUNGD_BIN` is another rungd.
 //! A difference is shrunk and written to a folder below the target's `tmp`.
 
@@ -158,7 +158,7 @@ fn difference(model: &str, rungd: &str) -> Option<(String, Vec<String>)> {
 #[test]
 fn rungd_and_the_model_agree() {
     let bench = bench();
-    let (first, programs) = (setting("RUNGD_DIFF_SEED", 1), setting("RUNGD_DIFF_PROGRAMS", 300));
+    let (first, programs) = (setting("RUNGD_DIFF_SEED", 1), setting("RUNGD_DIFF_PROGRAMS", 150));
     let most = setting("RUNGD_DIFF_MAX", 1);
     let mut failures = Vec::new();
     for seed in first..first.saturating_add(programs) {

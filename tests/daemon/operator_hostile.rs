@@ -7,6 +7,7 @@ use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
 use crate::support::live::{Live, PATIENCE, ask};
+use crate::support::metronome::Stopwatch;
 use crate::support::process::processor_time;
 use serde_json::Value;
 
@@ -21,7 +22,7 @@ rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
 
 /// Ends the controller; every grid point was scanned or counted as skipped.
 fn assert_no_scan_lost(live: &mut Live) {
-    assert_eq!(live.ok("read size"), "size  D1  12\n", "the next one is served");
+    assert_eq!(live.served("read size"), "size  D1  12\n", "the next one is served");
     let statistics = live.end();
     let number = |name: &str| statistics[name].as_f64().unwrap();
     // The last scan's grid point. Its lateness is excluded, since no later scan counts the skips.
@@ -95,9 +96,9 @@ fn a_line_that_never_ends_is_cut() {
     assert!(answer["error"]["message"].as_str().unwrap().contains("32768 bytes"), "{answer}");
     let mut half = live.connect();
     half.write_all(b"{\"do\":\"sta").unwrap();
-    let began = Instant::now();
+    let watch = Stopwatch::start(live.child.id());
     assert_eq!(rest(half), "");
-    assert!(began.elapsed() < Duration::from_secs(20), "closed in time");
+    assert!(watch.elapsed() < Duration::from_secs(20), "closed in time");
     assert_no_scan_lost(&mut live);
 }
 
@@ -112,9 +113,9 @@ fn who_never_reads_is_closed_and_holds_up_nobody() {
     }
     let mut worst = Duration::ZERO;
     for _ in 0..20 {
-        let began = Instant::now();
-        live.ok("read size");
-        worst = worst.max(began.elapsed());
+        let watch = Stopwatch::start(live.child.id());
+        live.served("read size");
+        worst = worst.max(watch.elapsed());
         std::thread::sleep(Duration::from_millis(50));
     }
     assert!(worst < Duration::from_secs(5), "{worst:?}");
@@ -148,7 +149,7 @@ fn as_many_as_there_are_seats_who_never_read_keep_nobody_out() {
     }
     at_rest(&live);
     for _ in 0..5 {
-        live.ok("read size");
+        live.served("read size");
     }
     drop(deaf);
     assert_no_scan_lost(&mut live);
@@ -167,7 +168,7 @@ fn a_thousand_connections_keep_nobody_out() {
         }
         crowd.push(stream);
         if number % 250 == 249 {
-            live.ok("read size");
+            live.served("read size");
         }
     }
     // Seats of closed clients become free while the next clients connect.

@@ -184,9 +184,11 @@ fn a_signal_while_files_are_read_ends_the_process_at_once() {
 
 #[test]
 fn a_second_signal_ends_at_once_and_names_the_first() {
-    let plant = Plant::new(ALIVE, "scan.period = \"10s\"\nscan.watchdog = \"10s\"\n");
+    let lamp = "[[program.rung]]\nwhen = [\"$On\"]\ndo = [\"OUT lamp\"]\n";
+    let plant = Plant::new(lamp, "scan.period = \"10s\"\nscan.watchdog = \"10s\"\n");
     let mut running = plant.start(&[]);
-    running.line("RUN: ");
+    // The first scan is over, the next one is seconds away.
+    running.line("lamp is ON");
     running.signal("TERM");
     running.line("SIGTERM: stopping; the next scan is the last");
     running.signal("INT");

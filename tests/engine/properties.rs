@@ -2,7 +2,7 @@
 //! within a scan shows nowhere, and inputs stay as they are all scan.
 //!
 //! Programs, inputs and queued writes come from the generator of the reference model; a seed is a
-//! program. `RUNGD_PROPERTY_PROGRAMS` (150) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! program. `RUNGD_PROPERTY_PROGRAMS` (75) of them from `RUNGD_PROPERTY_SEED` (1) on.
 
 #[allow(dead_code, unused_imports)]
 use crate::support::model::case::Case;
@@ -24,7 +24,7 @@ fn setting(name: &str, default: u64) -> u64 {
 
 fn cases() -> impl Iterator<Item = Case> {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
-    (first..first + setting("RUNGD_PROPERTY_PROGRAMS", 150)).map(generate)
+    (first..first + setting("RUNGD_PROPERTY_PROGRAMS", 75)).map(generate)
 }
 
 fn loaded(case: &Case) -> (Program, Plan) {

@@ -50,8 +50,13 @@ fn has_errors(path: &Path) -> bool {
     findings.iter().any(|finding| finding.severity() == Severity::Error)
 }
 
-/// All files that the schemas must take.
-fn good() -> Vec<PathBuf> {
+/// All files that the schemas must take. Found once: the tests of this file run at the same time.
+fn good() -> &'static [PathBuf] {
+    static GOOD: OnceLock<Vec<PathBuf>> = OnceLock::new();
+    GOOD.get_or_init(find_good)
+}
+
+fn find_good() -> Vec<PathBuf> {
     let mut files = vec![root().join("tests/bottling.toml")];
     for folder in FOLDERS {
         for entry in fs::read_dir(root().join(folder)).expect("a folder") {
@@ -61,13 +66,10 @@ fn good() -> Vec<PathBuf> {
             }
         }
     }
-    files.extend_from_slice(SHOWN.get_or_init(shown));
+    files.extend(shown());
     files.sort();
     files
 }
-
-/// Written once: the tests of this file run at the same time.
-static SHOWN: OnceLock<Vec<PathBuf>> = OnceLock::new();
 
 /// The whole files that the pages show, as files.
 fn shown() -> Vec<PathBuf> {
@@ -98,8 +100,14 @@ fn read(path: &Path) -> Value {
 }
 
 fn findings(kind: FileKind, value: &Value) -> Vec<String> {
-    let schema = of(kind);
-    wrong(&schema, &schema, value, "")
+    static LADDER: OnceLock<Value> = OnceLock::new();
+    static CONTROLLER: OnceLock<Value> = OnceLock::new();
+    let made = match kind {
+        FileKind::Ladder => &LADDER,
+        FileKind::Controller => &CONTROLLER,
+    };
+    let schema = made.get_or_init(|| of(kind));
+    wrong(schema, schema, value, "")
 }
 
 /// Every table of a file, by the path to it.
@@ -121,7 +129,7 @@ fn tables(value: &Value, path: &str, found: &mut Vec<String>) {
 fn every_example_fits() {
     let files = good();
     assert!(files.len() >= 25, "{}", files.len());
-    for path in &files {
+    for path in files {
         let found = findings(kind(path), &read(path));
         assert!(found.is_empty(), "{}: {found:?}", path.display());
     }
@@ -246,7 +254,7 @@ fn a_validator_of_others_agrees() {
             FileKind::Test => "ladder = [\"a.toml\"]\nperiode = \"10ms\"\n",
         };
         fs::write(&bad, text).expect("a file");
-        let good: Vec<PathBuf> = good().into_iter().filter(|path| kind(path) == wanted).collect();
+        let good = good().iter().filter(|path| kind(path) == wanted).cloned().collect();
         for (verdict, files) in [("good", good), ("bad", vec![bad])] {
             let mut python = Command::new("python3");
             python.arg(&script).arg(&schema).arg(verdict).args(files);

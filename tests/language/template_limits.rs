@@ -3,11 +3,12 @@
 //! plain ladder.
 
 use std::fmt::Write as _;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::source::finding::Code;
 use rungd::source::span::SourceFile;
+use rustix::time::{ClockId, clock_gettime};
 
 const MANY: usize = 10_000;
 
@@ -24,12 +25,18 @@ fn ladder(count: usize, rung: impl Fn(usize) -> String, main: &str) -> String {
 
 const PLAIN: &str = "{ when = [\"X0\"], do = [\"SET Y0\"] }";
 
-/// Loads a ladder: the names of its errors, each once, and the time.
+/// The processor time of this thread so far: a busy machine adds nothing to it.
+fn processor_time() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+}
+
+/// Loads a ladder: the names of its errors, each once, and the processor time.
 fn load(text: String) -> (Vec<Code>, Duration) {
     let files = [SourceFile { name: "deep.toml".to_owned(), text }];
-    let begin = Instant::now();
+    let begin = processor_time();
     let (_, findings) = load_ladders(&files, &LoadOptions::default());
-    let time = begin.elapsed();
+    let time = processor_time() - begin;
     let mut codes: Vec<Code> = findings.iter().map(|finding| finding.code).collect();
     codes.retain(|code| *code != Code::UnusedTemplate);
     codes.dedup();
@@ -81,7 +88,7 @@ fn what_grows_without_end_ends_in_a_finding() {
         }
         text + "[[program]]\nname = \"Main\"\nrung = [ { use = \"N29\", name = \"u\", with = { p = \"X0\" } } ]\n"
     };
-    let begin = Instant::now();
+    let begin = processor_time();
     for (text, wanted) in [
         // A contact that is twice as long in each.
         (grows("contact", "p | !p", "{ when = [\"p\"], do = [\"SET Y0\"] }"), Code::TemplateSize),
@@ -95,7 +102,7 @@ fn what_grows_without_end_ends_in_a_finding() {
         let (codes, _) = load(text);
         assert!(codes.contains(&wanted), "{codes:?} without {wanted:?}");
     }
-    assert!(begin.elapsed() < Duration::from_secs(60));
+    assert!(processor_time() - begin < Duration::from_secs(60));
 }
 
 #[test]

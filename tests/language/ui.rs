@@ -4,6 +4,7 @@
 //! `controller.toml`, that is checked; else all its ladder files together, in order of name. `UPDATE_UI=1 cargo test --test language ui::` writes what is said now.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use rungd::load::{self, Loaded};
 use rungd::source::finding::{Severity, TABLE};
@@ -48,7 +49,13 @@ fn load(case: &Path) -> Loaded {
     load::ladder_files(&files).unwrap()
 }
 
-fn cases() -> Vec<(PathBuf, String)> {
+/// Every case, with what is said of it. Loaded once: both tests read it.
+fn cases() -> &'static [(PathBuf, String)] {
+    static CASES: OnceLock<Vec<(PathBuf, String)>> = OnceLock::new();
+    CASES.get_or_init(load_cases)
+}
+
+fn load_cases() -> Vec<(PathBuf, String)> {
     let cases = entries(Path::new("tests/ui")).into_iter();
     let cases = cases.filter(|path| path.is_dir() || has_ending(path, "toml"));
     let said = |path: &PathBuf| {
@@ -70,8 +77,8 @@ fn findings_read_as_recorded() {
     for (path, said) in cases() {
         let record = path.with_extension("stderr");
         if update {
-            std::fs::write(&record, &said).unwrap();
-        } else if std::fs::read_to_string(&record).unwrap_or_default() != said {
+            std::fs::write(&record, said).unwrap();
+        } else if std::fs::read_to_string(&record).unwrap_or_default() != *said {
             wrong.push(format!("{}:\n{said}", path.display()));
         }
     }
@@ -80,7 +87,7 @@ fn findings_read_as_recorded() {
 
 #[test]
 fn every_error_of_reading_and_resolving_has_a_case() {
-    let said: String = cases().into_iter().map(|(_, said)| said).collect();
+    let said: String = cases().iter().map(|(_, said)| said.as_str()).collect();
     for row in TABLE.iter().filter(|row| row.severity == Severity::Error) {
         let shown = said.contains(&format!("error[{}]", row.name));
         assert!(shown || RULES.contains(&row.name), "no case shows {}", row.name);

@@ -1,12 +1,13 @@
 //! A recording from outside whose checksums are right may hold anything: base images and entries
 //! that no rungd has written. Nothing that reads or executes one panics or hangs.
 //!
-//! `RUNGD_HOSTILE` (50) changed copies of each of `RUNGD_HOSTILE_PROGRAMS` (10) recordings, from
+//! `RUNGD_HOSTILE` (10) changed copies of each of `RUNGD_HOSTILE_PROGRAMS` (10) recordings, from
 //! `RUNGD_HOSTILE_SEED` (1) on. Every tenth copy is asked all questions, the others are executed.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
+use std::thread::scope;
 
 use crate::drawn::{Numbers, mode, origin, write};
 use crate::line::{COUNTER, Line, engine, in_memory, on_disk};
@@ -19,6 +20,9 @@ use rungd::observe::{At, Limits, Past, Subject};
 use rungd::record::{BlockHead, RecordBlock, RecordedProgram, Recording, Replay, SectionBody};
 use rungd::runtime::{Machine, TapeEntry, TapeSection};
 use rungd::testing::{ScenarioOf, scenario};
+
+/// Recordings that are tried at the same time.
+const LANES: u64 = 2;
 
 /// A block, unpacked.
 #[derive(Clone)]
@@ -283,25 +287,33 @@ fn ask(bytes: &[u8], subject: &Subject, numbers: &mut Numbers) {
 #[test]
 fn nothing_in_a_recording_from_outside_panics_or_hangs() {
     let first = setting("RUNGD_HOSTILE_SEED", 1);
-    for seed in first..first + setting("RUNGD_HOSTILE_PROGRAMS", 10) {
-        let line = random_line(seed);
-        let parts = parts(&line);
-        let program = load(&line.blocks[0].program.files[0].text).unwrap();
-        let (code, _) = lower(&program);
-        let subject = Subject::new(Arc::new(program), Vec::new());
-        for copy in 0..setting("RUNGD_HOSTILE", 20) {
-            let mut numbers = Numbers(1000 * seed + copy);
-            let bytes = changed((&parts, &line), &mut numbers);
-            let used = catch_unwind(AssertUnwindSafe(|| {
-                execute(&bytes, &code);
-                if copy % 10 == 0 {
-                    ask(&bytes, &subject, &mut numbers);
-                }
-            }));
-            if let Err(panic) = used {
-                println!("seed {seed}, copy {copy}");
-                resume_unwind(panic);
+    let end = first + setting("RUNGD_HOSTILE_PROGRAMS", 10);
+    scope(|scope| {
+        for lane in 0..LANES {
+            scope.spawn(move || (first + lane..end).step_by(LANES as usize).for_each(use_copies));
+        }
+    });
+}
+
+/// Executes changed copies of one recording.
+fn use_copies(seed: u64) {
+    let line = random_line(seed);
+    let parts = parts(&line);
+    let program = load(&line.blocks[0].program.files[0].text).unwrap();
+    let (code, _) = lower(&program);
+    let subject = Subject::new(Arc::new(program), Vec::new());
+    for copy in 0..setting("RUNGD_HOSTILE", 10) {
+        let mut numbers = Numbers(1000 * seed + copy);
+        let bytes = changed((&parts, &line), &mut numbers);
+        let used = catch_unwind(AssertUnwindSafe(|| {
+            execute(&bytes, &code);
+            if copy % 10 == 0 {
+                ask(&bytes, &subject, &mut numbers);
             }
+        }));
+        if let Err(panic) = used {
+            println!("seed {seed}, copy {copy}");
+            resume_unwind(panic);
         }
     }
 }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::support::live::{Live, PATIENCE, folder, run};
+use crate::support::live::{self, Live, PATIENCE, folder, run};
 use crate::support::process::message;
 use rungd::engine::Engine;
 use rungd::load;
@@ -39,17 +39,29 @@ pub fn setting(name: &str, default: u64) -> u64 {
 }
 
 /// The operator's socket, kept open.
-pub struct Operator(BufReader<UnixStream>);
+pub struct Operator {
+    stream: BufReader<UnixStream>,
+    socket: PathBuf,
+    asked: Instant,
+}
+
+/// rungd closes whoever says nothing for a minute.
+const IDLE: Duration = Duration::from_secs(40);
 
 impl Operator {
     pub fn new(live: &Live) -> Operator {
-        Operator(BufReader::new(live.connect()))
+        let (stream, socket) = (BufReader::new(live.connect()), live.socket.clone());
+        Operator { stream, socket, asked: Instant::now() }
     }
 
     pub fn ask(&mut self, request: &Value) -> Value {
-        self.0.get_mut().write_all(format!("{request}\n").as_bytes()).unwrap();
+        if self.asked.elapsed() >= IDLE {
+            self.stream = BufReader::new(live::connect(&self.socket));
+        }
+        self.asked = Instant::now();
+        self.stream.get_mut().write_all(format!("{request}\n").as_bytes()).unwrap();
         let mut line = String::new();
-        self.0.read_line(&mut line).unwrap();
+        self.stream.read_line(&mut line).unwrap();
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{request}: {error}: `{line}`"))
     }
 
@@ -62,10 +74,15 @@ impl Operator {
         self.status()["scans"].as_u64().unwrap()
     }
 
-    /// Waits until so many more scans are complete.
+    /// Waits until so many more scans are complete, as long as there are some now and then.
     pub fn await_scans(&mut self, more: u64) {
-        let wanted = self.scans() + more;
-        self.await_status(|status| status["scans"].as_u64().unwrap() >= wanted);
+        let mut seen = self.scans();
+        let wanted = seen + more;
+        while seen < wanted {
+            let after = |status: &Value| status["scans"].as_u64().filter(|scans| *scans > seen);
+            let status = self.await_status(|status| after(status).is_some());
+            seen = after(&status).unwrap();
+        }
     }
 
     /// Waits until the status is as wanted, and returns it.

@@ -1,7 +1,7 @@
 //! Random programs whose memory lies anywhere: with addresses, with tags of these, with tags that
 //! have a `type`, and with more of those. All do the same, also over a reload from one to another.
 //!
-//! `RUNGD_PROPERTY_PROGRAMS` (60) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! `RUNGD_PROPERTY_PROGRAMS` (30) of them from `RUNGD_PROPERTY_SEED` (1) on.
 
 use crate::properties::seeds;
 use crate::support::model::case::Case;

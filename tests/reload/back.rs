@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::support::live::Live;
+use crate::support::process::until;
 
 /// A program that says its number in D0.
 fn says(number: u32) -> String {
@@ -101,6 +102,13 @@ fn the_same_files_change_nothing_and_a_fault_goes_back_behind_a_stray_hangup() {
     assert_eq!(live.say("rollback").code, 1, "there is nothing else to go back to");
 }
 
+/// Whether the controller has the thread that reads the files of a reload.
+fn is_reading(live: &Live) -> bool {
+    let threads = std::fs::read_dir(format!("/proc/{}/task", live.child.id())).unwrap().flatten();
+    let mut names = threads.map(|thread| std::fs::read_to_string(thread.path().join("comm")));
+    names.any(|name| name.is_ok_and(|name| name.trim() == "rungd-reload"))
+}
+
 #[test]
 fn a_rollback_does_not_wait_for_a_reload_that_reads_and_that_reload_is_off() {
     // The rollback ends it, however slowly the machine reads.
@@ -110,8 +118,8 @@ fn a_rollback_does_not_wait_for_a_reload_that_reads_and_that_reload_is_off() {
     live.await_values("D0", "2");
     put(&live, &long(3, if cfg!(debug_assertions) { 30_000 } else { 80_000 }));
     let mut reload = live.command("reload").spawn().unwrap();
+    until(|| is_reading(&live));
     let begin = Instant::now();
-    std::thread::sleep(Duration::from_millis(200));
     live.ok("rollback");
     let took = begin.elapsed();
     assert!(reload.try_wait().unwrap().is_none(), "it reads still: {took:?}");

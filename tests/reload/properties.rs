@@ -1,7 +1,7 @@
 //! Reloads of random programs: the identical program leaves no trace, another one keeps data memory.
 //!
 //! Programs and stimuli come from the generator of the reference model; a seed is a program.
-//! `RUNGD_PROPERTY_PROGRAMS` (60) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! `RUNGD_PROPERTY_PROGRAMS` (30) of them from `RUNGD_PROPERTY_SEED` (1) on.
 
 use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
@@ -21,7 +21,7 @@ fn setting(name: &str, default: u64) -> u64 {
 
 pub fn seeds() -> std::ops::Range<u64> {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
-    first..first + setting("RUNGD_PROPERTY_PROGRAMS", 60)
+    first..first + setting("RUNGD_PROPERTY_PROGRAMS", 30)
 }
 
 struct Loaded {

@@ -1,7 +1,7 @@
 //! The difference report held against the engine's memory behind the swap, on random pairs of
 //! programs: one from the generator of the reference model, the other made of it by edits.
 //!
-//! `RUNGD_PROPERTY_PROGRAMS` (60) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! `RUNGD_PROPERTY_PROGRAMS` (30) of them from `RUNGD_PROPERTY_SEED` (1) on.
 
 #[allow(dead_code, unused_imports)]
 use std::collections::HashSet;
@@ -317,7 +317,7 @@ fn judge(
 fn a_report_says_what_the_engine_does() {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     let (mut swaps, mut lines, mut otherwise) = (0, 0, 0);
-    for seed in first..first + setting("RUNGD_PROPERTY_PROGRAMS", 60) {
+    for seed in first..first + setting("RUNGD_PROPERTY_PROGRAMS", 30) {
         let mut rng = Rng::new(seed ^ 0x5eed);
         let case = with_arrays(generate(seed));
         let old = Loaded::new(&case).expect("it is generated so");

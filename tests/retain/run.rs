@@ -3,6 +3,7 @@
 use std::fs;
 use std::time::Duration;
 
+use crate::crash::status;
 use crate::memory::{COUNTS, Held, KEEPS, Plant, Running, file, find, held, message, run, until};
 use rungd::retain::content;
 use rungd::retain::file::{Access, FileDevice};
@@ -74,14 +75,6 @@ fn a_killed_process_has_everything_with_termination_logic_terminated() {
     let plant = Plant::new(ladder, &text);
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
-    std::thread::sleep(Duration::from_millis(300));
-    running.child.kill().unwrap();
-    running.end();
-    let mut command = plant.command(&[] as &[&str]);
-    let mut running = Running::new(command.arg("--stopped"));
-    let restored = running.line("restored: image");
-    assert_eq!(restored["orderly"], false, "{restored}");
-    running.line("STOP");
     let value = |operand: &str| {
         let socket = plant.0.join("op");
         let output = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"))
@@ -92,6 +85,19 @@ fn a_killed_process_has_everything_with_termination_logic_terminated() {
         let text = String::from_utf8(output.stdout).unwrap();
         text.split_whitespace().last().unwrap_or_default().to_owned()
     };
+    let number = |operand: &str| value(operand).parse::<i32>().unwrap_or_default();
+    until(|| number("D0") > 50 && number("T0.Acc") > 100);
+    // An image that begins after the one under way has these values.
+    let kept_so_far = || status(&plant).and_then(|told| told.retain?.image);
+    let before = kept_so_far().unwrap_or_default();
+    until(|| kept_so_far() >= Some(before + 2));
+    running.child.kill().unwrap();
+    running.end();
+    let mut command = plant.command(&[] as &[&str]);
+    let mut running = Running::new(command.arg("--stopped"));
+    let restored = running.line("restored: image");
+    assert_eq!(restored["orderly"], false, "{restored}");
+    running.line("STOP");
     let kept: i32 = value("D0").parse().unwrap();
     assert!(kept > 50, "{kept}");
     assert_eq!((value("C1"), value("C2")), ("OFF".into(), "ON".into()));

@@ -3,17 +3,18 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use crate::support::calm::calm;
+use crate::support::metronome::Stopwatch;
 use serde_json::Value;
 
 /// The longest wait of a test for an event that should come within milliseconds.
-pub const PATIENCE: Duration = Duration::from_secs(30);
+pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// What a command printed, and its exit code.
 #[derive(Debug)]
@@ -165,6 +166,20 @@ impl Live {
         said.out
     }
 
+    /// As [`Live::ok`], repeated as long as the machine holds up the controller: a command waits no
+    /// longer than ten seconds.
+    pub fn served(&self, words: &str) -> String {
+        let watch = Stopwatch::start(self.child.id());
+        loop {
+            let said = self.say(words);
+            if said.code == 0 {
+                return said.out;
+            }
+            let is_late = said.err.contains("gave no answer in 10 s");
+            assert!(is_late && watch.elapsed() < Duration::from_secs(8), "{words}: {said:?}");
+        }
+    }
+
     /// As [`Live::ok`], repeated until the scan thread answers: a stalled thread does not.
     pub fn await_ok(&self, words: &str) -> String {
         let deadline = Instant::now() + PATIENCE;
@@ -195,10 +210,7 @@ impl Live {
 
     /// A raw connection to the socket.
     pub fn connect(&self) -> UnixStream {
-        let stream = UnixStream::connect(&self.socket).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream.set_write_timeout(Some(PATIENCE)).unwrap();
-        stream
+        connect(&self.socket)
     }
 
     pub fn signal(&self, name: &str) {
@@ -221,6 +233,13 @@ impl Drop for Live {
         let _ = self.child.wait();
         let _ = std::fs::remove_dir_all(&self.folder);
     }
+}
+
+pub fn connect(socket: &Path) -> UnixStream {
+    let stream = UnixStream::connect(socket).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_write_timeout(Some(PATIENCE)).unwrap();
+    stream
 }
 
 pub fn said(command: &mut Command) -> Said {

@@ -3,7 +3,13 @@
 //!
 //! A thread wakes every two milliseconds, as a controller does, and notes the beats that it
 //! overslept. If the metronome missed beats, a controller may miss scans too.
+//!
+//! A thread with little work is held up less than one with much. So the kernel is asked too how
+//! long a thread was ready to run without a processor; a thread that waits for anything else is not.
 
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
 use std::sync::{Mutex, Once, PoisonError};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
@@ -45,4 +51,67 @@ pub fn longest_within(last: Duration) -> Duration {
     let late = LATE.lock().unwrap_or_else(PoisonError::into_inner);
     let recent = late.iter().rev().take_while(|(at, _)| at.elapsed() < last);
     recent.map(|(_, late)| *late).max().unwrap_or_default()
+}
+
+/// The times for which a thread was ready to run without a processor; zero where the kernel tells
+/// none.
+fn without_processor(thread: &Path) -> Duration {
+    let text = fs::read_to_string(thread.join("schedstat")).unwrap_or_default();
+    let ns = text.split(' ').nth(1).and_then(|word| word.parse().ok());
+    Duration::from_nanos(ns.unwrap_or_default())
+}
+
+/// How long each thread of a process and of its children has been held up so far.
+#[derive(Clone, Default)]
+pub struct HeldUp(BTreeMap<u32, Duration>);
+
+impl HeldUp {
+    /// Of the process and its children.
+    pub fn of(pid: u32) -> HeldUp {
+        let mut held_up = HeldUp::default();
+        held_up.add(pid);
+        held_up
+    }
+
+    fn add(&mut self, pid: u32) {
+        let threads = fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
+        for thread in threads.map(|entry| entry.path()) {
+            let number = thread.file_name().and_then(|name| name.to_str()?.parse().ok());
+            let Some(number) = number else { continue };
+            self.0.insert(number, without_processor(&thread));
+            let children = fs::read_to_string(thread.join("children")).unwrap_or_default();
+            children.split_whitespace().filter_map(|pid| pid.parse().ok()).for_each(|pid| {
+                self.add(pid);
+            });
+        }
+    }
+
+    /// The longest time of a thread since `before`.
+    pub fn since(&self, before: &HeldUp) -> Duration {
+        let so_far = |thread| before.0.get(thread).copied().unwrap_or_default();
+        let times = self.0.iter().map(|(thread, time)| time.saturating_sub(so_far(thread)));
+        times.max().unwrap_or_default()
+    }
+}
+
+/// Measures a wait for an answer of a process, without the times for which the machine held up the
+/// process or the thread that waits.
+pub struct Stopwatch {
+    begun: Instant,
+    pid: u32,
+    process: HeldUp,
+    own: Duration,
+}
+
+impl Stopwatch {
+    pub fn start(pid: u32) -> Stopwatch {
+        let own = without_processor(Path::new("/proc/thread-self"));
+        Stopwatch { begun: Instant::now(), pid, process: HeldUp::of(pid), own }
+    }
+
+    pub fn elapsed(&self) -> Duration {
+        let own = without_processor(Path::new("/proc/thread-self")).saturating_sub(self.own);
+        let process = HeldUp::of(self.pid).since(&self.process);
+        self.begun.elapsed().saturating_sub(own + process)
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! The judge executes the tape again operation by operation and watches the cell by itself
 //! (`trace`); it reads the contacts that an answer names from the ladder's text, with a reader of
-//! its own (`contacts`); it tries what would change (`verdict`). `RUNGD_WHY_QUESTIONS` (300)
+//! its own (`contacts`); it tries what would change (`verdict`). `RUNGD_WHY_QUESTIONS` (160)
 //! questions from seed `RUNGD_WHY_SEED` (1) on.
 
 mod bench;
@@ -27,7 +27,7 @@ fn setting(name: &str, default: u64) -> u64 {
 
 #[test]
 fn why_stands_before_an_independent_judge() {
-    let questions = setting("RUNGD_WHY_QUESTIONS", 300);
+    let questions = setting("RUNGD_WHY_QUESTIONS", 160);
     let first = setting("RUNGD_WHY_SEED", 1);
     let mut count = 0;
     let mut kinds: BTreeMap<&str, u64> = BTreeMap::new();
