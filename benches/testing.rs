@@ -33,7 +33,7 @@ fn main() {
     time("500 scenarios of 200 scans", &write(&folder, "many", &many), 0);
 
     let random = format!(
-        "ladder = [{:?}]\nalways = [\"d8 < 1\"]\n[[random]]\nname = \"deep\"\nruns = 50\nscans = 5000\n\
+        "ladder = [{:?}]\nalways = [\"pressed < 1\"]\n[[random]]\nname = \"deep\"\nruns = 50\nscans = 5000\n\
          seed = 1\nchange = {{ a = \"2%\", b = \"2%\", c = \"2%\", d = \"2%\", e = \"2%\", f = \"2%\" }}\n",
         write_ladder(&folder)
     );
@@ -46,11 +46,11 @@ fn write_ladder(folder: &Path) -> PathBuf {
     for (at, name) in ["a", "b", "c", "d", "e", "f"].iter().enumerate() {
         let _ = writeln!(text, "{name} = {{ at = \"X{at}\" }}");
     }
-    text += "d8 = { at = \"D8\" }\n[[program]]\nname = \"Main\"\nrung = [\n\
+    text += "pressed = { at = \"D8\" }\n[[program]]\nname = \"Main\"\nrung = [\n\
         { when = [\"a\", \"!b\"], do = [\"SET C0\"] },\n\
         { when = [\"C0\", \"rise(c)\", \"!a\"], do = [\"SET C1\"] },\n\
         { when = [\"C1\", \"d\", \"e\"], do = [\"SET C2\"] },\n\
-        { when = [\"C2\", \"fall(f)\", \"!e\"], do = [\"ADD d8 1 to=d8\"] },\n\
+        { when = [\"C2\", \"fall(f)\", \"!e\"], do = [\"ADD pressed 1 to=pressed\"] },\n\
         { when = [\"b & f & !c\"], do = [\"RST C0\", \"RST C1\"] },\n]\n";
     let path = folder.join("deep.toml");
     std::fs::write(&path, text).expect("the folder can be written");

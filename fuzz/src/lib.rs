@@ -6,6 +6,7 @@
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr};
+use std::path::Path;
 use std::sync::LazyLock;
 
 use rungd::calendar::LocalTime;
@@ -274,6 +275,14 @@ pub fn stimulus(bytes: &[u8]) {
         })
     };
     let _ = Stimulus::parse(text, &lookup);
+}
+
+/// A test file, with the ladders of `tests/suites`.
+pub fn test_file(bytes: &[u8]) {
+    let (file, found) = file(bytes);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/suites/fuzzed.test.toml");
+    let read = rungd::testing::read_text(&path, file, found.into_iter().next());
+    let _ = render(&read.findings, &read.files, Style::default());
 }
 
 /// A file of retentive memory: shows it, and searches its newest image.

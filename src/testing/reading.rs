@@ -60,7 +60,7 @@ pub fn read_suite(path: &Path) -> Result<ReadSuite> {
 }
 
 /// As [`read_suite`], with the text of the file.
-pub(super) fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> ReadSuite {
+pub fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> ReadSuite {
     let mut reading = Reading { findings: undecoded.into_iter().collect(), files: vec![file] };
     let suite = match reading.findings.is_empty() {
         true => reading.suite(path),

@@ -102,9 +102,11 @@ fn read(path: &Path) -> Value {
 fn findings(kind: FileKind, value: &Value) -> Vec<String> {
     static LADDER: OnceLock<Value> = OnceLock::new();
     static CONTROLLER: OnceLock<Value> = OnceLock::new();
+    static TEST: OnceLock<Value> = OnceLock::new();
     let made = match kind {
         FileKind::Ladder => &LADDER,
         FileKind::Controller => &CONTROLLER,
+        FileKind::Test => &TEST,
     };
     let schema = made.get_or_init(|| of(kind));
     wrong(schema, schema, value, "")

@@ -63,6 +63,11 @@ impl Fault {
         })
     }
 
+    /// Whether it has something to do in a tick: while it is on, and one that delays always.
+    pub fn acts(&self, values: &[i32]) -> bool {
+        values[self.when] != 0 || matches!(self.effect, Effect::Late { .. })
+    }
+
     /// Falsifies its point in this tick.
     pub fn tick(&mut self, now_ms: u64, values: &mut [i32], before: &[i32]) {
         let mut value = values[self.point];

@@ -19,6 +19,8 @@ const CATCH_UP_MS: u64 = 1000;
 pub struct Model {
     parts: Vec<(usize, PartState)>,
     faults: Vec<Fault>,
+    /// Whether a fault was on in the previous tick.
+    had_fault: bool,
     /// The points of faults that make the device lost.
     losses: Vec<PointId>,
     commands: Vec<PlantCommand>,
@@ -63,6 +65,7 @@ impl Model {
         Model {
             parts,
             faults: faults.collect(),
+            had_fault: false,
             losses: losses.map(|fault| fault.when).collect(),
             commands: settings.commands.clone(),
             first_fault: settings.points - settings.faults.len(),
@@ -134,11 +137,19 @@ impl Model {
                 }
             };
         }
-        self.falsify(Falsifies::Command);
+        // Most of the time there is none: then nothing is to be done, and nothing to be forgotten.
+        let has_fault = self.faults.iter().any(|fault| fault.acts(&self.values));
+        let stirs = has_fault || self.had_fault;
+        self.had_fault = has_fault;
+        if stirs {
+            self.falsify(Falsifies::Command);
+        }
         for (first, part) in &mut self.parts {
             part.tick(self.time_ms, &mut self.values[*first..]);
         }
-        self.falsify(Falsifies::Report);
+        if stirs {
+            self.falsify(Falsifies::Report);
+        }
     }
 
     fn driven(&self, CommandShare { feed, gain }: &CommandShare) -> i32 {
