@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::check::style;
 use super::exit::{CommandLine, Exit};
-use super::sim_controller::{self, ControllerTargets};
+use super::sim_controller::{self, ControllerTargets, Simulation};
 use super::terminal::{say, say_drawn};
 use super::trace_file::{self, TraceFile};
 use super::watched_operands;
@@ -122,18 +122,6 @@ pub fn sim(args: &SimArgs) -> Result<Exit> {
         }
         _ => Ok(Exit::Config),
     }
-}
-
-/// A simulation, with all that the command line says of it.
-pub(super) struct Simulation {
-    /// The time between two scans, ms.
-    pub period_ms: u32,
-    /// The number of scans.
-    pub scans: u64,
-    /// Whether it ends with an orderly stop.
-    pub stop: bool,
-    /// The local time of the first scan.
-    pub clock_s: i64,
 }
 
 fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -> Result<()> {

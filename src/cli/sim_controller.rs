@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use anyhow::Result;
 
-use super::sim::Simulation;
 use crate::controller::Controller;
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, DeviceId, Health};
@@ -19,6 +18,18 @@ use crate::rig::{Rig, RigProgram, RigSetup};
 use crate::runtime::exchange::Ticket;
 use crate::sim::stimulus::{Change, Stimulus, StimulusTarget};
 use crate::sim::trace::{RowName, Trace};
+
+/// A simulation, with all that the command line says of it.
+pub(super) struct Simulation {
+    /// The time between two scans, ms.
+    pub period_ms: u32,
+    /// The number of scans.
+    pub scans: u64,
+    /// Whether it ends with an orderly stop.
+    pub stop: bool,
+    /// The local time of the first scan.
+    pub clock_s: i64,
+}
 
 /// What a stimulus may change in a controller.
 pub(super) struct ControllerTargets<'a> {

@@ -24,7 +24,10 @@ impl Controller {
 
     /// The addresses that simulated devices move at every scan, each with the device for people.
     pub(crate) fn simulated(&self) -> HashMap<Address, String> {
-        let is_simulated = |of: &&Device| matches!(of.driver, DriverSettings::Simulated(_));
+        let is_simulated = |of: &&Device| match of.driver {
+            DriverSettings::Simulated(_) => true,
+            DriverSettings::Modbus(_) | DriverSettings::Gpio(_) => false,
+        };
         let devices = self.devices.iter().filter(is_simulated);
         let inputs = devices.flat_map(|device| {
             let mover = format!("device `{}`", device.name);

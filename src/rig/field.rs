@@ -5,8 +5,9 @@
 //! simulated plant answers; every other device is silent until a test restores it, and then reports
 //! the values that the test gives its inputs.
 
+use super::mode::{MS_NS, RigMode};
 use super::program::{RigProgram, UnwiredBits};
-use super::{MS_NS, RigMode};
+
 use crate::controller::device::{Device, DriverSettings};
 use crate::engine::{BitCell, Cell, Image};
 use crate::io::plant::Model;

@@ -11,11 +11,13 @@
 //! sees memory at the end of every scan; [`Rig::end_scan`] does the rest.
 
 mod field;
+mod mode;
 mod process;
 mod program;
 mod retained;
 mod tape;
 
+pub use mode::RigMode;
 pub use program::RigProgram;
 pub use tape::TapeListener;
 
@@ -28,20 +30,11 @@ use crate::reload::{ReloadPlan, Side};
 use crate::runtime::exchange::{Mode, StopReason, Ticket};
 use crate::runtime::{Machine, Origin, ScanStart, TapeSection, Taped};
 use field::{Driven, RigField};
+use mode::MS_NS;
 use retained::Retained;
 use tape::RigTape;
 
-const MS_NS: u64 = 1_000_000;
 const S_NS: u64 = 1_000_000_000;
-
-/// The mode of the controller. Nothing here leads to FAULT.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RigMode {
-    /// It scans.
-    Run,
-    /// It does not scan.
-    Stop,
-}
 
 /// How a rig is set up.
 #[derive(Clone, Debug, Default)]

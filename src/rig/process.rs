@@ -3,8 +3,9 @@
 //! Field devices and the levels of inputs stay as they are: the plant does not restart with its
 //! controller. Forces and queued writes end.
 
-use super::retained::Found;
-use super::{MS_NS, Rig, RigMode};
+use super::Rig;
+use super::mode::{MS_NS, RigMode};
+use super::retained::FoundMemory;
 use crate::engine::Engine;
 use crate::runtime::Taped;
 
@@ -29,10 +30,10 @@ impl Rig {
     fn begin_process(&mut self, lost_ns: u64) {
         let found = match &mut self.retained {
             Some(retained) => retained.begin(self.next_ns, lost_ns),
-            None => Found::Nothing,
+            None => FoundMemory::Nothing,
         };
         let mut engine = Engine::new(self.program.code.clone());
-        if let Found::Image { puts, is_final } = &found {
+        if let FoundMemory::Image { puts, is_final } = &found {
             puts.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
             if !is_final {
                 engine.terminate_all();
@@ -47,8 +48,8 @@ impl Rig {
         self.writes.clear();
         self.field.begin_process(&self.program, self.next_ns);
         match found {
-            Found::Image { .. } | Found::Nothing => self.start(),
-            Found::NothingInStop => self.enter(RigMode::Stop),
+            FoundMemory::Image { .. } | FoundMemory::Nothing => self.start(),
+            FoundMemory::NothingInStop => self.enter(RigMode::Stop),
         }
         self.settle();
     }

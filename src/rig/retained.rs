@@ -5,11 +5,10 @@
 
 use std::collections::VecDeque;
 
+use super::mode::MS_NS;
 use super::program::RigProgram;
 use crate::engine::{Cell, Image};
 use crate::retain::{RetainPlan, content};
-
-const MS_NS: u64 = 1_000_000;
 
 /// The images of one controller, over all its processes.
 pub(super) struct Retained {
@@ -31,7 +30,7 @@ struct KeptImage {
 }
 
 /// What a new process finds.
-pub(super) enum Found {
+pub(super) enum FoundMemory {
     /// Cells and their values; `is_final`: the passes of a stop have run over them.
     Image { puts: Vec<(Cell, i32)>, is_final: bool },
     /// Nothing: a cold start.
@@ -80,10 +79,10 @@ impl Retained {
 
     /// A new process begins. It finds the newest image, or one that is older by so much; later ones
     /// are lost.
-    pub fn begin(&mut self, now_ns: u64, lost_ns: u64) -> Found {
+    pub fn begin(&mut self, now_ns: u64, lost_ns: u64) -> FoundMemory {
         self.due_ns = now_ns;
         if self.plan.is_empty() {
-            return Found::Nothing;
+            return FoundMemory::Nothing;
         }
         let newest_ns = self.images.back().map_or(0, |image| image.at_ns);
         if lost_ns > 0 {
@@ -93,9 +92,10 @@ impl Retained {
             let content = content::read(&image.content)?;
             let restoration = self.plan.restore(&content, image.is_final);
             let puts = restoration.puts;
-            (restoration.restored > 0).then_some(Found::Image { puts, is_final: image.is_final })
+            (restoration.restored > 0)
+                .then_some(FoundMemory::Image { puts, is_final: image.is_final })
         });
-        let cold = if self.runs_cold { Found::Nothing } else { Found::NothingInStop };
+        let cold = if self.runs_cold { FoundMemory::Nothing } else { FoundMemory::NothingInStop };
         found.unwrap_or(cold)
     }
 }

@@ -1,7 +1,6 @@
 //! The stimulus of a simulation: CSV rows with the inputs and queued writes of each scan.
 //!
-//! Header `scan,OP,OP,…` or `time,OP,OP,…`; rows in ascending order; an empty cell changes nothing.
-//! A time (`0.35s`, `1m30s`) means the first scan at or after it. The value of an X, an input, holds
+//! Header `scan,OP,OP,…` or `time,OP,OP,…`; rows ascend; an empty cell changes nothing. A time (`0.35s`, `1m30s`) means the first scan at or after it. The value of an X, an input, holds
 //! from that scan on; the value of any other operand is one queued write in that scan. `rungd sim`
 //! passes a [`Lookup`], which tells the parser the kind and range of an operand.
 
@@ -211,9 +210,9 @@ enum WhenColumn {
 }
 
 /// The first column, and the operands.
-type Header = (WhenColumn, Vec<(String, StimulusTarget)>);
+type StimulusHeader = (WhenColumn, Vec<(String, StimulusTarget)>);
 
-fn parse_header(header: &str, lookup: Lookup) -> Result<Header, String> {
+fn parse_header(header: &str, lookup: Lookup) -> Result<StimulusHeader, String> {
     let mut names = header.split(',').map(str::trim);
     if header.contains(';') {
         return Err("cells are separated by `,`, not by `;`".to_owned());

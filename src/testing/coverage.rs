@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::player::{Spectator, Stage, play};
+use super::player::{LoweredSuite, Spectator, play};
 use super::suite::Suite;
 use crate::engine::EngineState;
 use crate::observe::{CoverageRun, LadderCoverage, PartCoverage, Subject, TwoWays};
@@ -52,9 +52,9 @@ impl TapeListener for Listener {
 }
 
 /// Hands the tape over when a scenario begins.
-struct Seat(Option<Box<dyn TapeListener>>);
+struct CoverageSeat(Option<Box<dyn TapeListener>>);
 
-impl Spectator for Seat {
+impl Spectator for CoverageSeat {
     fn scanned(&mut self, _: &Rig, _: u64) {}
 
     fn takes_place(&mut self, rig: &mut Rig) {
@@ -67,14 +67,14 @@ impl Spectator for Seat {
 impl Coverage {
     /// Plays the scenarios of a suite whose names contain the filter, and adds what they execute.
     pub fn add(&mut self, suite: &Suite, programs: &[Arc<RigProgram>], filter: Option<&str>) {
-        let stage = Stage { suite, programs };
+        let stage = LoweredSuite { suite, programs };
         let of = &suite.programs[0];
         let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
         let run = Rc::new(RefCell::new(CoverageRun::new(subject)));
         let wanted = |name: &str| filter.is_none_or(|text| name.contains(text));
         for scenario in suite.scenarios.iter().filter(|of| wanted(&of.name)) {
             let listener = Listener { program: Arc::clone(&programs[0]), run: Rc::clone(&run) };
-            play(stage, scenario, true, &mut Seat(Some(Box::new(listener))));
+            play(stage, scenario, true, &mut CoverageSeat(Some(Box::new(listener))));
         }
         self.files.push((suite.name.clone(), run.borrow().coverage()));
     }

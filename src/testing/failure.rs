@@ -7,9 +7,9 @@
 use std::sync::Arc;
 
 use super::condition::Condition;
-use super::history::{Change, History};
+use super::history::{History, OperandChange};
 use super::pasted::{PastedRun, pasted};
-use super::player::{Failed, FailedWhy, Stage, condition, play};
+use super::player::{Failed, FailedWhy, LoweredSuite, condition, play};
 use super::random_run::BrokenRun;
 use super::suite::{ProgramId, RandomTest, Scenario};
 use crate::engine::Cell;
@@ -73,7 +73,7 @@ pub struct SeenChange {
 
 /// Explains a scenario that failed.
 pub(super) fn failure(
-    stage: Stage,
+    stage: LoweredSuite,
     scenario: &Scenario,
     (failed, explains): (&Failed, bool),
 ) -> Failure {
@@ -119,7 +119,7 @@ pub(super) fn failure(
 
 /// Explains a random run that failed.
 pub(super) fn failure_of_run(
-    stage: Stage,
+    stage: LoweredSuite,
     test: &RandomTest,
     (broken, run, explains): (&BrokenRun, u32, bool),
 ) -> Failure {
@@ -146,7 +146,11 @@ pub(super) fn failure_of_run(
 }
 
 /// The condition that was judged.
-fn judged<'a>(stage: Stage<'a>, scenario: &'a Scenario, failed: &Failed) -> Option<&'a Condition> {
+fn judged<'a>(
+    stage: LoweredSuite<'a>,
+    scenario: &'a Scenario,
+    failed: &Failed,
+) -> Option<&'a Condition> {
     match &failed.why {
         FailedWhy::Always(at) => Some(&stage.suite.always[failed.program.0][*at]),
         FailedWhy::Unmet | FailedWhy::Never(_) | FailedWhy::NotHeld(_) => {
@@ -159,7 +163,7 @@ fn judged<'a>(stage: Stage<'a>, scenario: &'a Scenario, failed: &Failed) -> Opti
     }
 }
 
-fn what(stage: Stage, scenario: &Scenario, failed: &Failed) -> String {
+fn what(stage: LoweredSuite, scenario: &Scenario, failed: &Failed) -> String {
     let scans = |count: u64| match count {
         1 => "1 scan".to_owned(),
         count => format!("{count} scans"),
@@ -202,7 +206,7 @@ fn ordinal(number: u64) -> String {
 
 /// Plays the scenario again with a tape, and asks for the operands of its condition.
 fn explain(
-    stage: Stage,
+    stage: LoweredSuite,
     scenario: &Scenario,
     (failed, condition): (&Failed, &Condition),
     failure: &mut Failure,
@@ -223,7 +227,7 @@ fn explain(
     let operands = condition.operands.iter().zip(history.changes());
     failure.operands = operands
         .map(|((name, cell), changes)| {
-            let seen = |of: &Change| SeenChange {
+            let seen = |of: &OperandChange| SeenChange {
                 scan: of.scan,
                 now_ns: of.now_ns,
                 value: text(*cell, of.value),
@@ -244,7 +248,7 @@ fn explain(
 
 /// Why the operands of a condition have their values.
 fn why(
-    stage: Stage,
+    stage: LoweredSuite,
     program: ProgramId,
     (rig, deciding): (&Rig, Vec<Cell>),
     at: At,

@@ -14,7 +14,7 @@ const CHANGES_MAX: usize = 12;
 
 /// A change of an operand, or its first value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Change {
+pub(super) struct OperandChange {
     /// The scan, from 1 in its process.
     pub scan: u64,
     /// Its time, ns.
@@ -30,7 +30,7 @@ pub(super) struct History<'a> {
     pub deciding: Vec<Cell>,
     /// The scan at which to end, in all processes.
     until: u64,
-    changes: Vec<VecDeque<Change>>,
+    changes: Vec<VecDeque<OperandChange>>,
 }
 
 impl<'a> History<'a> {
@@ -41,7 +41,7 @@ impl<'a> History<'a> {
     }
 
     /// The changes of each cell, the newest last.
-    pub fn changes(&self) -> &[VecDeque<Change>] {
+    pub fn changes(&self) -> &[VecDeque<OperandChange>] {
         &self.changes
     }
 }
@@ -62,7 +62,7 @@ impl Spectator for History<'_> {
                 if changes.len() == CHANGES_MAX {
                     changes.pop_front();
                 }
-                changes.push_back(Change { scan, now_ns, value });
+                changes.push_back(OperandChange { scan, now_ns, value });
             }
         }
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use super::mutants::{Mutant, MutantKind, mutants};
-use super::player::{Nobody, Stage, play};
+use super::player::{LoweredSuite, Nobody, play};
 use super::random_run;
 use super::suite::Suite;
 use crate::rig::RigProgram;
@@ -39,7 +39,7 @@ pub struct JudgedMutant {
 /// A suite that fails says nothing about mutants.
 pub fn first_failure(suite: &Suite) -> Option<String> {
     let programs = super::runner::programs(suite);
-    failing(Stage { suite, programs: &programs }, u32::MAX)
+    failing(LoweredSuite { suite, programs: &programs }, u32::MAX)
 }
 
 /// Judges the mutants of the suite's ladder, in file order.
@@ -58,7 +58,7 @@ pub fn mutate(suite: &Suite, options: &MutateOptions) -> Vec<JudgedMutant> {
             let program = RigProgram::new(&mutant.apply(&of.program), &of.controller);
             let mut programs = programs.clone();
             programs[0] = Arc::new(program);
-            judged.push((at, failing(Stage { suite, programs: &programs }, RUNS_MAX)));
+            judged.push((at, failing(LoweredSuite { suite, programs: &programs }, RUNS_MAX)));
             (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, count);
         }
     };
@@ -73,7 +73,7 @@ pub fn mutate(suite: &Suite, options: &MutateOptions) -> Vec<JudgedMutant> {
 }
 
 /// The first test that fails: scenarios in file order, then random tests.
-fn failing(stage: Stage, runs_max: u32) -> Option<String> {
+fn failing(stage: LoweredSuite, runs_max: u32) -> Option<String> {
     for scenario in &stage.suite.scenarios {
         let (played, _) = play(stage, scenario, false, &mut Nobody);
         if played.failed.is_some() {

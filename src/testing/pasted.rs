@@ -1,6 +1,6 @@
 //! A random run as a scenario: to be played again, and as text to paste into a test file.
 
-use super::player::Stage;
+use super::player::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent};
 use super::suite::{RandomTest, Scenario, TestOperand, TestStep, TestTime};
 use crate::engine::{Cell, Layout};
@@ -13,7 +13,7 @@ pub(super) struct PastedRun {
 }
 
 /// Makes a scenario of a run that broke a line of `always`.
-pub(super) fn pasted(stage: Stage, test: &RandomTest, broken: &BrokenRun) -> PastedRun {
+pub(super) fn pasted(stage: LoweredSuite, test: &RandomTest, broken: &BrokenRun) -> PastedRun {
     let layout = &stage.programs[0].symbols.layout;
     let mut steps: Vec<TestStep> = Vec::new();
     let mut scan = 0;

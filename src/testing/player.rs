@@ -16,7 +16,7 @@ const MS_NS: u64 = 1_000_000;
 
 /// The suite and its lowered programs, in the same order.
 #[derive(Clone, Copy)]
-pub(super) struct Stage<'a> {
+pub(super) struct LoweredSuite<'a> {
     pub suite: &'a Suite,
     pub programs: &'a [Arc<RigProgram>],
 }
@@ -90,7 +90,7 @@ impl Spectator for Nobody {
 
 /// A scenario while it is played.
 struct Player<'a, S> {
-    stage: Stage<'a>,
+    stage: LoweredSuite<'a>,
     scenario: &'a Scenario,
     rig: Rig,
     program: ProgramId,
@@ -125,7 +125,7 @@ struct Beat<'a> {
 
 /// Plays a scenario until it fails or ends.
 pub(super) fn play<S: Spectator>(
-    stage: Stage,
+    stage: LoweredSuite,
     scenario: &Scenario,
     is_taped: bool,
     spectator: &mut S,

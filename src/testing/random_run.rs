@@ -4,7 +4,7 @@
 //! its `seed` starts, so every run can be made again alone. A run is a list of [`RandomEvent`]s;
 //! `shrink` makes a failing list short.
 
-use super::player::Stage;
+use super::player::LoweredSuite;
 use super::suite::{RandomChange, RandomMotion, RandomTest, TestOperand};
 use crate::calendar::LocalTime;
 use crate::engine::{Cell, Image, Layout};
@@ -42,7 +42,7 @@ fn generator(seed: u64, run: u32) -> SplitMix64 {
 }
 
 /// Makes one run of a test, from 0. Returns its scans too.
-pub(super) fn run(stage: Stage, test: &RandomTest, run: u32) -> (u64, Option<BrokenRun>) {
+pub(super) fn run(stage: LoweredSuite, test: &RandomTest, run: u32) -> (u64, Option<BrokenRun>) {
     let layout = &stage.programs[0].symbols.layout;
     let mut random = generator(test.seed, run);
     let mut events = Vec::new();
@@ -62,7 +62,7 @@ pub(super) fn run(stage: Stage, test: &RandomTest, run: u32) -> (u64, Option<Bro
 
 /// Plays events; the scan at which a line of `always` breaks first, and the line.
 pub(super) fn replay(
-    stage: Stage,
+    stage: LoweredSuite,
     test: &RandomTest,
     (events, scans): (&[RandomEvent], u64),
 ) -> Option<(u64, usize)> {
@@ -78,7 +78,7 @@ pub(super) fn replay(
 /// Scans until a line of `always` breaks. `changes`: fills in what changes before a scan, from its
 /// number and the image of the scan before.
 fn drive(
-    stage: Stage,
+    stage: LoweredSuite,
     test: &RandomTest,
     scans: u64,
     mut changes: impl FnMut(u64, &Image, &mut Vec<(usize, i32)>),

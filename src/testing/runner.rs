@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 use super::failure::{Failure, failure, failure_of_run};
-use super::player::{Nobody, Played, Stage, play};
+use super::player::{LoweredSuite, Nobody, Played, play};
 use super::random_run::{self, BrokenRun};
 use super::shrink::shrink;
 use super::suite::Suite;
@@ -81,7 +81,7 @@ pub fn programs(suite: &Suite) -> Vec<Arc<RigProgram>> {
 /// Runs the tests of a suite whose names contain the filter, in file order: scenarios, then random
 /// tests.
 pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) -> Vec<Verdict> {
-    let stage = Stage { suite, programs };
+    let stage = LoweredSuite { suite, programs };
     let is_wanted = |name: &str| options.filter.is_none_or(|text| name.contains(text));
     let work = work(suite, is_wanted);
     let results = Results {
@@ -136,7 +136,7 @@ impl RandomResult {
 }
 
 impl Results {
-    fn work(&self, stage: Stage, work: Work, options: &RunOptions) {
+    fn work(&self, stage: LoweredSuite, work: Work, options: &RunOptions) {
         match work {
             Work::Scenario(at) => {
                 let scenario = &stage.suite.scenarios[at];
@@ -164,7 +164,7 @@ impl Results {
 
     fn verdicts(
         self,
-        stage: Stage,
+        stage: LoweredSuite,
         is_wanted: impl Fn(&str) -> bool,
         options: &RunOptions,
     ) -> Vec<Verdict> {

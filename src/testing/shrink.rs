@@ -4,7 +4,7 @@
 //! Called by `runner` with a run that broke a line; `scenario_text` prints the result. Each try
 //! plays the run again, so the result breaks a line for certain. The number of tries is limited.
 
-use super::player::Stage;
+use super::player::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent, replay};
 use super::suite::RandomTest;
 
@@ -13,14 +13,14 @@ const SCANS_MAX: u64 = 4_000_000;
 
 /// A search under way.
 struct Shrinking<'a> {
-    stage: Stage<'a>,
+    stage: LoweredSuite<'a>,
     test: &'a RandomTest,
     best: BrokenRun,
     scans_left: u64,
 }
 
 /// The shortest failing run that is found.
-pub(super) fn shrink(stage: Stage, test: &RandomTest, broken: BrokenRun) -> BrokenRun {
+pub(super) fn shrink(stage: LoweredSuite, test: &RandomTest, broken: BrokenRun) -> BrokenRun {
     let mut search = Shrinking { stage, test, best: broken, scans_left: SCANS_MAX };
     loop {
         let before = (search.best.events.len(), search.best.scan);

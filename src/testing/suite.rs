@@ -1,6 +1,6 @@
 //! A test file, resolved: its programs, what must always hold, its scenarios and random tests.
 //!
-//! `reading` makes it of the files; `runner` executes it. The form of the file is in
+//! `reading` makes it of the files; `player` executes it. The form of the file is in
 //! `docs/testing.md`. No file is read here, and nothing runs.
 
 use std::sync::Arc;

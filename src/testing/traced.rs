@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use super::player::{Spectator, Stage, play};
+use super::player::{LoweredSuite, Spectator, play};
 use super::suite::Suite;
 use crate::rig::{Rig, RigProgram};
 use crate::sim::trace::{RowName, Trace};
@@ -36,7 +36,7 @@ pub fn trace(
     scenario: usize,
     trace: &mut dyn Trace,
 ) -> io::Result<()> {
-    let stage = Stage { suite, programs };
+    let stage = LoweredSuite { suite, programs };
     let mut tracer = Tracer { trace, program: &programs[0], failed: None };
     play(stage, &suite.scenarios[scenario], false, &mut tracer);
     tracer.failed.map_or(Ok(()), Err)

@@ -72,8 +72,10 @@ fn a_file_of_the_other_kind_is_one_finding() {
     let controller = file("other-controller.toml", b"ladder = [\"other-ladder.toml\"]\n");
     check(&["run", &ladder], 78, "this is a ladder file, not a controller file");
     check(&["run", &ladder], 78, "`ladder = [\"other-ladder.toml\"]`\n\n1 error, 0 warnings");
-    check(&["sim", &controller], 78, "this is a controller file, not a ladder file");
-    check(&["sim", &controller], 78, "names: `other-ladder.toml`\n\n1 error, 0 warnings");
+    check(&["sim", &controller, &ladder], 78, "this is a controller file, not a ladder file");
+    let said = "names: `other-ladder.toml`\n\n1 error, 0 warnings";
+    check(&["sim", &ladder, &controller], 78, said);
+    check(&["sim", &controller, "--scans", "1", "--watch", "X0"], 0, "");
 }
 
 #[test]

@@ -170,7 +170,7 @@ fn how_long_it_runs_is_said_in_scans_or_in_time() {
     place.refused("count.toml --period 0ms", 2, "a period is at least 1ms");
     place.refused("count.toml --for soon", 2, "`soon` is not a duration");
     place.refused("count.toml --period 600h", 2, "the longest is 596h31m23s647ms");
-    place.refused("", 2, "LADDER.toml");
+    place.refused("", 2, "FILE.toml");
 }
 
 #[test]
@@ -430,7 +430,7 @@ fn a_controller_file_is_told_which_ladders_to_give() {
     let place = Place::new("controller");
     place.write("plant.toml", "ladder = [\"lib:pid\", \"count.toml\"]\n");
     place.refused(
-        "plant.toml --scans 1",
+        "plant.toml count.toml --scans 1",
         78,
         "give the ladders that it names: `lib:pid count.toml`",
     );

@@ -57,7 +57,11 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
             "src/testing/mutants/values.rs",
         ],
     ),
-    ("DriverSettings", "Adding a driver", &["src/daemon/devices.rs", "src/daemon/config.rs"]),
+    (
+        "DriverSettings",
+        "Adding a driver",
+        &["src/controller/wired.rs", "src/daemon/devices.rs", "src/rig/field.rs"],
+    ),
     ("Command", "Adding a command", &["src/cli/mod.rs"]),
     ("Request", "Adding a command", &["src/operator/protocol.rs", "src/daemon/operator/desk.rs"]),
 ];

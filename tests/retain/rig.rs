@@ -26,7 +26,7 @@ sens = { at = "N0" }
 latch = { at = "C0" }
 seal = { at = "C1" }
 toggle = { at = "C2" }
-bits = { at = "C10..C13" }
+bits = { at = "C10", count = 4 }
 total = { at = "D0" }
 starts = { at = "D1" }
 ends = { at = "D2" }
