@@ -27,6 +27,9 @@ const SHOW_AFTER: Duration = Duration::from_millis(500);
 /// The time between two looks at the files, with `--watch`.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
+/// How much a file's time of change may lag behind the clock: the system keeps it by ticks.
+const TICK_MAX: Duration = Duration::from_millis(20);
+
 /// The ending of a test file.
 const ENDING: &str = ".test.toml";
 
@@ -271,8 +274,9 @@ fn wait_for_change(
 ) -> Result<()> {
     let changed = |path: &str| std::fs::metadata(path).and_then(|of| of.modified()).ok();
     let names = suites.iter().flat_map(|of| of.read.paths());
-    let known: BTreeMap<String, Option<SystemTime>> =
-        names.map(|name| (name.clone(), changed(&name).filter(|at| *at < begun))).collect();
+    let known: BTreeMap<String, Option<SystemTime>> = names
+        .map(|name| (name.clone(), changed(&name).filter(|at| *at + TICK_MAX < begun)))
+        .collect();
     say(&format!("watching {} files: Ctrl+C ends\n", known.len()));
     loop {
         std::thread::sleep(LOOK_EVERY);
