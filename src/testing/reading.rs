@@ -291,7 +291,9 @@ fn behind_reload(
 ) -> Vec<Finding> {
     use super::suite::{ProgramId, Reload, TestStep};
     let to = ProgramId(id);
-    let loads = |step: &&Located<TestStep>| matches!(step.value, TestStep::Reload(Reload::To(of)) if of == to);
+    let is_to = |load: &Reload| matches!(load, Reload::To(of) if *of == to);
+    let loads =
+        |step: &&Located<TestStep>| matches!(&step.value, TestStep::Reload(load) if is_to(load));
     let Some(step) = steps.iter().find(loads) else { return found };
     let at_step = |finding: Finding| {
         let message = format!("an `always` line does not fit this program: {}", finding.message);
