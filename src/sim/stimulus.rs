@@ -1,9 +1,9 @@
 //! The stimulus of a simulation: CSV rows with the inputs and queued writes of each scan.
 //!
 //! The first line is `scan,OP,OP,…` or `time,OP,OP,…`; rows ascend; an empty cell changes nothing.
-//! A time (`0.35s`, `1m30s`) means the first scan at or after it. The value of an X, an input, holds
-//! from that scan on; the value of any other operand is one queued write in that scan. `rungd sim`
-//! passes a [`Lookup`], which tells the parser the kind and range of an operand.
+//! A time (`0.35s`, `1m30s`) means the first scan at or after it. The value of an X, an input,
+//! holds from that scan on; the value of any other operand is one queued write in that scan.
+//! `rungd sim` passes a [`Lookup`], which tells the parser the kind and range of an operand.
 
 use std::fmt::Display;
 
