@@ -170,6 +170,65 @@ fn mutants_that_survive_are_named() {
     assert!(failing.contains("the test `expect` fails with the ladder as it is"), "{failing}");
 }
 
+/// A fault in a copy of an example, and the random test that finds it.
+struct SeededFault {
+    ladder: &'static str,
+    /// What is written, and what stands there instead.
+    change: (&'static str, &'static str),
+    always: &'static str,
+    set: &'static str,
+    inputs: &'static str,
+}
+
+const SEEDED: [SeededFault; 3] = [
+    SeededFault {
+        ladder: "batch-mixer",
+        change: (
+            "name = \"Prepare\"\n",
+            "name = \"Prepare\"\n[[program.stage.rung]]\nwhen = [\"$On\"]\ndo = [\"OUT C99\"]\n",
+        ),
+        always: "!(C99 & (water_valve | syrup_valve))",
+        set: "abort_ok = true, lid_closed = true, room_left = true",
+        inputs: "start_button = \"1%\", again_button = \"0.1%\", tank_wet = \"1%\", \
+                 water_pulse = \"20%\", syrup_pulse = \"20%\", room_left = \"0.2%\"",
+    },
+    SeededFault {
+        ladder: "parts-bin",
+        change: ("\"!bin_full\", \"!eye_blocked\"", "\"!eye_blocked\""),
+        always: "!(feeder & bin_full)",
+        set: "bin_present = true",
+        inputs: "part_eye = \"10%\", bin_present = \"0.1%\"",
+    },
+    SeededFault {
+        ladder: "bin-emptying",
+        change: ("leg.rst = [\"rise(refill_button)\"]", "leg.rst = [\"refill_button\"]"),
+        always: "!(rise(part_taken) & robot_enable & left.Acc == bin_size) | rise(refill_button)",
+        set: "refill_button = false",
+        inputs: "part_taken = \"5%\", refill_button = \"1%\"",
+    },
+];
+
+#[test]
+fn a_failing_run_of_thousands_of_scans_ends_as_a_few_steps() {
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/programs");
+    for SeededFault { ladder, change: (from, to), always, set, inputs } in SEEDED {
+        let text = std::fs::read_to_string(programs.join(format!("{ladder}.toml"))).expect("text");
+        assert!(text.contains(from), "{ladder} has no {from}");
+        std::fs::write(scratch("seeded.toml"), text.replacen(from, to, 1)).expect("writable");
+        let test = format!(
+            "ladder = [\"seeded.toml\"]\nalways = [\"{always}\"]\n[[random]]\nname = \"{ladder}\"\n\
+             runs = 20\nscans = 5000\nseed = 1\nset = {{ {set} }}\nchange = {{ {inputs} }}\n"
+        );
+        let path = scratch("seeded.test.toml");
+        std::fs::write(&path, test).expect("writable");
+        let text = said(&rungd(&["test", path.to_str().expect("text")]));
+        assert!(text.starts_with("exit code 1\n"), "{ladder}: {text}");
+        let (_, steps) = text.split_once("steps = [\n").expect("a scenario");
+        let (steps, _) = steps.split_once("    ]").expect("its end");
+        assert!((1..=10).contains(&steps.lines().count()), "{ladder}: {text}");
+    }
+}
+
 #[test]
 fn a_watched_file_runs_again_when_it_changes() {
     use std::io::{BufRead, BufReader};
