@@ -193,12 +193,6 @@ impl Rig {
         self.next_ns += self.period_ns;
     }
 
-    /// A whole scan, in RUN.
-    pub fn scan_whole(&mut self) {
-        let is_last = self.scan();
-        self.end_scan(is_last);
-    }
-
     /// A period passes in STOP: field devices and the clock go on.
     pub fn tick(&mut self) {
         self.settle_images();

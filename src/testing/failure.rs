@@ -241,6 +241,14 @@ fn explain(
             }
         })
         .collect();
+    // What a moving element is now; its changes would be those of several cells.
+    let element = |(name, cell): (String, Cell)| SeenOperand {
+        name,
+        value: text(cell, super::happened::value_in(rig.image(), cell)),
+        is_bit: matches!(cell, Cell::Bit(_)),
+        changes: Vec::new(),
+    };
+    failure.operands.extend(condition.elements(rig.image()).into_iter().map(element));
     let of_scan = matches!(failed.why, FailedWhy::Always(_)) && failed.scan > 0;
     let at = if of_scan { At::Scan(failed.scan) } else { At::Now };
     failure.why = why(stage, failed.program, (&rig, history.deciding), at);
