@@ -13,6 +13,7 @@ mod plants;
 mod record;
 mod replay;
 mod sim;
+mod sim_controller;
 mod waves;
 
 /// A binary uses a part of what they share.

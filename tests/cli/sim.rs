@@ -33,10 +33,10 @@ rung = [ { when = ["level >= 0.25"], do = ["MATH R1 = level * 1000000000.0", "MA
 "#;
 
 /// A folder of this test's own, with the ladder and the stimulus.
-struct Place(PathBuf);
+pub struct Place(PathBuf);
 
 impl Place {
-    fn new(test: &str) -> Place {
+    pub fn new(test: &str) -> Place {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("sim_cli").join(test);
         std::fs::create_dir_all(&folder).unwrap();
         let place = Place(folder);
@@ -45,16 +45,16 @@ impl Place {
         place
     }
 
-    fn write(&self, name: &str, text: &str) {
+    pub fn write(&self, name: &str, text: &str) {
         std::fs::write(self.0.join(name), text).unwrap();
     }
 
-    fn read(&self, name: &str) -> String {
+    pub fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.0.join(name)).unwrap()
     }
 
     /// `rungd sim` in the folder, with arguments between spaces.
-    fn sim(&self, args: &str) -> Output {
+    pub fn sim(&self, args: &str) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
         command.current_dir(&self.0).arg("sim").args(args.split_whitespace());
         command.output().unwrap()
@@ -62,7 +62,7 @@ impl Place {
 
     /// The trace on standard output of a run that says nothing else.
     #[track_caller]
-    fn trace(&self, args: &str) -> String {
+    pub fn trace(&self, args: &str) -> String {
         let output = self.sim(args);
         assert_eq!(text(&output.stderr), "");
         assert_eq!(output.status.code(), Some(0));
@@ -71,7 +71,7 @@ impl Place {
 
     /// The run is refused with a code, a message, and no trace.
     #[track_caller]
-    fn refused(&self, args: &str, code: i32, said: &str) {
+    pub fn refused(&self, args: &str, code: i32, said: &str) {
         let output = self.sim(args);
         let errors = text(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{errors}");
@@ -80,7 +80,7 @@ impl Place {
     }
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
@@ -465,60 +465,4 @@ fn a_field_device_is_well_until_a_stimulus_says_otherwise() {
     let values = |row: &str| row.splitn(3, ',').nth(2).unwrap_or("").to_owned();
     let rows: Vec<String> = trace.lines().skip(1).map(values).collect();
     assert_eq!(rows, ["1,0", "1,0", "0,0", "0,1", "0,1", "1,0"]);
-}
-
-/// A plant that answers 300 ms after its command, a device that is silent, a rule.
-const LOOP: &str = r#"
-ladder = ["loop.toml"]
-scan.period = "50ms"
-[[device]]
-name = "plant"
-driver = "simulated"
-poll = "50ms"
-map = [{ from = "motor.out", to = "X0" }, { from = "Y0", to = "motor.in" }]
-[[device.part]]
-name = "motor"
-kind = "delay"
-after = "300ms"
-[[device]]
-name = "line"
-driver = "modbus-tcp"
-address = "127.0.0.1:1502"
-unit = 1
-map = [{ from = "holding 0", to = "D0" }]
-"#;
-
-const LOOP_LADDER: &str = "[ladder]\ndevices = [\"plant\", \"line\"]\n[[program]]\nname = \"Main\"\n\
-    rung = [{ when = [\"X1\"], do = [\"OUT Y0\"] }, { when = [\"line.Ok\"], do = [\"OUT Y1\"] }]\n";
-
-#[test]
-fn a_controller_is_simulated_with_its_plant_in_a_closed_loop() {
-    let place = Place::new("loop");
-    place.write("loop.toml", LOOP_LADDER);
-    place.write("controller.toml", LOOP);
-    place.write("in.csv", "time,X1,line.Ok,D0\n0.1s,1,,\n700ms,,1,7\n1s,0,0,\n");
-    let args = "controller.toml --for 1200ms --stimulus in.csv --watch X1,Y0,X0,Y1,D0 --changes";
-    expect_test::expect![[r#"
-        scan,time_ms,X1,Y0,X0,Y1,D0
-        0,0,0,0,0,0,0
-        2,100,1,1,0,0,0
-        9,450,1,1,1,0,0
-        14,700,1,1,1,1,7
-        20,1000,0,0,1,0,7
-    "#]]
-    .assert_eq(&text(&place.sim(args).stdout));
-}
-
-#[test]
-fn a_stimulus_of_a_controller_moves_no_input_of_its_plant() {
-    let place = Place::new("loop-moved");
-    place.write("loop.toml", LOOP_LADDER);
-    place.write("controller.toml", LOOP);
-    place.write("x0.csv", "scan,X0\n1,1\n");
-    place.write("stale.csv", "scan,line.Stale\n1,1\n");
-    let moved = "`X0` is moved by device `plant` at every scan";
-    place.refused("controller.toml --stimulus x0.csv", 78, moved);
-    place.refused("controller.toml --stimulus stale.csv", 78, "set the device's `.Ok`");
-    place.refused("controller.toml --period 10ms", 2, "a controller file has its own");
-    place.refused("controller.toml --changes --trace x.svg", 2, "--changes is for CSV");
 }

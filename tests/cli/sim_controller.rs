@@ -1,0 +1,59 @@
+//! `rungd sim CONTROLLER.toml`: a controller with its simulated plant, in a closed loop.
+
+use crate::sim::{Place, text};
+
+/// A plant that answers 300 ms after its command, a device that is silent, a rule.
+const LOOP: &str = r#"
+ladder = ["loop.toml"]
+scan.period = "50ms"
+[[device]]
+name = "plant"
+driver = "simulated"
+poll = "50ms"
+map = [{ from = "motor.out", to = "X0" }, { from = "Y0", to = "motor.in" }]
+[[device.part]]
+name = "motor"
+kind = "delay"
+after = "300ms"
+[[device]]
+name = "line"
+driver = "modbus-tcp"
+address = "127.0.0.1:1502"
+unit = 1
+map = [{ from = "holding 0", to = "D0" }]
+"#;
+
+const LOOP_LADDER: &str = "[ladder]\ndevices = [\"plant\", \"line\"]\n[[program]]\nname = \"Main\"\n\
+    rung = [{ when = [\"X1\"], do = [\"OUT Y0\"] }, { when = [\"line.Ok\"], do = [\"OUT Y1\"] }]\n";
+
+#[test]
+fn a_controller_is_simulated_with_its_plant_in_a_closed_loop() {
+    let place = Place::new("loop");
+    place.write("loop.toml", LOOP_LADDER);
+    place.write("controller.toml", LOOP);
+    place.write("in.csv", "time,X1,line.Ok,D0\n0.1s,1,,\n700ms,,1,7\n1s,0,0,\n");
+    let args = "controller.toml --for 1200ms --stimulus in.csv --watch X1,Y0,X0,Y1,D0 --changes";
+    expect_test::expect![[r#"
+        scan,time_ms,X1,Y0,X0,Y1,D0
+        0,0,0,0,0,0,0
+        2,100,1,1,0,0,0
+        9,450,1,1,1,0,0
+        14,700,1,1,1,1,7
+        20,1000,0,0,1,0,7
+    "#]]
+    .assert_eq(&text(&place.sim(args).stdout));
+}
+
+#[test]
+fn a_stimulus_of_a_controller_moves_no_input_of_its_plant() {
+    let place = Place::new("loop-moved");
+    place.write("loop.toml", LOOP_LADDER);
+    place.write("controller.toml", LOOP);
+    place.write("x0.csv", "scan,X0\n1,1\n");
+    place.write("stale.csv", "scan,line.Stale\n1,1\n");
+    let moved = "`X0` is moved by device `plant` at every scan";
+    place.refused("controller.toml --stimulus x0.csv", 78, moved);
+    place.refused("controller.toml --stimulus stale.csv", 78, "set the device's `.Ok`");
+    place.refused("controller.toml --period 10ms", 2, "a controller file has its own");
+    place.refused("controller.toml --changes --trace x.svg", 2, "--changes is for CSV");
+}
