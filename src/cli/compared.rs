@@ -8,13 +8,13 @@ use std::collections::HashSet;
 use super::exit::CommandLine;
 use super::recorded_plant::{RecordedPlant, RecordedPlants};
 use super::recorded_trace::{content, seconds};
-use super::replay_args::{counted, thousands};
 use super::when::LocalClock;
 use crate::engine::{Cell, Image};
 use crate::isa::{Address, Bit, BitSpace, Real};
 use crate::record::ReplayedScan;
 use crate::resolve::program::{Program, TagMeaning};
 use crate::sim::trace::Watched;
+use crate::source::wording::{counted, thousands};
 
 /// The most elements of an array that count as outputs.
 const ELEMENTS_MAX: usize = 2048;

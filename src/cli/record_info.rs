@@ -8,13 +8,13 @@ use serde_json::{Value, json};
 
 use super::recorded_trace::seconds;
 use super::recording::{self, stretches};
-use super::replay_args::{counted, thousands};
 use super::terminal::one_line;
 use super::when::LocalClock;
 use crate::engine::EngineCall;
 use crate::record::{RecordedProgram, Recording};
 use crate::runtime::TapeEntry;
 use crate::runtime::exchange::Mode;
+use crate::source::wording::{counted, thousands};
 
 /// The most changes and gaps that the text lists.
 const LISTED_MAX: usize = 12;

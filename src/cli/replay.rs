@@ -12,7 +12,7 @@ use anyhow::Result;
 use super::exit::Exit;
 use super::recorded_plant::RecordedPlants;
 use super::recorded_trace::{AlarmLog, RecordedTrace};
-use super::replay_args::{ReplayArgs, Scene, counted, pace, thousands};
+use super::replay_args::{ReplayArgs, Scene, pace};
 use super::replay_ladder;
 use super::replay_window::ReplayWindow;
 use super::terminal::say_line;
@@ -20,6 +20,7 @@ use super::trace_file;
 use super::when::LocalClock;
 use super::{recording, watched_operands};
 use crate::record::{RecordedProgram, Recording, Replay, Verified};
+use crate::source::wording::{counted, thousands};
 
 /// Replays.
 ///

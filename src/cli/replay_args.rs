@@ -12,6 +12,7 @@ use super::replay_window::ReplayWindow;
 use super::terminal::{print, say_line};
 use super::when::{LocalClock, When};
 use crate::record::Recording;
+use crate::source::wording::thousands;
 
 /// Executes a recording again: verifies it, traces it, or tries another program on it
 #[derive(Args, Debug)]
@@ -72,35 +73,4 @@ pub(super) fn pace(recording: &Recording, window: &ReplayWindow, seconds: f64) -
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let times = thousands(times as u64);
     format!("replayed in {seconds:.1} s, {times} × real time")
-}
-
-/// `1 scan`, `12,345 scans`.
-pub(super) fn counted(count: u64, what: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{} {what}{plural}", thousands(count))
-}
-
-/// `12,345`.
-pub(super) fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_their_thousands() {
-        let texts = [0, 7, 999, 1_000, 12_345, 1_234_567].map(thousands);
-        assert_eq!(texts, ["0", "7", "999", "1,000", "12,345", "1,234,567"]);
-        assert_eq!((counted(1, "scan"), counted(2, "scan")), ("1 scan".into(), "2 scans".into()));
-    }
 }

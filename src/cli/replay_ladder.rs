@@ -13,7 +13,7 @@ use super::compared::Comparison;
 use super::exit::Exit;
 use super::recorded_plant::RecordedPlant;
 use super::recorded_trace::RecordedTrace;
-use super::replay_args::{ReplayArgs, Scene, counted, pace, thousands};
+use super::replay_args::{ReplayArgs, Scene, pace};
 use super::replay_why;
 use super::terminal::{say_drawn, say_line};
 use super::twin_run::TwinRun;
@@ -22,6 +22,7 @@ use crate::load::{self, library};
 use crate::record::{RecordedFile, RecordedProgram, Recording};
 use crate::source::render::{refuses, render};
 use crate::source::span::SourceFile;
+use crate::source::wording::{counted, thousands};
 
 /// What the report says whatever differs.
 const OPEN_LOOP: &str = "open loop: the inputs are as they were recorded; where the plant would \

@@ -5,6 +5,7 @@
 //! with its simulated devices.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -17,13 +18,14 @@ use super::trace_file::{self, TraceFile};
 use super::watched_operands;
 use crate::calendar;
 use crate::controller::Controller;
-use crate::engine::BitCell;
+use crate::engine::{self, BitCell};
 use crate::isa::duration::{self, DurationError};
 use crate::isa::{Bit, DeviceId, Health};
 use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
+use crate::rig::RigProgram;
 use crate::sim::stimulus::{Stimulus, StimulusTarget};
 use crate::sim::trace::{ChangesOnly, Trace};
 use crate::sim::{self, Plan};
@@ -128,55 +130,69 @@ fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -
     trace_file::refuse_other_forms("--trace", &args.trace)?;
     trace_file::refuse_changes(args.changes, &args.trace)?;
     let simulation = simulation(args, controller.as_ref())?;
-    let symbols = lower(program).1;
-    let watched = watched_operands::watched(args.watch.as_deref(), program, &symbols)?;
-    let stimulus = match &controller {
-        Some(of) => {
-            let lookup = ControllerTargets::of(program, of, &symbols);
-            stimulus(args, &simulation, &|operand| lookup.target(operand))?
+    let lowered = match controller {
+        Some(controller) => {
+            Lowered::Controller(Arc::new(RigProgram::new(program, &Arc::new(controller))))
         }
         None => {
+            let (code, symbols) = lower(program);
+            Lowered::Ladder(Box::new(code), Box::new(symbols))
+        }
+    };
+    let symbols = lowered.symbols();
+    let watched = watched_operands::watched(args.watch.as_deref(), program, symbols)?;
+    let stimulus = match &lowered {
+        Lowered::Controller(of) => {
+            let lookup = ControllerTargets::of(program, of);
+            stimulus(args, &simulation, &|operand| lookup.target(operand))?
+        }
+        Lowered::Ladder(..) => {
             let scope = Scope::of(program);
             let lookup =
-                |operand: &str| StimulusTarget::at(scope.address(operand)?, operand, &symbols);
+                |operand: &str| StimulusTarget::at(scope.address(operand)?, operand, symbols);
             stimulus(args, &simulation, &lookup)?
         }
     };
-    let trace = TraceFile::create(&args.trace, &watched)?;
-    let run = Run { program, simulation, stimulus };
-    match args.changes {
-        true => {
-            let mut trace = ChangesOnly::new(trace);
-            run.into(controller, &mut trace)?;
-            trace.into_inner().finish()
-        }
-        false => {
-            let mut trace = trace;
-            run.into(controller, &mut trace)?;
-            trace.finish()
+    let mut trace = TraceFile::create(&args.trace, &watched)?;
+    if !args.changes {
+        lowered.run(program, (simulation, stimulus), &mut trace)?;
+        return trace.finish();
+    }
+    let mut trace = ChangesOnly::new(trace);
+    lowered.run(program, (simulation, stimulus), &mut trace)?;
+    trace.into_inner().finish()
+}
+
+/// A program, lowered once: alone, or for the rig.
+enum Lowered {
+    Ladder(Box<engine::Program>, Box<Symbols>),
+    Controller(Arc<RigProgram>),
+}
+
+impl Lowered {
+    fn symbols(&self) -> &Symbols {
+        match self {
+            Lowered::Ladder(_, symbols) => symbols,
+            Lowered::Controller(program) => &program.symbols,
         }
     }
-}
 
-/// A program with its simulation and stimulus.
-struct Run<'a> {
-    program: &'a Program,
-    simulation: Simulation,
-    stimulus: Stimulus,
-}
-
-impl Run<'_> {
-    /// Runs it, with a controller on the rig, and traces it.
-    fn into(self, controller: Option<Controller>, trace: &mut dyn Trace) -> Result<()> {
-        let Run { program, simulation, stimulus } = self;
-        if let Some(controller) = controller {
-            return sim_controller::run(program, controller, (&simulation, &stimulus), trace);
+    /// Runs it and traces it.
+    fn run(
+        &self,
+        program: &Program,
+        (simulation, stimulus): (Simulation, Stimulus),
+        trace: &mut dyn Trace,
+    ) -> Result<()> {
+        match self {
+            Lowered::Controller(of) => sim_controller::run(of, (&simulation, &stimulus), trace),
+            Lowered::Ladder(code, symbols) => {
+                let Simulation { period_ms, scans, stop, clock_s } = simulation;
+                let well = well(program, symbols);
+                let plan = Plan { period_ms, scans, stop, well, clock_s, stimulus };
+                Ok(sim::run(engine::Program::clone(code), &plan, trace)?)
+            }
         }
-        let (engine_program, symbols) = lower(program);
-        let Simulation { period_ms, scans, stop, clock_s } = simulation;
-        let well = well(program, &symbols);
-        let plan = Plan { period_ms, scans, stop, well, clock_s, stimulus };
-        Ok(sim::run(engine_program, &plan, trace)?)
     }
 }
 
@@ -195,8 +211,7 @@ fn simulation(args: &SimArgs, controller: Option<&Controller>) -> Result<Simulat
         (None, Some(ms)) => u64::from(ms).div_ceil(u64::from(period_ms)),
         (None, None) => DEFAULT_SCANS,
     };
-    let period_ns = u64::from(period_ms) * 1_000_000;
-    if scans.checked_mul(period_ns).is_none() {
+    if !sim::fits(scans, period_ms) {
         bail!(
             "{scans} scans at a period of {period_ms} ms last longer than time can be counted \
              (584 years)"

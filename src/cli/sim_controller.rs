@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use anyhow::Result;
 
-use crate::controller::Controller;
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, DeviceId, Health};
 use crate::lower::Symbols;
@@ -41,12 +40,12 @@ pub(super) struct ControllerTargets<'a> {
 
 impl<'a> ControllerTargets<'a> {
     /// Of a controller and its program.
-    pub fn of(
-        program: &Program,
-        controller: &Controller,
-        symbols: &'a Symbols,
-    ) -> ControllerTargets<'a> {
-        ControllerTargets { scope: Scope::of(program), symbols, moved: controller.simulated() }
+    pub fn of(program: &Program, lowered: &'a RigProgram) -> ControllerTargets<'a> {
+        ControllerTargets {
+            scope: Scope::of(program),
+            symbols: &lowered.symbols,
+            moved: lowered.controller.simulated(),
+        }
     }
 
     /// The target of an operand, or the reason why it cannot be written.
@@ -69,16 +68,13 @@ impl<'a> ControllerTargets<'a> {
 /// # Errors
 /// The trace cannot be written.
 pub(super) fn run(
-    program: &Program,
-    controller: Controller,
+    program: &Arc<RigProgram>,
     (simulation, stimulus): (&Simulation, &Stimulus),
     trace: &mut dyn Trace,
 ) -> Result<()> {
-    let controller = Arc::new(controller);
-    let program = Arc::new(RigProgram::new(program, &controller));
     let clock_s = simulation.clock_s;
-    let mut rig = Rig::new(&program, &RigSetup { clock_s, ..RigSetup::default() });
-    let ids = (0..controller.devices.len() as u32).map(DeviceId);
+    let mut rig = Rig::new(program, &RigSetup { clock_s, ..RigSetup::default() });
+    let ids = (0..program.controller.devices.len() as u32).map(DeviceId);
     let layout = &program.symbols.layout;
     let devices: HashMap<Cell, DeviceId> =
         ids.map(|id| (Cell::Bit(layout.bit(Bit::Device(id, Health::Ok))), id)).collect();

@@ -7,7 +7,6 @@
 
 use super::mode::{MS_NS, RigMode};
 use super::program::{RigProgram, UnwiredBits};
-
 use crate::controller::device::{Device, DriverSettings};
 use crate::engine::{BitCell, Cell, Image};
 use crate::io::plant::Model;

@@ -89,12 +89,7 @@ impl Rig {
             false => (Taped::new(engine), None),
         };
         machine.comes_from(Origin::Batch(Ticket(0)));
-        for (cell, value) in &setup.set {
-            match *cell {
-                Cell::Bit(bit) => machine.write_bit(bit, *value != 0),
-                Cell::Word(word) => machine.write_word(word, *value),
-            }
-        }
+        setup.set.iter().for_each(|(cell, value)| put(&mut machine, *cell, *value));
         let retained = setup.keeps_images.then(|| Retained::new(program, 0));
         let mut rig = Rig {
             field: RigField::new(program),
@@ -169,10 +164,7 @@ impl Rig {
         field.bring_in(machine, (now_ns, *scans));
         for (cell, value, ticket) in writes.drain(..) {
             machine.comes_from(Origin::Batch(ticket));
-            match cell {
-                Cell::Bit(bit) => machine.write_bit(bit, value != 0),
-                Cell::Word(word) => machine.write_word(word, value),
-            }
+            put(machine, cell, value);
         }
         machine.execute()
     }
@@ -222,10 +214,7 @@ impl Rig {
     /// Gives an input a level, from the next scan on.
     pub fn set_input(&mut self, x: u32, on: bool) {
         self.field.set(x, i32::from(on), self.next_ns);
-        match self.levels.iter_mut().find(|(of, _)| *of == x) {
-            Some(level) => level.1 = on,
-            None => self.levels.push((x, on)),
-        }
+        put_level(&mut self.levels, (x, on));
     }
 
     /// One queued write in the next scan. `ticket`: by which [`Rig::sections`] name its origin.
@@ -351,12 +340,8 @@ impl Rig {
             driven.image.bit(program.symbols.layout.bit(bit))
         };
         while *rules_ms <= now_ms {
-            for (x, on) in rules.step(*rules_ms, read) {
-                match levels.iter_mut().find(|(of, _)| *of == x) {
-                    Some(level) => level.1 = on,
-                    None => levels.push((x, on)),
-                }
-            }
+            let moved = rules.step(*rules_ms, read).into_iter();
+            moved.for_each(|level| put_level(levels, level));
             *rules_ms += 1;
         }
     }
@@ -377,5 +362,21 @@ impl Rig {
             self.machine.settle();
             tape.drain(&self.program);
         }
+    }
+}
+
+/// Writes a bit or word, as an input or a queued write does.
+fn put(machine: &mut Taped, cell: Cell, value: i32) {
+    match cell {
+        Cell::Bit(bit) => machine.write_bit(bit, value != 0),
+        Cell::Word(word) => machine.write_word(word, value),
+    }
+}
+
+/// Gives an input, by its X, a level.
+fn put_level(levels: &mut Vec<(u32, bool)>, (x, on): (u32, bool)) {
+    match levels.iter_mut().find(|(of, _)| *of == x) {
+        Some(level) => level.1 = on,
+        None => levels.push((x, on)),
     }
 }

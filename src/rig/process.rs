@@ -29,7 +29,7 @@ impl Rig {
 
     fn begin_process(&mut self, lost_ns: u64) {
         let found = match &mut self.retained {
-            Some(retained) => retained.begin(self.next_ns, lost_ns),
+            Some(retained) => retained.begin(&self.program, self.next_ns, lost_ns),
             None => FoundMemory::Nothing,
         };
         let mut engine = Engine::new(self.program.code.clone());

@@ -53,6 +53,7 @@ impl RigProgram {
             code,
         }
     }
+
     /// The scan period, ns.
     pub fn period_ns(&self) -> u64 {
         u64::from(self.controller.period_ms) * 1_000_000

@@ -77,10 +77,11 @@ impl Retained {
         self.images.push_back(KeptImage { at_ns, is_final, content });
     }
 
-    /// A new process begins. It finds the newest image, or one that is older by so much; later ones
+    /// A new process of a program begins, with that program's settings. It finds the newest image, or one that is older by so much; later ones
     /// are lost.
-    pub fn begin(&mut self, now_ns: u64, lost_ns: u64) -> FoundMemory {
-        self.due_ns = now_ns;
+    pub fn begin(&mut self, program: &RigProgram, now_ns: u64, lost_ns: u64) -> FoundMemory {
+        let images = std::mem::take(&mut self.images);
+        *self = Retained { images, ..Retained::new(program, now_ns) };
         if self.plan.is_empty() {
             return FoundMemory::Nothing;
         }

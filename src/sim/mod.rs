@@ -12,4 +12,5 @@ mod svg_wide;
 pub mod trace;
 pub mod vcd;
 
+pub(crate) use run::fits;
 pub use run::{Plan, run};

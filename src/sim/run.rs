@@ -28,13 +28,9 @@ pub struct Plan {
     pub stimulus: Stimulus,
 }
 
-impl Plan {
-    /// Whether the timestamp of the last scan, in ns, fits into 64 bits.
-    pub(crate) fn fits(&self) -> bool {
-        let (scans, period_ns) =
-            (self.scans.saturating_sub(1), u64::from(self.period_ms) * NS_PER_MS);
-        scans.checked_mul(period_ns).is_some()
-    }
+/// Whether the timestamp of the last scan, in ns, fits into 64 bits.
+pub(crate) fn fits(scans: u64, period_ms: u32) -> bool {
+    scans.saturating_sub(1).checked_mul(u64::from(period_ms) * NS_PER_MS).is_some()
 }
 
 /// Runs a program and hands the memory at the end of every scan to the trace. An orderly stop (by
@@ -47,7 +43,7 @@ pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::
     let times = ScanTimes::default();
     let mut next_change = 0;
     engine.start(0);
-    if !plan.fits() {
+    if !fits(plan.scans, plan.period_ms) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "more scans than time can count"));
     }
     for scan in 0..plan.scans {

@@ -26,7 +26,6 @@ pub struct SourceFile {
 
 impl SourceFile {
     /// Line and column (both from 1, columns in characters) of a byte offset.
-    #[cfg(test)]
     pub(crate) fn line_column(&self, offset: u32) -> (u32, u32) {
         let at = (offset as usize).min(self.text.len());
         let at = (0..=at).rev().find(|i| self.text.is_char_boundary(*i)).unwrap_or(0);

@@ -2,7 +2,8 @@
 //! terminal would execute.
 //!
 //! [`super::finding::Finding`] passes all its texts through [`bounded`]; the code that makes
-//! findings need not. Also quotes what a text says for a shell: [`shell_word`].
+//! findings need not. Also quotes what a text says for a shell: [`shell_word`]; and says numbers:
+//! [`counted`], [`thousands`].
 
 /// The longest word that is kept whole: longer than any legal name, and than most paths.
 const WORD_CHARS_MAX: usize = 200;
@@ -98,6 +99,25 @@ pub(crate) fn is_obeyed(c: char) -> bool {
     c.is_control() || turns
 }
 
+/// `1 scan`, `12,345 scans`.
+pub(crate) fn counted(count: u64, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{} {what}{plural}", thousands(count))
+}
+
+/// `12,345`.
+pub(crate) fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,5 +147,12 @@ mod tests {
         assert!(told.len() < 1_000, "{}", told.len());
         let whole = "n".repeat(WORD_CHARS_MAX);
         assert_eq!(bounded(whole.clone()), whole);
+    }
+
+    #[test]
+    fn numbers_have_their_thousands() {
+        let texts = [0, 7, 999, 1_000, 12_345, 1_234_567].map(thousands);
+        assert_eq!(texts, ["0", "7", "999", "1,000", "12,345", "1,234,567"]);
+        assert_eq!((counted(1, "scan"), counted(2, "scan")), ("1 scan".into(), "2 scans".into()));
     }
 }

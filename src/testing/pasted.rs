@@ -12,8 +12,13 @@ pub(super) struct PastedRun {
     pub text: String,
 }
 
-/// Makes a scenario of a run that broke a line of `always`.
-pub(super) fn pasted(stage: LoweredSuite, test: &RandomTest, broken: &BrokenRun) -> PastedRun {
+/// Makes a scenario of a run that broke a line of `always`; with equal pulses as one step, if they
+/// shall be.
+pub(super) fn pasted(
+    stage: LoweredSuite,
+    test: &RandomTest,
+    (broken, has_pulses): (&BrokenRun, bool),
+) -> PastedRun {
     let layout = &stage.programs[0].symbols.layout;
     let mut steps: Vec<TestStep> = Vec::new();
     let mut scan = 0;
@@ -25,7 +30,9 @@ pub(super) fn pasted(stage: LoweredSuite, test: &RandomTest, broken: &BrokenRun)
         steps.push(TestStep::Set(test.changes[*change].operand.clone(), *value));
     }
     steps.push(TestStep::Run(TestTime::Scans(broken.scan + 1 - scan)));
-    let steps = pulses(steps, stage.programs[0].controller.period_ms);
+    if has_pulses {
+        steps = pulses(steps, stage.programs[0].controller.period_ms);
+    }
     let mut text = format!("[[scenario]]\nname  = {}\n", quoted(&test.name));
     if !test.set.is_empty() {
         let set = |(operand, value): &(TestOperand, i32)| {

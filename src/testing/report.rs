@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use super::failure::{Failure, SeenOperand};
 use super::runner::Verdict;
+use crate::source::wording::counted;
 
 /// The most columns of a timing diagram.
 const COLUMNS_MAX: usize = 9;
@@ -19,10 +20,7 @@ impl Verdict {
     pub fn line_text(&self) -> String {
         let word = if self.failure.is_some() { "FAILED" } else { "ok" };
         let runs = if self.runs > 1 { format!("{} runs, ", self.runs) } else { String::new() };
-        let scans = match self.scans {
-            1 => "1 scan".to_owned(),
-            scans => format!("{} scans", grouped(scans)),
-        };
+        let scans = counted(self.scans, "scan");
         format!("{word:<6}  {}  ({runs}{scans}, {})", self.name, time_text(self.virtual_ns))
     }
 }
@@ -172,19 +170,6 @@ pub(super) fn time_text(ns: u64) -> String {
         0 => format!("{} h", s / 3600),
         rest => format!("{} h {rest} min", s / 3600),
     }
-}
-
-/// A number with a comma between thousands.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 fn indented(text: &str, by: usize) -> String {

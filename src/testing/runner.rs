@@ -40,8 +40,6 @@ pub struct RunOptions<'a> {
     pub jobs: usize,
     /// Only tests whose names contain this text.
     pub filter: Option<&'a str>,
-    /// Whether a failure is explained: what its operands were, why, and when they changed.
-    pub explains: bool,
     /// Called when a test or a part of one is done, with how many are done and how many there are.
     pub progress: &'a (dyn Fn(u64, u64) + Sync),
 }
@@ -94,14 +92,14 @@ pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) ->
         for _ in 0..options.jobs.clamp(1, work.len().max(1)) {
             scope.spawn(|| {
                 while let Some(one) = work.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    results.work(stage, *one, options);
+                    results.work(stage, *one);
                     let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                     (options.progress)(done, all);
                 }
             });
         }
     });
-    results.verdicts(stage, is_wanted, options)
+    results.verdicts(stage, is_wanted)
 }
 
 fn work(suite: &Suite, is_wanted: impl Fn(&str) -> bool) -> Vec<Work> {
@@ -136,14 +134,13 @@ impl RandomResult {
 }
 
 impl Results {
-    fn work(&self, stage: LoweredSuite, work: Work, options: &RunOptions) {
+    fn work(&self, stage: LoweredSuite, work: Work) {
         match work {
             Work::Scenario(at) => {
                 let scenario = &stage.suite.scenarios[at];
                 let (played, _) = play(stage, scenario, false, &mut Nobody);
                 let failed = played.failed.as_ref();
-                let failure = failed
-                    .map(|failed| Box::new(failure(stage, scenario, (failed, options.explains))));
+                let failure = failed.map(|failed| Box::new(failure(stage, scenario, failed)));
                 *locked(&self.scenarios[at]) = Some((played, failure));
             }
             Work::Runs(at, first, end) => {
@@ -162,12 +159,7 @@ impl Results {
         }
     }
 
-    fn verdicts(
-        self,
-        stage: LoweredSuite,
-        is_wanted: impl Fn(&str) -> bool,
-        options: &RunOptions,
-    ) -> Vec<Verdict> {
+    fn verdicts(self, stage: LoweredSuite, is_wanted: impl Fn(&str) -> bool) -> Vec<Verdict> {
         let suite = stage.suite;
         let mut verdicts = Vec::new();
         for (scenario, result) in suite.scenarios.iter().zip(self.scenarios) {
@@ -192,7 +184,7 @@ impl Results {
                 // How many runs after it were made depends on the threads.
                 (runs, scans) = (run + 1, u64::from(run) * test.scans + broken.scan + 1);
                 let short = shrink(stage, test, broken);
-                Box::new(failure_of_run(stage, test, (&short, run, options.explains)))
+                Box::new(failure_of_run(stage, test, (&short, run)))
             });
             verdicts.push(Verdict {
                 name: test.name.clone(),

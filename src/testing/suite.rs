@@ -37,10 +37,7 @@ impl Suite {
 
     /// The line and column of a place, from 1.
     pub(super) fn place(&self, span: Span) -> (u32, u32) {
-        let before = self.file.text.get(..span.start as usize).unwrap_or_default();
-        let line = before.bytes().filter(|byte| *byte == b'\n').count() as u32 + 1;
-        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
-        (line, column)
+        self.file.line_column(span.start)
     }
 
     /// The line of a place, from 1.
@@ -65,9 +62,7 @@ impl TestProgram {
     pub fn place(&self, span: Span) -> String {
         let span = self.program.layers.in_file(span);
         let Some(file) = self.files.get(span.file.0 as usize) else { return String::new() };
-        let before = file.text.get(..span.start as usize).unwrap_or_default();
-        let line = before.bytes().filter(|byte| *byte == b'\n').count() + 1;
-        format!("{}:{line}", file.name)
+        format!("{}:{}", file.name, file.line_column(span.start).0)
     }
 }
 
