@@ -77,8 +77,8 @@ impl Retained {
         self.images.push_back(KeptImage { at_ns, is_final, content });
     }
 
-    /// A new process of a program begins, with that program's settings. It finds the newest image, or one that is older by so much; later ones
-    /// are lost.
+    /// A new process of a program begins, with that program's settings. It finds the newest image,
+    /// or one that is older by so much; later ones are lost.
     pub fn begin(&mut self, program: &RigProgram, now_ns: u64, lost_ns: u64) -> FoundMemory {
         let images = std::mem::take(&mut self.images);
         *self = Retained { images, ..Retained::new(program, now_ns) };
