@@ -1,0 +1,125 @@
+//! The lines of a text, and the positions of the protocol: a line and a number of UTF-16 units in
+//! it, or of bytes if editor and server agreed on that.
+
+use std::ops::Range;
+
+use lsp_types::{Position, PositionEncodingKind, Range as Place};
+
+/// How a position counts within a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Columns {
+    /// UTF-16 units, which every editor knows.
+    #[default]
+    Utf16,
+    /// Bytes.
+    Utf8,
+}
+
+impl Columns {
+    /// The best of those that an editor offers.
+    pub fn of(offered: Option<&Vec<PositionEncodingKind>>) -> Columns {
+        match offered.is_some_and(|offered| offered.contains(&PositionEncodingKind::UTF8)) {
+            true => Columns::Utf8,
+            false => Columns::Utf16,
+        }
+    }
+
+    /// Its name in the protocol.
+    pub fn kind(self) -> PositionEncodingKind {
+        match self {
+            Columns::Utf16 => PositionEncodingKind::UTF16,
+            Columns::Utf8 => PositionEncodingKind::UTF8,
+        }
+    }
+}
+
+/// Where the lines of a text begin.
+#[derive(Clone, Debug)]
+pub(super) struct Lines {
+    starts: Vec<usize>,
+}
+
+impl Lines {
+    /// The lines of a text.
+    pub fn of(text: &str) -> Lines {
+        let behind = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Lines { starts: std::iter::once(0).chain(behind.map(|(at, _)| at + 1)).collect() }
+    }
+
+    /// The number of the line that a byte stands in.
+    pub fn line(&self, offset: usize) -> usize {
+        self.starts.partition_point(|start| *start <= offset).saturating_sub(1)
+    }
+
+    /// The bytes of a line, without its end.
+    pub fn span(&self, text: &str, line: usize) -> Range<usize> {
+        let start = self.starts.get(line).copied().unwrap_or(text.len());
+        let end = self.starts.get(line + 1).map_or(text.len(), |next| next - 1);
+        let end = end.max(start);
+        start..end - usize::from(text[start..end].ends_with('\r'))
+    }
+
+    /// The position of a byte; of one within a character, the character's.
+    pub fn position(&self, text: &str, columns: Columns, offset: usize) -> Position {
+        let mut offset = offset.min(text.len());
+        while !text.is_char_boundary(offset) {
+            offset -= 1;
+        }
+        let line = self.line(offset);
+        let before = &text[self.starts[line]..offset];
+        let column = match columns {
+            Columns::Utf8 => before.len(),
+            Columns::Utf16 => before.encode_utf16().count(),
+        };
+        Position::new(line as u32, column as u32)
+    }
+
+    /// The place of some bytes.
+    pub fn place(&self, text: &str, columns: Columns, range: Range<usize>) -> Place {
+        let position = |offset| self.position(text, columns, offset);
+        Place::new(position(range.start), position(range.end))
+    }
+
+    /// The byte at a position. What lies beyond a line is its end; beyond the text, the text's.
+    pub fn offset(&self, text: &str, columns: Columns, position: Position) -> usize {
+        let line = self.span(text, position.line as usize);
+        let wanted = position.character as usize;
+        let mut column = 0;
+        for (at, c) in text[line.clone()].char_indices() {
+            if column >= wanted {
+                return line.start + at;
+            }
+            column += match columns {
+                Columns::Utf8 => c.len_utf8(),
+                Columns::Utf16 => c.len_utf16(),
+            };
+        }
+        line.end
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_count_in_units_of_utf_16_and_lines_end_before_their_return() {
+        let text = "a\u{1F600}b\r\n\u{e4}c";
+        let lines = Lines::of(text);
+        let at = |offset| lines.position(text, Columns::Utf16, offset);
+        assert_eq!((at(5), at(6)), (Position::new(0, 3), Position::new(0, 4)));
+        assert_eq!(at(10), Position::new(1, 1));
+        assert_eq!(lines.position(text, Columns::Utf8, 10), Position::new(1, 2));
+        for offset in [0, 1, 5, 6, 8, 10, 11] {
+            for columns in [Columns::Utf16, Columns::Utf8] {
+                assert_eq!(
+                    lines.offset(text, columns, lines.position(text, columns, offset)),
+                    offset
+                );
+            }
+        }
+        assert_eq!(lines.offset(text, Columns::Utf16, Position::new(0, 99)), 6);
+        assert_eq!(lines.offset(text, Columns::Utf16, Position::new(9, 9)), text.len());
+        assert_eq!(lines.offset(text, Columns::Utf16, Position::new(0, 2)), 5);
+    }
+}

@@ -1,0 +1,172 @@
+//! What a string, or a key, stands for in its file, by its path.
+//!
+//! `words` asks which names a text contains, `complete` what could be written in its place.
+
+use super::outline::{KeyPair, Outline};
+use crate::source::file_kind;
+
+/// The kind of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FileKind {
+    Ladder,
+    Controller,
+    Test,
+}
+
+impl FileKind {
+    /// The kind of a file, by its name and its text.
+    pub fn of(path: &str, text: &str) -> FileKind {
+        if path.ends_with(".test.toml") {
+            return FileKind::Test;
+        }
+        match file_kind::is_controller(text) {
+            true => FileKind::Controller,
+            false => FileKind::Ladder,
+        }
+    }
+}
+
+/// What is declared by a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum DeclaredKind {
+    /// A tag.
+    Tag,
+    /// A Program.
+    Program,
+    /// A Task.
+    Task,
+    /// A Stage.
+    Stage,
+    /// A rung.
+    Rung,
+    /// A template.
+    Template,
+    /// A parameter of a template.
+    Parameter,
+    /// A tag of a template.
+    OwnTag,
+    /// A use of a template.
+    Use,
+    /// A field device.
+    Device,
+    /// A test.
+    Test,
+}
+
+/// What a value stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Slot {
+    /// The name of something that is declared here.
+    Declares(DeclaredKind),
+    /// Contacts.
+    Contacts,
+    /// An instruction.
+    Instruction,
+    /// An argument of a use: contacts or a name.
+    Argument,
+    /// The name of a template.
+    Template,
+    /// Names of warnings.
+    Allow,
+    /// Names of blocks.
+    Block,
+    /// The path of a file.
+    File,
+    /// An address.
+    Address,
+    /// A type of a tag or parameter.
+    Type,
+    /// One name of a bit or word, perhaps a range.
+    Operand,
+    /// Contacts with sums.
+    Condition,
+    /// A step of a test.
+    Step,
+    /// A text, a number: nothing with a name.
+    Other,
+}
+
+/// What the value of a pair stands for.
+pub(super) fn of_value(outline: &Outline, kind: FileKind, pair: &KeyPair) -> Slot {
+    let object = outline.objects[pair.object].kind.as_str();
+    let keys: Vec<&str> = pair.keys.iter().map(|key| key.text.as_str()).collect();
+    match kind {
+        FileKind::Ladder => of_ladder(object, &keys),
+        FileKind::Controller => of_controller(object, &keys),
+        FileKind::Test => of_test(object, &keys),
+    }
+}
+
+fn of_ladder(object: &str, keys: &[&str]) -> Slot {
+    let last = object.rsplit('.').next().unwrap_or_default();
+    match (last, keys) {
+        ("", ["ladder", "order"]) => Slot::Block,
+        (_, ["allow"]) | ("", ["ladder", "allow"]) => Slot::Allow,
+        ("" | "template", ["tags", _, "at"]) => Slot::Address,
+        ("" | "template", ["tags" | "parameters", _, "type"]) => Slot::Type,
+        ("template", ["parameters", _, "default"]) => Slot::Operand,
+        ("program", ["name"]) => Slot::Declares(DeclaredKind::Program),
+        ("task", ["name"]) => Slot::Declares(DeclaredKind::Task),
+        ("stage", ["name"]) => Slot::Declares(DeclaredKind::Stage),
+        ("rung", ["name"]) => Slot::Declares(DeclaredKind::Rung),
+        ("template", ["name"]) => Slot::Declares(DeclaredKind::Template),
+        (_, ["use"]) => Slot::Template,
+        (_, ["with", _]) => Slot::Argument,
+        (_, ["when"] | ["leg", _]) => Slot::Contacts,
+        (_, ["do"]) => Slot::Instruction,
+        _ => Slot::Other,
+    }
+}
+
+fn of_controller(object: &str, keys: &[&str]) -> Slot {
+    match (object, keys) {
+        ("", ["ladder"]) => Slot::File,
+        ("", ["order"]) => Slot::Block,
+        ("", ["allow"]) => Slot::Allow,
+        ("device", ["name"]) => Slot::Declares(DeclaredKind::Device),
+        _ => Slot::Operand,
+    }
+}
+
+fn of_test(object: &str, keys: &[&str]) -> Slot {
+    match (object, keys) {
+        ("", ["ladder" | "controller"]) => Slot::File,
+        ("", ["always"]) => Slot::Condition,
+        ("", ["retain", _]) => Slot::Operand,
+        ("scenario" | "random", ["name"]) => Slot::Declares(DeclaredKind::Test),
+        ("scenario", ["steps"]) => Slot::Step,
+        _ => Slot::Other,
+    }
+}
+
+/// What the last key of a pair stands for, if it is a name and not a word of the file's form.
+pub(super) fn of_key(outline: &Outline, kind: FileKind, pair: &KeyPair, at: usize) -> KeySlot {
+    let object = outline.objects[pair.object].kind.as_str();
+    let last = object.rsplit('.').next().unwrap_or_default();
+    let keys: Vec<&str> = pair.keys[..at].iter().map(|key| key.text.as_str()).collect();
+    match (kind, last, keys.as_slice()) {
+        (FileKind::Ladder, "", ["tags"]) => KeySlot::Declares(DeclaredKind::Tag),
+        (FileKind::Ladder, "template", ["tags"]) => KeySlot::Declares(DeclaredKind::OwnTag),
+        (FileKind::Ladder, "template", ["parameters"]) => {
+            KeySlot::Declares(DeclaredKind::Parameter)
+        }
+        (FileKind::Ladder, _, ["with"]) => KeySlot::Parameter,
+        (FileKind::Test, "scenario" | "random", ["set"])
+        | (FileKind::Test, "random", ["change"]) => KeySlot::Operand,
+        (FileKind::Controller, _, [_, ..]) => KeySlot::Operand,
+        (FileKind::Ladder | FileKind::Controller | FileKind::Test, ..) => KeySlot::Word,
+    }
+}
+
+/// What a key stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum KeySlot {
+    /// The name of something that is declared here.
+    Declares(DeclaredKind),
+    /// A parameter of the template that is used here.
+    Parameter,
+    /// The name of a bit or word.
+    Operand,
+    /// A word of the file's form.
+    Word,
+}

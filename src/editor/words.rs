@@ -1,0 +1,374 @@
+//! The names in a file: every word of a contact, an instruction, a step or a key that can stand for
+//! something, with its place and what is done with it there.
+//!
+//! [`Words::of`] needs no parser that could fail: it splits texts as the lexers of `source` do, so
+//! that a text that is being typed still has its names. `names` says what a word stands for.
+
+use std::ops::Range;
+
+use super::outline::{KeyPair, KeyPart, Outline, OutlineValue};
+use super::slots::{DeclaredKind, FileKind, KeySlot, Slot, of_key, of_value};
+use crate::isa::{Function, Mnemonic, OperandKind, OperandSpec};
+
+/// A word of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Word {
+    /// Its place.
+    pub span: Range<usize>,
+    /// What it does there.
+    pub role: Role,
+    /// The object that it stands in.
+    pub object: usize,
+    /// The pair that it stands in.
+    pub pair: usize,
+}
+
+/// What a word does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// It declares something.
+    Declares(DeclaredKind),
+    /// A bit or word is read.
+    Reads,
+    /// A bit, word or structure is written.
+    Writes,
+    /// Something is named: by a controller file, a test, an argument.
+    Names,
+    /// A block is started, stopped or ordered.
+    Block,
+    /// A stage of the block is entered or left.
+    Stage,
+    /// A template is used.
+    Template,
+    /// A parameter of the template that is used here.
+    Parameter,
+    /// A field device is lost, or listed.
+    Device,
+    /// A file.
+    File,
+    /// A mnemonic, with the instruction.
+    Mnemonic(Mnemonic),
+    /// A function of MATH.
+    Function(Function),
+    /// The name of a warning.
+    Warning,
+}
+
+/// All words of a file, in order of place.
+#[derive(Debug, Default)]
+pub(super) struct Words {
+    /// The words.
+    pub all: Vec<Word>,
+}
+
+impl Words {
+    /// The words of a file.
+    pub fn of(text: &str, outline: &Outline, kind: FileKind) -> Words {
+        let mut reader = Reader { text, words: Vec::new(), object: 0, pair: 0 };
+        for (number, pair) in outline.pairs.iter().enumerate() {
+            (reader.object, reader.pair) = (pair.object, number);
+            reader.keys(outline, kind, pair);
+        }
+        for value in &outline.values {
+            let pair = &outline.pairs[value.pair];
+            (reader.object, reader.pair) = (pair.object, value.pair);
+            reader.value(value, of_value(outline, kind, pair));
+        }
+        reader.words.sort_by_key(|word| (word.span.start, word.span.end));
+        Words { all: reader.words }
+    }
+
+    /// The word at a byte, or directly before it.
+    pub fn at(&self, offset: usize) -> Option<&Word> {
+        let behind = self.all.partition_point(|word| word.span.start <= offset);
+        let near = self.all[..behind].iter().rev().take(4);
+        near.filter(|word| offset <= word.span.end).min_by_key(|word| word.span.len())
+    }
+}
+
+struct Reader<'t> {
+    text: &'t str,
+    words: Vec<Word>,
+    object: usize,
+    pair: usize,
+}
+
+impl Reader<'_> {
+    fn push(&mut self, span: Range<usize>, role: Role) {
+        if !span.is_empty() {
+            self.words.push(Word { span, role, object: self.object, pair: self.pair });
+        }
+    }
+
+    /// The names among the keys of a pair. A key that declares does so at its first pair: those
+    /// below it have it before their braces.
+    fn keys(&mut self, outline: &Outline, kind: FileKind, pair: &KeyPair) {
+        for (at, KeyPart { span, .. }) in pair.keys.iter().enumerate().skip(pair.outer) {
+            match of_key(outline, kind, pair, at) {
+                KeySlot::Declares(declared) => self.push(span.clone(), Role::Declares(declared)),
+                KeySlot::Parameter => self.push(span.clone(), Role::Parameter),
+                KeySlot::Operand => self.push(span.clone(), Role::Names),
+                KeySlot::Word => {}
+            }
+        }
+    }
+
+    fn value(&mut self, value: &OutlineValue, slot: Slot) {
+        let whole = value.inner.clone();
+        if !value.is_string {
+            return;
+        }
+        match slot {
+            Slot::Declares(declared) => self.push(whole, Role::Declares(declared)),
+            Slot::Contacts | Slot::Condition => self.contacts(whole, Role::Reads),
+            Slot::Argument | Slot::Operand => self.contacts(whole, Role::Names),
+            Slot::Address => self.contacts(whole, Role::Names),
+            Slot::Instruction => self.instruction(whole),
+            Slot::Step => self.step(whole),
+            Slot::Template => self.push(whole, Role::Template),
+            Slot::Allow => self.push(whole, Role::Warning),
+            Slot::Block => self.push(whole, Role::Block),
+            Slot::File => self.push(whole, Role::File),
+            Slot::Type | Slot::Other => {}
+        }
+    }
+
+    /// The names in contacts, conditions and operands.
+    fn contacts(&mut self, place: Range<usize>, role: Role) {
+        for (span, called) in names(&self.text[place.clone()], true) {
+            let span = place.start + span.start..place.start + span.end;
+            if !(called && matches!(&self.text[span.clone()], "rise" | "fall")) {
+                self.push(span, role);
+            }
+        }
+    }
+
+    /// The names of an expression.
+    fn expression(&mut self, place: Range<usize>, role: Role) {
+        for (span, called) in names(&self.text[place.clone()], false) {
+            let span = place.start + span.start..place.start + span.end;
+            match Function::from_name(&self.text[span.clone()]).filter(|_| called) {
+                Some(function) => self.push(span, Role::Function(function)),
+                None => self.push(span, role),
+            }
+        }
+    }
+
+    fn instruction(&mut self, place: Range<usize>) {
+        let text = &self.text[place.clone()];
+        let mut words = split(text).map(|word| place.start + word.start..place.start + word.end);
+        let Some(first) = words.next() else { return };
+        let Some(mnemonic) = Mnemonic::from_name(&self.text[first.clone()]) else { return };
+        let operands: Vec<Range<usize>> = words.collect();
+        self.push(first.clone(), Role::Mnemonic(mnemonic));
+        if mnemonic == Mnemonic::Math {
+            let behind = first.end..place.end;
+            let equals = self.text[behind.clone()].find('=').map(|at| behind.start + at);
+            let equals = equals.unwrap_or(behind.end);
+            self.expression(behind.start..equals, Role::Writes);
+            self.expression(equals..behind.end, Role::Reads);
+            return;
+        }
+        let mut number = 0;
+        for operand in operands {
+            let key = self.text[operand.clone()].find('=');
+            let specs = mnemonic.spec().operands;
+            let spec = match key {
+                Some(at) => {
+                    let key = &self.text[operand.start..operand.start + at];
+                    specs.iter().find(|spec| spec.key == Some(key))
+                }
+                None => positional(specs, number),
+            };
+            number += usize::from(key.is_none());
+            let value = operand.start + key.map_or(0, |at| at + 1)..operand.end;
+            self.contacts(value, spec.map_or(Role::Reads, |spec| role(spec.kind)));
+        }
+    }
+
+    fn step(&mut self, place: Range<usize>) {
+        let text = &self.text[place.clone()];
+        let mut words = split(text).map(|word| place.start + word.start..place.start + word.end);
+        let Some(first) = words.next() else { return };
+        let verb = self.text[first].split(':').next().unwrap_or_default();
+        match verb {
+            "expect" | "within" | "hold" => {
+                let Some(colon) = text.find(':') else { return };
+                self.contacts(place.start + colon + 1..place.end, Role::Reads);
+            }
+            "set" | "force" | "unforce" | "pulse" | "beat" => {
+                let operand = words.next();
+                operand.into_iter().for_each(|operand| self.contacts(operand, Role::Names));
+            }
+            "lose" | "restore" => {
+                words.next().into_iter().for_each(|device| self.push(device, Role::Device));
+            }
+            "reload" => words.for_each(|file| self.push(file, Role::File)),
+            _ => {}
+        }
+    }
+}
+
+/// The operand at a position; several Stages share the last one.
+fn positional(specs: &[OperandSpec], number: usize) -> Option<&OperandSpec> {
+    let mut all = specs.iter().filter(|spec| spec.key.is_none());
+    let last = all.clone().last()?;
+    all.nth(number).or((last.kind == OperandKind::Stages).then_some(last))
+}
+
+/// What an instruction does with an operand.
+fn role(kind: OperandKind) -> Role {
+    match kind {
+        OperandKind::WritableBit
+        | OperandKind::WritableWord
+        | OperandKind::Target
+        | OperandKind::WritableArray
+        | OperandKind::Shifted
+        | OperandKind::Counter
+        | OperandKind::Timer
+        | OperandKind::Sensaphone => Role::Writes,
+        OperandKind::Array
+        | OperandKind::Filling
+        | OperandKind::Number
+        | OperandKind::Value(..)
+        | OperandKind::Duration
+        | OperandKind::Interval => Role::Reads,
+        OperandKind::Program | OperandKind::Block | OperandKind::Task => Role::Block,
+        OperandKind::Stage | OperandKind::Stages => Role::Stage,
+    }
+}
+
+/// The words of a text that spaces separate.
+fn split(text: &str) -> impl Iterator<Item = Range<usize>> {
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let rest = &text[at..];
+        let begin = at + rest.len() - rest.trim_start_matches([' ', '\t']).len();
+        let rest = &text[begin..];
+        let length = rest.find([' ', '\t']).unwrap_or(rest.len());
+        at = begin + length;
+        (length > 0).then_some(begin..at)
+    })
+}
+
+/// The names in a text, each with whether a parenthesis stands behind it. An index is a name of its
+/// own, behind that of its array. `hyphens`: whether `-` may be part of a name.
+pub(super) fn names(text: &str, hyphens: bool) -> Vec<(Range<usize>, bool)> {
+    let bytes = text.as_bytes();
+    let begins = |b: u8| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$');
+    let is_part = |at: usize| match bytes.get(at) {
+        // `D0..D9` is two names, and `a.` a name that is being typed.
+        Some(b'.') => bytes.get(at + 1) != Some(&b'.') && bytes[at - 1] != b'.',
+        Some(b'-') => hyphens && bytes.get(at + 1).is_some_and(u8::is_ascii_alphanumeric),
+        Some(b'_') => true,
+        Some(b) => b.is_ascii_alphanumeric(),
+        None => false,
+    };
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let start = at;
+        at += 1;
+        if bytes[start].is_ascii_digit() {
+            while is_part(at) || bytes.get(at) == Some(&b':') {
+                at += 1;
+            }
+            continue;
+        }
+        if !begins(bytes[start]) {
+            continue;
+        }
+        while is_part(at) {
+            at += 1;
+        }
+        if &text[start..at] == "N" {
+            while matches!(bytes.get(at), Some(b',' | b'0'..=b'9')) {
+                at += 1;
+            }
+        }
+        let called = text[at..].trim_start_matches([' ', '\t']).starts_with('(');
+        found.push((start..at, called));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(text: &str, kind: FileKind) -> Vec<String> {
+        let words = Words::of(text, &Outline::of(text), kind);
+        let word = |word: &Word| format!("{} {:?}", &text[word.span.clone()], word.role);
+        words.all.iter().map(word).collect()
+    }
+
+    #[test]
+    fn contacts_and_instructions() {
+        let text = "[[program]]\nname = \"Main\"\n[[program.rung]]\n\
+                    when = [\"rise(a & !b.Done)\", \"D0 >= -3s\", \"drain-pump.Running\", \"r[i] | Z.\"]\n\
+                    do = [\"TMR late preset=wait\", \"MATH x = sqrt(a-b) + r[i]\", \"JMP Two\"]\n";
+        let wanted = [
+            "Main Declares(Program)",
+            "a Reads",
+            "b.Done Reads",
+            "D0 Reads",
+            "drain-pump.Running Reads",
+            "r Reads",
+            "i Reads",
+            "Z. Reads",
+            "TMR Mnemonic(Tmr)",
+            "late Writes",
+            "wait Reads",
+            "MATH Mnemonic(Math)",
+            "x Writes",
+            "sqrt Function(Sqrt)",
+            "a Reads",
+            "b Reads",
+            "r Reads",
+            "i Reads",
+            "JMP Mnemonic(Jmp)",
+            "Two Stage",
+        ];
+        assert_eq!(told(text, FileKind::Ladder), wanted);
+    }
+
+    #[test]
+    fn tags_templates_and_uses() {
+        let text = "tags.eye = { at = \"X0\", doc = \"no name\" }\n[[template]]\nname = \"P\"\n\
+                    [template.parameters]\nx = { type = \"bit\" }\n[[program.rung]]\nuse = \"P\"\n\
+                    name = \"p1\"\nwith = { x = \"eye & Main.Two\" }\n";
+        let wanted = [
+            "eye Declares(Tag)",
+            "X0 Names",
+            "P Declares(Template)",
+            "x Declares(Parameter)",
+            "P Template",
+            "p1 Declares(Rung)",
+            "x Parameter",
+            "eye Names",
+            "Main.Two Names",
+        ];
+        assert_eq!(told(text, FileKind::Ladder), wanted);
+    }
+
+    #[test]
+    fn tests_and_controllers() {
+        let text = "ladder = [\"a.toml\"]\nalways = [\"!(a & b)\"]\n[[scenario]]\nname = \"n\"\n\
+                    set = { \"p1.x\" = true }\nsteps = [\"set a 1\", \"within 2s: b + 1 == 3\", \"lose d\"]\n";
+        let wanted = [
+            "a.toml File",
+            "a Reads",
+            "b Reads",
+            "n Declares(Test)",
+            "p1.x Names",
+            "a Names",
+            "b Reads",
+            "d Device",
+        ];
+        assert_eq!(told(text, FileKind::Test), wanted);
+        let text = "ladder = [\"a.toml\"]\n[outputs]\non = [\"Y7\", \"Y8..Y9\"]\n[[device]]\nname = \"io\"\n";
+        let wanted = ["a.toml File", "Y7 Names", "Y8 Names", "Y9 Names", "io Declares(Device)"];
+        let found = told(text, FileKind::Controller);
+        assert!(wanted.iter().all(|word| found.contains(&(*word).to_owned())), "{found:?}");
+    }
+}
