@@ -5,7 +5,7 @@
 //! or a header, so a value that is being typed hides nothing behind its own line. `words` makes
 //! names of its values, `complete` asks it where the cursor is. It judges nothing: `load` does.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use toml_parser::Source;
@@ -25,6 +25,10 @@ pub(super) struct Outline {
     pub values: Vec<OutlineValue>,
     /// All headers.
     pub headers: Vec<Header>,
+    /// The numbers of the pairs of each object.
+    pub pairs_of: Vec<Vec<usize>>,
+    /// The number of the first value of each pair.
+    pub value_of: Vec<Option<usize>>,
 }
 
 /// A table that may stand several times.
@@ -98,7 +102,27 @@ impl Outline {
         let mut reader = Reader { text, tokens, at: 0, outline, open, prefix, into: 0, latest };
         reader.document();
         reader.close(text.trim_end().len());
-        reader.outline
+        reader.outline.indexed()
+    }
+
+    fn indexed(mut self) -> Outline {
+        self.pairs_of = vec![Vec::new(); self.objects.len()];
+        self.value_of = vec![None; self.pairs.len()];
+        for (number, pair) in self.pairs.iter().enumerate() {
+            self.pairs_of[pair.object].push(number);
+        }
+        for (number, value) in self.values.iter().enumerate().rev() {
+            self.value_of[value.pair] = Some(number);
+        }
+        self
+    }
+
+    /// The keys of the root.
+    pub fn root_keys(&self) -> HashSet<&str> {
+        let first = |path: &'_ str| path.split('.').next().unwrap_or_default().len();
+        let headers = self.headers.iter().map(|header| &header.path[..first(&header.path)]);
+        let pairs = self.pairs_of[0].iter().filter_map(|pair| self.pairs[*pair].keys.first());
+        headers.chain(pairs.map(|key| key.text.as_str())).collect()
     }
 
     /// The path of a pair from the root on: `program.rung.when`.
@@ -128,13 +152,18 @@ impl Outline {
         }
     }
 
-    /// The pair of an object with this path.
-    pub fn pair(&self, object: usize, keys: &[&str]) -> Option<&KeyPair> {
-        let has = |pair: &&KeyPair| {
-            pair.object == object
-                && pair.keys.iter().map(|key| key.text.as_str()).eq(keys.iter().copied())
+    /// The number of the pair of an object with this path.
+    pub fn pair(&self, object: usize, keys: &[&str]) -> Option<usize> {
+        let has = |number: &&usize| {
+            let path = self.pairs[**number].keys.iter().map(|key| key.text.as_str());
+            path.eq(keys.iter().copied())
         };
-        self.pairs.iter().find(has)
+        self.pairs_of[object].iter().find(has).copied()
+    }
+
+    /// The first value of the pair of an object with this path.
+    pub fn value(&self, object: usize, keys: &[&str]) -> Option<&OutlineValue> {
+        self.value_of[self.pair(object, keys)?].map(|value| &self.values[value])
     }
 }
 

@@ -14,12 +14,17 @@ pub(super) enum FileKind {
 }
 
 impl FileKind {
-    /// The kind of a file, by its name and its text.
-    pub fn of(path: &str, text: &str) -> FileKind {
+    /// The kind of a file, by its name and its keys.
+    pub fn of(path: &str, outline: &Outline) -> FileKind {
         if path.ends_with(".test.toml") {
             return FileKind::Test;
         }
-        match file_kind::is_controller(text) {
+        let roots = outline.root_keys();
+        let ladder_is_table = outline.headers.iter().any(|header| header.path == "ladder")
+            || outline.pairs_of[0].iter().any(|pair| {
+                matches!(outline.pairs[*pair].keys.as_slice(), [first, _, ..] if first.text == "ladder")
+            });
+        match file_kind::has_controller_keys(|key| roots.contains(key), ladder_is_table) {
             true => FileKind::Controller,
             false => FileKind::Ladder,
         }
@@ -72,6 +77,8 @@ pub(super) enum Slot {
     Block,
     /// The path of a file.
     File,
+    /// The name of a field device.
+    Device,
     /// An address.
     Address,
     /// A type of a tag or parameter.
@@ -101,6 +108,7 @@ fn of_ladder(object: &str, keys: &[&str]) -> Slot {
     let last = object.rsplit('.').next().unwrap_or_default();
     match (last, keys) {
         ("", ["ladder", "order"]) => Slot::Block,
+        ("", ["ladder", "devices"]) => Slot::Device,
         (_, ["allow"]) | ("", ["ladder", "allow"]) => Slot::Allow,
         ("" | "template", ["tags", _, "at"]) => Slot::Address,
         ("" | "template", ["tags" | "parameters", _, "type"]) => Slot::Type,

@@ -129,6 +129,7 @@ impl Reader<'_> {
             Slot::Allow => self.push(whole, Role::Warning),
             Slot::Block => self.push(whole, Role::Block),
             Slot::File => self.push(whole, Role::File),
+            Slot::Device => self.push(whole, Role::Device),
             Slot::Type | Slot::Other => {}
         }
     }

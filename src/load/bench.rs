@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{InputFile, Loaded, files, library};
+use super::{InputFile, Loaded, OpenTexts, files, library};
 use crate::controller::written::WrittenController;
 use crate::source::finding::Code;
 use crate::source::span::{FileId, SourceFile};
@@ -23,8 +23,9 @@ pub(crate) fn bench(
     naming: &Path,
     (file, kind): (SourceFile, InputKind),
     settings: &WrittenController,
+    texts: &OpenTexts,
 ) -> Loaded {
-    let mut loaded = Loaded { files: vec![file], ..Loaded::default() };
+    let mut loaded = Loaded { files: vec![file], texts: texts.clone(), ..Loaded::default() };
     if loaded.named_files((naming, "test file"), &settings.ladder) {
         loaded.with_settings(settings, (1, kind == InputKind::Controller));
     }
@@ -42,8 +43,8 @@ pub(crate) fn bench(
 ///
 /// # Errors
 /// It cannot be read: a sentence.
-pub(crate) fn input_kind(path: &Path) -> Result<InputKind, String> {
-    match InputFile::read(path) {
+pub(crate) fn input_kind(path: &Path, texts: &OpenTexts) -> Result<InputKind, String> {
+    match InputFile::open(path, texts) {
         Ok(input) if input.is_controller() => Ok(InputKind::Controller),
         Ok(_) => Ok(InputKind::Ladder),
         Err(failure) if path.to_str().and_then(library::named).is_some() => {

@@ -5,10 +5,12 @@
 //! A file that the caller of a command holds open already (`/dev/stdin`, `/dev/fd/63` of `<(…)`)
 //! may be a pipe. Two paths of one file have the same [`identity`].
 
+use std::collections::HashMap;
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Largest file that is read.
 const FILE_BYTES_MAX: u64 = 256 << 20;
@@ -18,7 +20,7 @@ const GIVEN: [&str; 3] = ["/dev/stdin", "/dev/fd/", "/proc/self/fd/"];
 
 /// The identity of a file, the same for all spellings of its path; also of a file that does not
 /// exist yet.
-pub(super) fn identity(path: &Path) -> PathBuf {
+pub(crate) fn identity(path: &Path) -> PathBuf {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let folder = parent.unwrap_or(Path::new(".")).canonicalize();
     let made = || Some(folder.ok()?.join(path.file_name()?));
@@ -34,6 +36,27 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
         return read(File::open(path)?);
     }
     read_regular(path)
+}
+
+/// The texts that an editor has open, by the identities of their files, in place of the files on
+/// disk. Without any, all files are read from disk.
+#[derive(Clone, Debug, Default)]
+pub struct OpenTexts(Arc<HashMap<PathBuf, Arc<str>>>);
+
+impl OpenTexts {
+    /// These texts.
+    pub fn new(texts: impl IntoIterator<Item = (PathBuf, Arc<str>)>) -> OpenTexts {
+        OpenTexts(Arc::new(texts.into_iter().collect()))
+    }
+
+    /// The bytes of a text that is open, else of a regular file.
+    ///
+    /// # Errors
+    /// As [`read_bytes`].
+    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>> {
+        let open = if self.0.is_empty() { None } else { self.0.get(&identity(path)) };
+        open.map_or_else(|| read_regular(path), |text| Ok(text.as_bytes().to_vec()))
+    }
 }
 
 /// Reads a regular file of 256 MiB at most.

@@ -20,7 +20,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 
-pub(crate) use files::{may_all_read, read_bytes};
+pub use files::OpenTexts;
+pub(crate) use files::{identity, may_all_read, read_bytes};
 
 use crate::check::{Around, check_partial, check_whole, silence};
 use crate::controller::written::WrittenController;
@@ -47,6 +48,8 @@ pub struct Loaded {
     /// The controller file's settings, if one was loaded.
     pub controller: Option<Controller>,
     progress: Progress,
+    /// What stands in place of files on disk.
+    texts: OpenTexts,
 }
 
 /// A file's path and bytes. It is read only once, since it may be a pipe.
@@ -67,6 +70,17 @@ impl InputFile {
             return InputFile::of(path, Ok(file.text.as_bytes().to_vec()));
         }
         InputFile::of(path, read_bytes(path))
+    }
+
+    /// As [`InputFile::read`], of a text that is open or a regular file.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn open(path: &Path, texts: &OpenTexts) -> Result<InputFile> {
+        match path.to_str().and_then(library::named) {
+            Some(_) => InputFile::read(path),
+            None => InputFile::of(path, texts.read(path)),
+        }
     }
 
     fn of(path: &Path, bytes: std::io::Result<Vec<u8>>) -> Result<InputFile> {
@@ -123,16 +137,39 @@ pub fn controller_file(path: &Path) -> Result<Loaded> {
 pub(crate) fn controller_file_within(path: &Path, progress: &Progress) -> Result<Loaded> {
     progress.begin(Step::Reading(path.display().to_string()));
     let input = InputFile::of(path, files::read_regular(path))?;
-    Ok(controller(&input, progress))
+    Ok(controller(&input, progress, &OpenTexts::default()))
+}
+
+/// As [`ladder_files`] or [`controller_file`], whichever a path names, with some texts in place of
+/// the files on disk.
+///
+/// # Errors
+/// The file cannot be read.
+pub(crate) fn open_file(path: &Path, texts: &OpenTexts) -> Result<Loaded> {
+    let input = InputFile::open(path, texts)?;
+    match input.is_controller() {
+        true => Ok(controller(&input, &Progress::default(), texts)),
+        false => ladder_inputs(&[input]),
+    }
+}
+
+/// As [`controller_file`], with some texts in place of the files on disk.
+///
+/// # Errors
+/// The controller file cannot be read.
+pub(crate) fn controller_among(path: &Path, texts: &OpenTexts) -> Result<Loaded> {
+    let input = InputFile::of(path, texts.read(path))?;
+    Ok(controller(&input, &Progress::default(), texts))
 }
 
 /// As [`controller_file`].
 pub(crate) fn controller_input(input: &InputFile) -> Loaded {
-    controller(input, &Progress::default())
+    controller(input, &Progress::default(), &OpenTexts::default())
 }
 
-fn controller(input: &InputFile, progress: &Progress) -> Loaded {
-    let mut loaded = Loaded { progress: progress.clone(), ..Loaded::default() };
+fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Loaded {
+    let (progress, texts) = (progress.clone(), texts.clone());
+    let mut loaded = Loaded { progress, texts, ..Loaded::default() };
     let path = &input.path;
     let id = loaded.add(path.display().to_string(), &input.bytes);
     if let Some(finding) = file_kind::of_test(&loaded.files[0].text, id, "a controller file") {
@@ -147,10 +184,10 @@ fn controller(input: &InputFile, progress: &Progress) -> Loaded {
         loaded.findings.push(finding.help(help));
         return loaded;
     }
-    if progress.is_over() {
+    if loaded.progress.is_over() {
         return loaded;
     }
-    progress.begin(Step::Parsing(loaded.files[0].name.clone()));
+    loaded.progress.begin(Step::Parsing(loaded.files[0].name.clone()));
     let (written, found) = controller::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
@@ -236,7 +273,7 @@ impl Loaded {
                 continue;
             }
             seen.insert(real, name.span);
-            match files::read_regular(&path) {
+            match self.texts.read(&path) {
                 Ok(bytes) => {
                     self.add(path.display().to_string(), &bytes);
                 }

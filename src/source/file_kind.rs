@@ -47,7 +47,13 @@ pub(super) fn of_test_root(root: &Table<'_>, wanted: &str) -> Option<Finding> {
 /// Whether `ladder` is not a table, or the file has tables of a controller file and none of a
 /// ladder file.
 pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
-    let ladder_file = ["program", "task", "tags"].iter().any(|key| root.has(key));
+    has_controller_keys(|key| root.has(key), root.has_table("ladder"))
+}
+
+/// As [`is_controller_root`], by the keys of the root: whether it has one, and whether its `ladder`
+/// is a table.
+pub(crate) fn has_controller_keys(has: impl Fn(&str) -> bool, ladder_is_table: bool) -> bool {
+    let ladder_file = ["program", "task", "tags"].iter().any(|key| has(key));
     let controller = [
         "scan",
         "realtime",
@@ -59,9 +65,9 @@ pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
         "device",
         "operator",
     ];
-    let tables = controller.iter().any(|key| root.has(key));
-    if root.has("ladder") {
-        return !root.has_table("ladder");
+    let tables = controller.iter().any(|key| has(key));
+    if has("ladder") {
+        return !ladder_is_table;
     }
     tables && !ladder_file
 }

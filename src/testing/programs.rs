@@ -13,7 +13,7 @@ use super::suite::{ProgramId, TestProgram};
 use crate::controller;
 use crate::controller::written::WrittenController;
 use crate::load::bench::{InputKind, bench, identity_of, input_kind, path_of};
-use crate::load::{self, Loaded};
+use crate::load::{self, Loaded, OpenTexts};
 use crate::reload;
 use crate::resolve::LoadOptions;
 use crate::source::finding::{Code, Finding};
@@ -47,6 +47,7 @@ pub(super) enum BenchSettings {
 pub(super) struct Programs<'a> {
     /// The test file.
     pub path: &'a Path,
+    texts: &'a OpenTexts,
     settings: BenchSettings,
     options: &'a LoadOptions,
     pub programs: Vec<TestProgram>,
@@ -59,7 +60,7 @@ pub(super) struct Programs<'a> {
 impl<'a> Programs<'a> {
     /// With the program that scenarios begin with.
     pub fn new(
-        path: &'a Path,
+        (path, texts): (&'a Path, &'a OpenTexts),
         settings: BenchSettings,
         (first, files): (TestProgram, &[String]),
         options: &'a LoadOptions,
@@ -71,6 +72,7 @@ impl<'a> Programs<'a> {
         let list = files.iter().map(|name| identity_of(path, name)).collect();
         let mut programs = Programs {
             path,
+            texts,
             settings,
             options,
             programs: Vec::new(),
@@ -123,12 +125,13 @@ impl<'a> Programs<'a> {
         for file in files {
             let finding = |message: String| Finding::new(Code::TestStep, file.span, message);
             let identity = identity_of(self.path, &file.value);
-            let kind = match self.kinds.get(&identity) {
-                Some(kind) => *kind,
-                None => input_kind(&path_of(self.path, &file.value)).map_err(|reason| {
-                    finding(reason).help("paths are relative to the test file")
-                })?,
-            };
+            let kind =
+                match self.kinds.get(&identity) {
+                    Some(kind) => *kind,
+                    None => input_kind(&path_of(self.path, &file.value), self.texts).map_err(
+                        |reason| finding(reason).help("paths are relative to the test file"),
+                    )?,
+                };
             self.kinds.insert(identity.clone(), kind);
             if kind == InputKind::Controller {
                 controller = Some(file);
@@ -155,21 +158,24 @@ impl<'a> Programs<'a> {
         let names: Vec<String> = files.iter().map(|file| file.value.clone()).collect();
         let place = files.first().map_or_else(Default::default, |file| file.span);
         if kind == InputKind::Controller {
-            return load::controller_file(&path_of(self.path, &names[0]))
+            return load::controller_among(&path_of(self.path, &names[0]), self.texts)
                 .map_err(|failure| Finding::new(Code::TestStep, place, format!("{failure:#}")));
         }
         let first = &self.programs[0].files[0];
         match &self.settings {
             BenchSettings::Test(settings) => {
                 let settings = settings.of_test_with_ladder(&names);
-                Ok(bench(self.path, (first.clone(), InputKind::Ladder), &settings))
+                {
+                    let of = (first.clone(), InputKind::Ladder);
+                    Ok(bench(self.path, of, &settings, self.texts))
+                }
             }
             BenchSettings::Controller => {
                 let (written, _) = controller::read(&first.text, FileId(0));
                 match written {
                     Some(written) => {
                         let of = (first.clone(), InputKind::Controller);
-                        Ok(bench(self.path, of, &written.with_ladder(&names)))
+                        Ok(bench(self.path, of, &written.with_ladder(&names), self.texts))
                     }
                     None => Ok(Loaded::default()),
                 }

@@ -17,7 +17,7 @@ use super::steps::StepResolver;
 use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
 use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
 use crate::load::bench::{InputKind, bench};
-use crate::load::{self, Loaded, decode, read_bytes};
+use crate::load::{self, Loaded, OpenTexts, decode, read_bytes};
 use crate::resolve::LoadOptions;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::Text;
@@ -61,12 +61,22 @@ pub fn read_suite(path: &Path) -> Result<ReadSuite> {
 
 /// As [`read_suite`], with the text of the file.
 pub fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> ReadSuite {
-    let mut reading = Reading { findings: undecoded.into_iter().collect(), files: vec![file] };
+    read_among(path, (file, undecoded), &OpenTexts::default())
+}
+
+/// As [`read_text`], with some texts in place of the files on disk.
+pub fn read_among(
+    path: &Path,
+    (file, undecoded): (SourceFile, Option<Finding>),
+    texts: &OpenTexts,
+) -> ReadSuite {
+    let (findings, files) = (undecoded.into_iter().collect(), vec![file]);
+    let mut reading = Reading { findings, files, texts: texts.clone() };
     let suite = match reading.findings.is_empty() {
         true => reading.suite(path),
         false => None,
     };
-    let Reading { mut findings, files } = reading;
+    let Reading { mut findings, files, .. } = reading;
     findings.sort_by_key(|of| (of.span.file, of.span.start, of.span.end, of.code));
     let refused = findings.iter().any(|finding| finding.severity() == Severity::Error);
     ReadSuite { files, findings, suite: suite.filter(|_| !refused) }
@@ -76,6 +86,7 @@ pub fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> R
 struct Reading {
     files: Vec<SourceFile>,
     findings: Vec<Finding>,
+    texts: OpenTexts,
 }
 
 /// A scenario whose steps are read, but not resolved.
@@ -91,8 +102,8 @@ impl Reading {
         let scenarios: Vec<ReadScenario> =
             scenarios.into_iter().map(|scenario| self.read_steps(scenario)).collect();
         let (settings, first, names) = self.bench(path, bench?)?;
-        let options = LoadOptions::default();
-        let mut programs = Programs::new(path, settings, (first, &names), &options);
+        let (options, texts) = (LoadOptions::default(), self.texts.clone());
+        let mut programs = Programs::new((path, &texts), settings, (first, &names), &options);
         let resolved = Resolution::of(&mut programs, &always, (scenarios, randoms));
         self.findings.extend(resolved.findings);
         Some(Suite {
@@ -158,12 +169,12 @@ impl Reading {
             WrittenBench::Ladders(settings) => {
                 let names = settings.ladder.iter().map(|name| name.text.clone()).collect();
                 let of = (self.files[0].clone(), InputKind::Ladder);
-                let loaded = bench(path, of, &settings);
+                let loaded = bench(path, of, &settings, &self.texts);
                 (loaded, BenchSettings::Test(settings), names)
             }
             WrittenBench::Controller(name) => {
                 let controller = load::bench::path_of(path, &name.text);
-                match load::controller_file(&controller) {
+                match load::controller_among(&controller, &self.texts) {
                     Ok(loaded) => (loaded, BenchSettings::Controller, vec![name.text]),
                     Err(failure) => {
                         let cause = failure.root_cause();

@@ -1,0 +1,62 @@
+//! A file of a project: its text, and what an editor needs to know of it.
+//!
+//! Made anew from each version of a text, by `project`; shared by all requests about it.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lsp_types::{Position, Range as Place};
+
+use super::lines::{Columns, Lines};
+use super::outline::Outline;
+use super::slots::FileKind;
+use super::words::Words;
+
+/// A file, as it is read now.
+#[derive(Debug)]
+pub(super) struct EditorFile {
+    /// Its path; of a file of the library its name, `lib:pid`.
+    pub path: PathBuf,
+    /// Its text.
+    pub text: Arc<str>,
+    /// Its kind.
+    pub kind: FileKind,
+    /// What it contains.
+    pub outline: Outline,
+    /// The names in it.
+    pub words: Words,
+    lines: Lines,
+    columns: Columns,
+}
+
+impl EditorFile {
+    /// Reads a text.
+    pub fn new(path: &Path, text: Arc<str>, columns: Columns) -> EditorFile {
+        let outline = Outline::of(&text);
+        let kind = FileKind::of(&path.to_string_lossy(), &outline);
+        let words = Words::of(&text, &outline, kind);
+        let lines = Lines::of(&text);
+        EditorFile { path: path.to_owned(), text, kind, outline, words, lines, columns }
+    }
+
+    /// The byte at a position.
+    pub fn offset(&self, position: Position) -> usize {
+        self.lines.offset(&self.text, self.columns, position)
+    }
+
+    /// The place of some bytes.
+    pub fn place(&self, range: Range<usize>) -> Place {
+        self.lines.place(&self.text, self.columns, range)
+    }
+
+    /// The bytes of the line that a byte stands in, without its end.
+    pub fn line(&self, offset: usize) -> Range<usize> {
+        self.lines.span(&self.text, self.lines.line(offset))
+    }
+
+    /// A stretch of the text.
+    pub fn slice(&self, range: Range<usize>) -> &str {
+        self.text.get(range).unwrap_or_default()
+    }
+}

@@ -1,0 +1,131 @@
+//! Judges projects as `rungd check` and `rungd test` do, on a thread of its own.
+//!
+//! `server` hands over the texts after each change; only the newest are judged, so a fast typist
+//! never waits for an old judgement. The findings are those of `load` and `testing`, unchanged.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+
+use crate::load::{self, Loaded, OpenTexts, decode};
+use crate::resolve::program::Program;
+use crate::source::finding::Finding;
+use crate::source::span::{FileId, SourceFile};
+use crate::testing;
+
+/// What is judged as a whole.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) enum JudgedRoot {
+    /// A controller file with its ladders, or a ladder alone.
+    Program(PathBuf),
+    /// A test file.
+    Test(PathBuf),
+}
+
+/// Texts to judge.
+#[derive(Debug)]
+pub(super) struct JudgeOrder {
+    /// The number of the change that they are of.
+    pub change: u64,
+    /// The texts that the editor shows.
+    pub texts: OpenTexts,
+    /// What to judge.
+    pub roots: Vec<JudgedRoot>,
+}
+
+/// A judgement.
+#[derive(Debug)]
+pub(super) struct Judgement {
+    /// The number of the change.
+    pub change: u64,
+    /// What was judged.
+    pub root: JudgedRoot,
+    /// The files, with the texts that were judged.
+    pub files: Vec<SourceFile>,
+    /// The findings.
+    pub findings: Vec<Finding>,
+    /// The program, if nothing refuses it.
+    pub program: Option<Arc<Program>>,
+    /// Why the root could not be read.
+    pub failure: Option<String>,
+}
+
+impl JudgedRoot {
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        match self {
+            JudgedRoot::Program(path) | JudgedRoot::Test(path) => path,
+        }
+    }
+}
+
+/// The thread that judges: where to send orders, and where judgements come from. It ends when the
+/// sender is dropped.
+pub(super) fn start() -> (Sender<JudgeOrder>, Receiver<Judgement>) {
+    let (orders, received) = unbounded::<JudgeOrder>();
+    let (send, judgements) = unbounded();
+    let builder = thread::Builder::new().name("judge".to_owned());
+    // Without the thread the channel is closed, which `server` tells.
+    let _ = builder.spawn(move || work(&received, &send));
+    (orders, judgements)
+}
+
+fn work(orders: &Receiver<JudgeOrder>, judgements: &Sender<Judgement>) {
+    while let Ok(first) = orders.recv() {
+        let order = newest(orders, first);
+        for (at, root) in order.roots.iter().enumerate() {
+            // A newer text of the same root makes this one old.
+            if at > 0 && !orders.is_empty() {
+                break;
+            }
+            if judgements.send(judge(order.change, root, &order.texts)).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// The newest order; what older ones were to judge is judged with it.
+fn newest(orders: &Receiver<JudgeOrder>, first: JudgeOrder) -> JudgeOrder {
+    let mut order = first;
+    while let Ok(next) = orders.try_recv() {
+        let left = std::mem::replace(&mut order, next).roots;
+        for root in left {
+            if !order.roots.contains(&root) {
+                order.roots.push(root);
+            }
+        }
+    }
+    order
+}
+
+/// The judgement of a root, with these texts in place of the files on disk.
+pub(super) fn judge(change: u64, root: &JudgedRoot, texts: &OpenTexts) -> Judgement {
+    let loaded = match root {
+        JudgedRoot::Program(path) => load::open_file(path, texts).map(judged_program),
+        JudgedRoot::Test(path) => test(path, texts),
+    };
+    let ((files, findings, program), failure) = match loaded {
+        Ok(judged) => (judged, None),
+        Err(failure) => (Judged::default(), Some(format!("{failure:#}"))),
+    };
+    Judgement { change, root: root.clone(), files, findings, program, failure }
+}
+
+type Judged = (Vec<SourceFile>, Vec<Finding>, Option<Arc<Program>>);
+
+fn judged_program(loaded: Loaded) -> Judged {
+    (loaded.files, loaded.findings, loaded.program.map(Arc::new))
+}
+
+/// A test file, without the findings of the files that it names: these have their own roots.
+fn test(path: &Path, texts: &OpenTexts) -> anyhow::Result<Judged> {
+    let bytes = texts.read(path)?;
+    let (text, undecoded) = decode(&bytes, FileId(0));
+    let file = SourceFile { name: path.display().to_string(), text };
+    let read = testing::read_among(path, (file, undecoded), texts);
+    let own = read.findings.into_iter().filter(|finding| finding.span.file == FileId(0));
+    Ok((read.files, own.collect(), None))
+}
