@@ -12,6 +12,7 @@ pub mod explain;
 mod force;
 mod init;
 mod log_level;
+mod lsp;
 mod man;
 mod mode;
 mod mutate;
@@ -72,6 +73,7 @@ enum Command {
     #[command(hide = true)]
     Man(man::ManArgs),
     Run(run::RunArgs),
+    Lsp(lsp::LspArgs),
     Schema(schema::SchemaArgs),
     Sim(sim::SimArgs),
     Test(test::TestArgs),
@@ -122,6 +124,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Init(args) => init::init(args),
         Command::Man(args) => man::man(args, Cli::command()),
         Command::Run(args) => run::run(args),
+        Command::Lsp(args) => lsp::lsp(args),
         Command::Schema(args) => schema::schema(args),
         Command::Sim(args) => sim::sim(args),
         Command::Test(args) => test::test(args),

@@ -31,7 +31,7 @@ pub(super) struct JudgeOrder {
     pub change: u64,
     /// The texts that the editor shows.
     pub texts: OpenTexts,
-    /// What to judge.
+    /// What to judge, the last one first.
     pub roots: Vec<JudgedRoot>,
 }
 
@@ -73,14 +73,11 @@ pub(super) fn start() -> (Sender<JudgeOrder>, Receiver<Judgement>) {
 }
 
 fn work(orders: &Receiver<JudgeOrder>, judgements: &Sender<Judgement>) {
-    while let Ok(first) = orders.recv() {
-        let order = newest(orders, first);
-        for (at, root) in order.roots.iter().enumerate() {
-            // A newer text of the same root makes this one old.
-            if at > 0 && !orders.is_empty() {
-                break;
-            }
-            if judgements.send(judge(order.change, root, &order.texts)).is_err() {
+    while let Ok(mut order) = orders.recv() {
+        loop {
+            order = newest(orders, order);
+            let Some(root) = order.roots.pop() else { break };
+            if judgements.send(judge(order.change, &root, &order.texts)).is_err() {
                 return;
             }
         }
@@ -91,12 +88,9 @@ fn work(orders: &Receiver<JudgeOrder>, judgements: &Sender<Judgement>) {
 fn newest(orders: &Receiver<JudgeOrder>, first: JudgeOrder) -> JudgeOrder {
     let mut order = first;
     while let Ok(next) = orders.try_recv() {
-        let left = std::mem::replace(&mut order, next).roots;
-        for root in left {
-            if !order.roots.contains(&root) {
-                order.roots.push(root);
-            }
-        }
+        let mut left = std::mem::replace(&mut order, next).roots;
+        left.retain(|root| !order.roots.contains(root));
+        order.roots.splice(0..0, left);
     }
     order
 }

@@ -53,6 +53,11 @@ impl Library {
         Library { columns, ..Library::default() }
     }
 
+    /// How positions count.
+    pub fn columns(&self) -> Columns {
+        self.columns
+    }
+
     /// The editor shows this text of a file from now on.
     pub fn open(&mut self, path: &Path, text: Arc<str>) {
         let file = Arc::new(EditorFile::new(path, text, self.columns));
@@ -149,15 +154,20 @@ impl Library {
         }
     }
 
-    /// The controller file that names a ladder: in its folder, or in one above it.
+    /// The controller file that names a ladder: in its folder, or in one above it; of several the
+    /// one that the editor shows, else the first.
     fn controller_of(&self, ladder: &Path) -> Option<PathBuf> {
-        let folders = ladder.ancestors().skip(1).take(FOLDERS_MAX);
-        folders.flat_map(|folder| self.toml_files(folder, false)).find(|path| {
+        let names = |path: &PathBuf| {
             let file = self.file(path);
             file.is_some_and(|file| {
                 file.kind == FileKind::Controller && named_files(&file).contains(&ladder.to_owned())
             })
-        })
+        };
+        let folders = ladder.ancestors().skip(1).take(FOLDERS_MAX);
+        let mut naming = folders.flat_map(|folder| self.toml_files(folder, false)).filter(names);
+        let first = naming.next()?;
+        let open = [first.clone()].into_iter().chain(naming).find(|path| self.is_open(path));
+        Some(open.unwrap_or(first))
     }
 
     /// The tests of some files: in their folders, and in folders `tests` there.

@@ -1,0 +1,33 @@
+//! `rungd lsp`: the language server, which an editor starts and speaks with over standard input and
+//! output.
+
+use anyhow::{Context, Result, anyhow};
+use clap::Args;
+use lsp_server::Connection;
+
+use super::exit::Exit;
+use crate::editor;
+
+/// Serves an editor: findings as one types, completion, hover, go to definition, rename
+///
+/// An editor starts it and speaks the Language Server Protocol with it over standard input and
+/// output. It reads the files of the project, and writes none.
+#[derive(Args, Debug)]
+pub struct LspArgs {
+    /// Does nothing: many editors add it
+    #[arg(long, hide = true)]
+    stdio: bool,
+}
+
+/// Serves until the editor ends.
+///
+/// # Errors
+/// The editor does not follow the protocol.
+pub fn lsp(_args: &LspArgs) -> Result<Exit> {
+    let (connection, threads) = Connection::stdio();
+    editor::serve(&connection)?;
+    // The threads end when nothing can be sent any more.
+    drop(connection);
+    threads.join().map_err(|failure| anyhow!("{failure}")).context("standard input or output")?;
+    Ok(Exit::Ok)
+}

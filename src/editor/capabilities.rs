@@ -1,0 +1,21 @@
+//! What the server can do, as it tells the editor at the start.
+
+use lsp_types::{OneOf, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind};
+use serde_json::{Value, json};
+
+use super::lines::Columns;
+
+/// The answer to `initialize`.
+pub(super) fn of(columns: Columns) -> Value {
+    let sync = TextDocumentSyncCapability::Kind(TextDocumentSyncKind::INCREMENTAL);
+    let capabilities = ServerCapabilities {
+        position_encoding: Some(columns.kind()),
+        text_document_sync: Some(sync),
+        definition_provider: Some(OneOf::Left(true)),
+        references_provider: Some(OneOf::Left(true)),
+        document_symbol_provider: Some(OneOf::Left(true)),
+        ..ServerCapabilities::default()
+    };
+    let version = env!("CARGO_PKG_VERSION");
+    json!({ "capabilities": capabilities, "serverInfo": { "name": "rungd", "version": version } })
+}

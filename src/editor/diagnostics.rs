@@ -1,0 +1,122 @@
+//! Findings as the protocol shows them: one diagnostic each, with the same code, place and words.
+//!
+//! A file that several roots name has the findings of all of them, each once.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use lsp_types::{
+    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location,
+    NumberOrString,
+};
+
+use super::judge::Judgement;
+use super::lines::{Columns, Lines};
+use super::uri::uri_of;
+use super::workspace::Workspace;
+use crate::load::identity;
+use crate::source::finding::{Code, Finding, Severity};
+use crate::source::span::{SourceFile, Span};
+
+/// The most diagnostics of a file.
+const SHOWN_MAX: usize = 1000;
+
+/// The name of the program, at each diagnostic.
+pub(super) const SOURCE: &str = "rungd";
+
+/// What is shown at a finding: its message, the words under its place, its help.
+pub(super) fn told(finding: &Finding) -> String {
+    let mut text = finding.message.clone();
+    if !finding.label.is_empty() {
+        text.push_str(&format!(" ({})", finding.label));
+    }
+    if let Some(help) = finding.help_text() {
+        text.push_str(&format!("\nhelp: {help}"));
+    }
+    text
+}
+
+/// The path of a judged file.
+pub(super) fn path_of(file: &SourceFile) -> PathBuf {
+    match file.name.starts_with(crate::source::file_kind::LIBRARY) {
+        true => PathBuf::from(&file.name),
+        false => identity(Path::new(&file.name)),
+    }
+}
+
+/// The diagnostics of all files that were judged, by path; empty for one without a finding.
+pub(super) fn all(workspace: &Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
+    let mut shown: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
+    let mut told: BTreeMap<(PathBuf, u32, u32, Code, &str), usize> = BTreeMap::new();
+    for (root, judgement) in workspace.judged.values().enumerate() {
+        let files = Places::of(workspace, judgement);
+        for path in &files.paths {
+            shown.entry(path.clone()).or_default();
+        }
+        for finding in &judgement.findings {
+            let Span { file, start, end } = finding.span;
+            let Some(path) = files.paths.get(file.0 as usize) else { continue };
+            let of = shown.entry(path.clone()).or_default();
+            let key = (path.clone(), start, end, finding.code, finding.message.as_str());
+            if of.len() < SHOWN_MAX && *told.entry(key).or_insert(root) == root {
+                of.extend(files.diagnostic(finding));
+            }
+        }
+        if let Some(failure) = &judgement.failure {
+            let of = shown.entry(judgement.root.path().to_owned()).or_default();
+            of.push(Diagnostic { message: failure.clone(), ..diagnostic(Severity::Error) });
+        }
+    }
+    shown
+}
+
+/// The files of a judgement, to find places in them.
+struct Places<'j> {
+    files: &'j [SourceFile],
+    paths: Vec<PathBuf>,
+    lines: Vec<Lines>,
+    columns: Columns,
+}
+
+impl<'j> Places<'j> {
+    fn of(workspace: &Workspace, judgement: &'j Judgement) -> Places<'j> {
+        let files = &judgement.files;
+        let paths = files.iter().map(path_of).collect();
+        let lines = files.iter().map(|file| Lines::of(&file.text)).collect();
+        Places { files, paths, lines, columns: workspace.library.columns() }
+    }
+
+    fn location(&self, span: Span) -> Option<Location> {
+        let number = span.file.0 as usize;
+        let text = &self.files.get(number)?.text;
+        let bytes = span.start as usize..span.end as usize;
+        let place = self.lines[number].place(text, self.columns, bytes);
+        Some(Location::new(uri_of(&self.paths[number])?, place))
+    }
+
+    fn diagnostic(&self, finding: &Finding) -> Option<Diagnostic> {
+        let related = finding.related.iter().filter_map(|(span, words)| {
+            let location = self.location(*span)?;
+            Some(DiagnosticRelatedInformation { location, message: words.clone() })
+        });
+        let related: Vec<DiagnosticRelatedInformation> = related.collect();
+        let is_unused = matches!(finding.code, Code::UnusedTag | Code::UnusedTemplate);
+        Some(Diagnostic {
+            range: self.location(finding.span)?.range,
+            code: Some(NumberOrString::String(finding.code.name().to_owned())),
+            message: told(finding),
+            related_information: (!related.is_empty()).then_some(related),
+            tags: is_unused.then(|| vec![DiagnosticTag::UNNECESSARY]),
+            ..diagnostic(finding.severity())
+        })
+    }
+}
+
+fn diagnostic(severity: Severity) -> Diagnostic {
+    let severity = match severity {
+        Severity::Error => DiagnosticSeverity::ERROR,
+        Severity::Warning => DiagnosticSeverity::WARNING,
+    };
+    let source = Some(SOURCE.to_owned());
+    Diagnostic { severity: Some(severity), source, ..Diagnostic::default() }
+}

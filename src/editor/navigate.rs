@@ -1,0 +1,89 @@
+//! Go to definition, and find references: the declaration of a name, and all words that mean it.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use lsp_types::{GotoDefinitionParams, GotoDefinitionResponse, Location, ReferenceParams};
+
+use super::names::Meaning;
+use super::project::{Project, named_file};
+use super::uri::uri_of;
+use super::words::Role;
+use super::workspace::{Cursor, Workspace, location};
+
+/// The part of a name at a cursor.
+pub(super) fn part_at(cursor: &Cursor) -> Option<(Range<usize>, Meaning)> {
+    let word = cursor.word()?;
+    let parts = cursor.project.names.parts(cursor.numbered(), word);
+    let at = cursor.offset;
+    let within = parts.iter().find(|part| part.span.start <= at && at <= part.span.end);
+    within.map(|part| (part.span.clone(), part.meaning))
+}
+
+/// All places at which words mean a thing: (number of the file, bytes), its declaration included.
+pub(super) fn places_of(project: &Project, meaning: Meaning) -> Vec<(usize, Range<usize>)> {
+    let mut places = Vec::new();
+    for (number, file) in project.files.iter().enumerate() {
+        for word in &file.words.all {
+            let parts = project.names.parts((number, file), word);
+            let same = parts.into_iter().filter(|part| part.meaning == meaning);
+            places.extend(same.map(|part| (number, part.span)));
+        }
+    }
+    places
+}
+
+/// The place where the name at the cursor is declared; of a file's name, the file.
+pub(super) fn definition(
+    workspace: &mut Workspace,
+    params: GotoDefinitionParams,
+) -> Result<Option<GotoDefinitionResponse>> {
+    let Some(cursor) = workspace.cursor(&params.text_document_position_params) else {
+        return Ok(None);
+    };
+    if let Some(path) = file_at(&cursor) {
+        let start = Location { range: lsp_types::Range::default(), ..file_location(&path)? };
+        return Ok(Some(GotoDefinitionResponse::Scalar(start)));
+    }
+    let Some((_, Meaning::Declared(at))) = part_at(&cursor) else { return Ok(None) };
+    let declared = &cursor.project.names.all[at];
+    let file = &cursor.project.files[declared.file];
+    let location = location(file, declared.span.clone());
+    Ok(location.map(GotoDefinitionResponse::Scalar))
+}
+
+/// The file that the name at the cursor is of, if it is there.
+fn file_at(cursor: &Cursor) -> Option<PathBuf> {
+    let word = cursor.word().filter(|word| word.role == Role::File)?;
+    let path = named_file(cursor.file(), cursor.file().slice(word.span.clone()));
+    path.is_file().then_some(path)
+}
+
+fn file_location(path: &std::path::Path) -> Result<Location> {
+    let uri = uri_of(path).ok_or_else(|| anyhow::anyhow!("no file on disk"))?;
+    Ok(Location::new(uri, lsp_types::Range::default()))
+}
+
+/// All places where the name at the cursor is meant, in all files of the project.
+pub(super) fn references(
+    workspace: &mut Workspace,
+    params: ReferenceParams,
+) -> Result<Option<Vec<Location>>> {
+    let Some(cursor) = workspace.cursor(&params.text_document_position) else { return Ok(None) };
+    let Some((_, meaning)) = part_at(&cursor) else { return Ok(None) };
+    let with_declaration = params.context.include_declaration;
+    let project = &cursor.project;
+    let mut places = match meaning {
+        Meaning::Declared(_) | Meaning::Address(_) => places_of(project, meaning),
+        Meaning::Member | Meaning::Status | Meaning::Unknown => Vec::new(),
+    };
+    if let Meaning::Declared(at) = meaning {
+        let declared = &project.names.all[at];
+        let own = (declared.file, declared.span.clone());
+        places.retain(|place| with_declaration || *place != own);
+    }
+    let found =
+        places.into_iter().filter_map(|(number, range)| location(&project.files[number], range));
+    Ok(Some(found.collect()))
+}

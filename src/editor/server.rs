@@ -1,0 +1,181 @@
+//! The loop of the server: messages of the editor in, answers and diagnostics out.
+//!
+//! Called by `cli::lsp` with a connection; tests give it one in memory. Requests are answered here,
+//! one after the other, of texts that are up to date; judging has a thread of its own (`judge`).
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use crossbeam_channel::{Receiver, Sender, select};
+use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
+use lsp_types::notification::{
+    DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument,
+    DidSaveTextDocument, Notification as _, PublishDiagnostics,
+};
+use lsp_types::{
+    DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
+    InitializeParams, PublishDiagnosticsParams,
+};
+
+use super::judge::{self, JudgeOrder, Judgement};
+use super::lines::Columns;
+use super::uri::{path_of, uri_of};
+use super::workspace::Workspace;
+use super::{capabilities, diagnostics, edits, requests};
+
+/// Serves an editor until it ends the connection.
+///
+/// # Errors
+/// The connection breaks, or the editor does not follow the protocol.
+pub fn serve(connection: &Connection) -> Result<()> {
+    let (id, params) = connection.initialize_start().context("initialize")?;
+    let params: InitializeParams = serde_json::from_value(params).context("initialize")?;
+    let general = params.capabilities.general.as_ref();
+    let columns = Columns::of(general.and_then(|general| general.position_encodings.as_ref()));
+    connection.initialize_finish(id, capabilities::of(columns)).context("initialize")?;
+    let (orders, judgements) = judge::start();
+    let workspace = Workspace::new(columns);
+    let sender = connection.sender.clone();
+    let mut server = Server { sender, orders, workspace, published: BTreeSet::new() };
+    server.run(connection, &judgements)
+}
+
+/// A server and its editor.
+pub(super) struct Server {
+    sender: Sender<Message>,
+    orders: Sender<JudgeOrder>,
+    workspace: Workspace,
+    /// The files that have diagnostics in the editor.
+    published: BTreeSet<PathBuf>,
+}
+
+impl Server {
+    fn run(&mut self, connection: &Connection, judgements: &Receiver<Judgement>) -> Result<()> {
+        loop {
+            select! {
+                recv(connection.receiver) -> message => match message {
+                    Ok(Message::Request(request)) => {
+                        if connection.handle_shutdown(&request).context("shutdown")? {
+                            return Ok(());
+                        }
+                        self.answer(request)?;
+                    }
+                    Ok(Message::Notification(told)) => self.hear(told)?,
+                    Ok(Message::Response(_)) => {}
+                    Err(_) => return Ok(()),
+                },
+                recv(judgements) -> judgement => {
+                    self.judged(judgement.context("the thread that judges has ended")?)?;
+                }
+            }
+        }
+    }
+
+    fn send(&self, message: Message) -> Result<()> {
+        self.sender.send(message).context("the editor does not listen")
+    }
+
+    fn answer(&mut self, request: Request) -> Result<()> {
+        let (id, method) = (request.id.clone(), request.method.clone());
+        let response = match requests::answer(&mut self.workspace, request) {
+            Ok(Some(value)) => Response::new_ok(id, value),
+            Ok(None) => {
+                let message = format!("there is no request `{method}` here");
+                Response::new_err(id, ErrorCode::MethodNotFound as i32, message)
+            }
+            Err(failure) => {
+                let message = format!("{failure:#}");
+                Response::new_err(id, ErrorCode::RequestFailed as i32, message)
+            }
+        };
+        self.send(response.into())
+    }
+
+    /// A notification of the editor; one that cannot be read, or that is not known, is left out.
+    fn hear(&mut self, told: Notification) -> Result<()> {
+        match told.method.as_str() {
+            DidOpenTextDocument::METHOD => {
+                let Ok(of) = serde_json::from_value::<DidOpenTextDocumentParams>(told.params)
+                else {
+                    return Ok(());
+                };
+                let document = of.text_document;
+                let Some(path) = path_of(&document.uri) else { return Ok(()) };
+                self.workspace.library.open(&path, document.text.into());
+                self.workspace.versions.insert(path, document.version);
+            }
+            DidChangeTextDocument::METHOD => {
+                let Ok(of) = serde_json::from_value::<DidChangeTextDocumentParams>(told.params)
+                else {
+                    return Ok(());
+                };
+                let Some(path) = path_of(&of.text_document.uri) else { return Ok(()) };
+                if !self.workspace.library.is_open(&path) {
+                    return Ok(());
+                }
+                edits::apply(&mut self.workspace.library, &path, of.content_changes);
+                self.workspace.versions.insert(path, of.text_document.version);
+            }
+            DidCloseTextDocument::METHOD => {
+                let Ok(of) = serde_json::from_value::<DidCloseTextDocumentParams>(told.params)
+                else {
+                    return Ok(());
+                };
+                let Some(path) = path_of(&of.text_document.uri) else { return Ok(()) };
+                self.workspace.library.close(&path);
+                self.workspace.versions.remove(&path);
+            }
+            DidSaveTextDocument::METHOD | DidChangeWatchedFiles::METHOD => {}
+            _ => return Ok(()),
+        }
+        self.workspace.changed();
+        self.order()
+    }
+
+    /// Has all open files judged, and forgets the judgements of those that were closed.
+    fn order(&mut self) -> Result<()> {
+        let roots = self.workspace.roots();
+        self.workspace.judged.retain(|root, _| roots.contains(root));
+        let (change, texts) = (self.workspace.change, self.workspace.library.texts());
+        if roots.is_empty() {
+            return self.publish();
+        }
+        let order = JudgeOrder { change, texts, roots };
+        self.orders.send(order).context("the thread that judges has ended")
+    }
+
+    /// Takes a judgement, unless a newer one will follow or its files are closed.
+    fn judged(&mut self, judgement: Judgement) -> Result<()> {
+        let is_wanted = self.workspace.roots().contains(&judgement.root);
+        if !is_wanted || judgement.change < self.workspace.change {
+            return Ok(());
+        }
+        self.workspace.judged.insert(judgement.root.clone(), judgement);
+        self.publish()
+    }
+
+    /// Sends the diagnostics of all files, and none for those that have no more.
+    fn publish(&mut self) -> Result<()> {
+        let all = diagnostics::all(&self.workspace);
+        let gone: Vec<PathBuf> =
+            self.published.iter().filter(|path| !all.contains_key(*path)).cloned().collect();
+        let cleared = gone.into_iter().map(|path| (path, Vec::new()));
+        for (path, diagnostics) in all.into_iter().chain(cleared) {
+            let Some(uri) = uri_of(&path) else { continue };
+            let was_empty = !self.published.contains(&path);
+            if was_empty && diagnostics.is_empty() && !self.workspace.library.is_open(&path) {
+                continue;
+            }
+            match diagnostics.is_empty() {
+                true => self.published.remove(&path),
+                false => self.published.insert(path.clone()),
+            };
+            let version = self.workspace.versions.get(&path).copied();
+            let params = PublishDiagnosticsParams { uri, diagnostics, version };
+            let told = Notification::new(PublishDiagnostics::METHOD.to_owned(), params);
+            self.send(told.into())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,173 @@
+//! Document symbols and folding: programs, stages, rungs, tags and tests of a file, as a tree.
+
+use anyhow::Result;
+use lsp_types::{
+    DocumentSymbol, DocumentSymbolParams, DocumentSymbolResponse, FoldingRange, FoldingRangeKind,
+    FoldingRangeParams, SymbolKind,
+};
+
+use super::file::EditorFile;
+use super::slots::DeclaredKind;
+use super::words::Role;
+use super::workspace::Workspace;
+
+/// The symbols of a file.
+pub(super) fn symbols(
+    workspace: &mut Workspace,
+    params: DocumentSymbolParams,
+) -> Result<Option<DocumentSymbolResponse>> {
+    let Some(file) = workspace.file(&params.text_document.uri) else { return Ok(None) };
+    Ok(Some(DocumentSymbolResponse::Nested(tree(&file))))
+}
+
+/// The symbols below an object: those of the objects in it, and of the tags and parameters of it.
+fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
+    let outline = &file.outline;
+    let mut children: Vec<Vec<DocumentSymbol>> = outline.objects.iter().map(|_| vec![]).collect();
+    for word in &file.words.all {
+        if let Role::Declares(kind) = word.role
+            && is_of_pair(kind)
+        {
+            let extent = outline.pairs[word.pair].extent();
+            let doc = doc(file, word.object, word.pair);
+            let name = file.slice(word.span.clone()).to_owned();
+            let mut symbol = symbol(file, (name, doc), kind_of(kind), extent);
+            symbol.selection_range = file.place(word.span.clone());
+            children[word.object].push(symbol);
+        }
+    }
+    // An object stands before those in it.
+    for (at, object) in outline.objects.iter().enumerate().skip(1).rev() {
+        let below = std::mem::take(&mut children[at]);
+        let last = object.kind.rsplit('.').next().unwrap_or_default();
+        let Some(kind) = kind_of_table(last) else {
+            children[object.parent].splice(0..0, below);
+            continue;
+        };
+        let value = |key: &str| {
+            let value = outline.value(at, &[key])?;
+            Some((file.slice(value.inner.clone()).to_owned(), value.inner.clone()))
+        };
+        let named = value("name");
+        let name = match &named {
+            Some((name, _)) if !name.is_empty() => name.clone(),
+            Some(_) | None => shown(file, at, last),
+        };
+        let doc = value("doc").map(|(doc, _)| doc);
+        let mut symbol = symbol(file, (name, doc), kind, object.extent.clone());
+        if let Some((_, span)) = named {
+            symbol.selection_range = file.place(span);
+        }
+        symbol.children = (!below.is_empty()).then_some(below);
+        children[object.parent].insert(0, symbol);
+    }
+    let mut all = std::mem::take(&mut children[0]);
+    all.sort_by_key(|symbol| (symbol.range.start, symbol.range.end));
+    all
+}
+
+/// What a rung without a name is called: what it drives.
+fn shown(file: &EditorFile, object: usize, last: &str) -> String {
+    let outline = &file.outline;
+    let does = outline.value(object, &["do"]).or_else(|| outline.value(object, &["use"]));
+    match does {
+        Some(value) if !value.inner.is_empty() => file.slice(value.inner.clone()).to_owned(),
+        Some(_) | None => last.to_owned(),
+    }
+}
+
+fn doc(file: &EditorFile, object: usize, pair: usize) -> Option<String> {
+    let keys: Vec<&str> =
+        file.outline.pairs[pair].keys.iter().map(|key| key.text.as_str()).collect();
+    let value = file.outline.value(object, &[keys.as_slice(), &["doc"]].concat())?;
+    Some(file.slice(value.inner.clone()).to_owned())
+}
+
+#[allow(deprecated)] // The field must be given.
+fn symbol(
+    file: &EditorFile,
+    (name, detail): (String, Option<String>),
+    kind: SymbolKind,
+    extent: std::ops::Range<usize>,
+) -> DocumentSymbol {
+    let range = file.place(extent);
+    DocumentSymbol {
+        name,
+        detail,
+        kind,
+        tags: None,
+        deprecated: None,
+        range,
+        selection_range: lsp_types::Range::new(range.start, range.start),
+        children: None,
+    }
+}
+
+fn is_of_pair(kind: DeclaredKind) -> bool {
+    match kind {
+        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => true,
+        DeclaredKind::Program
+        | DeclaredKind::Task
+        | DeclaredKind::Stage
+        | DeclaredKind::Rung
+        | DeclaredKind::Template
+        | DeclaredKind::Use
+        | DeclaredKind::Device
+        | DeclaredKind::Test => false,
+    }
+}
+
+/// The icon of a declaration.
+pub(super) fn kind_of(kind: DeclaredKind) -> SymbolKind {
+    match kind {
+        DeclaredKind::Tag | DeclaredKind::OwnTag => SymbolKind::VARIABLE,
+        DeclaredKind::Parameter => SymbolKind::TYPE_PARAMETER,
+        DeclaredKind::Program | DeclaredKind::Task => SymbolKind::MODULE,
+        DeclaredKind::Stage => SymbolKind::CLASS,
+        DeclaredKind::Rung => SymbolKind::FUNCTION,
+        DeclaredKind::Template => SymbolKind::INTERFACE,
+        DeclaredKind::Use => SymbolKind::OBJECT,
+        DeclaredKind::Device => SymbolKind::PACKAGE,
+        DeclaredKind::Test => SymbolKind::METHOD,
+    }
+}
+
+fn kind_of_table(last: &str) -> Option<SymbolKind> {
+    let kind = match last {
+        "program" => DeclaredKind::Program,
+        "task" => DeclaredKind::Task,
+        "stage" => DeclaredKind::Stage,
+        "rung" => DeclaredKind::Rung,
+        "template" => DeclaredKind::Template,
+        "device" => DeclaredKind::Device,
+        "scenario" | "random" => DeclaredKind::Test,
+        _ => return None,
+    };
+    Some(kind_of(kind))
+}
+
+/// What can be folded: tables, and values of several lines.
+pub(super) fn folding(
+    workspace: &mut Workspace,
+    params: FoldingRangeParams,
+) -> Result<Option<Vec<FoldingRange>>> {
+    let Some(file) = workspace.file(&params.text_document.uri) else { return Ok(None) };
+    let outline = &file.outline;
+    let tables = outline.objects.iter().skip(1).map(|object| object.extent.clone());
+    let values = outline.pairs.iter().map(|pair| pair.extent());
+    let mut folds: Vec<FoldingRange> = tables
+        .chain(values)
+        .filter_map(|extent| {
+            let place = file.place(extent);
+            (place.start.line < place.end.line).then(|| FoldingRange {
+                start_line: place.start.line,
+                end_line: place.end.line,
+                kind: Some(FoldingRangeKind::Region),
+                ..FoldingRange::default()
+            })
+        })
+        .collect();
+    folds.sort_by_key(|fold| (fold.start_line, fold.end_line));
+    folds.dedup_by_key(|fold| fold.start_line);
+    Ok(Some(folds))
+}

@@ -1,0 +1,135 @@
+//! What the server knows: the open files, their projects, the last judgement of each.
+//!
+//! `server` changes it; every answer (`hover`, `complete`, …) reads it. No I/O but the reading of
+//! files, no channel.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use lsp_types::{Location, Position, TextDocumentPositionParams, Uri};
+
+use super::file::EditorFile;
+use super::judge::{JudgedRoot, Judgement};
+use super::lines::Columns;
+use super::project::{Library, Project};
+use super::slots::FileKind;
+use super::uri::{path_of, uri_of};
+use super::words::Word;
+
+/// What the server knows.
+#[derive(Debug)]
+pub(super) struct Workspace {
+    /// The files.
+    pub library: Library,
+    /// The number of the last change.
+    pub change: u64,
+    /// The versions that the editor gave its open files.
+    pub versions: HashMap<PathBuf, i32>,
+    /// The last judgement of each root.
+    pub judged: BTreeMap<JudgedRoot, Judgement>,
+    /// Projects of the last change, by file.
+    projects: Mutex<HashMap<PathBuf, Arc<Project>>>,
+}
+
+/// A place in a file of a project.
+#[derive(Debug)]
+pub(super) struct Cursor {
+    /// The project.
+    pub project: Arc<Project>,
+    /// The number of the file.
+    pub number: usize,
+    /// The byte.
+    pub offset: usize,
+}
+
+impl Cursor {
+    /// Its file.
+    pub fn file(&self) -> &EditorFile {
+        &self.project.files[self.number]
+    }
+
+    /// The file with its number.
+    pub fn numbered(&self) -> (usize, &EditorFile) {
+        (self.number, self.file())
+    }
+
+    /// The word that it is in or behind.
+    pub fn word(&self) -> Option<&Word> {
+        self.file().words.at(self.offset)
+    }
+}
+
+impl Workspace {
+    /// Without files.
+    pub fn new(columns: Columns) -> Workspace {
+        Workspace {
+            library: Library::new(columns),
+            change: 0,
+            versions: HashMap::new(),
+            judged: BTreeMap::new(),
+            projects: Mutex::default(),
+        }
+    }
+
+    /// Something changed: what was derived of files is made anew.
+    pub fn changed(&mut self) {
+        self.change += 1;
+        self.projects.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
+    /// The project of a file.
+    pub fn project(&self, path: &Path) -> Option<Arc<Project>> {
+        let mut projects = self.projects.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = projects.get(path) {
+            return Some(known.clone());
+        }
+        let project = Arc::new(self.library.project(path)?);
+        projects.insert(path.to_owned(), project.clone());
+        Some(project)
+    }
+
+    /// The place of a request.
+    pub fn cursor(&self, of: &TextDocumentPositionParams) -> Option<Cursor> {
+        self.cursor_at(&of.text_document.uri, of.position)
+    }
+
+    /// The place in a file.
+    pub fn cursor_at(&self, uri: &Uri, position: Position) -> Option<Cursor> {
+        let path = path_of(uri)?;
+        let project = self.project(&path)?;
+        let number = project.number(&path)?;
+        let offset = project.files[number].offset(position);
+        Some(Cursor { project, number, offset })
+    }
+
+    /// The file of a request.
+    pub fn file(&self, uri: &Uri) -> Option<Arc<EditorFile>> {
+        self.library.file(&path_of(uri)?)
+    }
+
+    /// What is judged because of an open file.
+    pub fn root_of(&self, path: &Path) -> Option<JudgedRoot> {
+        match self.library.file(path)?.kind {
+            FileKind::Test => Some(JudgedRoot::Test(path.to_owned())),
+            FileKind::Controller | FileKind::Ladder => {
+                Some(JudgedRoot::Program(self.project(path)?.root.clone()))
+            }
+        }
+    }
+
+    /// All that is judged now.
+    pub fn roots(&self) -> Vec<JudgedRoot> {
+        let shown: Vec<PathBuf> = self.library.shown().cloned().collect();
+        let mut roots: Vec<JudgedRoot> = shown.iter().filter_map(|at| self.root_of(at)).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        roots
+    }
+}
+
+/// A place as the protocol gives it; `None` in the library.
+pub(super) fn location(file: &EditorFile, range: Range<usize>) -> Option<Location> {
+    Some(Location::new(uri_of(&file.path)?, file.place(range)))
+}

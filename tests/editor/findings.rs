@@ -1,0 +1,184 @@
+//! Diagnostics are the findings of `rungd check` and `rungd test`: none missing, none more, with
+//! the same words, at the same places; of every shipped file, and while it is edited.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::client::Editor;
+use rungd::load;
+use rungd::source::finding::Finding;
+use rungd::source::render::{Style, render};
+use rungd::source::span::SourceFile;
+use rungd::testing;
+
+fn config() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("config")
+}
+
+/// All TOML files below a folder, relative to it.
+pub fn shipped(folder: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "toml") {
+                let name = path.strip_prefix(folder).unwrap();
+                found.push(name.to_str().unwrap().to_owned());
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The controller file that names a ladder, among the files of its folder or one above it.
+fn controller_of(ladder: &Path) -> Option<PathBuf> {
+    let loads = |path: &PathBuf| {
+        load::is_controller_file(path).is_ok_and(|is| is)
+            && load::controller_file(path).is_ok_and(|loaded| {
+                let mut names = loaded.files.iter().map(|file| Path::new(&file.name));
+                names.any(|name| name.canonicalize().is_ok_and(|path| path == ladder))
+            })
+    };
+    ladder.ancestors().skip(1).take(2).find_map(|folder| {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let is_toml = |path: &PathBuf| {
+            let name = path.to_str().unwrap();
+            name.ends_with(".toml") && !name.ends_with(".test.toml")
+        };
+        let mut paths: Vec<PathBuf> = entries.filter(is_toml).collect();
+        paths.sort();
+        paths.into_iter().find(loads)
+    })
+}
+
+/// What `rungd check` or `rungd test` finds of a file on disk, and of those that belong to it.
+fn checked(path: &Path) -> (Vec<SourceFile>, Vec<Finding>) {
+    if path.to_str().unwrap().ends_with(".test.toml") {
+        let read = testing::read_suite(path).unwrap();
+        return (read.files, read.findings);
+    }
+    let root = match load::is_controller_file(path).unwrap() {
+        true => Some(path.to_owned()),
+        false => controller_of(path),
+    };
+    let loaded = match root {
+        Some(root) => load::controller_file(&root).unwrap(),
+        None => load::ladder_files(&[path.to_owned()]).unwrap(),
+    };
+    (loaded.files, loaded.findings)
+}
+
+/// A finding, as `rungd check` prints it and as an editor shows it.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Told {
+    line: u64,
+    column: u64,
+    /// `error[unknown-name]: …`
+    headline: String,
+    help: Option<String>,
+}
+
+fn shown(diagnostic: &Value) -> Told {
+    let start = &diagnostic["range"]["start"];
+    let severity = match diagnostic["severity"].as_i64() {
+        Some(1) => "error",
+        Some(2) => "warning",
+        other => panic!("severity {other:?}"),
+    };
+    let code = diagnostic["code"].as_str().unwrap_or("-");
+    let message = diagnostic["message"].as_str().unwrap();
+    let (message, help) = match message.split_once("\nhelp: ") {
+        Some((message, help)) => (message, Some(help.to_owned())),
+        None => (message, None),
+    };
+    Told {
+        line: start["line"].as_u64().unwrap() + 1,
+        column: start["character"].as_u64().unwrap() + 1,
+        headline: format!("{severity}[{code}]: {message}"),
+        help,
+    }
+}
+
+/// The findings of a file in what `rungd check` prints.
+fn printed(text: &str, file: &str) -> Vec<Told> {
+    let mut all = Vec::new();
+    for block in text.split("\n\n").filter(|block| block.contains("]: ")) {
+        let (headline, rest) = block.split_once('\n').unwrap_or((block, ""));
+        let place = rest.trim_start().strip_prefix("--> ").expect("a place");
+        let place = place.split('\n').next().unwrap();
+        let mut parts = place.rsplitn(3, ':');
+        let column = parts.next().unwrap().parse().unwrap();
+        let line = parts.next().unwrap().parse().unwrap();
+        if parts.next() != Some(file) {
+            continue;
+        }
+        let help = rest
+            .split_once("= help: ")
+            .map(|(_, help)| help.lines().map(str::trim).collect::<Vec<_>>().join("\n"));
+        all.push(Told { line, column, headline: headline.trim().to_owned(), help });
+    }
+    all.sort();
+    all
+}
+
+/// Opens every file below a folder; returns the number of findings.
+fn compare(folder: &Path) -> usize {
+    let mut editor = Editor::new(folder);
+    let mut found = 0;
+    for name in shipped(folder) {
+        let path = folder.join(&name).canonicalize().unwrap();
+        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+        let (files, findings) = checked(&path);
+        let whole = render(&findings, &files, Style::default());
+        // What is printed is cut short.
+        if findings.len() > 100 || text.lines().any(|line| line.len() > 1000) {
+            continue;
+        }
+        editor.open_with(&name, &text);
+        let mut told: Vec<Told> = editor.diagnostics(&name).iter().map(shown).collect();
+        told.sort();
+        let file = files
+            .iter()
+            .find(|file| Path::new(&file.name).canonicalize().is_ok_and(|found| found == path));
+        let printed = printed(&whole, &file.unwrap().name);
+        found += printed.len();
+        assert_eq!(without_labels(told, &printed), printed, "{name}\n{whole}");
+        editor.close(&name);
+    }
+    found
+}
+
+/// The cases of `tests/ui` have every finding that there is.
+#[test]
+fn findings_are_shown_as_check_prints_them() {
+    let found = compare(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui"));
+    assert!(found > 300, "{found} findings");
+}
+
+#[test]
+fn shipped_files_are_shown_as_check_judges_them() {
+    compare(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config"));
+}
+
+/// What is shown, without the words that `rungd check` prints under the place.
+fn without_labels(mut shown: Vec<Told>, printed: &[Told]) -> Vec<Told> {
+    for (shown, printed) in shown.iter_mut().zip(printed) {
+        if shown
+            .headline
+            .strip_prefix(&printed.headline)
+            .is_some_and(|label| label.starts_with(" (") && label.ends_with(')'))
+        {
+            shown.headline.clone_from(&printed.headline);
+        }
+        shown.help = shown
+            .help
+            .take()
+            .map(|help| help.lines().map(str::trim).collect::<Vec<_>>().join("\n"));
+    }
+    shown
+}

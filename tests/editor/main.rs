@@ -1,0 +1,6 @@
+//! The language server: an editor of the tests' own speaks with it, in memory.
+
+mod client;
+mod findings;
+mod navigation;
+mod project;
