@@ -21,6 +21,7 @@ mod operator;
 mod posture;
 mod record;
 mod record_disk;
+mod record_stall;
 mod record_thread;
 mod reload;
 mod retain;

@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use super::config::Setup;
 use super::narration::span;
 use super::record::clock;
+use super::record_stall::{Backlog, DiskStall, StallNews};
 use crate::faults::{self, FaultPoint};
 use crate::record::{FolderOnDisk, RecordBlock, Store, StoreNews, StoreSettings};
 use crate::say::say;
@@ -24,6 +25,8 @@ const BLOCKS_MAX: usize = 120;
 const REPEAT: Duration = Duration::from_secs(60);
 /// The longest time between two looks at what is due.
 const TICK: Duration = Duration::from_millis(500);
+/// Why the folder is not written while the disk stalls.
+const NO_ANSWER: &str = "the disk does not answer";
 const SECOND_NS: u64 = 1_000_000_000;
 /// The longest time, and the most bytes, in one file.
 const FILE_NS: u64 = 3600 * SECOND_NS;
@@ -45,8 +48,8 @@ pub(super) struct RecordDisk {
     blocks: SyncSender<DiskOrder>,
     figures: Arc<Mutex<DiskFigures>>,
     dir: String,
-    /// Since when the disk does not answer, and the blocks that were left out for it.
-    stalled: Option<(Instant, u64)>,
+    backlog: Arc<Backlog>,
+    stall: DiskStall,
 }
 
 enum DiskOrder {
@@ -79,38 +82,48 @@ impl RecordDisk {
             "the scan log is recorded"
         );
         let (blocks, inbox) = sync_channel(BLOCKS_MAX);
+        let backlog = Arc::new(Backlog::default());
         let writer = DiskWriter {
             store: Store::new(FolderOnDisk::new(dir), settings),
             figures: Arc::clone(&figures),
             dir: name.clone(),
             failing: None,
+            backlog: Arc::clone(&backlog),
         };
         thread::Builder::new().name("rungd-record-io".into()).spawn(move || writer.work(&inbox))?;
-        Ok(RecordDisk { blocks, figures, dir: name, stalled: None })
+        Ok(RecordDisk { blocks, figures, dir: name, backlog, stall: DiskStall::default() })
     }
 
     /// Hands a block over; leaves it out if too many wait.
     pub fn put(&mut self, block: RecordBlock) {
+        // Counted before the disk can take it.
+        self.backlog.put();
         match self.blocks.try_send(DiskOrder::Block(Box::new(block))) {
             Ok(()) => {
-                if let Some((since, lost)) = self.stalled.take() {
-                    let lasted = span(since.elapsed().as_nanos() as u64);
-                    say!(
-                        RECORD_RESUMED,
-                        blocks_lost = lost,
-                        "the scan log is written again, after {lasted}"
-                    );
-                }
+                let news = self.stall.put(&self.backlog, BLOCKS_MAX);
+                self.tell(news);
             }
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {
-                let is_first = self.stalled.is_none();
-                self.stalled.get_or_insert((Instant::now(), 0)).1 += 1;
-                if is_first {
-                    let why = "the disk does not answer";
-                    locked(&self.figures).failing = Some(why.to_owned());
-                    tell_failure(&self.dir, why);
-                }
+                self.backlog.taken();
+                let news = self.stall.left_out(&self.backlog, Instant::now());
+                self.tell(news);
             }
+        }
+    }
+
+    fn tell(&self, news: Option<StallNews>) {
+        match news {
+            Some(StallNews::Begins) => {
+                locked(&self.figures).failing = Some(NO_ANSWER.to_owned());
+                tell_failure(&self.dir, NO_ANSWER);
+            }
+            Some(StallNews::Ends(since, lost)) => {
+                let mut figures = locked(&self.figures);
+                figures.failing.take_if(|why| why == NO_ANSWER);
+                drop(figures);
+                tell_resumed(since.elapsed(), lost);
+            }
+            None => {}
         }
     }
 
@@ -128,7 +141,10 @@ impl RecordDisk {
             let why =
                 format!("the disk has not answered for {waited}; the last scans may be missing");
             tell_failure(&self.dir, &why);
+            return;
         }
+        let news = self.stall.over(&self.backlog);
+        self.tell(news);
     }
 }
 
@@ -138,6 +154,7 @@ struct DiskWriter {
     dir: String,
     /// When the trouble was told last.
     failing: Option<(Instant, Instant)>,
+    backlog: Arc<Backlog>,
 }
 
 impl DiskWriter {
@@ -145,6 +162,7 @@ impl DiskWriter {
         loop {
             let news = match inbox.recv_timeout(TICK) {
                 Ok(DiskOrder::Block(block)) => {
+                    self.backlog.taken();
                     faults::point(FaultPoint::RecordDisk);
                     self.store.put(&block, clock())
                 }
@@ -165,7 +183,9 @@ impl DiskWriter {
     fn show(&self) {
         let status = self.store.status();
         let mut figures = locked(&self.figures);
-        (figures.bytes, figures.failing) = (status.bytes, status.trouble);
+        figures.bytes = status.bytes;
+        let no_answer = || self.backlog.is_stalled().then(|| NO_ANSWER.to_owned());
+        figures.failing = status.trouble.or_else(no_answer);
     }
 
     fn tell(&mut self, news: Option<StoreNews>) {
@@ -175,13 +195,8 @@ impl DiskWriter {
                 tell_failure(&self.dir, &error.to_string());
             }
             Some(StoreNews::Resumed { lost_blocks }) => {
-                let since = self.failing.take().map_or(0, |(since, _)| since.elapsed().as_nanos());
-                say!(
-                    RECORD_RESUMED,
-                    blocks_lost = lost_blocks,
-                    "the scan log is written again, after {}",
-                    span(since as u64)
-                );
+                let since = self.failing.take().map(|(since, _)| since.elapsed());
+                tell_resumed(since.unwrap_or_default(), lost_blocks);
             }
             None => self.repeat(),
         }
@@ -205,6 +220,11 @@ fn tell_failure(dir: &str, why: &str) {
         dir,
         "the scan log cannot be written: {why}. Control goes on; rungd tries again by itself"
     );
+}
+
+fn tell_resumed(after: Duration, lost: u64) {
+    let lasted = span(after.as_nanos() as u64);
+    say!(RECORD_RESUMED, blocks_lost = lost, "the scan log is written again, after {lasted}");
 }
 
 /// The name with which a controller's files begin: that of its file, without its ending.
