@@ -40,6 +40,11 @@ impl EditorFile {
         EditorFile { path: path.to_owned(), text, kind, outline, words, lines, columns }
     }
 
+    /// The same file with another text.
+    pub fn with_text(&self, text: Arc<str>) -> EditorFile {
+        EditorFile::new(&self.path, text, self.columns)
+    }
+
     /// The byte at a position.
     pub fn offset(&self, position: Position) -> usize {
         self.lines.offset(&self.text, self.columns, position)

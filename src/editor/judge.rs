@@ -48,6 +48,8 @@ pub(super) struct Judgement {
     pub findings: Vec<Finding>,
     /// The program, if nothing refuses it.
     pub program: Option<Arc<Program>>,
+    /// How many elements retentive memory keeps.
+    pub retained: usize,
     /// Why the root could not be read.
     pub failure: Option<String>,
 }
@@ -98,28 +100,27 @@ fn newest(orders: &Receiver<JudgeOrder>, first: JudgeOrder) -> JudgeOrder {
 /// The judgement of a root, with these texts in place of the files on disk.
 pub(super) fn judge(change: u64, root: &JudgedRoot, texts: &OpenTexts) -> Judgement {
     let loaded = match root {
-        JudgedRoot::Program(path) => load::open_file(path, texts).map(judged_program),
+        JudgedRoot::Program(path) => load::open_file(path, texts),
         JudgedRoot::Test(path) => test(path, texts),
     };
-    let ((files, findings, program), failure) = match loaded {
-        Ok(judged) => (judged, None),
-        Err(failure) => (Judged::default(), Some(format!("{failure:#}"))),
+    let (loaded, failure) = match loaded {
+        Ok(loaded) => (loaded, None),
+        Err(failure) => (Loaded::default(), Some(format!("{failure:#}"))),
     };
-    Judgement { change, root: root.clone(), files, findings, program, failure }
-}
-
-type Judged = (Vec<SourceFile>, Vec<Finding>, Option<Arc<Program>>);
-
-fn judged_program(loaded: Loaded) -> Judged {
-    (loaded.files, loaded.findings, loaded.program.map(Arc::new))
+    let retained = loaded.controller.as_ref().map_or(0, |controller| controller.retain.len());
+    let Loaded { files, findings, program, .. } = loaded;
+    let (root, program) = (root.clone(), program.map(Arc::new));
+    Judgement { change, root, files, findings, program, retained, failure }
 }
 
 /// A test file, without the findings of the files that it names: these have their own roots.
-fn test(path: &Path, texts: &OpenTexts) -> anyhow::Result<Judged> {
+fn test(path: &Path, texts: &OpenTexts) -> anyhow::Result<Loaded> {
     let bytes = texts.read(path)?;
     let (text, undecoded) = decode(&bytes, FileId(0));
     let file = SourceFile { name: path.display().to_string(), text };
     let read = testing::read_among(path, (file, undecoded), texts);
     let own = read.findings.into_iter().filter(|finding| finding.span.file == FileId(0));
-    Ok((read.files, own.collect(), None))
+    let mut loaded = Loaded::default();
+    (loaded.files, loaded.findings) = (read.files, own.collect());
+    Ok(loaded)
 }

@@ -14,6 +14,7 @@ mod names;
 mod navigate;
 mod outline;
 mod project;
+mod rename;
 mod requests;
 mod server;
 mod slots;

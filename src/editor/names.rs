@@ -271,6 +271,10 @@ impl Names {
             Role::Device => {
                 known(self.global(text).filter(|at| self.all[*at].kind == DeclaredKind::Device))
             }
+            Role::Placeholder => {
+                let block = self.block_of((number, file), word.object);
+                known(block.and_then(|block| self.own(block, text)))
+            }
             Role::File | Role::Mnemonic(_) | Role::Function(_) | Role::Warning => Vec::new(),
         }
     }

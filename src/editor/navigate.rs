@@ -4,7 +4,10 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use lsp_types::{GotoDefinitionParams, GotoDefinitionResponse, Location, ReferenceParams};
+use lsp_types::{
+    DocumentHighlight, DocumentHighlightKind, DocumentHighlightParams, GotoDefinitionParams,
+    GotoDefinitionResponse, Location, ReferenceParams,
+};
 
 use super::names::Meaning;
 use super::project::{Project, named_file};
@@ -74,9 +77,9 @@ pub(super) fn references(
     let Some((_, meaning)) = part_at(&cursor) else { return Ok(None) };
     let with_declaration = params.context.include_declaration;
     let project = &cursor.project;
-    let mut places = match meaning {
-        Meaning::Declared(_) | Meaning::Address(_) => places_of(project, meaning),
-        Meaning::Member | Meaning::Status | Meaning::Unknown => Vec::new(),
+    let mut places = match is_one_thing(meaning) {
+        true => places_of(project, meaning),
+        false => Vec::new(),
     };
     if let Meaning::Declared(at) = meaning {
         let declared = &project.names.all[at];
@@ -86,4 +89,48 @@ pub(super) fn references(
     let found =
         places.into_iter().filter_map(|(number, range)| location(&project.files[number], range));
     Ok(Some(found.collect()))
+}
+
+/// The places in the file at which the name at the cursor is meant.
+pub(super) fn highlights(
+    workspace: &mut Workspace,
+    params: DocumentHighlightParams,
+) -> Result<Option<Vec<DocumentHighlight>>> {
+    let Some(cursor) = workspace.cursor(&params.text_document_position_params) else {
+        return Ok(None);
+    };
+    let Some((_, meaning)) = part_at(&cursor) else { return Ok(None) };
+    let file = cursor.file();
+    let mut places = Vec::new();
+    for word in file.words.all.iter().filter(|_| is_one_thing(meaning)) {
+        let kind = match word.role {
+            Role::Writes | Role::Declares(_) => DocumentHighlightKind::WRITE,
+            Role::Reads
+            | Role::Names
+            | Role::Block
+            | Role::Stage
+            | Role::Template
+            | Role::Parameter
+            | Role::Device
+            | Role::File
+            | Role::Mnemonic(_)
+            | Role::Function(_)
+            | Role::Warning
+            | Role::Placeholder => DocumentHighlightKind::READ,
+        };
+        let parts = cursor.project.names.parts(cursor.numbered(), word);
+        let same = parts.into_iter().filter(|part| part.meaning == meaning);
+        places.extend(
+            same.map(|part| DocumentHighlight { range: file.place(part.span), kind: Some(kind) }),
+        );
+    }
+    Ok(Some(places))
+}
+
+/// Whether words of this meaning all mean the same thing.
+fn is_one_thing(meaning: Meaning) -> bool {
+    match meaning {
+        Meaning::Declared(_) | Meaning::Address(_) => true,
+        Meaning::Member | Meaning::Status | Meaning::Unknown => false,
+    }
 }

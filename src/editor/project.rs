@@ -81,7 +81,12 @@ impl Library {
 
     /// The texts that the editor shows.
     pub fn texts(&self) -> OpenTexts {
-        OpenTexts::new(self.open.iter().map(|(path, file)| (path.clone(), file.text.clone())))
+        OpenTexts::new(self.open_texts())
+    }
+
+    /// The same, each with its path.
+    pub fn open_texts(&self) -> impl Iterator<Item = (PathBuf, Arc<str>)> {
+        self.open.iter().map(|(path, file)| (path.clone(), file.text.clone()))
     }
 
     /// A file, by its identity, or by its name in the library; `None` if it cannot be read.

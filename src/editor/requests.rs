@@ -2,10 +2,14 @@
 
 use anyhow::{Context, Result};
 use lsp_server::Request;
-use lsp_types::request::{DocumentSymbolRequest, GotoDefinition, References, Request as RequestOf};
+use lsp_types::request::{
+    DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest, GotoDefinition,
+    PrepareRenameRequest, References, Rename, Request as RequestOf,
+};
 use serde_json::Value;
 
 use super::navigate;
+use super::rename;
 use super::symbols;
 use super::workspace::Workspace;
 
@@ -18,6 +22,12 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
     match asked.request.method.as_str() {
         GotoDefinition::METHOD => asked.by::<GotoDefinition>(navigate::definition),
         References::METHOD => asked.by::<References>(navigate::references),
+        PrepareRenameRequest::METHOD => asked.by::<PrepareRenameRequest>(rename::prepare),
+        Rename::METHOD => asked.by::<Rename>(rename::rename),
+        DocumentHighlightRequest::METHOD => {
+            asked.by::<DocumentHighlightRequest>(navigate::highlights)
+        }
+        FoldingRangeRequest::METHOD => asked.by::<FoldingRangeRequest>(symbols::folding),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
         _ => Ok(None),
     }

@@ -87,8 +87,12 @@ pub(super) enum Slot {
     Operand,
     /// Contacts with sums.
     Condition,
+    /// One side of a device's map: a point of the device, or a name of the program.
+    Point,
     /// A step of a test.
     Step,
+    /// A text in which parameters of a template stand in braces.
+    Placeholders,
     /// A text, a number: nothing with a name.
     Other,
 }
@@ -107,6 +111,7 @@ pub(super) fn of_value(outline: &Outline, kind: FileKind, pair: &KeyPair) -> Slo
 fn of_ladder(object: &str, keys: &[&str]) -> Slot {
     let last = object.rsplit('.').next().unwrap_or_default();
     match (last, keys) {
+        ("template", ["tags", _, "alarm" | "doc"]) => Slot::Placeholders,
         ("", ["ladder", "order"]) => Slot::Block,
         ("", ["ladder", "devices"]) => Slot::Device,
         (_, ["allow"]) | ("", ["ladder", "allow"]) => Slot::Allow,
@@ -132,7 +137,11 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
         ("", ["order"]) => Slot::Block,
         ("", ["allow"]) => Slot::Allow,
         ("device", ["name"]) => Slot::Declares(DeclaredKind::Device),
-        _ => Slot::Operand,
+        ("device.map", ["from" | "to"]) => Slot::Point,
+        ("", ["outputs" | "retain" | "modbus-server", _, ..])
+        | ("simulated-device", ["input" | "follows" | "while" | "when"])
+        | ("modbus-server.map", _) => Slot::Operand,
+        _ => Slot::Other,
     }
 }
 
@@ -161,7 +170,6 @@ pub(super) fn of_key(outline: &Outline, kind: FileKind, pair: &KeyPair, at: usiz
         (FileKind::Ladder, _, ["with"]) => KeySlot::Parameter,
         (FileKind::Test, "scenario" | "random", ["set"])
         | (FileKind::Test, "random", ["change"]) => KeySlot::Operand,
-        (FileKind::Controller, _, [_, ..]) => KeySlot::Operand,
         (FileKind::Ladder | FileKind::Controller | FileKind::Test, ..) => KeySlot::Word,
     }
 }

@@ -52,6 +52,8 @@ pub(super) enum Role {
     Function(Function),
     /// The name of a warning.
     Warning,
+    /// A parameter in the braces of a text.
+    Placeholder,
 }
 
 /// All words of a file, in order of place.
@@ -72,7 +74,10 @@ impl Words {
         for value in &outline.values {
             let pair = &outline.pairs[value.pair];
             (reader.object, reader.pair) = (pair.object, value.pair);
-            reader.value(value, of_value(outline, kind, pair));
+            match of_value(outline, kind, pair) {
+                Slot::Point if reader.is_point(outline, value) => {}
+                slot => reader.value(value, slot),
+            }
         }
         reader.words.sort_by_key(|word| (word.span.start, word.span.end));
         Words { all: reader.words }
@@ -113,6 +118,22 @@ impl Reader<'_> {
         }
     }
 
+    /// Whether one side of a device's map is a point of the device: `coil 0`, `belt.scale` of a
+    /// part `belt`.
+    fn is_point(&self, outline: &Outline, value: &OutlineValue) -> bool {
+        let text = &self.text[value.inner.clone()];
+        let part = text.split_once('.').map(|(part, _)| part);
+        let device = outline.objects[self.object].parent;
+        let is_part = |object: usize| {
+            let of = &outline.objects[object];
+            of.parent == device && of.kind == "device.part" && {
+                let name = outline.value(object, &["name"]);
+                name.is_some_and(|name| Some(&self.text[name.inner.clone()]) == part)
+            }
+        };
+        text.contains(' ') || (part.is_some() && (0..outline.objects.len()).any(is_part))
+    }
+
     fn value(&mut self, value: &OutlineValue, slot: Slot) {
         let whole = value.inner.clone();
         if !value.is_string {
@@ -121,7 +142,7 @@ impl Reader<'_> {
         match slot {
             Slot::Declares(declared) => self.push(whole, Role::Declares(declared)),
             Slot::Contacts | Slot::Condition => self.contacts(whole, Role::Reads),
-            Slot::Argument | Slot::Operand => self.contacts(whole, Role::Names),
+            Slot::Argument | Slot::Operand | Slot::Point => self.contacts(whole, Role::Names),
             Slot::Address => self.contacts(whole, Role::Names),
             Slot::Instruction => self.instruction(whole),
             Slot::Step => self.step(whole),
@@ -130,6 +151,7 @@ impl Reader<'_> {
             Slot::Block => self.push(whole, Role::Block),
             Slot::File => self.push(whole, Role::File),
             Slot::Device => self.push(whole, Role::Device),
+            Slot::Placeholders => self.placeholders(whole),
             Slot::Type | Slot::Other => {}
         }
     }
@@ -141,6 +163,20 @@ impl Reader<'_> {
             if !(called && matches!(&self.text[span.clone()], "rise" | "fall")) {
                 self.push(span, role);
             }
+        }
+    }
+
+    /// The words in braces of a text.
+    fn placeholders(&mut self, place: Range<usize>) {
+        let text = &self.text[place.clone()];
+        let mut at = 0;
+        while let Some(open) = text[at..].find('{').map(|open| at + open + 1) {
+            let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+            let length = text[open..].find(|c| !is_letter(c)).unwrap_or(0);
+            if text[open + length..].starts_with('}') {
+                self.push(place.start + open..place.start + open + length, Role::Placeholder);
+            }
+            at = open;
         }
     }
 

@@ -57,11 +57,11 @@ fn every_subcommand_has_a_page() {
     }
 }
 
-/// The script of a shell, as a file.
-fn completions(shell: &str) -> PathBuf {
+/// The script of a shell, as a file of the test that asks.
+fn completions(shell: &str, test: &str) -> PathBuf {
     let script = text(rungd(&["completions", shell]).stdout);
     assert!(script.contains(&format!("COMPLETE=\"{shell}\"")) || shell == "fish", "{script}");
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("completions.{shell}"));
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("completions-{test}.{shell}"));
     fs::write(&file, script).expect("a file");
     file
 }
@@ -69,7 +69,7 @@ fn completions(shell: &str) -> PathBuf {
 #[test]
 fn shells_read_their_completions() {
     for shell in ["bash", "zsh", "fish"] {
-        let file = completions(shell);
+        let file = completions(shell, "read");
         if Command::new(shell).arg("--version").output().is_ok() {
             let status = Command::new(shell).arg("-n").arg(&file).stdout(Stdio::null()).status();
             assert!(status.expect("it runs").success(), "{shell} does not read it");
@@ -88,7 +88,7 @@ fn shells_read_their_completions() {
 /// As bash does it while a line is typed.
 #[test]
 fn bash_completes_commands_and_kinds() {
-    let file = completions("bash").display().to_string();
+    let file = completions("bash", "asked").display().to_string();
     let bin = Path::new(env!("CARGO_BIN_EXE_rungd")).parent().expect("a folder").display();
     let complete = |words: &str, last: &str| {
         let script = format!(

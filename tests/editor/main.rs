@@ -4,3 +4,14 @@ mod client;
 mod findings;
 mod navigation;
 mod project;
+mod renames;
+mod typing;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod case;
+    pub mod run;
+    pub mod table;
+}

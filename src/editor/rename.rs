@@ -1,0 +1,189 @@
+//! Renames what is declared, in all files of the project and its tests.
+//!
+//! A rename must change nothing but names. So it is tried on the texts first: every word must mean
+//! what it meant before, no finding may be new, and retentive memory must keep what it kept. Else
+//! it is refused, with the reason.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::{Result, bail};
+use lsp_types::{
+    PrepareRenameResponse, RenameParams, TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
+};
+
+use super::file::EditorFile;
+use super::judge::{JudgedRoot, judge};
+use super::names::{Declared, Meaning, Names};
+use super::navigate::{part_at, places_of};
+use super::project::{Project, is_library};
+use super::slots::DeclaredKind;
+use super::uri::uri_of;
+use super::workspace::{Cursor, Workspace};
+use crate::load::OpenTexts;
+use crate::source::finding::{Code, Severity};
+
+/// Whether the name at a place can be changed: its place and its present text.
+pub(super) fn prepare(
+    workspace: &mut Workspace,
+    params: TextDocumentPositionParams,
+) -> Result<Option<PrepareRenameResponse>> {
+    let Some(cursor) = workspace.cursor(&params) else { return Ok(None) };
+    let (span, declared) = renamed(&cursor)?;
+    let (range, placeholder) = (cursor.file().place(span), declared.name.clone());
+    Ok(Some(PrepareRenameResponse::RangeWithPlaceholder { range, placeholder }))
+}
+
+/// The declaration at a cursor, and the place of its name there.
+fn renamed(cursor: &Cursor) -> Result<(Range<usize>, &Declared)> {
+    let (span, at) = match part_at(cursor) {
+        Some((span, Meaning::Declared(at))) => (span, at),
+        Some((_, Meaning::Address(address))) => {
+            bail!("`{address}` is an address: give it a name under [tags] first")
+        }
+        Some((_, Meaning::Member | Meaning::Status)) => bail!("this name belongs to rungd"),
+        Some((_, Meaning::Unknown)) => bail!("nothing of this name is declared"),
+        None => bail!("there is no name here"),
+    };
+    let declared = &cursor.project.names.all[at];
+    if is_library(&cursor.project.files[declared.file].path) {
+        bail!("`{}` belongs to the library of rungd", declared.name);
+    }
+    if declared.kind == DeclaredKind::Program && declared.name == "Main" {
+        bail!("a program has a block `Main`: it keeps its name");
+    }
+    Ok((span, declared))
+}
+
+/// The edits of a rename.
+pub(super) fn rename(
+    workspace: &mut Workspace,
+    params: RenameParams,
+) -> Result<Option<WorkspaceEdit>> {
+    let Some(cursor) = workspace.cursor(&params.text_document_position) else { return Ok(None) };
+    let (_, declared) = renamed(&cursor)?;
+    let new = params.new_name.trim();
+    check_name(declared, new)?;
+    let project = &cursor.project;
+    let Some((_, meaning)) = part_at(&cursor) else { return Ok(None) };
+    let mut places: BTreeMap<usize, Vec<Range<usize>>> = BTreeMap::new();
+    for (number, span) in places_of(project, meaning) {
+        places.entry(number).or_default().push(span);
+    }
+    let changed = changed_files(project, &places, new);
+    same_meanings(project, &changed, new)?;
+    same_judgement(workspace, project, &changed)?;
+    // The type is the protocol's.
+    #[allow(clippy::mutable_key_type)]
+    let mut edits: HashMap<Uri, Vec<TextEdit>> = HashMap::new();
+    for (number, spans) in places {
+        let file = &project.files[number];
+        let Some(uri) = uri_of(&file.path) else { bail!("a file of the library names it") };
+        let edit = |span| TextEdit::new(file.place(span), new.to_owned());
+        edits.insert(uri, spans.into_iter().map(edit).collect());
+    }
+    Ok(Some(WorkspaceEdit::new(edits)))
+}
+
+/// Refuses a name that cannot be one: of letters, digits and `_`, of blocks and the like `-` too;
+/// of a test it is any text.
+fn check_name(declared: &Declared, new: &str) -> Result<()> {
+    let hyphens = match declared.kind {
+        DeclaredKind::Tag
+        | DeclaredKind::OwnTag
+        | DeclaredKind::Parameter
+        | DeclaredKind::Use
+        | DeclaredKind::Template => false,
+        DeclaredKind::Program
+        | DeclaredKind::Task
+        | DeclaredKind::Stage
+        | DeclaredKind::Rung
+        | DeclaredKind::Device => true,
+        DeclaredKind::Test => {
+            let is_plain = !new.is_empty() && !new.contains(['"', '\'', '\\', '\n', '\r']);
+            return if is_plain { Ok(()) } else { bail!("a name is a text without quotes") };
+        }
+    };
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_' || (hyphens && c == '-');
+    if new.starts_with(|c: char| c.is_ascii_alphabetic()) && new.chars().all(is_letter) {
+        return Ok(());
+    }
+    let also = if hyphens { ", `_` and `-`" } else { " and `_`" };
+    bail!("`{new}` is no name: names begin with a letter and are of letters, digits{also}")
+}
+
+/// The files of a project with the new name in some places.
+fn changed_files(
+    project: &Project,
+    places: &BTreeMap<usize, Vec<Range<usize>>>,
+    new: &str,
+) -> Vec<Arc<EditorFile>> {
+    let changed = |(number, file): (usize, &Arc<EditorFile>)| match places.get(&number) {
+        None => file.clone(),
+        Some(spans) => {
+            let mut text = file.text.to_string();
+            for span in spans.iter().rev() {
+                text.replace_range(span.clone(), new);
+            }
+            Arc::new(file.with_text(text.into()))
+        }
+    };
+    project.files.iter().enumerate().map(changed).collect()
+}
+
+/// Refuses a rename after which a word would mean something else.
+fn same_meanings(project: &Project, changed: &[Arc<EditorFile>], new: &str) -> Result<()> {
+    let names = Names::of(changed);
+    for (number, (before, after)) in project.files.iter().zip(changed).enumerate() {
+        if before.words.all.len() != after.words.all.len() {
+            bail!("with `{new}` the file would read otherwise");
+        }
+        for (word, renamed) in before.words.all.iter().zip(&after.words.all) {
+            let meant = project.names.parts((number, before), word);
+            let means = names.parts((number, after), renamed);
+            let is_same = meant.len() == means.len()
+                && meant.iter().zip(&means).all(|(old, new)| old.meaning == new.meaning);
+            if !is_same {
+                let line = before.place(word.span.clone()).start.line + 1;
+                let path = before.path.display();
+                bail!("`{new}` would mean something else at {path}:{line}");
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a rename after which a file has an error that it did not have, or memory keeps less.
+fn same_judgement(
+    workspace: &Workspace,
+    project: &Project,
+    changed: &[Arc<EditorFile>],
+) -> Result<()> {
+    let before: Vec<(PathBuf, Arc<str>)> = workspace.library.open_texts().collect();
+    let on_disk = changed.iter().filter(|file| !is_library(&file.path));
+    let after = on_disk.map(|file| (file.path.clone(), file.text.clone()));
+    let after: Vec<(PathBuf, Arc<str>)> = before.iter().cloned().chain(after).collect();
+    let (before, after) = (OpenTexts::new(before), OpenTexts::new(after));
+    let tests = project.files.iter().filter(|file| file.kind == super::slots::FileKind::Test);
+    let tests = tests.map(|file| JudgedRoot::Test(file.path.clone()));
+    for root in std::iter::once(JudgedRoot::Program(project.root.clone())).chain(tests) {
+        let (was, is) = (judge(0, &root, &before), judge(0, &root, &after));
+        let errors = |of: &super::judge::Judgement| {
+            let errors = of.findings.iter().filter(|of| of.severity() == Severity::Error);
+            let mut codes: Vec<Code> = errors.map(|finding| finding.code).collect();
+            codes.sort_unstable();
+            codes
+        };
+        if errors(&was) != errors(&is) {
+            let new = is.findings.iter().find(|of| of.severity() == Severity::Error);
+            let why = new.map_or_else(String::new, |finding| format!(": {}", finding.message));
+            bail!("the new name is refused{why}");
+        }
+        if was.retained != is.retained {
+            bail!("retentive memory would keep something else: see `tags` of [retain]");
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,242 @@
+//! A rename changes names alone: traces stay the same, and what would mean something else is
+//! refused.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rungd::load::{self, Loaded};
+use rungd::lower::lower;
+use rungd::sim::stimulus::Stimulus;
+use rungd::sim::{Plan, run};
+use serde_json::{Value, json};
+
+use crate::client::{Editor, place_of};
+use crate::findings::shipped;
+use crate::project::{CONTROLLER, Folder, LADDER, TEST, empty, folder};
+use crate::support::run::{Rows, target};
+
+/// The answer to a rename: the edits by file, or the refusal.
+fn rename(editor: &mut Editor, (name, line, column): (&str, usize, usize), new: &str) -> Renamed {
+    let params = json!({
+        "textDocument": { "uri": editor.uri(name) },
+        "position": { "line": line, "character": column },
+        "newName": new,
+    });
+    let response = editor.respond("textDocument/rename", params);
+    match response.response_result {
+        Ok(result) => Ok(serde_json::from_value(result["changes"].clone()).unwrap()),
+        Err(error) => Err(error.message),
+    }
+}
+
+type Renamed = Result<BTreeMap<String, Vec<Value>>, String>;
+
+/// A text of ASCII lines after edits that do not touch each other.
+fn edited(text: &str, edits: &[Value]) -> String {
+    let starts: Vec<usize> =
+        std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+    let offset = |place: &Value| {
+        let line = starts[place["line"].as_u64().unwrap() as usize];
+        let rest = &text[line..];
+        let units = place["character"].as_u64().unwrap() as usize;
+        let mut seen = 0;
+        let chars = rest.char_indices().find(|(_, c)| {
+            let is_there = seen >= units;
+            seen += c.len_utf16();
+            is_there
+        });
+        line + chars.map_or(rest.len(), |(at, _)| at)
+    };
+    let mut edits: Vec<(usize, usize, &str)> = edits
+        .iter()
+        .map(|edit| {
+            let range = &edit["range"];
+            let new = edit["newText"].as_str().unwrap();
+            (offset(&range["start"]), offset(&range["end"]), new)
+        })
+        .collect();
+    edits.sort_unstable();
+    let mut text = text.to_owned();
+    for (start, end, new) in edits.into_iter().rev() {
+        text.replace_range(start..end, new);
+    }
+    text
+}
+
+fn place(editor: &Editor, name: &str, wanted: &str, within: usize) -> (usize, usize) {
+    let (line, column) = place_of(&editor.disk(name), wanted);
+    (line, column + within)
+}
+
+#[test]
+fn a_rename_reaches_every_file_and_every_form_of_the_name() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    editor.open(LADDER);
+    let (line, column) = place(&editor, LADDER, "valve = {", 1);
+    let edits = rename(&mut editor, (LADDER, line, column), "outlet").unwrap();
+    let of = |name: &str| edited(&editor.disk(name), &edits[&editor.uri(name)]);
+    assert!(of(CONTROLLER).contains("on = [\"outlet\"]"));
+    assert!(of(TEST).contains("expect: outlet"));
+    let ladder = of(LADDER);
+    assert!(ladder.contains("outlet = { at") && ladder.contains("OUT outlet"));
+    assert!(ladder.contains("start & outlet"));
+    let (line, column) = place(&editor, LADDER, "p1.failed", 4);
+    let edits = rename(&mut editor, (LADDER, line, column), "broken").unwrap();
+    let ladder = edited(&editor.disk(LADDER), &edits[&editor.uri(LADDER)]);
+    assert!(ladder.contains("\nbroken = { type"), "{ladder}");
+    assert!(ladder.contains("\"!broken\"") && ladder.contains("RST p1.broken"), "{ladder}");
+    assert!(ladder.contains("failed_lamp = {"), "{ladder}");
+}
+
+#[test]
+fn what_would_mean_something_else_is_refused() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    editor.open(LADDER);
+    let mut refused = |wanted: &str, within: usize, new: &str| {
+        let (line, column) = place(&editor, LADDER, wanted, within);
+        rename(&mut editor, (LADDER, line, column), new).expect_err(new)
+    };
+    let cases = [
+        ("valve = {", 1, "start", "start"),
+        ("valve = {", 1, "X7", "X7"),
+        ("valve = {", 1, "no name", "is no name"),
+        ("valve = {", 1, "OUT", "OUT"),
+        ("wanted = {", 1, "failed", "failed"),
+        ("name = \"Main", 9, "Other", "Main"),
+        ("name = \"Close", 9, "Open", "Open"),
+        ("at = \"X0\"", 6, "eye", "is an address"),
+        ("!late.Done", 7, "eye", "belongs to rungd"),
+        ("JMP Close", 1, "eye", "no name here"),
+    ];
+    for (wanted, within, new, words) in cases {
+        let why = refused(wanted, within, new);
+        assert!(why.contains(words), "{new}: {why}");
+    }
+}
+
+#[test]
+fn a_name_that_hides_another_is_refused() {
+    let folder = empty();
+    let text = "[tags]\na = { at = \"X0\" }\nb = { at = \"Y0\" }\n\n[[template]]\nname = \"T\"\n\n\
+                [template.parameters]\np = { type = \"output\" }\n\n[[template.rung]]\n\
+                when = [\"a\"]\ndo = [\"OUT p\"]\n\n[[program]]\nname = \"Main\"\n\n\
+                [[program.rung]]\nuse = \"T\"\nname = \"t\"\nwith = { p = \"b\" }\n";
+    std::fs::write(folder.path().join(LADDER), text).unwrap();
+    let mut editor = Editor::new(folder.path());
+    editor.open(LADDER);
+    // Within the template `a` would be the parameter.
+    let (line, column) = place(&editor, LADDER, "p = { type", 0);
+    let why = rename(&mut editor, (LADDER, line, column), "a").unwrap_err();
+    assert!(why.contains("would mean something else at"), "{why}");
+}
+
+/// What a program does with inputs that come and go, scan by scan.
+fn trace(loaded: &Loaded) -> Vec<Vec<i64>> {
+    let program = loaded.program.as_ref().expect("it loads");
+    let names = program.named(4);
+    let (lowered, symbols) = lower(program);
+    // Any fixed pattern that is not the same for two inputs.
+    let mut text = (0..24).fold("scan".to_owned(), |head, input| format!("{head},X{input}"));
+    for scan in 0..400 {
+        let level = |input: usize| ((scan / (input * 7 + 5)) % 2).to_string();
+        let row: Vec<String> = (0..24).map(level).collect();
+        text.push_str(&format!("\n{scan},{}", row.join(",")));
+    }
+    let lookup = |name: &str| target(program, &symbols, name);
+    let stimulus = Stimulus::parse(&text, &lookup).expect("a stimulus");
+    let cells = names.iter().map(|named| {
+        let address = rungd::resolve::resolve_operand(program, &named.name).expect("a name");
+        symbols.layout.cell(address).expect("a cell")
+    });
+    let mut rows = Rows::new(cells.collect());
+    let well = Vec::new();
+    let plan = Plan { period_ms: 10, scans: 400, stop: true, well, clock_s: 0, stimulus };
+    run(lowered, &plan, &mut rows).expect("it runs");
+    rows.rows.into_iter().map(|(_, values)| values).collect()
+}
+
+fn loaded(folder: &Path, name: &str) -> Option<Loaded> {
+    let path = folder.join(name);
+    let loaded = match load::is_controller_file(&path).ok()? {
+        true => load::controller_file(&path).ok()?,
+        false => load::ladder_files(&[path]).ok()?,
+    };
+    loaded.program.is_some().then_some(loaded)
+}
+
+fn copied() -> Folder {
+    let (folder, config) = (empty(), Path::new(env!("CARGO_MANIFEST_DIR")).join("config"));
+    for name in shipped(&config) {
+        let to = folder.path().join(&name);
+        std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+        std::fs::copy(config.join(&name), to).unwrap();
+    }
+    folder
+}
+
+/// Every name of every shipped program in turn, or `RUNGD_RENAMES` of each file.
+#[test]
+fn a_rename_never_changes_a_trace() {
+    let most = std::env::var("RUNGD_RENAMES").ok().and_then(|n| n.parse().ok()).unwrap_or(6);
+    let folder = copied();
+    let mut renamed = 0;
+    for root in shipped(folder.path()) {
+        if root.ends_with(".test.toml") || root.contains('/') {
+            continue;
+        }
+        let Some(before) = loaded(folder.path(), &root) else { continue };
+        let wanted = trace(&before);
+        for file in before.files.iter().filter(|file| !file.name.starts_with("lib:")) {
+            let path = Path::new(&file.name).canonicalize().unwrap();
+            let name = path.strip_prefix(folder.path()).unwrap().to_str().unwrap().to_owned();
+            let mut editor = Editor::new(folder.path());
+            editor.open(&root);
+            if name != root {
+                editor.open(&name);
+            }
+            let places = names_in(&editor.ask_at("textDocument/documentSymbol", (&name, 0, 0)));
+            let step = places.len().div_ceil(most).max(1);
+            for (at, (old, line, column)) in places.into_iter().enumerate() {
+                if at % step != 0 || old == "Main" {
+                    continue;
+                }
+                let new = if old.contains(' ') { "another text" } else { "q9renamed" };
+                let edits = rename(&mut editor, (&name, line, column), new)
+                    .unwrap_or_else(|why| panic!("{name}: {old}: {why}"));
+                let kept: Vec<(String, String)> = edits
+                    .iter()
+                    .map(|(uri, edits)| {
+                        let path = uri.strip_prefix("file://").unwrap().to_owned();
+                        let text = std::fs::read_to_string(&path).unwrap();
+                        std::fs::write(&path, edited(&text, edits)).unwrap();
+                        (path, text)
+                    })
+                    .collect();
+                let after = loaded(folder.path(), &root);
+                let after = after.unwrap_or_else(|| panic!("{name}: {old}: it does not load"));
+                assert!(trace(&after) == wanted, "{name}: {old}: another trace");
+                kept.into_iter().for_each(|(path, text)| std::fs::write(path, text).unwrap());
+                renamed += 1;
+            }
+        }
+    }
+    assert!(renamed > 60, "{renamed} names");
+}
+
+/// The names of symbols, with the places where these stand.
+fn names_in(symbols: &Value) -> Vec<(String, usize, usize)> {
+    let mut found = Vec::new();
+    for symbol in symbols.as_array().into_iter().flatten() {
+        let range = &symbol["selectionRange"];
+        let place = |end: &str, key: &str| range[end][key].as_u64().unwrap() as usize;
+        // One without a name has an empty place.
+        if place("start", "character") < place("end", "character") {
+            let name = symbol["name"].as_str().unwrap().to_owned();
+            found.push((name, place("start", "line"), place("start", "character")));
+        }
+        found.extend(names_in(&symbol["children"]));
+    }
+    found
+}
