@@ -16,6 +16,7 @@ mod daemon;
 pub mod engine;
 pub mod events;
 mod faults;
+pub mod format;
 pub mod io;
 pub mod isa;
 pub mod load;
