@@ -211,9 +211,12 @@ fn arrays_keep_the_lines_of_their_author_where_they_fit() {
     check(
         &long,
         expect![[r#"
-        [x]
-        when = ["aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", "b"]
-    "#]],
+            [x]
+            when = [
+                "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa",
+                "b",
+            ]
+        "#]],
     );
     let fits = format!("[x]\nwhen = [\"{}\", \"b\"]\n", "a".repeat(84));
     assert_eq!(formatted(&fits).as_deref(), Ok(&*fits));
