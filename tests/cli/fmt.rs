@@ -67,7 +67,13 @@ fn check_writes_nothing_and_shows_the_first_difference() {
     let output = rungd(&["fmt", "--check", "a.toml", "b.toml"], &folder);
     let shown = "\
 a.toml:3:
+-[[program.rung]]
+-do=[ \"OUT Y0\" ]
+-when=[\"X0\"]
 +
++[[program.rung]]
++when = [\"X0\"]
++do   = [\"OUT Y0\"]
 ";
     check(&output, 1, shown, "");
     assert_eq!(fs::read_to_string(folder.join("a.toml")).expect("readable"), LOOSE);

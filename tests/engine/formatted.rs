@@ -1,5 +1,6 @@
 //! A ladder in a layout of chance, formatted, runs as before: the trace is the same, byte for byte.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -12,7 +13,7 @@ use rungd::sim::trace::{CsvTrace, Watched};
 use rungd::sim::{Plan, run};
 
 use crate::support::mangled::{Chance, mangled};
-use crate::support::run::target;
+use crate::support::run::{cell, target};
 
 const SCANS: u64 = 300;
 
@@ -36,7 +37,7 @@ fn trace(program: &Program) -> String {
     let plan = Plan { period_ms, scans, stop: true, well, clock_s: 0, stimulus };
     let operands = program.named(64);
     let watched = operands.iter().filter_map(|operand| {
-        let cell = symbols.layout.cell(operand.address)?;
+        let cell = cell(program, &symbols, &operand.name).ok()?;
         Some(Watched::new(&operand.name, cell, &symbols.layout))
     });
     let watched: Vec<Watched> = watched.collect();
@@ -54,7 +55,7 @@ fn program(ladder: &Path, controller: &str) -> Program {
     loaded.program.unwrap_or_else(|| panic!("{}: {:?}", ladder.display(), loaded.findings))
 }
 
-/// The lines of a trace in byte order of its columns, because the operands have the order of the file.
+/// The columns of a trace in byte order, because the operands have the order of the file.
 fn columns(trace: &str) -> Vec<Vec<&str>> {
     let mut columns: Vec<Vec<&str>> = Vec::new();
     for line in trace.lines() {
@@ -88,6 +89,9 @@ fn a_formatted_ladder_has_the_trace_of_the_ladder() {
             let after = trace(&program(&own, &controller));
             assert_eq!(columns(&before), columns(&after), "{}, seed {seed}", path.display());
         }
+        let rows: BTreeSet<&str> =
+            before.lines().filter_map(|row| row.splitn(3, ',').nth(2)).collect();
+        assert!(rows.len() > 10, "nothing moves in {}", path.display());
         ladders += 1;
     }
     assert!(ladders > 10, "{ladders} ladders");
