@@ -24,12 +24,12 @@ use crate::source::span::{FileId, SourceFile};
 /// Writes ladder files, controller files and test files in one layout
 ///
 /// It changes spaces, blank lines, line breaks in arrays, and the order of keys in the tables of a
-/// ladder; never a value or a comment. docs/fmt.md has the rules. A file that is not TOML is left as
-/// it is, with its findings.
+/// ladder; never a value or a comment. A file that is not TOML is left as it is: its findings are
+/// printed.
 #[derive(Args, Debug)]
 pub struct FmtArgs {
-    /// Files, and folders that are searched for *.toml of rungd; `-` is standard input, which goes to
-    /// standard output
+    /// Files, and folders that are searched for *.toml of rungd; `-` is standard input, which goes
+    /// to standard output
     #[arg(required = true, value_name = "PATH")]
     paths: Vec<PathBuf>,
     /// Write nothing: print the names of the files that would change, with their first difference
@@ -126,8 +126,8 @@ fn folder(folder: &Path, check: bool, outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-/// The files named `*.toml` in a folder and the folders in it, in order of their names; not those in
-/// folders whose names begin with a dot.
+/// The files named `*.toml` in a folder and the folders in it, in order of their names; not those
+/// in folders whose names begin with a dot.
 fn search(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
     let context = || folder.display().to_string();
     let mut entries = Vec::new();

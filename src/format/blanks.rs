@@ -4,13 +4,13 @@
 //! of the author stays, because it makes groups. Comments stay with what they stood at: a blank
 //! line beside a comment is never taken away, but for further ones.
 
-use super::order::Keys;
+use super::order::KeyOrder;
 use super::tree::{Head, Piece};
 
 /// Sets the blank lines between the pieces.
 pub(super) fn space(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
     let mut spaced: Vec<Piece<'_>> = Vec::with_capacity(pieces.len() + 16);
-    let mut keys = Keys::Root;
+    let mut keys = KeyOrder::Root;
     for piece in pieces {
         match &piece {
             Piece::Blank if matches!(spaced.last(), None | Some(Piece::Blank)) => continue,
@@ -18,7 +18,7 @@ pub(super) fn space(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
             Piece::Pair(_) => close_up(keys, &mut spaced),
             Piece::Head(head) => {
                 part(head, &mut spaced);
-                keys = Keys::of(head);
+                keys = KeyOrder::of(head);
             }
         }
         spaced.push(piece);
@@ -31,7 +31,7 @@ pub(super) fn space(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
 
 /// Takes a blank line away that stands between a header and its first key, or between two keys of a
 /// rung or block.
-fn close_up(keys: Keys, spaced: &mut Vec<Piece<'_>>) {
+fn close_up(keys: KeyOrder, spaced: &mut Vec<Piece<'_>>) {
     let [.., before, Piece::Blank] = &spaced[..] else { return };
     let goes = match before {
         Piece::Head(_) => true,
@@ -64,5 +64,5 @@ fn part(head: &Head<'_>, spaced: &mut Vec<Piece<'_>>) {
 fn is_part_of_a_rung(head: &Head<'_>) -> bool {
     let Some((last, parents)) = head.path.split_last() else { return false };
     let parent = Head { path: parents.to_vec(), is_array: true, tail: None };
-    ["branch", "with"].contains(last) && Keys::of(&parent) == Keys::Rung
+    ["branch", "with"].contains(last) && KeyOrder::of(&parent) == KeyOrder::Rung
 }

@@ -5,11 +5,11 @@
 //! author, and so does the list of tags. A key moves together with the comments above it and behind
 //! it, and never over a blank line.
 
-use super::tree::{Head, Pair, Piece, Row, Value};
+use super::tree::{Content, Head, Pair, Piece, Row};
 
 /// A kind of table whose keys have an order, or on the way to one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Keys {
+pub(super) enum KeyOrder {
     /// The file itself.
     Root,
     Program,
@@ -26,18 +26,22 @@ pub(super) enum Keys {
     Other,
 }
 
-impl Keys {
-    /// The keys in their order. Keys that are not named come behind these.
+impl KeyOrder {
+    /// The keys in their order. KeyOrder that are not named come behind these.
     fn order(self) -> &'static [&'static str] {
         match self {
-            Keys::Root | Keys::Tags | Keys::Other => &[],
-            Keys::Program => &["name", "doc", "allow", "autostart", "use", "with", "rung", "stage"],
-            Keys::Task | Keys::Stage => &["name", "doc", "allow", "rung"],
-            Keys::Template => &["name", "doc", "allow", "parameters", "tags", "rung", "stage"],
-            Keys::Rung => &["use", "name", "doc", "allow", "with", "when", "leg", "do", "branch"],
-            Keys::Branch => &["doc", "allow", "when", "do"],
-            Keys::Legs => &["up", "dn", "en", "data", "clk", "rst"],
-            Keys::Tag => &[
+            KeyOrder::Root | KeyOrder::Tags | KeyOrder::Other => &[],
+            KeyOrder::Program => {
+                &["name", "doc", "allow", "autostart", "use", "with", "rung", "stage"]
+            }
+            KeyOrder::Task | KeyOrder::Stage => &["name", "doc", "allow", "rung"],
+            KeyOrder::Template => &["name", "doc", "allow", "parameters", "tags", "rung", "stage"],
+            KeyOrder::Rung => {
+                &["use", "name", "doc", "allow", "with", "when", "leg", "do", "branch"]
+            }
+            KeyOrder::Branch => &["doc", "allow", "when", "do"],
+            KeyOrder::Legs => &["up", "dn", "en", "data", "clk", "rst"],
+            KeyOrder::Tag => &[
                 "at", "type", "value", "count", "default", "initial", "min", "max", "doc", "log",
                 "alarm", "spare",
             ],
@@ -45,48 +49,52 @@ impl Keys {
     }
 
     /// The kind of the table, or of the tables of the array, at a key.
-    fn below(self, key: &str) -> Keys {
+    fn below(self, key: &str) -> KeyOrder {
         match (self, plain(key)) {
-            (Keys::Root, "program") => Keys::Program,
-            (Keys::Root, "task") => Keys::Task,
-            (Keys::Root, "template") => Keys::Template,
-            (Keys::Program | Keys::Template, "stage") => Keys::Stage,
-            (Keys::Program | Keys::Template | Keys::Task | Keys::Stage, "rung") => Keys::Rung,
-            (Keys::Rung, "branch") => Keys::Branch,
-            (Keys::Rung, "leg") => Keys::Legs,
-            (Keys::Root | Keys::Template, "tags") | (Keys::Template, "parameters") => Keys::Tags,
-            (Keys::Tags, _) => Keys::Tag,
-            (_, _) => Keys::Other,
+            (KeyOrder::Root, "program") => KeyOrder::Program,
+            (KeyOrder::Root, "task") => KeyOrder::Task,
+            (KeyOrder::Root, "template") => KeyOrder::Template,
+            (KeyOrder::Program | KeyOrder::Template, "stage") => KeyOrder::Stage,
+            (KeyOrder::Program | KeyOrder::Template | KeyOrder::Task | KeyOrder::Stage, "rung") => {
+                KeyOrder::Rung
+            }
+            (KeyOrder::Rung, "branch") => KeyOrder::Branch,
+            (KeyOrder::Rung, "leg") => KeyOrder::Legs,
+            (KeyOrder::Root | KeyOrder::Template, "tags") | (KeyOrder::Template, "parameters") => {
+                KeyOrder::Tags
+            }
+            (KeyOrder::Tags, _) => KeyOrder::Tag,
+            (_, _) => KeyOrder::Other,
         }
     }
 
     /// The kind of the table of a header.
-    pub(super) fn of(head: &Head<'_>) -> Keys {
-        head.path.iter().fold(Keys::Root, |keys, key| keys.below(key))
+    pub(super) fn of(head: &Head<'_>) -> KeyOrder {
+        head.path.iter().fold(KeyOrder::Root, |keys, key| keys.below(key))
     }
 
     /// Whether blank lines between its keys say nothing.
     pub(super) fn is_close(self) -> bool {
         match self {
-            Keys::Root | Keys::Tags | Keys::Other => false,
-            Keys::Program
-            | Keys::Task
-            | Keys::Template
-            | Keys::Stage
-            | Keys::Rung
-            | Keys::Branch
-            | Keys::Legs
-            | Keys::Tag => true,
+            KeyOrder::Root | KeyOrder::Tags | KeyOrder::Other => false,
+            KeyOrder::Program
+            | KeyOrder::Task
+            | KeyOrder::Template
+            | KeyOrder::Stage
+            | KeyOrder::Rung
+            | KeyOrder::Branch
+            | KeyOrder::Legs
+            | KeyOrder::Tag => true,
         }
     }
 
     fn rank(self, key: &[&str]) -> (usize, usize) {
-        let rank = |keys: Keys, key: Option<&&str>| {
+        let rank = |keys: KeyOrder, key: Option<&&str>| {
             let order = keys.order();
             let place = |key: &&str| order.iter().position(|known| *known == plain(key));
             key.and_then(place).unwrap_or(order.len())
         };
-        let below = key.first().map_or(Keys::Other, |key| self.below(key));
+        let below = key.first().map_or(KeyOrder::Other, |key| self.below(key));
         (rank(self, key.first()), rank(below, key.get(1)))
     }
 }
@@ -100,7 +108,7 @@ fn plain(key: &str) -> &str {
 /// Puts the keys of all tables in order.
 pub(super) fn order(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
     let mut ordered = Vec::with_capacity(pieces.len());
-    let (mut keys, mut run) = (Keys::Root, Vec::new());
+    let (mut keys, mut run) = (KeyOrder::Root, Vec::new());
     for mut piece in pieces {
         if let Piece::Pair(pair) = &mut piece {
             order_value(below_all(keys, &pair.key), &mut pair.value);
@@ -114,7 +122,7 @@ pub(super) fn order(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
             Piece::Head(head) => {
                 // A comment directly above a header belongs to the header.
                 close(keys, &mut run, &mut ordered, false);
-                keys = Keys::of(&head);
+                keys = KeyOrder::of(&head);
                 ordered.push(Piece::Head(head));
             }
         }
@@ -123,13 +131,13 @@ pub(super) fn order(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
     ordered
 }
 
-fn below_all(keys: Keys, key: &[&str]) -> Keys {
+fn below_all(keys: KeyOrder, key: &[&str]) -> KeyOrder {
     key.iter().fold(keys, |keys, key| keys.below(key))
 }
 
 /// Ends a run of keys and comments without a blank line. A comment behind its last key could be
 /// about that key: such a run stays as it is.
-fn close<'a>(keys: Keys, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>, is_end: bool) {
+fn close<'a>(keys: KeyOrder, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>, is_end: bool) {
     let rest = match run.iter().rposition(|piece| matches!(piece, Piece::Pair(_))) {
         Some(last) => run.split_off(last + 1),
         None => Vec::new(),
@@ -142,7 +150,15 @@ fn close<'a>(keys: Keys, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>, is_e
     to.extend(rest);
 }
 
-fn sort<'a>(keys: Keys, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>) {
+fn sort<'a>(keys: KeyOrder, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>) {
+    let ranks = run.iter().filter_map(|piece| match piece {
+        Piece::Pair(pair) => Some(keys.rank(&pair.key)),
+        Piece::Blank | Piece::Remark(_) | Piece::Head(_) => None,
+    });
+    if ranks.is_sorted() {
+        to.append(run);
+        return;
+    }
     let mut items: Vec<((usize, usize), Vec<Piece<'a>>)> = Vec::new();
     let mut item = Vec::new();
     for piece in run.drain(..) {
@@ -160,11 +176,11 @@ fn sort<'a>(keys: Keys, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>) {
     to.append(&mut item);
 }
 
-fn order_value(keys: Keys, value: &mut Value<'_>) {
+fn order_value(keys: KeyOrder, value: &mut Content<'_>) {
     match value {
-        Value::Scalar(_) => {}
-        Value::Table(pairs) => order_pairs(keys, pairs),
-        Value::Array(array) => {
+        Content::Scalar(_) => {}
+        Content::Table(pairs) => order_pairs(keys, pairs),
+        Content::Array(array) => {
             for row in &mut array.rows {
                 if let Row::Element(value, _) = row {
                     order_value(keys, value);
@@ -174,7 +190,7 @@ fn order_value(keys: Keys, value: &mut Value<'_>) {
     }
 }
 
-fn order_pairs(keys: Keys, pairs: &mut [Pair<'_>]) {
+fn order_pairs(keys: KeyOrder, pairs: &mut [Pair<'_>]) {
     for pair in pairs.iter_mut() {
         order_value(below_all(keys, &pair.key), &mut pair.value);
     }

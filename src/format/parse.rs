@@ -6,7 +6,7 @@
 use toml_parser::Source;
 use toml_parser::parser::{Event, EventKind, RecursionGuard, parse_document};
 
-use super::tree::{Array, Head, Pair, Piece, Row, Tail, Value};
+use super::tree::{Array, Content, Head, Pair, Piece, Row, Tail};
 
 /// Nesting limit of values; the reader refuses deeper ones first.
 const DEPTH_MAX: u32 = 100;
@@ -18,12 +18,12 @@ pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
     let mut receiver = |event: Event| events.push(event);
     let mut guard = RecursionGuard::new(&mut receiver, DEPTH_MAX);
     parse_document(&tokens, &mut guard, &mut ());
-    let mut parser = Parser { text, events, at: 0, pieces: Vec::new(), is_fresh: true };
+    let mut parser = EventReader { text, events, at: 0, pieces: Vec::new(), is_fresh: true };
     while parser.piece().is_some() {}
     parser.pieces
 }
 
-struct Parser<'a> {
+struct EventReader<'a> {
     text: &'a str,
     events: Vec<Event>,
     at: usize,
@@ -32,7 +32,7 @@ struct Parser<'a> {
     is_fresh: bool,
 }
 
-impl<'a> Parser<'a> {
+impl<'a> EventReader<'a> {
     fn peek(&self) -> Option<EventKind> {
         self.events.get(self.at).map(Event::kind)
     }
@@ -129,7 +129,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn value(&mut self) -> Value<'a> {
+    fn value(&mut self) -> Content<'a> {
         self.skip_spaces();
         if self.peek() == Some(EventKind::KeyValSep) {
             self.at += 1;
@@ -137,11 +137,11 @@ impl<'a> Parser<'a> {
         }
         let kind = self.peek();
         if kind == Some(EventKind::ArrayOpen) {
-            Value::Array(self.array())
+            Content::Array(self.array())
         } else if kind == Some(EventKind::InlineTableOpen) {
-            Value::Table(self.table())
+            Content::Table(self.table())
         } else {
-            Value::Scalar(self.take())
+            Content::Scalar(self.take())
         }
     }
 
@@ -192,8 +192,8 @@ impl<'a> Parser<'a> {
 }
 
 impl<'a> Array<'a> {
-    fn add(&mut self, value: Value<'a>) {
-        self.is_split |= matches!(&value, Value::Array(inner) if inner.is_split);
+    fn add(&mut self, value: Content<'a>) {
+        self.is_split |= matches!(&value, Content::Array(inner) if inner.is_split);
         self.has_remarks |= value.has_remarks();
         self.rows.push(Row::Element(value, None));
     }

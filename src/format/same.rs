@@ -4,9 +4,8 @@
 //! headers in their order; the comments as a list without an order, since keys may have moved.
 
 use toml::de::{DeTable, DeValue};
-
-use super::parse;
-use super::tree::{Array, Piece, Row, Tail, Value};
+use toml_parser::Source;
+use toml_parser::lexer::TokenKind;
 
 /// Whether two texts have the same values, headers and comments.
 pub(super) fn is_same(before: &str, after: &str) -> bool {
@@ -46,57 +45,53 @@ fn is_same_value(before: &DeValue<'_>, after: &DeValue<'_>) -> bool {
     }
 }
 
-/// The headers of a text, and its comments in byte order.
+/// Tokens without a meaning.
+const BLANK: [TokenKind; 3] = [TokenKind::Whitespace, TokenKind::Newline, TokenKind::Eof];
+
+/// The headers of a text, and its comments in byte order. From the tokens, not from the pieces, so
+/// that a mistake in the reading of pieces is seen.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Outline<'a> {
-    heads: Vec<(Vec<&'a str>, bool)>,
+    heads: Vec<&'a str>,
     remarks: Vec<&'a str>,
 }
 
 impl<'a> Outline<'a> {
     fn of(text: &'a str) -> Outline<'a> {
         let mut outline = Outline::default();
-        for piece in parse::pieces(text) {
-            match piece {
-                Piece::Blank => {}
-                Piece::Remark(remark) => outline.remarks.push(remark),
-                Piece::Head(head) => {
-                    outline.tail(head.tail);
-                    outline.heads.push((head.path, head.is_array));
-                }
-                Piece::Pair(pair) => {
-                    outline.value(&pair.value);
-                    outline.tail(pair.tail);
+        let (mut depth, mut part) = (0_usize, LineKind::Start);
+        for token in Source::new(text).lex() {
+            let kind = token.kind();
+            let own = text.get(token.span().start()..token.span().end()).unwrap_or_default();
+            if kind == TokenKind::Comment {
+                outline.remarks.push(own.trim_end_matches([' ', '\t', '\r']));
+            } else if kind == TokenKind::Newline && (depth == 0 || part == LineKind::Head) {
+                (depth, part) = (0, LineKind::Start);
+            } else if !BLANK.contains(&kind) {
+                let opens =
+                    matches!(kind, TokenKind::LeftSquareBracket | TokenKind::LeftCurlyBracket);
+                let closes =
+                    matches!(kind, TokenKind::RightSquareBracket | TokenKind::RightCurlyBracket);
+                part = match part {
+                    LineKind::Start if kind == TokenKind::LeftSquareBracket => LineKind::Head,
+                    LineKind::Start => LineKind::Pair,
+                    LineKind::Head | LineKind::Pair => part,
+                };
+                depth = (depth + usize::from(opens)).saturating_sub(usize::from(closes));
+                if part == LineKind::Head {
+                    outline.heads.push(own);
                 }
             }
         }
         outline.remarks.sort_unstable();
         outline
     }
+}
 
-    fn tail(&mut self, tail: Option<Tail<'a>>) {
-        self.remarks.extend(tail.map(|tail| tail.text));
-    }
-
-    fn value(&mut self, value: &Value<'a>) {
-        match value {
-            Value::Scalar(_) => {}
-            Value::Table(pairs) => pairs.iter().for_each(|pair| self.value(&pair.value)),
-            Value::Array(array) => self.array(array),
-        }
-    }
-
-    fn array(&mut self, array: &Array<'a>) {
-        self.tail(array.opening);
-        for row in &array.rows {
-            match row {
-                Row::Blank => {}
-                Row::Remark(remark) => self.remarks.push(remark),
-                Row::Element(value, tail) => {
-                    self.value(value);
-                    self.tail(*tail);
-                }
-            }
-        }
-    }
+/// What a line began with.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LineKind {
+    Start,
+    Head,
+    Pair,
 }

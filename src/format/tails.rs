@@ -3,12 +3,20 @@
 //! The column is the one that most of them had, as long as there is room; so the columns of a file
 //! stay as its author chose them. Called by `write` with all lines.
 
-use super::write::TextLine;
+use super::tree::Tail;
 
 /// The spaces between a line and its comment, at least.
 const GAP: usize = 2;
 /// A longer line does not push away the comments of its neighbours.
 const COLUMN_MAX: usize = 70;
+
+/// A line, or the lines of a string that has several.
+#[derive(Debug, Default)]
+pub(super) struct TextLine<'a> {
+    pub(super) text: String,
+    /// The comment behind it.
+    pub(super) tail: Option<Tail<'a>>,
+}
 
 /// The text of all lines with their comments.
 pub(super) fn joined(lines: &[TextLine<'_>], line_end: &str) -> String {

@@ -29,7 +29,7 @@ pub(super) struct Head<'a> {
 #[derive(Debug)]
 pub(super) struct Pair<'a> {
     pub(super) key: Vec<&'a str>,
-    pub(super) value: Value<'a>,
+    pub(super) value: Content<'a>,
     pub(super) tail: Option<Tail<'a>>,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Tail<'a> {
 
 /// A value.
 #[derive(Debug)]
-pub(super) enum Value<'a> {
+pub(super) enum Content<'a> {
     /// A string, number, boolean or time, as written.
     Scalar(&'a str),
     Array(Array<'a>),
@@ -71,7 +71,7 @@ pub(super) enum Row<'a> {
     /// A comment on a line of its own.
     Remark(&'a str),
     /// An element, with the comment behind it.
-    Element(Value<'a>, Option<Tail<'a>>),
+    Element(Content<'a>, Option<Tail<'a>>),
 }
 
 impl Array<'_> {
@@ -81,13 +81,13 @@ impl Array<'_> {
     }
 }
 
-impl Value<'_> {
+impl Content<'_> {
     /// Whether a comment stands anywhere in it.
     pub(super) fn has_remarks(&self) -> bool {
         match self {
-            Value::Scalar(_) => false,
-            Value::Array(array) => array.has_remarks,
-            Value::Table(pairs) => pairs.iter().any(|pair| pair.value.has_remarks()),
+            Content::Scalar(_) => false,
+            Content::Array(array) => array.has_remarks,
+            Content::Table(pairs) => pairs.iter().any(|pair| pair.value.has_remarks()),
         }
     }
 }

@@ -4,21 +4,13 @@
 //! Called by `format` with pieces that are in order. It decides where lines end inside a value, and
 //! how many spaces stand where; never which pieces there are.
 
-use super::tails;
-use super::tree::{Array, Head, Pair, Piece, Row, Tail, Value};
+use super::tails::{self, TextLine};
+use super::tree::{Array, Content, Head, Pair, Piece, Row, Tail};
 
 /// The characters of a line, where an array can be broken.
 const LINE_CHARS_MAX: usize = 100;
 /// The spaces before an element on a line of its own.
 const INDENT: usize = 4;
-
-/// A line, or the lines of a string that has several.
-#[derive(Debug, Default)]
-pub(super) struct TextLine<'a> {
-    pub(super) text: String,
-    /// The comment behind it.
-    pub(super) tail: Option<Tail<'a>>,
-}
 
 /// The text of pieces, with this end of line.
 pub(super) fn write(pieces: &[Piece<'_>], line_end: &str) -> String {
@@ -61,7 +53,7 @@ impl<'a> Writer<'a> {
                 Piece::Head(head) => self.head(head),
                 Piece::Pair(pair) => {
                     let width = if is_list_of_tables(pair) { 0 } else { width };
-                    self.pair(pair, width, Room::Lines(0));
+                    self.pair(pair, width, Spot::Lines(0));
                     self.end(pair.tail);
                 }
             }
@@ -81,34 +73,34 @@ impl<'a> Writer<'a> {
         self.end(head.tail);
     }
 
-    fn pair(&mut self, pair: &Pair<'a>, width: usize, room: Room) {
+    fn pair(&mut self, pair: &Pair<'a>, width: usize, spot: Spot) {
         key(&pair.key, &mut self.line);
         let gap = width.saturating_sub(key_chars(&pair.key));
         self.spaces(gap);
         self.line.push_str(" = ");
-        self.value(&pair.value, room);
+        self.value(&pair.value, spot);
     }
 
     fn spaces(&mut self, count: usize) {
         self.line.extend(std::iter::repeat_n(' ', count));
     }
 
-    fn value(&mut self, value: &Value<'a>, room: Room) {
+    fn value(&mut self, value: &Content<'a>, spot: Spot) {
         match value {
-            Value::Scalar(text) => self.line.push_str(text),
-            Value::Array(array) => match self.breaks(array, room) {
+            Content::Scalar(text) => self.line.push_str(text),
+            Content::Array(array) => match self.breaks(array, spot) {
                 Some(indent) => self.split(array, indent),
                 None => self.flat(array),
             },
-            Value::Table(pairs) => self.table(pairs, &[], room.within_table()),
+            Content::Table(pairs) => self.table(pairs, &[], spot.within_table()),
         }
     }
 
     /// The indent of an array that takes several lines.
-    fn breaks(&self, array: &Array<'a>, room: Room) -> Option<usize> {
-        let (indent, is_free) = match room {
-            Room::Lines(indent) => (indent, true),
-            Room::Line(indent) => (indent, false),
+    fn breaks(&self, array: &Array<'a>, spot: Spot) -> Option<usize> {
+        let (indent, is_free) = match spot {
+            Spot::Lines(indent) => (indent, true),
+            Spot::Line(indent) => (indent, false),
         };
         if array.has_remarks {
             return Some(indent);
@@ -135,7 +127,7 @@ impl<'a> Writer<'a> {
         for row in &array.rows {
             if let Row::Element(value, _) = row {
                 self.line.push_str(comma);
-                self.value(value, Room::Line(0));
+                self.value(value, Spot::Line(0));
                 comma = ", ";
             }
         }
@@ -158,11 +150,11 @@ impl<'a> Writer<'a> {
                 Row::Element(value, tail) => {
                     self.spaces(indent + INDENT);
                     match value {
-                        Value::Table(pairs) => {
-                            self.table(pairs, &widths, Room::Line(indent + INDENT));
+                        Content::Table(pairs) => {
+                            self.table(pairs, &widths, Spot::Line(indent + INDENT));
                         }
-                        Value::Array(_) | Value::Scalar(_) => {
-                            self.value(value, Room::Lines(indent + INDENT));
+                        Content::Array(_) | Content::Scalar(_) => {
+                            self.value(value, Spot::Lines(indent + INDENT));
                         }
                     }
                     self.line.push(',');
@@ -175,12 +167,12 @@ impl<'a> Writer<'a> {
     }
 
     /// An inline table; its pairs have these widths, with their commas.
-    fn table(&mut self, pairs: &[Pair<'a>], widths: &[usize], room: Room) {
+    fn table(&mut self, pairs: &[Pair<'a>], widths: &[usize], spot: Spot) {
         self.line.push('{');
         for (at, pair) in pairs.iter().enumerate() {
             self.line.push(' ');
             let start = self.line.len();
-            self.pair(pair, 0, room);
+            self.pair(pair, 0, spot);
             if at + 1 < pairs.len() {
                 self.line.push(',');
                 let chars = self.line.get(start..).unwrap_or_default().chars().count();
@@ -193,24 +185,24 @@ impl<'a> Writer<'a> {
 
 /// Where a value stands: the indent of its line, and whether it may take several lines.
 #[derive(Clone, Copy)]
-enum Room {
+enum Spot {
     Lines(usize),
     /// Within an inline table; a comment takes a line of its own even there.
     Line(usize),
 }
 
-impl Room {
-    fn within_table(self) -> Room {
+impl Spot {
+    fn within_table(self) -> Spot {
         match self {
-            Room::Lines(indent) | Room::Line(indent) => Room::Line(indent),
+            Spot::Lines(indent) | Spot::Line(indent) => Spot::Line(indent),
         }
     }
 }
 
 /// Whether a value is a list of inline tables: its `=` has no column.
 fn is_list_of_tables(pair: &Pair<'_>) -> bool {
-    let Value::Array(array) = &pair.value else { return false };
-    let is_table = |row: &Row<'_>| matches!(row, Row::Element(Value::Table(_), _));
+    let Content::Array(array) = &pair.value else { return false };
+    let is_table = |row: &Row<'_>| matches!(row, Row::Element(Content::Table(_), _));
     array.rows.iter().any(is_table)
 }
 
@@ -232,14 +224,14 @@ fn columns(array: &Array<'_>) -> Vec<usize> {
     let mut keys: Option<Vec<&[&str]>> = None;
     for row in &array.rows {
         let Row::Element(value, _) = row else { continue };
-        let Value::Table(pairs) = value else { return Vec::new() };
+        let Content::Table(pairs) = value else { return Vec::new() };
         let own: Vec<&[&str]> = pairs.iter().map(|pair| &pair.key[..]).collect();
         if keys.get_or_insert_with(|| own.clone()) != &own {
             return Vec::new();
         }
         widths.resize(pairs.len(), 0);
         for (width, pair) in widths.iter_mut().zip(pairs) {
-            let Value::Scalar(text) = pair.value else { return Vec::new() };
+            let Content::Scalar(text) = pair.value else { return Vec::new() };
             *width = (*width).max(key_chars(&pair.key) + " = ,".len() + text.chars().count());
         }
     }

@@ -78,8 +78,8 @@ fn said(text: &str) -> String {
     out
 }
 
-/// Each comment with what it stands behind, or directly above. A comment above a blank line, or above
-/// the end of an array, stands alone.
+/// Each comment with what it stands behind, or directly above. A comment above a blank line, or
+/// above the end of an array, stands alone.
 fn remarks(text: &str) -> BTreeMap<(String, String), usize> {
     let tokens: Vec<_> = Source::new(text).lex().collect();
     let of = |at: usize| tokens[at].span().start()..tokens[at].span().end();
@@ -202,9 +202,15 @@ proptest! {
     }
 
     #[test]
-    fn no_change_of_a_file_panics(at in 0usize..4000, gone in 0usize..20, piece in any::<String>()) {
+    fn no_change_of_a_file_panics(
+        at in 0usize..4000,
+        gone in 0usize..20,
+        piece in any::<String>(),
+    ) {
         let text = include_str!("../../config/programs/filling-line.toml");
-        let floor = |at: usize| (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at));
+        let floor = |at: usize| {
+            (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at))
+        };
         let (from, to) = (floor(at).unwrap_or(0), floor(at + gone).unwrap_or(0));
         let changed = format!("{}{piece}{}", &text[..from], &text[to..]);
         if let Ok(once) = formatted(&changed) {

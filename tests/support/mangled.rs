@@ -21,7 +21,7 @@ impl Chance {
     }
 }
 
-/// A statement: the text of a header, of a key with its value, of a comment; empty for a blank line.
+/// The text of a header, of a key with its value, or of a comment; empty for a blank line.
 struct Statement {
     text: String,
     is_pair: bool,
