@@ -27,7 +27,7 @@ pub(super) enum KeyOrder {
 }
 
 impl KeyOrder {
-    /// The keys in their order. KeyOrder that are not named come behind these.
+    /// The keys in their order. Those that are not named come behind these.
     fn order(self) -> &'static [&'static str] {
         match self {
             KeyOrder::Root | KeyOrder::Tags | KeyOrder::Other => &[],

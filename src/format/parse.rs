@@ -11,6 +11,9 @@ use super::tree::{Array, Content, Head, Pair, Piece, Row, Tail};
 /// Nesting limit of values; the reader refuses deeper ones first.
 const DEPTH_MAX: u32 = 100;
 
+/// The last column that an author can have meant for comments behind lines.
+const COLUMN_MAX: usize = 100;
+
 /// The pieces of a text, in their order.
 pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
     let tokens = Source::new(text).lex().into_vec();
@@ -103,7 +106,7 @@ impl<'a> EventReader<'a> {
         let start = self.events.get(self.at).map_or(0, |event| event.span().start());
         let before = self.text.get(..start).unwrap_or_default();
         let line = before.rfind('\n').map_or(0, |at| at + 1);
-        let column = before[line..].chars().count();
+        let column = before[line..].chars().count().min(COLUMN_MAX);
         Tail { text: self.take().trim_end_matches([' ', '\t', '\r']), column }
     }
 

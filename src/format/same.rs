@@ -95,3 +95,32 @@ enum LineKind {
     Head,
     Pair,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::is_same;
+
+    #[test]
+    fn what_a_layout_may_change_and_what_not() {
+        let text = "# a\n[x]\nb = [1, 2] # c\nd = \"e\"\n[y]\nf = 1.0\n";
+        let other = "# a\n\n[ x ]\nd = 'e'\nb = [\n  1,\n  2,\n] # c \n\n[y]\nf = 1.0";
+        assert!(is_same(text, other));
+        for (gone, come) in [
+            ("# a\n", ""),
+            ("# c", "# d"),
+            ("1, 2", "2, 1"),
+            ("1, 2", "1, 2, 3"),
+            ("\"e\"", "\"e \""),
+            ("1.0", "1"),
+            ("1.0", "1.00"),
+            ("[y]", "[[y]]"),
+            ("[y]", "[z]"),
+            ("[y]\n", ""),
+            ("[x]", "[x"),
+        ] {
+            assert!(!is_same(text, &text.replace(gone, come)), "{gone} to {come}");
+        }
+        // The order of headers counts, although both texts have the same tables.
+        assert!(!is_same("[a]\n[b]\n", "[b]\n[a]\n"));
+    }
+}

@@ -356,3 +356,22 @@ fn what_is_not_toml_is_refused_with_its_findings() {
     let text = "[[program.rung]]\nwhen = []\n\n[[task]]\n\n[[program.stage]]\n";
     assert_eq!(formatted(text).as_deref(), Ok(text));
 }
+
+/// One long key or line does not make every line long.
+#[test]
+fn a_text_grows_with_its_length_alone() {
+    let (long, count) = ("k".repeat(20_000), 2_000);
+    let keys: String = (0..count).map(|n| format!("k{n} = 1 # c\n")).collect();
+    let rows: String = (0..count).map(|n| format!("{{ from = {n}, to = 1 }},\n")).collect();
+    for text in [
+        format!("[x]\n{long} = 1\n{keys}"),
+        format!("[x]\nkey = \"{long}\" # c\n{keys}"),
+        format!("[x]{}# c\n{keys}", " ".repeat(20_000)),
+        format!("[x]\nmap = [{{ from = \"{long}\", to = 1 }},\n{rows}]\n"),
+        format!("[x]\n{}1{} = 1\n{keys}", "1 . ".repeat(60), " ".repeat(20_000)),
+    ] {
+        let after = formatted(&text).expect("it is TOML");
+        assert!(after.len() < 300_000, "{} from {}", after.len(), text.len());
+        assert_eq!(formatted(&after).as_deref(), Ok(&*after), "formatted again");
+    }
+}

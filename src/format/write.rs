@@ -9,6 +9,8 @@ use super::tree::{Array, Content, Head, Pair, Piece, Row, Tail};
 
 /// The characters of a line, where an array can be broken.
 const LINE_CHARS_MAX: usize = 100;
+/// A longer key or value moves no column, so that the text of many lines stays short.
+const CELL_CHARS_MAX: usize = 50;
 /// The spaces before an element on a line of its own.
 const INDENT: usize = 4;
 
@@ -42,7 +44,7 @@ impl<'a> Writer<'a> {
             Piece::Pair(pair) if !is_root && !is_list_of_tables(pair) => Some(key_chars(&pair.key)),
             Piece::Pair(_) | Piece::Blank | Piece::Remark(_) | Piece::Head(_) => None,
         });
-        let width = widths.max().unwrap_or(0);
+        let width = widths.filter(|width| *width <= CELL_CHARS_MAX).max().unwrap_or(0);
         for piece in run {
             match piece {
                 Piece::Blank => self.end(None),
@@ -232,7 +234,8 @@ fn columns(array: &Array<'_>) -> Vec<usize> {
         widths.resize(pairs.len(), 0);
         for (width, pair) in widths.iter_mut().zip(pairs) {
             let Content::Scalar(text) = pair.value else { return Vec::new() };
-            *width = (*width).max(key_chars(&pair.key) + " = ,".len() + text.chars().count());
+            let own = key_chars(&pair.key) + " = ,".len() + text.chars().count();
+            *width = (*width).max(if own <= CELL_CHARS_MAX { own } else { 0 });
         }
     }
     widths
