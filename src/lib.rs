@@ -17,6 +17,7 @@ pub mod editor;
 pub mod engine;
 pub mod events;
 mod faults;
+pub mod format;
 pub mod io;
 pub mod isa;
 pub mod load;

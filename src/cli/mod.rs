@@ -9,6 +9,8 @@ mod completions;
 mod events;
 mod exit;
 pub mod explain;
+mod fmt;
+mod fmt_file;
 mod force;
 mod init;
 mod log_level;
@@ -69,6 +71,7 @@ enum Command {
     Completions(completions::CompletionsArgs),
     Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
+    Fmt(fmt::FmtArgs),
     Init(init::InitArgs),
     #[command(hide = true)]
     Man(man::ManArgs),
@@ -121,6 +124,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Completions(args) => completions::completions(args),
         Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
+        Command::Fmt(args) => fmt::fmt(args),
         Command::Init(args) => init::init(args),
         Command::Man(args) => man::man(args, Cli::command()),
         Command::Run(args) => run::run(args),

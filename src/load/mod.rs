@@ -8,7 +8,7 @@
 pub(crate) mod bench;
 #[cfg(test)]
 mod ended;
-mod files;
+pub(crate) mod files;
 #[cfg(test)]
 mod large;
 pub(crate) mod library;

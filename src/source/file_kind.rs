@@ -32,6 +32,16 @@ pub(crate) fn of_test(source: &str, file: FileId, wanted: &str) -> Option<Findin
     reader::document(source, file, |root| of_test_root(&root, wanted)).0.flatten()
 }
 
+/// Whether a text is a file of rungd: it has a table of one kind, or it is broken and could be one.
+pub(crate) fn may_be_of_rungd(source: &str) -> bool {
+    let keys = ["program", "task", "template", "always", "scenario", "random", "prove"];
+    let own = |root: Table<'_>| {
+        let has_table = ["tags", "ladder"].iter().any(|key| root.has_table(key));
+        has_table || keys.iter().any(|key| root.has(key)) || is_controller_root(&root)
+    };
+    reader::document(source, FileId(0), own).0.unwrap_or(true)
+}
+
 /// As [`of_test`].
 pub(super) fn of_test_root(root: &Table<'_>, wanted: &str) -> Option<Finding> {
     let is_ladder = ["program", "task", "tags", "template"].iter().any(|key| root.has(key));

@@ -5,6 +5,7 @@ mod commands;
 mod differential;
 mod docs_commands;
 mod examples;
+mod fmt;
 mod init;
 mod ladder_tests;
 mod man_and_completions;

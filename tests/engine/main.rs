@@ -4,6 +4,7 @@ mod arrays;
 mod columns;
 mod events;
 mod forces;
+mod formatted;
 mod layout;
 mod library;
 mod math;
@@ -19,6 +20,7 @@ mod why;
 #[path = "../support"]
 mod support {
     pub mod case;
+    pub mod mangled;
     pub mod model;
     pub mod plc;
     pub mod run;

@@ -6,6 +6,7 @@ mod controller;
 mod docs_language;
 mod findings_pages;
 mod findings_shown;
+mod formatting;
 mod instruction_pages;
 mod library;
 mod library_pages;
@@ -20,5 +21,6 @@ mod validator;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod mangled;
     pub mod needs;
 }

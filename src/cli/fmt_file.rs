@@ -1,0 +1,146 @@
+//! A file of `rungd fmt`: writes it so that no other program sees half of it, and shows where it
+//! differs from the layout.
+//!
+//! Called by [`super::fmt`] for each file that changes.
+
+use std::fmt::Write as _;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use super::terminal::one_line;
+
+/// Lines of a difference that are shown, of each text.
+const SHOWN_LINES_MAX: usize = 8;
+
+/// Replaces a file's text: a file beside it takes its name. The mode stays; a link stays a link.
+///
+/// # Errors
+/// A file cannot be made in this folder, or not written.
+pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let path = fs::canonicalize(path)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let fresh = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
+    let written = write_as(&path, &fresh, text).and_then(|()| fs::rename(&fresh, &path));
+    if written.is_err() {
+        let _ = fs::remove_file(&fresh);
+    }
+    written
+}
+
+fn write_as(path: &Path, fresh: &Path, text: &str) -> io::Result<()> {
+    let permissions = fs::metadata(path)?.permissions();
+    let mut file = OpenOptions::new().write(true).create_new(true).open(fresh)?;
+    file.write_all(text.as_bytes())?;
+    file.set_permissions(permissions)?;
+    file.sync_all()
+}
+
+/// The first difference of two texts, with the name of their file and the number of the line.
+pub(super) fn difference(name: &str, before: &str, after: &str) -> String {
+    let before: Vec<&str> = before.split('\n').collect();
+    let after: Vec<&str> = after.split('\n').collect();
+    let same = before.iter().zip(&after).take_while(|(before, after)| before == after).count();
+    let (before, after) = (&before[same..], &after[same..]);
+    let (gone, come) = until_alike(before, after);
+    let mut shown = format!("{}:{}:\n", one_line(name), same + 1);
+    lines('-', &before[..gone], &mut shown);
+    lines('+', &after[..come], &mut shown);
+    shown
+}
+
+/// How many lines of each text differ, until both have two lines that are alike.
+fn until_alike(before: &[&str], after: &[&str]) -> (usize, usize) {
+    let alike = |(gone, come): (usize, usize)| {
+        let rest = before.get(gone..).zip(after.get(come..));
+        rest.is_some_and(|(before, after)| before.iter().take(2).eq(after.iter().take(2)))
+    };
+    let sums = 1..=2 * SHOWN_LINES_MAX;
+    let mut both = sums.flat_map(|sum| (0..=sum).map(move |gone| (gone, sum - gone)));
+    let all = (before.len().min(SHOWN_LINES_MAX + 1), after.len().min(SHOWN_LINES_MAX + 1));
+    both.find(|both| alike(*both)).unwrap_or(all)
+}
+
+fn lines(mark: char, lines: &[&str], shown: &mut String) {
+    for line in lines.iter().take(SHOWN_LINES_MAX) {
+        let _ = writeln!(shown, "{mark}{}", one_line(line));
+    }
+    if lines.len() > SHOWN_LINES_MAX {
+        let _ = writeln!(shown, "{mark}…");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+
+    use super::difference;
+
+    fn check(before: &str, after: &str, shown: Expect) {
+        shown.assert_eq(&difference("a.toml", before, after));
+    }
+
+    #[test]
+    fn the_first_difference_is_shown() {
+        let after = "a = 1\nb = 2\nc = 3\nd = 4\n";
+        check(
+            "a = 1\nb=2\nc = 3\nd=4\n",
+            after,
+            expect![[r#"
+                a.toml:2:
+                -b=2
+                -c = 3
+                -d=4
+                +b = 2
+                +c = 3
+                +d = 4
+            "#]],
+        );
+        check(
+            "a = 1\nb = 2\n\nc = 3\nd = 4\n",
+            after,
+            expect![[r#"
+            a.toml:3:
+            -
+        "#]],
+        );
+        check(
+            "a = 1\nb = 2\nc = 3\nd = 4",
+            after,
+            expect![[r#"
+            a.toml:5:
+            +
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_long_difference_is_cut() {
+        let lines = |text: &str| (1..20).map(|n| format!("{text} = {n}\n")).collect::<String>();
+        check(
+            &lines("a"),
+            &lines("b"),
+            expect![[r#"
+            a.toml:1:
+            -a = 1
+            -a = 2
+            -a = 3
+            -a = 4
+            -a = 5
+            -a = 6
+            -a = 7
+            -a = 8
+            -…
+            +b = 1
+            +b = 2
+            +b = 3
+            +b = 4
+            +b = 5
+            +b = 6
+            +b = 7
+            +b = 8
+            +…
+        "#]],
+        );
+    }
+}

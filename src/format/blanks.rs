@@ -1,0 +1,68 @@
+//! Blank lines: one before each header, none at the ends, never two.
+//!
+//! Called by `format` between reading and ordering. Within a table of tags or settings a blank line
+//! of the author stays, because it makes groups. Comments stay with what they stood at: a blank
+//! line beside a comment is never taken away, but for further ones.
+
+use super::order::KeyOrder;
+use super::tree::{Head, Piece};
+
+/// Sets the blank lines between the pieces.
+pub(super) fn space(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
+    let mut spaced: Vec<Piece<'_>> = Vec::with_capacity(pieces.len() + 16);
+    let mut keys = KeyOrder::Root;
+    for piece in pieces {
+        match &piece {
+            Piece::Blank if matches!(spaced.last(), None | Some(Piece::Blank)) => continue,
+            Piece::Blank | Piece::Remark(_) => {}
+            Piece::Pair(_) => close_up(keys, &mut spaced),
+            Piece::Head(head) => {
+                part(head, &mut spaced);
+                keys = KeyOrder::of(head);
+            }
+        }
+        spaced.push(piece);
+    }
+    while matches!(spaced.last(), Some(Piece::Blank)) {
+        spaced.pop();
+    }
+    spaced
+}
+
+/// Takes a blank line away that stands between a header and its first key, or between two keys of a
+/// rung or block.
+fn close_up(keys: KeyOrder, spaced: &mut Vec<Piece<'_>>) {
+    let [.., before, Piece::Blank] = &spaced[..] else { return };
+    let goes = match before {
+        Piece::Head(_) => true,
+        Piece::Pair(_) => keys.is_close(),
+        Piece::Blank | Piece::Remark(_) => false,
+    };
+    if goes {
+        spaced.pop();
+    }
+}
+
+/// Sets the blank line before a header, above the comment that stands directly on it.
+fn part(head: &Head<'_>, spaced: &mut Vec<Piece<'_>>) {
+    let remarks = spaced.iter().rev().take_while(|piece| matches!(piece, Piece::Remark(_))).count();
+    let at = spaced.len() - remarks;
+    let Some(before) = at.checked_sub(1) else { return };
+    let is_blank = matches!(spaced[before], Piece::Blank);
+    if !(remarks == 0 && is_part_of_a_rung(head)) {
+        if !is_blank {
+            spaced.insert(at, Piece::Blank);
+        }
+    } else if is_blank
+        && !matches!(before.checked_sub(1).map(|at| &spaced[at]), Some(Piece::Remark(_)))
+    {
+        spaced.pop();
+    }
+}
+
+/// `[[program.rung.branch]]`, `[program.rung.with]`: these stand close to their rung.
+fn is_part_of_a_rung(head: &Head<'_>) -> bool {
+    let Some((last, parents)) = head.path.split_last() else { return false };
+    let parent = Head { path: parents.to_vec(), is_array: true, tail: None };
+    ["branch", "with"].contains(last) && KeyOrder::of(&parent) == KeyOrder::Rung
+}

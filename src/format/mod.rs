@@ -1,0 +1,53 @@
+//! One layout for ladder files, controller files and test files: spaces, blank lines, line breaks
+//! in arrays, and the order of keys in the tables of a ladder. `docs/fmt.md` has the rules.
+//!
+//! Called by `rungd fmt`. A text goes through [`parse`], [`blanks`], [`order`] and [`write`]; then
+//! [`same`] compares what the two texts say. It changes neither a value nor a comment, knows
+//! nothing of the ladder but the names of its tables, and reads and writes no files.
+
+mod blanks;
+mod order;
+mod parse;
+mod same;
+mod tails;
+mod tree;
+mod write;
+
+#[cfg(test)]
+mod tests;
+
+use crate::source::finding::{Code, Finding};
+use crate::source::reader;
+use crate::source::span::FileId;
+
+/// The mark that some editors put at the begin of a file.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// The text in the one layout. The time is linear in the length of the text.
+///
+/// # Errors
+/// The findings of a text that is not TOML.
+pub fn formatted(text: &str) -> Result<String, Vec<Finding>> {
+    let (read, mut findings) = reader::document(text, FileId(0), |_| ());
+    findings.retain(|finding| read.is_none() || finding.code == Code::TomlSyntax);
+    if !findings.is_empty() {
+        return Err(findings);
+    }
+    let laid_out = laid_out(text);
+    let is_same = laid_out == text || same::is_same(text, &laid_out);
+    debug_assert!(is_same, "formatting changes what this says:\n{text}");
+    Ok(if is_same { laid_out } else { text.to_owned() })
+}
+
+fn laid_out(text: &str) -> String {
+    let line_end = match text.split_once('\n') {
+        Some((first, _)) if first.ends_with('\r') => "\r\n",
+        Some(_) | None => "\n",
+    };
+    let pieces = order::order(blanks::space(parse::pieces(text)));
+    let laid_out = write::write(&pieces, line_end);
+    match text.starts_with(BYTE_ORDER_MARK) {
+        true => format!("{BYTE_ORDER_MARK}{laid_out}"),
+        false => laid_out,
+    }
+}

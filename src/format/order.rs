@@ -1,0 +1,198 @@
+//! The order of keys in the tables of a ladder: what a part is called, then why it is there, then
+//! what it does.
+//!
+//! Called by `format` between reading and writing. Tables of other kinds keep the order of their
+//! author, and so does the list of tags. A key moves together with the comments above it and behind
+//! it, and never over a blank line.
+
+use super::tree::{Content, Head, Pair, Piece, Row};
+
+/// A kind of table whose keys have an order, or on the way to one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum KeyOrder {
+    /// The file itself.
+    Root,
+    Program,
+    Task,
+    Template,
+    Stage,
+    Rung,
+    Branch,
+    Legs,
+    /// A table of tags or of parameters; its own keys keep their order.
+    Tags,
+    Tag,
+    /// Any other table.
+    Other,
+}
+
+impl KeyOrder {
+    /// The keys in their order. Those that are not named come behind these.
+    fn order(self) -> &'static [&'static str] {
+        match self {
+            KeyOrder::Root | KeyOrder::Tags | KeyOrder::Other => &[],
+            KeyOrder::Program => {
+                &["name", "doc", "allow", "autostart", "use", "with", "rung", "stage"]
+            }
+            KeyOrder::Task | KeyOrder::Stage => &["name", "doc", "allow", "rung"],
+            KeyOrder::Template => &["name", "doc", "allow", "parameters", "tags", "rung", "stage"],
+            KeyOrder::Rung => {
+                &["use", "name", "doc", "allow", "with", "when", "leg", "do", "branch"]
+            }
+            KeyOrder::Branch => &["doc", "allow", "when", "do"],
+            KeyOrder::Legs => &["up", "dn", "en", "data", "clk", "rst"],
+            KeyOrder::Tag => &[
+                "at", "type", "value", "count", "default", "initial", "min", "max", "doc", "log",
+                "alarm", "spare",
+            ],
+        }
+    }
+
+    /// The kind of the table, or of the tables of the array, at a key.
+    fn below(self, key: &str) -> KeyOrder {
+        match (self, plain(key)) {
+            (KeyOrder::Root, "program") => KeyOrder::Program,
+            (KeyOrder::Root, "task") => KeyOrder::Task,
+            (KeyOrder::Root, "template") => KeyOrder::Template,
+            (KeyOrder::Program | KeyOrder::Template, "stage") => KeyOrder::Stage,
+            (KeyOrder::Program | KeyOrder::Template | KeyOrder::Task | KeyOrder::Stage, "rung") => {
+                KeyOrder::Rung
+            }
+            (KeyOrder::Rung, "branch") => KeyOrder::Branch,
+            (KeyOrder::Rung, "leg") => KeyOrder::Legs,
+            (KeyOrder::Root | KeyOrder::Template, "tags") | (KeyOrder::Template, "parameters") => {
+                KeyOrder::Tags
+            }
+            (KeyOrder::Tags, _) => KeyOrder::Tag,
+            (_, _) => KeyOrder::Other,
+        }
+    }
+
+    /// The kind of the table of a header.
+    pub(super) fn of(head: &Head<'_>) -> KeyOrder {
+        head.path.iter().fold(KeyOrder::Root, |keys, key| keys.below(key))
+    }
+
+    /// Whether blank lines between its keys say nothing.
+    pub(super) fn is_close(self) -> bool {
+        match self {
+            KeyOrder::Root | KeyOrder::Tags | KeyOrder::Other => false,
+            KeyOrder::Program
+            | KeyOrder::Task
+            | KeyOrder::Template
+            | KeyOrder::Stage
+            | KeyOrder::Rung
+            | KeyOrder::Branch
+            | KeyOrder::Legs
+            | KeyOrder::Tag => true,
+        }
+    }
+
+    fn rank(self, key: &[&str]) -> (usize, usize) {
+        let rank = |keys: KeyOrder, key: Option<&&str>| {
+            let order = keys.order();
+            let place = |key: &&str| order.iter().position(|known| *known == plain(key));
+            key.and_then(place).unwrap_or(order.len())
+        };
+        let below = key.first().map_or(KeyOrder::Other, |key| self.below(key));
+        (rank(self, key.first()), rank(below, key.get(1)))
+    }
+}
+
+/// A key without its quotes.
+fn plain(key: &str) -> &str {
+    let inner = |quote| key.strip_prefix(quote).and_then(|rest: &str| rest.strip_suffix(quote));
+    inner('"').or_else(|| inner('\'')).unwrap_or(key)
+}
+
+/// Puts the keys of all tables in order.
+pub(super) fn order(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
+    let mut ordered = Vec::with_capacity(pieces.len());
+    let (mut keys, mut run) = (KeyOrder::Root, Vec::new());
+    for mut piece in pieces {
+        if let Piece::Pair(pair) = &mut piece {
+            order_value(below_all(keys, &pair.key), &mut pair.value);
+        }
+        match piece {
+            Piece::Remark(_) | Piece::Pair(_) => run.push(piece),
+            Piece::Blank => {
+                close(keys, &mut run, &mut ordered, true);
+                ordered.push(piece);
+            }
+            Piece::Head(head) => {
+                // A comment directly above a header belongs to the header.
+                close(keys, &mut run, &mut ordered, false);
+                keys = KeyOrder::of(&head);
+                ordered.push(Piece::Head(head));
+            }
+        }
+    }
+    close(keys, &mut run, &mut ordered, true);
+    ordered
+}
+
+fn below_all(keys: KeyOrder, key: &[&str]) -> KeyOrder {
+    key.iter().fold(keys, |keys, key| keys.below(key))
+}
+
+/// Ends a run of keys and comments without a blank line. A comment behind its last key could be
+/// about that key: such a run stays as it is.
+fn close<'a>(keys: KeyOrder, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>, is_end: bool) {
+    let rest = match run.iter().rposition(|piece| matches!(piece, Piece::Pair(_))) {
+        Some(last) => run.split_off(last + 1),
+        None => Vec::new(),
+    };
+    if keys.order().is_empty() || (is_end && !rest.is_empty()) {
+        to.append(run);
+    } else {
+        sort(keys, run, to);
+    }
+    to.extend(rest);
+}
+
+fn sort<'a>(keys: KeyOrder, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>) {
+    let ranks = run.iter().filter_map(|piece| match piece {
+        Piece::Pair(pair) => Some(keys.rank(&pair.key)),
+        Piece::Blank | Piece::Remark(_) | Piece::Head(_) => None,
+    });
+    if ranks.is_sorted() {
+        to.append(run);
+        return;
+    }
+    let mut items: Vec<((usize, usize), Vec<Piece<'a>>)> = Vec::new();
+    let mut item = Vec::new();
+    for piece in run.drain(..) {
+        let rank = match &piece {
+            Piece::Pair(pair) => Some(keys.rank(&pair.key)),
+            Piece::Blank | Piece::Remark(_) | Piece::Head(_) => None,
+        };
+        item.push(piece);
+        if let Some(rank) = rank {
+            items.push((rank, std::mem::take(&mut item)));
+        }
+    }
+    items.sort_by_key(|(rank, _)| *rank);
+    to.extend(items.into_iter().flat_map(|(_, pieces)| pieces));
+    to.append(&mut item);
+}
+
+fn order_value(keys: KeyOrder, value: &mut Content<'_>) {
+    match value {
+        Content::Scalar(_) => {}
+        Content::Table(pairs) => order_pairs(keys, pairs),
+        Content::Array(array) => {
+            for row in &mut array.rows {
+                if let Row::Element(value, _) = row {
+                    order_value(keys, value);
+                }
+            }
+        }
+    }
+}
+
+fn order_pairs(keys: KeyOrder, pairs: &mut [Pair<'_>]) {
+    for pair in pairs.iter_mut() {
+        order_value(below_all(keys, &pair.key), &mut pair.value);
+    }
+    pairs.sort_by_key(|pair| keys.rank(&pair.key));
+}

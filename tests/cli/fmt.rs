@@ -1,0 +1,148 @@
+//! `rungd fmt`: which files it writes, what it prints, and its exit codes.
+
+use std::fs;
+use std::io::Write;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn rungd(args: &[&str], folder: &Path) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.args(args).current_dir(folder).output().expect("rungd runs")
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(folder.join("programs")).expect("a folder");
+    folder
+}
+
+fn said(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[track_caller]
+fn check(output: &Output, code: i32, out: &str, error: &str) {
+    let (stdout, stderr) = (said(&output.stdout), said(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{stdout}{stderr}");
+    assert_eq!(stdout, out);
+    assert!(stderr.contains(error), "{stderr}");
+    assert!(!error.is_empty() || stderr.is_empty(), "{stderr}");
+}
+
+const LADDER: &str =
+    "[[program]]\nname = \"Main\"\n\n[[program.rung]]\nwhen = [\"X0\"]\ndo   = [\"OUT Y0\"]\n";
+const LOOSE: &str =
+    "[[program]]\nname = \"Main\"\n[[program.rung]]\ndo=[ \"OUT Y0\" ]\nwhen=[\"X0\"]\n";
+const BROKEN: &str = "[[program]]\nname = \n";
+
+#[test]
+fn files_of_a_folder_are_written_and_named() {
+    let folder = folder("fmt-folder");
+    let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("written");
+    write("controller.toml", "ladder=[\"programs/a.toml\"]\n");
+    write("programs/a.toml", LOOSE);
+    write("programs/b.toml", LADDER);
+    write("a.test.toml", "ladder = [\"programs/a.toml\"]\n[[scenario]]\nname=\"a\"\nsteps=[]\n");
+    write("other.toml", "[package]\nname=\"x\"\n");
+    write("notes.txt", "a=1\n");
+    let output = rungd(&["fmt", "."], &folder);
+    check(&output, 0, "./a.test.toml\n./controller.toml\n./programs/a.toml\n", "");
+    let text = |name: &str| fs::read_to_string(folder.join(name)).expect("readable");
+    assert_eq!(text("programs/a.toml"), LADDER);
+    assert_eq!(text("controller.toml"), "ladder = [\"programs/a.toml\"]\n");
+    assert_eq!(text("other.toml"), "[package]\nname=\"x\"\n");
+    check(&rungd(&["fmt", "."], &folder), 0, "", "");
+    check(&rungd(&["fmt", "--check", "."], &folder), 0, "", "");
+    let files = fs::read_dir(&folder).expect("readable").count();
+    assert_eq!(files, 5, "a file was left behind");
+}
+
+#[test]
+fn check_writes_nothing_and_shows_the_first_difference() {
+    let folder = folder("fmt-check");
+    fs::write(folder.join("a.toml"), LOOSE).expect("written");
+    fs::write(folder.join("b.toml"), LADDER).expect("written");
+    let output = rungd(&["fmt", "--check", "a.toml", "b.toml"], &folder);
+    let shown = "\
+a.toml:3:
+-[[program.rung]]
+-do=[ \"OUT Y0\" ]
+-when=[\"X0\"]
++
++[[program.rung]]
++when = [\"X0\"]
++do   = [\"OUT Y0\"]
+";
+    check(&output, 1, shown, "");
+    assert_eq!(fs::read_to_string(folder.join("a.toml")).expect("readable"), LOOSE);
+}
+
+#[test]
+fn a_broken_file_is_left_and_the_others_are_written() {
+    let folder = folder("fmt-broken");
+    fs::write(folder.join("a.toml"), BROKEN).expect("written");
+    fs::write(folder.join("b.toml"), LOOSE).expect("written");
+    fs::write(folder.join("c.toml"), b"[tags]\na = \"\xFC\"\n").expect("written");
+    let output = rungd(&["fmt", "."], &folder);
+    check(&output, 78, "./b.toml\n", "./a.toml:2:");
+    check(&output, 78, "./b.toml\n", "./c.toml:2:6");
+    check(&output, 78, "./b.toml\n", "2 errors, 0 warnings\n");
+    assert_eq!(fs::read_to_string(folder.join("a.toml")).expect("readable"), BROKEN);
+    assert_eq!(fs::read_to_string(folder.join("b.toml")).expect("readable"), LADDER);
+}
+
+#[test]
+fn mode_and_links_stay() {
+    let folder = folder("fmt-mode");
+    let path = folder.join("programs/a.toml");
+    fs::write(&path, LOOSE).expect("written");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).expect("set");
+    symlink("programs/a.toml", folder.join("link.toml")).expect("linked");
+    check(&rungd(&["fmt", "link.toml"], &folder), 0, "link.toml\n", "");
+    assert_eq!(fs::read_to_string(&path).expect("readable"), LADDER);
+    let mode = fs::metadata(&path).expect("there").permissions().mode();
+    assert_eq!(mode & 0o777, 0o640);
+    assert!(fs::symlink_metadata(folder.join("link.toml")).expect("there").is_symlink());
+}
+
+fn piped(args: &[&str], text: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.args(args).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("rungd runs");
+    child.stdin.take().expect("a pipe").write_all(text.as_bytes()).expect("taken");
+    child.wait_with_output().expect("it ends")
+}
+
+#[test]
+fn standard_input_goes_to_standard_output() {
+    check(&piped(&["fmt", "-"], LOOSE), 0, LADDER, "");
+    check(&piped(&["fmt", "-"], LADDER), 0, LADDER, "");
+    // A character that a terminal obeys is a part of the text.
+    let text = "doc = \"\u{202e}\"\n";
+    check(&piped(&["fmt", "-"], text), 0, text, "");
+    check(&piped(&["fmt", "--check", "-"], LADDER), 0, "", "");
+    check(&piped(&["fmt", "--check", "-"], "a=1\n"), 1, "<standard input>:1:\n-a=1\n+a = 1\n", "");
+    check(&piped(&["fmt", "-"], BROKEN), 78, "", "<standard input>:2:");
+}
+
+#[test]
+fn the_command_line_has_its_own_code() {
+    let folder = folder("fmt-usage");
+    check(&rungd(&["fmt"], &folder), 2, "", "Usage:");
+    check(
+        &rungd(&["fmt", "programs"], &folder),
+        2,
+        "",
+        "programs: no file of rungd in this folder",
+    );
+    check(&rungd(&["fmt", "none.toml"], &folder), 74, "", "none.toml: No such file");
+}
+
+#[test]
+fn a_first_project_is_in_the_layout() {
+    let folder = folder("fmt-init");
+    assert_eq!(rungd(&["init", "plant"], &folder).status.code(), Some(0));
+    check(&rungd(&["fmt", "--check", "plant"], &folder), 0, "", "");
+}
