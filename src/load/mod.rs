@@ -32,6 +32,7 @@ use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::{LoadOptions, resolve_ladders};
 use crate::source::file_kind;
 use crate::source::finding::{Code, Finding, Severity};
+use crate::source::lost::LostTexts;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, SourceFile, Span};
 
@@ -46,6 +47,8 @@ pub struct Loaded {
     pub program: Option<Program>,
     /// The controller file's settings, if one was loaded.
     pub controller: Option<Controller>,
+    /// What is missing in files that are not TOML as a whole.
+    lost: LostTexts,
     progress: Progress,
 }
 
@@ -154,6 +157,7 @@ fn controller(input: &InputFile, progress: &Progress) -> Loaded {
     let (written, found) = controller::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
+    loaded.lost.add_settings(id, written.lost.clone());
     loaded.findings.extend(own_files::findings(path, &written));
     let first = loaded.files.len();
     if loaded.named_files((path, "controller file"), &written.ladder) {
@@ -313,6 +317,9 @@ impl Loaded {
         }
         let (program, found) = resolve_ladders(&self.files[first..], &options);
         self.findings.extend(library::offered(found, &self.files, options.has_controller));
+        if let Some(program) = &program {
+            self.lost.add_all(&program.lost);
+        }
         self.program = program;
     }
 
@@ -368,6 +375,7 @@ impl Loaded {
             self.findings = silence(program, std::mem::take(&mut self.findings), controller);
             self.findings = program.layers.told(std::mem::take(&mut self.findings));
         }
+        self.lost.keep_sure(&mut self.findings);
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
         if self.has_error() || self.progress.is_over() {
             self.program = None;

@@ -1,0 +1,91 @@
+//! The tables of a text by their headers, and those of them that lost something.
+//!
+//! [`super::mend`] fills it in the order of the file, for [`super::lost`].
+
+use std::ops::Range;
+
+/// A table: the bytes from its header to the next header.
+pub(super) type TableRange = Range<u32>;
+
+/// The tables of a text, in order. The first one is the root.
+pub(super) struct LostTables {
+    all: Vec<TableState>,
+    /// The length of the text.
+    end: usize,
+}
+
+struct TableState {
+    range: TableRange,
+    /// The number of parts of its name.
+    depth: usize,
+    /// Whether it is an entry of a list.
+    is_list: bool,
+    /// The table above it.
+    above: usize,
+    is_lossy: bool,
+}
+
+impl LostTables {
+    /// With the root.
+    pub fn of(end: usize) -> LostTables {
+        let range = 0..end as u32;
+        let root = TableState { range, depth: 0, is_list: true, above: 0, is_lossy: false };
+        LostTables { all: vec![root], end }
+    }
+
+    /// A table begins.
+    pub fn begin(&mut self, start: usize, depth: usize, is_list: bool) {
+        let above = self.open_above(depth);
+        if let Some(last) = self.all.last_mut() {
+            last.range.end = start as u32;
+        }
+        let range = start as u32..self.end as u32;
+        self.all.push(TableState { range, depth, is_list, above, is_lossy: false });
+    }
+
+    /// The newest table whose name has fewer parts.
+    fn open_above(&self, depth: usize) -> usize {
+        let mut at = self.all.len() - 1;
+        while self.all[at].depth >= depth && at > 0 {
+            at = self.all[at].above;
+        }
+        at
+    }
+
+    /// The newest table loses something, and so does the table that it is a part of.
+    pub fn lose(&mut self) {
+        self.lose_in(self.all.len() - 1);
+    }
+
+    /// A table with so many parts of its name is lost.
+    pub fn lose_below(&mut self, depth: usize) {
+        self.lose_in(self.open_above(depth));
+    }
+
+    fn lose_in(&mut self, mut at: usize) {
+        while !std::mem::replace(&mut self.all[at].is_lossy, true) && !self.all[at].is_list {
+            at = self.all[at].above;
+        }
+    }
+
+    /// The tables that lost something.
+    pub fn lossy(&self) -> Vec<TableRange> {
+        let lossy = self.all.iter().filter(|table| table.is_lossy);
+        lossy.map(|table| table.range.clone()).collect()
+    }
+
+    /// The same, each with all tables of its block or device.
+    pub fn lossy_groups(&self) -> Vec<TableRange> {
+        let mut groups: Vec<(TableRange, bool)> = Vec::new();
+        for table in &self.all {
+            match groups.last_mut() {
+                Some((group, is_lossy)) if table.depth > 1 => {
+                    group.end = table.range.end;
+                    *is_lossy |= table.is_lossy;
+                }
+                Some(_) | None => groups.push((table.range.clone(), table.is_lossy)),
+            }
+        }
+        groups.into_iter().filter(|(_, is_lossy)| *is_lossy).map(|(range, _)| range).collect()
+    }
+}

@@ -1,0 +1,241 @@
+//! Replaces what is not TOML in a text by spaces, so that the rest can be read.
+//!
+//! Called by the reader for a file with errors of syntax: an editor wants findings while a person
+//! types. What stays keeps its place, and [`LostText`] says what is missing. Below a header that
+//! cannot be read nothing stays, because it would join a different table. Never adds anything: a
+//! value that is not closed is lost. Makes no findings.
+
+use std::ops::Range;
+
+use toml::de::DeTable;
+
+use super::lost::LostText;
+use super::lost_tables::LostTables;
+use super::statements::{Statement, closed_lines, first_line, is_idle, is_toml, statements};
+use crate::progress::Progress;
+
+/// How often a text is parsed: statements may contradict each other, as two keys of one name.
+const ROUNDS_MAX: usize = 4;
+
+/// A text that is TOML, and what it lacks.
+pub(super) struct MendedText {
+    pub text: String,
+    pub lost: LostText,
+}
+
+/// Mends a text; `None` if it cannot be mended, or if the load is to end.
+pub(super) fn mend(source: &str, progress: &Progress) -> Option<MendedText> {
+    let statements = statements(source);
+    let lost = vec![false; statements.len()];
+    let mut mending = Mending { source, statements, lost, places: Vec::new() };
+    mending.drop_broken();
+    for _ in 0..ROUNDS_MAX {
+        if progress.is_over() {
+            return None;
+        }
+        let text = mending.text();
+        let errors = DeTable::parse_recoverable(&text).1;
+        if errors.is_empty() {
+            let lost = mending.lost_text();
+            return Some(MendedText { text, lost });
+        }
+        let before = mending.places.len();
+        for error in errors {
+            mending.drop_contradiction(error.span().unwrap_or(0..0).start);
+        }
+        if mending.places.len() == before {
+            return None;
+        }
+    }
+    None
+}
+
+/// A text that is being mended.
+struct Mending<'a> {
+    source: &'a str,
+    statements: Vec<Statement>,
+    /// For each statement: whether it is lost as a whole.
+    lost: Vec<bool>,
+    /// The places that are replaced, in no order.
+    places: Vec<Range<usize>>,
+}
+
+impl Mending<'_> {
+    /// Drops the statements that are no TOML by themselves.
+    fn drop_broken(&mut self) {
+        for at in 0..self.statements.len() {
+            let statement = &self.statements[at];
+            if self.lost[at] || statement.is_toml {
+                continue;
+            }
+            if statement.header.is_some() {
+                self.drop_table(at);
+            } else if let Some(lines) = broken_elements(self.source, &statement.range) {
+                self.places.extend(lines);
+            } else {
+                self.drop_one(at);
+            }
+        }
+    }
+
+    /// Drops the statement at a place where it contradicts an earlier one.
+    fn drop_contradiction(&mut self, place: usize) {
+        let behind = self.statements.partition_point(|of| of.range.start <= place);
+        let Some(at) = behind.checked_sub(1).filter(|at| !self.lost[*at]) else { return };
+        if self.statements[at].header.is_some() {
+            return self.drop_table(at);
+        }
+        let header = self.statements[..at].iter().rposition(|of| of.header.is_some());
+        if !header.is_some_and(|header| self.is_list(header)) {
+            return self.drop_one(at);
+        }
+        // Mostly the header of the next list entry is missing, before this key.
+        let keys = self.statements[at..].iter().take_while(|of| of.header.is_none()).count();
+        (at..at + keys).for_each(|at| self.drop_one(at));
+    }
+
+    /// Drops a header with its keys, and the tables below it.
+    fn drop_table(&mut self, header: usize) {
+        let depth = self.statements[header].header;
+        self.drop_one(header);
+        let below = |of: &&Statement| of.header.is_none() || of.header > depth;
+        let count = self.statements[header + 1..].iter().take_while(below).count();
+        (header + 1..=header + count).for_each(|at| self.drop_one(at));
+    }
+
+    /// Whether a header begins an entry of a list.
+    fn is_list(&self, header: usize) -> bool {
+        self.source[self.statements[header].range.start..].trim_start().starts_with("[[")
+    }
+
+    fn drop_one(&mut self, at: usize) {
+        if !std::mem::replace(&mut self.lost[at], true) {
+            self.places.push(self.statements[at].range.clone());
+        }
+    }
+
+    /// The text with spaces instead of what is lost. Line ends stay.
+    fn text(&self) -> String {
+        let mut bytes = self.source.as_bytes().to_vec();
+        for place in &self.places {
+            for at in place.clone() {
+                let ends_line =
+                    bytes[at] == b'\n' || bytes[at] == b'\r' && bytes.get(at + 1) == Some(&b'\n');
+                if !ends_line {
+                    bytes[at] = b' ';
+                }
+            }
+        }
+        String::from_utf8(bytes).expect("statements are whole lines")
+    }
+
+    fn lost_text(mut self) -> LostText {
+        self.places.sort_unstable_by_key(|place| place.start);
+        let mut tables = LostTables::of(self.source.len());
+        let mut places = self.places.iter().peekable();
+        let mut header = false;
+        for (at, statement) in self.statements.iter().enumerate() {
+            match statement.header {
+                Some(depth) if self.lost[at] => {
+                    tables.lose_below(depth);
+                    header = true;
+                }
+                Some(depth) => tables.begin(statement.range.start, depth, self.is_list(at)),
+                None => {}
+            }
+            while places.next_if(|place| place.start < statement.range.end).is_some() {
+                tables.lose();
+            }
+        }
+        let texts = self.places.iter().map(|place| &self.source[place.clone()]);
+        LostText::of((tables.lossy(), tables.lossy_groups()), texts, header)
+    }
+}
+
+/// The broken elements of an array over several lines, if the rest of the array is TOML without
+/// them.
+fn broken_elements(source: &str, array: &Range<usize>) -> Option<Vec<Range<usize>>> {
+    let text = &source[array.clone()];
+    let head = first_line(text);
+    if !head.split('#').next()?.trim_end().ends_with('[') {
+        return None;
+    }
+    let tail = text.rfind("\n]").or_else(|| text.trim_end().rfind('\n'))? + 1;
+    let (mut rest, mut broken) = (String::from(head), Vec::new());
+    let (mut at, mut stop) = (head.len(), 0);
+    while at < tail {
+        if stop <= at {
+            stop = next_element(text, at).min(tail);
+        }
+        let line = first_line(&text[at..]);
+        let closed = closed_lines(&text[at..stop]).filter(|_| !is_idle(line));
+        let end = if is_idle(line) { at + line.len() } else { closed.map_or(stop, |n| at + n) };
+        if is_idle(line) || is_element(&text[at..end]) {
+            rest.push_str(&text[at..end]);
+        } else {
+            broken.push(array.start + at..array.start + end);
+        }
+        at = end;
+    }
+    rest.push_str(text.get(at..)?);
+    (!broken.is_empty() && is_toml(&rest)).then_some(broken)
+}
+
+/// The next line that begins with a table, behind the one at `start`.
+fn next_element(text: &str, start: usize) -> usize {
+    let mut at = start;
+    for (number, line) in text[start..].split_inclusive('\n').enumerate() {
+        if number > 0 && line.trim_start().starts_with('{') {
+            break;
+        }
+        at += line.len();
+    }
+    at
+}
+
+fn is_element(text: &str) -> bool {
+    is_toml(&format!("x = [\n{text}\n]"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What stays of each line.
+    fn check(source: &str, expected: &str) {
+        let mended = mend(source, &Progress::default()).expect("it can be mended");
+        assert_eq!(mended.text.len(), source.len());
+        let stays = mended.text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n");
+        assert_eq!(stays, expected);
+    }
+
+    #[test]
+    fn a_value_that_is_not_closed_is_lost_alone() {
+        check("a = [\"x\nb = 1\n[t]\nc = \"\n d = 2", "\nb = 1\n[t]\n\n d = 2");
+    }
+
+    #[test]
+    fn an_element_of_an_array_over_several_lines_is_lost_alone() {
+        check(
+            "rung = [\n { a = [\"x] },\n { a = 1 }, # one\n \"y,\n]\nb = 2",
+            "rung = [\n\n { a = 1 }, # one\n\n]\nb = 2",
+        );
+        check("a = [\n 1,\n [\n 2,\n ],\n 3 4,\n 5,\n]", "a = [\n 1,\n [\n 2,\n ],\n\n 5,\n]");
+        check("a = [\n 1\n 2\n]\nb = 2", "\n\n\n\nb = 2");
+    }
+
+    #[test]
+    fn a_header_is_lost_with_all_that_is_below_it() {
+        check(
+            "[[p]]\na = 1\n[[p.s]\nb = 2\n[[p.s.r]]\nc = 3\n[[p.s]]\nd = 4",
+            "[[p]]\na = 1\n\n\n\n\n[[p.s]]\nd = 4",
+        );
+    }
+
+    #[test]
+    fn the_later_one_of_two_that_contradict_each_other_is_lost() {
+        check("[t]\na = 1\na = 2\nb = 3", "[t]\na = 1\n\nb = 3");
+        check("[[t]]\na = 1\na = 2\nb = 3\n[[t]]\nb = 4", "[[t]]\na = 1\n\n\n[[t]]\nb = 4");
+        check("[t]\na = 1\n[t]\nb = 2\n[u]\nc = 3", "[t]\na = 1\n\n\n[u]\nc = 3");
+    }
+}
