@@ -25,6 +25,7 @@ pub(crate) fn bench(
     settings: &WrittenController,
 ) -> Loaded {
     let mut loaded = Loaded { files: vec![file], ..Loaded::default() };
+    loaded.lost.add_settings(FileId(0), settings.lost.clone());
     if loaded.named_files((naming, "test file"), &settings.ladder) {
         loaded.with_settings(settings, (1, kind == InputKind::Controller));
     }

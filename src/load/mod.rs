@@ -377,7 +377,7 @@ impl Loaded {
         }
         self.lost.keep_sure(&mut self.findings);
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
-        if self.has_error() || self.progress.is_over() {
+        if self.has_error() || !self.lost.is_empty() || self.progress.is_over() {
             self.program = None;
             self.controller = None;
         }

@@ -86,7 +86,7 @@ pub fn load_ladders(
         program.lost.keep_sure(&mut findings);
     }
     let refused = findings.iter().any(|f| f.severity() == Severity::Error);
-    (program.filter(|_| !refused), findings)
+    (program.filter(|program| !refused && program.lost.is_empty()), findings)
 }
 
 /// As [`load_ladders`], but returns the program despite errors, if all files can be read. Parts with

@@ -50,8 +50,8 @@ impl<'a> Doc<'a> {
     }
 
     /// The same, of a file that is not whole.
-    pub(super) fn lacking(self, lost: Option<&'a LostText>) -> Self {
-        Doc { lost, ..self }
+    pub(super) fn lacking(self, lost: &'a LostText) -> Self {
+        Doc { lost: Some(lost), ..self }
     }
 
     /// What is missing in the file.

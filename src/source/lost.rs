@@ -5,9 +5,10 @@
 //! while a person types is worse than a finding that comes a moment later.
 
 use std::collections::HashSet;
+use std::ops::Range;
 
 use super::finding::{Finding, Severity};
-use super::lost_tables::TableRange;
+use super::lost_tables::{LostTables, TableRange};
 use super::rests_on::RestsOn;
 use super::span::FileId;
 use super::statements::plain_key;
@@ -26,23 +27,51 @@ pub struct LostText {
 }
 
 impl LostText {
-    /// Of the lost stretches of a text. `header`: whether a header is among them.
-    pub(super) fn of<'a>(
-        (tables, groups): (Vec<TableRange>, Vec<TableRange>),
-        texts: impl Iterator<Item = &'a str>,
-        header: bool,
-    ) -> LostText {
-        let mut lost = LostText { tables, groups, words: HashSet::new(), hides_names: header };
-        for text in texts {
+    /// Of the lost places of a text.
+    pub(super) fn of(tables: &LostTables, source: &str, places: &[Range<usize>]) -> LostText {
+        let (groups, words) = (tables.lossy_groups(), HashSet::new());
+        let mut lost = LostText { tables: tables.lossy(), groups, words, hides_names: false };
+        for place in places {
+            let text = &source[place.clone()];
             lost.hides_names |= !is_readable(text);
-            for word in words(text) {
-                lost.words.extend(word.split('-').map(str::to_owned));
-                lost.words.insert(word.to_owned());
-            }
+            lost.add_words(text);
         }
         // A name, or the template that makes a table a use, may be cut in the middle.
         lost.hides_names |= ["name", "use"].iter().any(|key| lost.words.contains(*key));
+        // A part of a plant, say, is not declared if its kind is lost.
+        for place in tables.lossy_names() {
+            lost.add_words(&source[place.start as usize..place.end as usize]);
+        }
         lost
+    }
+
+    fn add_words(&mut self, text: &str) {
+        for word in words(text) {
+            self.words.extend(word.split('-').map(str::to_owned));
+            self.words.insert(word.to_owned());
+        }
+    }
+
+    /// A header is lost, with all that it may declare.
+    pub(super) fn lose_header(&mut self) {
+        self.hides_names = true;
+    }
+
+    /// Whether any name may be declared in the text that is lost.
+    pub(super) fn hides_names(&self) -> bool {
+        self.hides_names
+    }
+
+    /// Whether a name may be declared in the text that is lost, perhaps with a character changed:
+    /// then its longer half is a word there.
+    fn may_declare(&self, name: &str) -> bool {
+        let half = name.len().saturating_sub(1) / 2;
+        let longer = (half.max(1)..=name.len()).filter(|at| name.is_char_boundary(*at));
+        let mut heads = longer.map(|end| &name[..end]);
+        let shorter = (0..=name.len() - half).filter(|at| name.is_char_boundary(*at));
+        let mut tails = shorter.map(|start| &name[start..]);
+        let has = |part: &str| !part.is_empty() && self.words.contains(part);
+        heads.any(has) || tails.any(has)
     }
 }
 
@@ -95,6 +124,11 @@ impl LostTexts {
         self.files.extend(others.files.iter().cloned());
     }
 
+    /// Whether nothing is missing.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
     /// Keeps the findings that are right, whatever is missing. Their places are in files.
     pub fn keep_sure(&self, findings: &mut Vec<Finding>) {
         if !self.files.is_empty() {
@@ -120,6 +154,10 @@ impl LostTexts {
         self.files.iter().any(|(_, lost)| lost.words.contains(word))
     }
 
+    fn may_declare(&self, name: &str) -> bool {
+        self.files.iter().any(|(_, lost)| lost.may_declare(name))
+    }
+
     /// Whether the place of a finding lies in none of these tables of its file.
     fn has_whole(&self, finding: &Finding, lossy: fn(&LostText) -> &[TableRange]) -> bool {
         let place = finding.span;
@@ -135,6 +173,6 @@ impl LostTexts {
         // A long name is not in a message as a whole.
         let mut quoted = finding.message.split('`').skip(1).step_by(2);
         !finding.message.contains('…')
-            && !quoted.any(|name| words(name).any(|word| self.has_word(word)))
+            && !quoted.any(|name| words(name).any(|word| self.may_declare(word)))
     }
 }

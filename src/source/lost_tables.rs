@@ -7,6 +7,12 @@ use std::ops::Range;
 /// A table: the bytes from its header to the next header.
 pub(super) type TableRange = Range<u32>;
 
+impl TableState {
+    fn new(range: TableRange, depth: usize, is_list: bool) -> TableState {
+        TableState { range, depth, is_list, above: 0, is_lossy: false, names: Vec::new() }
+    }
+}
+
 /// The tables of a text, in order. The first one is the root.
 pub(super) struct LostTables {
     all: Vec<TableState>,
@@ -23,24 +29,32 @@ struct TableState {
     /// The table above it.
     above: usize,
     is_lossy: bool,
+    /// Its header, and the value of its `name`.
+    names: Vec<TableRange>,
 }
 
 impl LostTables {
     /// With the root.
     pub fn of(end: usize) -> LostTables {
         let range = 0..end as u32;
-        let root = TableState { range, depth: 0, is_list: true, above: 0, is_lossy: false };
-        LostTables { all: vec![root], end }
+        LostTables { all: vec![TableState::new(range, 0, true)], end }
     }
 
-    /// A table begins.
-    pub fn begin(&mut self, start: usize, depth: usize, is_list: bool) {
-        let above = self.open_above(depth);
+    /// A table begins with its header.
+    pub fn begin(&mut self, header: &Range<usize>, depth: usize, is_list: bool) {
+        let (above, start) = (self.open_above(depth), header.start as u32);
         if let Some(last) = self.all.last_mut() {
-            last.range.end = start as u32;
+            last.range.end = start;
         }
-        let range = start as u32..self.end as u32;
-        self.all.push(TableState { range, depth, is_list, above, is_lossy: false });
+        let table = TableState::new(start..self.end as u32, depth, is_list);
+        self.all.push(TableState { above, names: vec![start..header.end as u32], ..table });
+    }
+
+    /// The newest table has a name.
+    pub fn name(&mut self, place: &Range<usize>) {
+        if let Some(last) = self.all.last_mut() {
+            last.names.push(place.start as u32..place.end as u32);
+        }
     }
 
     /// The newest table whose name has fewer parts.
@@ -74,7 +88,12 @@ impl LostTables {
         lossy.map(|table| table.range.clone()).collect()
     }
 
-    /// The same, each with all tables of its block or device.
+    /// The places of their headers and names.
+    pub fn lossy_names(&self) -> impl Iterator<Item = &TableRange> {
+        self.all.iter().filter(|table| table.is_lossy).flat_map(|table| &table.names)
+    }
+
+    /// The tables that lost something, each with all tables of its block or device.
     pub fn lossy_groups(&self) -> Vec<TableRange> {
         let mut groups: Vec<(TableRange, bool)> = Vec::new();
         for table in &self.all {

@@ -5,13 +5,16 @@
 //! cannot be read nothing stays, because it would join a different table. Never adds anything: a
 //! value that is not closed is lost. Makes no findings.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
-use toml::de::DeTable;
+use toml::de::{DeTable, Error};
 
 use super::lost::LostText;
 use super::lost_tables::LostTables;
-use super::statements::{Statement, closed_lines, first_line, is_idle, is_toml, statements};
+use super::statements::{
+    Statement, closed_lines, first_line, is_idle, is_toml, plain_key, statements,
+};
 use crate::progress::Progress;
 
 /// How often a text is parsed: statements may contradict each other, as two keys of one name.
@@ -21,13 +24,17 @@ const ROUNDS_MAX: usize = 4;
 pub(super) struct MendedText {
     pub text: String,
     pub lost: LostText,
+    /// The parser's errors that do not follow from others.
+    pub errors: Vec<Error>,
 }
 
-/// Mends a text; `None` if it cannot be mended, or if the load is to end.
-pub(super) fn mend(source: &str, progress: &Progress) -> Option<MendedText> {
+/// Mends a text in which the parser found these errors; `None` if it cannot be mended, or if the
+/// load is to end.
+pub(super) fn mend(source: &str, found: &[Error], progress: &Progress) -> Option<MendedText> {
     let statements = statements(source);
     let lost = vec![false; statements.len()];
-    let mut mending = Mending { source, statements, lost, places: Vec::new() };
+    let (places, contradictions) = (Vec::new(), HashSet::new());
+    let mut mending = Mending { source, statements, lost, places, contradictions };
     mending.drop_broken();
     for _ in 0..ROUNDS_MAX {
         if progress.is_over() {
@@ -37,11 +44,11 @@ pub(super) fn mend(source: &str, progress: &Progress) -> Option<MendedText> {
         let errors = DeTable::parse_recoverable(&text).1;
         if errors.is_empty() {
             let lost = mending.lost_text();
-            return Some(MendedText { text, lost });
+            return Some(MendedText { text, lost, errors: mending.causes(found) });
         }
         let before = mending.places.len();
         for error in errors {
-            mending.drop_contradiction(error.span().unwrap_or(0..0).start);
+            mending.drop_contradiction(place_of(&error));
         }
         if mending.places.len() == before {
             return None;
@@ -58,6 +65,8 @@ struct Mending<'a> {
     lost: Vec<bool>,
     /// The places that are replaced, in no order.
     places: Vec<Range<usize>>,
+    /// The places of the parser's errors about statements that contradict each other.
+    contradictions: HashSet<usize>,
 }
 
 impl Mending<'_> {
@@ -78,10 +87,15 @@ impl Mending<'_> {
         }
     }
 
+    /// The statement at or before a place.
+    fn statement_at(&self, place: usize) -> Option<usize> {
+        self.statements.partition_point(|of| of.range.start <= place).checked_sub(1)
+    }
+
     /// Drops the statement at a place where it contradicts an earlier one.
     fn drop_contradiction(&mut self, place: usize) {
-        let behind = self.statements.partition_point(|of| of.range.start <= place);
-        let Some(at) = behind.checked_sub(1).filter(|at| !self.lost[*at]) else { return };
+        self.contradictions.insert(place);
+        let Some(at) = self.statement_at(place).filter(|at| !self.lost[*at]) else { return };
         if self.statements[at].header.is_some() {
             return self.drop_table(at);
         }
@@ -105,7 +119,7 @@ impl Mending<'_> {
 
     /// Whether a header begins an entry of a list.
     fn is_list(&self, header: usize) -> bool {
-        self.source[self.statements[header].range.start..].trim_start().starts_with("[[")
+        self.text_of(header).trim_start().starts_with("[[")
     }
 
     fn drop_one(&mut self, at: usize) {
@@ -129,27 +143,65 @@ impl Mending<'_> {
         String::from_utf8(bytes).expect("statements are whole lines")
     }
 
-    fn lost_text(mut self) -> LostText {
+    fn lost_text(&mut self) -> LostText {
         self.places.sort_unstable_by_key(|place| place.start);
         let mut tables = LostTables::of(self.source.len());
         let mut places = self.places.iter().peekable();
-        let mut header = false;
         for (at, statement) in self.statements.iter().enumerate() {
             match statement.header {
-                Some(depth) if self.lost[at] => {
-                    tables.lose_below(depth);
-                    header = true;
+                Some(depth) if self.lost[at] => tables.lose_below(depth),
+                Some(depth) => tables.begin(&statement.range, depth, self.is_list(at)),
+                None if plain_key(self.text_of(at)) == Some("name") => {
+                    tables.name(&statement.range)
                 }
-                Some(depth) => tables.begin(statement.range.start, depth, self.is_list(at)),
                 None => {}
             }
             while places.next_if(|place| place.start < statement.range.end).is_some() {
                 tables.lose();
             }
         }
-        let texts = self.places.iter().map(|place| &self.source[place.clone()]);
-        LostText::of((tables.lossy(), tables.lossy_groups()), texts, header)
+        let mut lost = LostText::of(&tables, self.source, &self.places);
+        let mut headers = self.statements.iter().zip(&self.lost);
+        if headers.any(|(statement, lost)| *lost && statement.header.is_some()) {
+            lost.lose_header();
+        }
+        lost
     }
+
+    /// The errors without those that follow from a broken statement further up: they are about a
+    /// statement that is TOML by itself, and contradicts no other.
+    fn causes(&self, errors: &[Error]) -> Vec<Error> {
+        let mut sorted: Vec<&Error> = errors.iter().collect();
+        sorted.sort_by_key(|error| place_of(error));
+        let mut broken = None;
+        let mut told = None;
+        let mut causes = Vec::new();
+        let mut next = 0;
+        for error in sorted {
+            let at = self.statement_at(place_of(error)).unwrap_or(0);
+            while next <= at && next < self.statements.len() {
+                broken = if self.statements[next].is_toml { broken } else { Some(next) };
+                next += 1;
+            }
+            let is_cause = broken.is_none()
+                || broken == Some(at)
+                || broken != told
+                || self.contradictions.contains(&place_of(error));
+            if is_cause {
+                told = broken;
+                causes.push(error.clone());
+            }
+        }
+        causes
+    }
+
+    fn text_of(&self, statement: usize) -> &str {
+        &self.source[self.statements[statement].range.clone()]
+    }
+}
+
+fn place_of(error: &Error) -> usize {
+    error.span().map_or(0, |span| span.start)
 }
 
 /// The broken elements of an array over several lines, if the rest of the array is TOML without
@@ -203,7 +255,7 @@ mod tests {
 
     /// What stays of each line.
     fn check(source: &str, expected: &str) {
-        let mended = mend(source, &Progress::default()).expect("it can be mended");
+        let mended = mend(source, &[], &Progress::default()).expect("it can be mended");
         assert_eq!(mended.text.len(), source.len());
         let stays = mended.text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n");
         assert_eq!(stays, expected);

@@ -58,13 +58,14 @@ pub(super) fn document_within<T>(
         let value = read_checked(doc, root.get_ref(), read);
         return (Some(value), findings.into_inner());
     }
-    strict::report_syntax(doc, &errors);
-    let value = mend(source, &room.progress).map(|mended| {
-        let (value, found) = read_mended(mended, (file, &room.progress), read);
-        findings.borrow_mut().extend(found);
-        value
-    });
-    (value, findings.into_inner())
+    let Some(mended) = mend(source, &errors, &room.progress) else {
+        strict::report_syntax(doc, &errors);
+        return (None, findings.into_inner());
+    };
+    strict::report_syntax(doc, &mended.errors);
+    let (value, found) = read_mended(&mended, (file, &room.progress), read);
+    findings.borrow_mut().extend(found);
+    (Some(value), findings.into_inner())
 }
 
 fn read_checked<T>(doc: Doc<'_>, table: &DeTable<'_>, read: impl FnOnce(Table<'_>) -> T) -> T {
@@ -75,18 +76,20 @@ fn read_checked<T>(doc: Doc<'_>, table: &DeTable<'_>, read: impl FnOnce(Table<'_
 
 /// Reads what is left of a file, and drops the findings that may be about what is missing.
 fn read_mended<T>(
-    MendedText { text, lost }: MendedText,
+    mended: &MendedText,
     (file, progress): (FileId, &Progress),
     read: impl FnOnce(Table<'_>) -> T,
 ) -> (T, Vec<Finding>) {
     let findings = RefCell::new(Vec::new());
-    let doc = Doc::new(&text, file, &findings).within(progress).lacking(Some(&lost));
-    let root = DeTable::parse_recoverable(&text).0;
+    let doc = Doc::new(&mended.text, file, &findings).within(progress).lacking(&mended.lost);
+    let root = DeTable::parse_recoverable(&mended.text).0;
     let value = read_checked(doc, root.get_ref(), read);
     let mut findings = findings.into_inner();
     let mut texts = LostTexts::default();
-    texts.add(file, Some(lost));
+    texts.add(file, Some(mended.lost.clone()));
     texts.keep_sure(&mut findings);
+    // The parent of a header may be lost, and the parser's errors say it then.
+    findings.retain(|finding| finding.code != Code::OutOfPlace || !mended.lost.hides_names());
     (value, findings)
 }
 

@@ -27,7 +27,7 @@ impl Code {
     pub(super) fn rests_on(self) -> RestsOn {
         use Code::*;
         match self {
-            TomlSyntax | UnknownKey | WrongType | BareString | ContactSyntax | InstructionSyntax
+            TomlSyntax | OutOfPlace | UnknownKey | WrongType | BareString | ContactSyntax | InstructionSyntax
             | ExpressionSyntax | ForbiddenName | DuplicateName | BadDuration | UnknownInstruction
             | UnknownOperand | MissingOperand | WrongCase | UnknownFunction | FunctionArguments
             | OperandType | OutOfRange | WriteToInput | ReadOnly | UnknownLeg | LegsShared
@@ -37,7 +37,7 @@ impl Code {
             | BareTimerValue | DurationAsCount | MixedAndOr | EdgeInClk | MixedOperators
             | IntegerDivisionIntoReal | ComplementOfBit | ConstantSaturates | LostFraction
             | MathConstants | RetainedButReset | LongPeriod | UnknownAllow => RestsOn::Itself,
-            OutOfPlace | UnknownName | UnknownMember | UnknownBlock | UnknownStage
+            UnknownName | UnknownMember | UnknownBlock | UnknownStage
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
             | TemplateRule | TagKey | TestStep | TestEmpty => RestsOn::Table,

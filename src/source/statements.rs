@@ -102,7 +102,8 @@ impl Division<'_> {
         let closed = closed_lines(&self.source[start..next]).map(|length| start + length);
         let end = closed.or_else(|| self.end_beyond(start, next)).unwrap_or(next);
         let text = &self.source[start..end];
-        Statement { range: start..end, header: header_depth(text), is_toml: is_toml(text) }
+        let is_toml = is_toml(text);
+        Statement { range: start..end, header: header_depth(text, is_toml), is_toml }
     }
 
     /// The begin of the next line that looks like the begin of a statement.
@@ -172,16 +173,20 @@ fn key_part(text: &str) -> Option<usize> {
     length.or(Some(text.len())).filter(|length| *length > 0)
 }
 
-/// The number of parts of the name of a header, also of one that lacks brackets; `None` for other
+/// The number of parts of the name of a header, also of one that is broken; `None` for other
 /// statements. Never too large, so that what is below a broken header is known to be below it.
-fn header_depth(text: &str) -> Option<usize> {
+fn header_depth(text: &str, is_toml: bool) -> Option<usize> {
     let line = first_line(text).split('#').next().unwrap_or("").trim();
-    let is_named = line.starts_with(|c: char| c.is_ascii_alphabetic());
-    if !line.starts_with('[') && !(is_named && line.ends_with(']') && !line.contains('=')) {
-        return None;
-    }
+    let name = line.trim_start_matches(|c: char| !c.is_ascii_alphanumeric());
+    let lead = &line[..line.len() - name.len()];
+    let is_value = lead.contains('=') && lead.contains(['"', '\'']);
+    let is_header = match is_toml {
+        true => line.starts_with('['),
+        false if lead.is_empty() => line.ends_with(']') && !line.contains('='),
+        false => lead.contains('[') && !is_value,
+    };
     let is_part = |part: &&str| part.contains(|c: char| c.is_ascii_alphanumeric());
-    Some(line.split('.').filter(is_part).count().max(1))
+    is_header.then(|| line.split('.').filter(is_part).count().max(1))
 }
 
 #[cfg(test)]
@@ -226,9 +231,10 @@ mod tests {
 
     #[test]
     fn the_depth_of_a_header_is_never_too_large() {
-        let depths = ["[a]", "[[a.b]]", "[a.b", "a.b]]", "[[a..b]", "[[a.]", "[[", "a = [1]", "a"];
-        let found = depths.map(header_depth);
-        let (one, two) = (Some(1), Some(2));
-        assert_eq!(found, [one, two, two, two, two, one, one, None, None]);
+        let depth = |text| header_depth(text, is_toml(text));
+        let broken = ["[[a.b", "a.b]]", "[[a..b]", "[[a.]", ".[[a.b]]", "=[[a]]", "\"[a.b]", "[["];
+        assert_eq!(broken.map(depth), [2, 2, 2, 1, 2, 1, 2, 1].map(Some));
+        assert_eq!(["[a]", "[[a.b]]"].map(depth), [Some(1), Some(2)]);
+        assert_eq!(["a = [1]", "\"[a]\" = 1", "a", "= [\"a\"]", "\"a\"]"].map(depth), [None; 5]);
     }
 }

@@ -20,6 +20,7 @@ use crate::load::bench::{InputKind, bench};
 use crate::load::{self, Loaded, decode, read_bytes};
 use crate::resolve::LoadOptions;
 use crate::source::finding::{Code, Finding, Severity};
+use crate::source::lost::LostTexts;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, SourceFile, Span};
 
@@ -61,14 +62,20 @@ pub fn read_suite(path: &Path) -> Result<ReadSuite> {
 
 /// As [`read_suite`], with the text of the file.
 pub fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> ReadSuite {
-    let mut reading = Reading { findings: undecoded.into_iter().collect(), files: vec![file] };
+    let mut reading = Reading {
+        findings: undecoded.into_iter().collect(),
+        files: vec![file],
+        lost: LostTexts::default(),
+    };
     let suite = match reading.findings.is_empty() {
         true => reading.suite(path),
         false => None,
     };
-    let Reading { mut findings, files } = reading;
+    let Reading { mut findings, files, lost } = reading;
+    lost.keep_sure(&mut findings);
     findings.sort_by_key(|of| (of.span.file, of.span.start, of.span.end, of.code));
-    let refused = findings.iter().any(|finding| finding.severity() == Severity::Error);
+    let refused =
+        !lost.is_empty() || findings.iter().any(|finding| finding.severity() == Severity::Error);
     ReadSuite { files, findings, suite: suite.filter(|_| !refused) }
 }
 
@@ -76,6 +83,7 @@ pub fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> R
 struct Reading {
     files: Vec<SourceFile>,
     findings: Vec<Finding>,
+    lost: LostTexts,
 }
 
 /// A scenario whose steps are read, but not resolved.
@@ -85,7 +93,8 @@ impl Reading {
     fn suite(&mut self, path: &Path) -> Option<Suite> {
         let (written, found) = written::read(&self.files[0].text, FileId(0));
         self.findings.extend(found);
-        let WrittenSuite { bench, always, scenarios, randoms } = written?;
+        let WrittenSuite { bench, always, scenarios, randoms, lost } = written?;
+        self.lost.add_settings(FileId(0), lost);
         self.names(&scenarios, &randoms);
         let always = self.conditions(always);
         let scenarios: Vec<ReadScenario> =
