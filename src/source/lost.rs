@@ -78,7 +78,9 @@ impl LostText {
 /// Whether the key of a lost statement, or the element of an array, is known.
 fn is_readable(text: &str) -> bool {
     let text = text.trim_start();
-    text.starts_with(['{', '"']) || plain_key(text).is_some()
+    // With a bracket that nothing opens, the end of the key may be lost too.
+    let is_cut = text.matches('}').count() > text.matches('{').count();
+    text.starts_with(['{', '"']) || plain_key(text).is_some() && !is_cut
 }
 
 fn has_at(tables: &[TableRange], place: u32) -> bool {

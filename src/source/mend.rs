@@ -77,8 +77,8 @@ impl Mending<'_> {
             if self.lost[at] || statement.is_toml {
                 continue;
             }
-            if statement.header.is_some() {
-                self.drop_table(at);
+            if let Some(depth) = statement.header {
+                self.drop_tables(at, depth);
             } else if let Some(lines) = broken_elements(self.source, &statement.range) {
                 self.places.extend(lines);
             } else {
@@ -96,8 +96,10 @@ impl Mending<'_> {
     fn drop_contradiction(&mut self, place: usize) {
         self.contradictions.insert(place);
         let Some(at) = self.statement_at(place).filter(|at| !self.lost[*at]) else { return };
-        if self.statements[at].header.is_some() {
-            return self.drop_table(at);
+        if let Some(depth) = self.statements[at].header {
+            // Mostly the header of the table above is missing: what follows belongs to that.
+            let above = if depth > 1 { depth - 1 } else { depth };
+            return self.drop_tables(at, above);
         }
         let header = self.statements[..at].iter().rposition(|of| of.header.is_some());
         if !header.is_some_and(|header| self.is_list(header)) {
@@ -108,11 +110,10 @@ impl Mending<'_> {
         (at..at + keys).for_each(|at| self.drop_one(at));
     }
 
-    /// Drops a header with its keys, and the tables below it.
-    fn drop_table(&mut self, header: usize) {
-        let depth = self.statements[header].header;
+    /// Drops a header with its keys, and what follows it up to a header of at most this depth.
+    fn drop_tables(&mut self, header: usize, depth: usize) {
         self.drop_one(header);
-        let below = |of: &&Statement| of.header.is_none() || of.header > depth;
+        let below = |of: &&Statement| of.header.is_none_or(|of| of > depth);
         let count = self.statements[header + 1..].iter().take_while(below).count();
         (header + 1..=header + count).for_each(|at| self.drop_one(at));
     }

@@ -28,7 +28,7 @@ impl Code {
         use Code::*;
         match self {
             TomlSyntax | OutOfPlace | UnknownKey | WrongType | BareString | ContactSyntax | InstructionSyntax
-            | ExpressionSyntax | ForbiddenName | DuplicateName | BadDuration | UnknownInstruction
+            | ExpressionSyntax | DuplicateName | BadDuration | UnknownInstruction
             | UnknownOperand | MissingOperand | WrongCase | UnknownFunction | FunctionArguments
             | OperandType | OutOfRange | WriteToInput | ReadOnly | UnknownLeg | LegsShared
             | TemplateParameter | TemplateRecursion | TemplateSize | OwnedTwice | SensaphonePreset
@@ -40,7 +40,7 @@ impl Code {
             UnknownName | UnknownMember | UnknownBlock | UnknownStage
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
-            | TemplateRule | TagKey | TestStep | TestEmpty => RestsOn::Table,
+            | ForbiddenName | TemplateRule | TagKey | TestStep | TestEmpty => RestsOn::Table,
             Controller | TestFile => RestsOn::Group,
             BeyondMemory | MemoryFull | RetainsNothing | ColdForEver => RestsOn::Settings,
             Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | StageNeverEntered

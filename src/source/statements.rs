@@ -39,8 +39,13 @@ pub(super) fn statements(source: &str) -> Vec<Statement> {
             at += line.len();
             continue;
         }
-        let statement = division.statement(at);
+        let mut statement = division.statement(at);
         at = statement.range.end;
+        // An array on the line below its key would be a header.
+        let is_apart = statements.last().is_some_and(|before: &Statement| !before.is_toml);
+        if is_apart && is_array_of_texts(line) {
+            statement = Statement { header: None, is_toml: false, ..statement };
+        }
         statements.push(statement);
     }
     statements
@@ -61,6 +66,11 @@ pub(super) fn is_idle(line: &str) -> bool {
     let line = line.trim_start();
     let is_obeyed = |c: char| c.is_control() && c != '\t';
     line.is_empty() || line.starts_with('#') && !line.trim_end().contains(is_obeyed)
+}
+
+fn is_array_of_texts(line: &str) -> bool {
+    let items = line.trim_start().strip_prefix('[');
+    items.is_some_and(|items| items.trim_start().starts_with(['"', '\'']))
 }
 
 /// The length of the lines whose brackets and quotes are closed; `None` if the text ends before.
@@ -180,13 +190,20 @@ fn header_depth(text: &str, is_toml: bool) -> Option<usize> {
     let name = line.trim_start_matches(|c: char| !c.is_ascii_alphanumeric());
     let lead = &line[..line.len() - name.len()];
     let is_value = lead.contains('=') && lead.contains(['"', '\'']);
+    let is_closed = line.ends_with(']') && !line.contains('=');
     let is_header = match is_toml {
         true => line.starts_with('['),
-        false if lead.is_empty() => line.ends_with(']') && !line.contains('='),
-        false => lead.contains('[') && !is_value,
+        false if lead.contains('[') => !is_value,
+        false => is_closed && (lead.is_empty() || is_tail_of_header(name)),
     };
     let is_part = |part: &&str| part.contains(|c: char| c.is_ascii_alphanumeric());
     is_header.then(|| line.split('.').filter(is_part).count().max(1))
+}
+
+/// Whether a text is a name with closing brackets: not the last lines of an array.
+fn is_tail_of_header(text: &str) -> bool {
+    let name = text.trim_end_matches(']');
+    !name.contains(',') && name.ends_with(|c: char| c.is_ascii_alphanumeric())
 }
 
 #[cfg(test)]
@@ -232,7 +249,8 @@ mod tests {
     #[test]
     fn the_depth_of_a_header_is_never_too_large() {
         let depth = |text| header_depth(text, is_toml(text));
-        let broken = ["[[a.b", "a.b]]", "[[a..b]", "[[a.]", ".[[a.b]]", "=[[a]]", "\"[a.b]", "[["];
+        let broken =
+            ["[[a.b", "a.b]]", "[[a..b]", "[[a.]", ".[[a.b]]", "=[[a]]", "\"\"\"a.b]", "[["];
         assert_eq!(broken.map(depth), [2, 2, 2, 1, 2, 1, 2, 1].map(Some));
         assert_eq!(["[a]", "[[a.b]]"].map(depth), [Some(1), Some(2)]);
         assert_eq!(["a = [1]", "\"[a]\" = 1", "a", "= [\"a\"]", "\"a\"]"].map(depth), [None; 5]);

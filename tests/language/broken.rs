@@ -2,6 +2,7 @@
 //! said that only follows from what is missing.
 
 use std::fs;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use rungd::load::{Loaded, controller_file, is_controller_file, ladder_files};
@@ -117,14 +118,15 @@ fn steps() -> usize {
     std::env::var("RUNGD_BROKEN_STEPS").ok().and_then(|steps| steps.parse().ok()).unwrap_or(20)
 }
 
-/// The place of the first difference, as a line.
-fn changed_line(text: &str, changed: &str) -> usize {
+/// The line that is changed, or the two lines that it became.
+fn changed_lines(text: &str, changed: &str) -> RangeInclusive<usize> {
     let same = text.bytes().zip(changed.bytes()).take_while(|(a, b)| a == b).count();
-    text.as_bytes()[..same].iter().filter(|byte| **byte == b'\n').count() + 1
+    let line = text.as_bytes()[..same].iter().filter(|byte| **byte == b'\n').count() + 1;
+    line..=line + usize::from(changed.lines().count() > text.lines().count())
 }
 
-/// The findings that are new, about other things than syntax, and not in the changed line.
-fn follow(before: &Told, now: &Told, line: usize) -> Vec<String> {
+/// The findings that are new, about other things than syntax, and not in the changed lines.
+fn follow(before: &Told, now: &Told, lines: RangeInclusive<usize>) -> Vec<String> {
     let is_known = |of: &Finding| {
         let mut known = before.1.iter();
         known.any(|known| known.code == of.code && known.message == of.message)
@@ -132,10 +134,7 @@ fn follow(before: &Told, now: &Told, line: usize) -> Vec<String> {
     let syntax = ["toml-syntax", "out-of-place"];
     let found = now.1.iter().filter(|of| !is_known(of) && !syntax.contains(&of.code.name()));
     let shown = found.map(|of| render(std::slice::from_ref(of), &now.0, Style::default()));
-    let is_there = |shown: &String| {
-        let here = |line: usize| shown.contains(&format!(".toml:{line}:"));
-        here(line) || here(line + 1) && shown.contains("TOML 1.0")
-    };
+    let is_there = |shown: &String| lines.clone().any(|n| shown.contains(&format!(".toml:{n}:")));
     shown.filter(|shown| !is_there(shown)).collect()
 }
 
@@ -158,7 +157,7 @@ fn a_broken_line_of_a_shipped_file_causes_no_other_finding() {
             }
             assert!(!now.2, "{} has a program", path.display());
             judged += 1;
-            let found = follow(&before, &now, changed_line(&text, &changed));
+            let found = follow(&before, &now, changed_lines(&text, &changed));
             if !found.is_empty() {
                 let shown = render(&now.1, &now.0, Style::default());
                 wrong.push(format!("{} step {step}:\n{shown}", path.display()));
