@@ -7,6 +7,8 @@
 
 pub(crate) mod bench;
 #[cfg(test)]
+mod broken;
+#[cfg(test)]
 mod ended;
 mod files;
 #[cfg(test)]
@@ -176,6 +178,7 @@ pub fn recorded_files(files: &[SourceFile]) -> Loaded {
     let (written, found) = controller::read(&controller.text, FileId(0));
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
+    loaded.lost.add_settings(FileId(0), written.lost.clone());
     loaded.controlled(&written, 1);
     loaded.settings(&written);
     loaded.judge();

@@ -34,7 +34,8 @@ pub(super) fn mend(source: &str, found: &[Error], progress: &Progress) -> Option
     let statements = statements(source);
     let lost = vec![false; statements.len()];
     let (places, contradictions) = (Vec::new(), HashSet::new());
-    let mut mending = Mending { source, statements, lost, places, contradictions };
+    let headers = headers_of(&statements);
+    let mut mending = Mending { source, statements, headers, lost, places, contradictions };
     mending.drop_broken();
     for _ in 0..ROUNDS_MAX {
         if progress.is_over() {
@@ -57,10 +58,23 @@ pub(super) fn mend(source: &str, found: &[Error], progress: &Progress) -> Option
     None
 }
 
+/// For each statement: the newest header before it.
+fn headers_of(statements: &[Statement]) -> Vec<Option<usize>> {
+    let mut newest = None;
+    let header = |(at, statement): (usize, &Statement)| {
+        let before = newest;
+        newest = statement.header.map(|_| at).or(newest);
+        before
+    };
+    statements.iter().enumerate().map(header).collect()
+}
+
 /// A text that is being mended.
 struct Mending<'a> {
     source: &'a str,
     statements: Vec<Statement>,
+    /// For each statement: the header that it stands under.
+    headers: Vec<Option<usize>>,
     /// For each statement: whether it is lost as a whole.
     lost: Vec<bool>,
     /// The places that are replaced, in no order.
@@ -101,8 +115,7 @@ impl Mending<'_> {
             let above = if depth > 1 { depth - 1 } else { depth };
             return self.drop_tables(at, above);
         }
-        let header = self.statements[..at].iter().rposition(|of| of.header.is_some());
-        if !header.is_some_and(|header| self.is_list(header)) {
+        if !self.headers[at].is_some_and(|header| self.is_list(header)) {
             return self.drop_one(at);
         }
         // Mostly the header of the next list entry is missing, before this key.

@@ -194,7 +194,7 @@ fn header_depth(text: &str, is_toml: bool) -> Option<usize> {
     let is_header = match is_toml {
         true => line.starts_with('['),
         false if lead.contains('[') => !is_value,
-        false => is_closed && (lead.is_empty() || is_tail_of_header(name)),
+        false => line == "]]" || is_closed && (lead.is_empty() || is_tail_of_header(name)),
     };
     let is_part = |part: &&str| part.contains(|c: char| c.is_ascii_alphanumeric());
     is_header.then(|| line.split('.').filter(is_part).count().max(1))
