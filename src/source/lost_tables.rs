@@ -47,7 +47,8 @@ impl LostTables {
             last.range.end = start;
         }
         let table = TableState::new(start..self.end as u32, depth, is_list);
-        self.all.push(TableState { above, names: vec![start..header.end as u32], ..table });
+        self.all.push(TableState { above, ..table });
+        self.name(header);
     }
 
     /// The newest table has a name.
@@ -77,7 +78,11 @@ impl LostTables {
     }
 
     fn lose_in(&mut self, mut at: usize) {
-        while !std::mem::replace(&mut self.all[at].is_lossy, true) && !self.all[at].is_list {
+        while !std::mem::replace(&mut self.all[at].is_lossy, true) {
+            // A list's entry and a table of the root stand by themselves.
+            if self.all[at].is_list || self.all[at].depth <= 1 {
+                break;
+            }
             at = self.all[at].above;
         }
     }
