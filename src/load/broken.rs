@@ -46,13 +46,16 @@ fn a_name_that_may_be_declared_in_what_is_lost_is_no_finding() {
 
 #[test]
 fn what_is_missing_as_a_whole_is_no_finding() {
-    let lone = "[ladder]\norder = [\"Main\"]\n[tags]\nlamp = { at = \"Y0\" }\n[[program]\nname = \"Main\"\n";
+    let lone = "[ladder]\norder = [\"Main\"]\n[tags]\n\
+                lamp = { at = \"Y0\" }\n[[program]\nname = \"Main\"\n";
     assert_eq!(told(&load(lone)), ["5 toml-syntax"]);
     let rung = format!(
-        "{MAIN}[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"RUN Drain\n[[program]]\nname = \"Drain\"\n"
+        "{MAIN}[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"RUN Drain\n\
+         [[program]]\nname = \"Drain\"\n"
     );
     assert_eq!(told(&load(&rung)), ["5 toml-syntax"]);
-    let silenced = "[ladder]\nallow = [\"bare-timer-value\"\n[[program]]\nname = \"Main\"\nrung = [{ when = [\"X0\"], do = [\"TMR T0 preset=5\"] }]\n";
+    let silenced = "[ladder]\nallow = [\"bare-timer-value\"\n[[program]]\nname = \"Main\"\n\
+                    rung = [{ when = [\"X0\"], do = [\"TMR T0 preset=5\"] }]\n";
     assert_eq!(told(&load(silenced)), ["3 toml-syntax"]);
 }
 

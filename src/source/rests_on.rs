@@ -27,7 +27,8 @@ impl Code {
     pub(super) fn rests_on(self) -> RestsOn {
         use Code::*;
         match self {
-            TomlSyntax | OutOfPlace | UnknownKey | WrongType | BareString | ContactSyntax | InstructionSyntax
+            TomlSyntax | OutOfPlace | UnknownKey
+            | WrongType | BareString | ContactSyntax | InstructionSyntax
             | ExpressionSyntax | DuplicateName | BadDuration | UnknownInstruction
             | UnknownOperand | MissingOperand | WrongCase | UnknownFunction | FunctionArguments
             | OperandType | OutOfRange | WriteToInput | ReadOnly | UnknownLeg | LegsShared
