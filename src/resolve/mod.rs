@@ -90,9 +90,9 @@ pub fn load_ladders(
 }
 
 /// As [`load_ladders`], but returns the program despite errors, if all files can be read. Parts
-/// with mistakes are left out, so that the rules can check the rest. Such a program must not be lowered.
-/// Findings may still have places in the program's layers, and may follow from what is missing in
-/// the files (`Program::lost`).
+/// with mistakes are left out, so that the rules can check the rest. Such a program must not be
+/// lowered. Findings may still have places in the program's layers, and may follow from what is
+/// missing in the files (`Program::lost`).
 pub(crate) fn resolve_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
