@@ -22,6 +22,7 @@ pub(crate) fn read(root: &mut Table<'_>, ladder: Vec<Text>, file: FileId) -> Wri
     let texts = bench.retain.ranges.iter().chain(&bench.retain.tags);
     bench.strings = texts.map(|text| text.text.clone()).collect();
     bench.ladder = ladder;
+    bench.lost = root.doc().lost();
     bench
 }
 

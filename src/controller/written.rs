@@ -15,6 +15,7 @@ use crate::isa::MemorySizes;
 use crate::runtime::Posture;
 use crate::source::finding::{Code, Finding};
 use crate::source::key::{Key, LEAST_1MS, NOT_EMPTY, key};
+use crate::source::lost::LostText;
 use crate::source::reader::{self, Table, Text};
 use crate::source::shape::Shape;
 use crate::source::span::{FileId, Located, Span};
@@ -52,6 +53,8 @@ pub struct WrittenController {
     pub statistics_ms: i32,
     /// `[reload] probation`, ms; 0: none.
     pub probation_ms: i32,
+    /// What is missing, if the file is not TOML as a whole.
+    pub(crate) lost: Option<LostText>,
 }
 
 /// `[outputs]`.
@@ -110,6 +113,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         probation_ms: read_probation(&mut root),
         operator: operator::read_in(&mut root),
         record: record::read_in(&mut root),
+        lost: root.doc().lost(),
     };
     root.finish();
     controller

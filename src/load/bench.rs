@@ -26,6 +26,7 @@ pub(crate) fn bench(
     texts: &OpenTexts,
 ) -> Loaded {
     let mut loaded = Loaded { files: vec![file], texts: texts.clone(), ..Loaded::default() };
+    loaded.lost.add_settings(FileId(0), settings.lost.clone());
     if loaded.named_files((naming, "test file"), &settings.ladder) {
         loaded.with_settings(settings, (1, kind == InputKind::Controller));
     }

@@ -7,6 +7,8 @@
 
 pub(crate) mod bench;
 #[cfg(test)]
+mod broken;
+#[cfg(test)]
 mod ended;
 pub(crate) mod files;
 #[cfg(test)]
@@ -33,6 +35,7 @@ use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::{LoadOptions, resolve_ladders};
 use crate::source::file_kind;
 use crate::source::finding::{Code, Finding, Severity};
+use crate::source::lost::LostTexts;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, SourceFile, Span};
 
@@ -47,6 +50,8 @@ pub struct Loaded {
     pub program: Option<Program>,
     /// The controller file's settings, if one was loaded.
     pub controller: Option<Controller>,
+    /// What is missing in files that are not TOML as a whole.
+    lost: LostTexts,
     progress: Progress,
     /// What stands in place of files on disk.
     texts: OpenTexts,
@@ -191,6 +196,7 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
     let (written, found) = controller::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
+    loaded.lost.add_settings(id, written.lost.clone());
     loaded.findings.extend(own_files::findings(path, &written));
     let first = loaded.files.len();
     if loaded.named_files((path, "controller file"), &written.ladder) {
@@ -209,6 +215,7 @@ pub fn recorded_files(files: &[SourceFile]) -> Loaded {
     let (written, found) = controller::read(&controller.text, FileId(0));
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
+    loaded.lost.add_settings(FileId(0), written.lost.clone());
     loaded.controlled(&written, 1);
     loaded.settings(&written);
     loaded.judge();
@@ -350,6 +357,9 @@ impl Loaded {
         }
         let (program, found) = resolve_ladders(&self.files[first..], &options);
         self.findings.extend(library::offered(found, &self.files, options.has_controller));
+        if let Some(program) = &program {
+            self.lost.add_all(&program.lost);
+        }
         self.program = program;
     }
 
@@ -405,8 +415,9 @@ impl Loaded {
             self.findings = silence(program, std::mem::take(&mut self.findings), controller);
             self.findings = program.layers.told(std::mem::take(&mut self.findings));
         }
+        self.lost.keep_sure(&mut self.findings);
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
-        if self.has_error() || self.progress.is_over() {
+        if self.has_error() || !self.lost.is_empty() || self.progress.is_over() {
             self.program = None;
             self.controller = None;
         }

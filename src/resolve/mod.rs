@@ -43,6 +43,7 @@ use crate::progress::{Progress, Step};
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::ladder::{self, Entry, Ladder};
+use crate::source::lost::LostTexts;
 use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
 use crate::source::room::Room;
@@ -82,14 +83,16 @@ pub fn load_ladders(
     let (program, mut findings) = resolve_ladders(files, options);
     if let Some(program) = &program {
         findings = in_order(program.layers.told(findings));
+        program.lost.keep_sure(&mut findings);
     }
     let refused = findings.iter().any(|f| f.severity() == Severity::Error);
-    (program.filter(|_| !refused), findings)
+    (program.filter(|program| !refused && program.lost.is_empty()), findings)
 }
 
-/// As [`load_ladders`], but returns the program despite errors, if all files are TOML. Parts with
-/// mistakes are left out, so that the rules can check the rest. Such a program must not be lowered.
-/// Findings may still have places in the program's layers.
+/// As [`load_ladders`], but returns the program despite errors, if all files can be read. Parts
+/// with mistakes are left out, so that the rules can check the rest. Such a program must not be
+/// lowered. Findings may still have places in the program's layers, and may follow from what is
+/// missing in the files (`Program::lost`).
 pub(crate) fn resolve_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
@@ -104,8 +107,10 @@ pub(crate) fn resolve_ladders(
         findings.extend(found);
         ladders.push((id, ladder));
     }
-    let whole: Vec<(FileId, Ladder<Entry>)> =
+    let mut whole: Vec<(FileId, Ladder<Entry>)> =
         ladders.into_iter().filter_map(|(id, ladder)| Some((id, ladder?))).collect();
+    let mut lost = LostTexts::default();
+    whole.iter_mut().for_each(|(id, ladder)| lost.add(*id, ladder.lost.take()));
     // With a file missing, names that it declares would be reported as unknown.
     if whole.len() < files.len() || whole.is_empty() {
         return (None, in_order(findings));
@@ -116,7 +121,7 @@ pub(crate) fn resolve_ladders(
     options.progress.begin(Step::Names);
     let mut resolver = Resolver::new(files, options);
     resolver.misread = !findings.is_empty();
-    let program = resolver.program(whole);
+    let program = Program { lost, ..resolver.program(whole) };
     findings.append(&mut resolver.findings);
     (Some(program), in_order(findings))
 }

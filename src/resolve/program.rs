@@ -14,6 +14,7 @@ use std::sync::Arc;
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, StageId};
 pub(crate) use crate::source::atom::Written;
 pub(crate) use crate::source::contact::{Comparison, Edge};
+use crate::source::lost::LostTexts;
 use crate::source::span::{FileId, Span};
 
 /// A whole program, of one or several ladder files.
@@ -50,6 +51,8 @@ pub struct Program {
     pub layers: Arc<Layers>,
     /// The templates that nothing uses, written out for a check; no part of the program.
     pub trial: Option<Box<Program>>,
+    /// What is missing in the files: with it the program is not whole, and is never executed.
+    pub lost: LostTexts,
 }
 
 /// The kind of a block; it determines when the block executes.

@@ -10,6 +10,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::finding::{Code, Finding};
+use super::lost::LostText;
 use super::span::{FileId, Span};
 use crate::progress::Progress;
 
@@ -23,6 +24,7 @@ pub struct Doc<'a> {
     source: &'a str,
     findings: &'a RefCell<Vec<Finding>>,
     progress: Option<&'a Progress>,
+    lost: Option<&'a LostText>,
 }
 
 /// A string of a file.
@@ -39,12 +41,22 @@ pub struct Text {
 
 impl<'a> Doc<'a> {
     pub(super) fn new(source: &'a str, file: FileId, findings: &'a RefCell<Vec<Finding>>) -> Self {
-        Doc { file, source, findings, progress: None }
+        Doc { file, source, findings, progress: None, lost: None }
     }
 
     /// The same, for a load that may be ended.
     pub(super) fn within(self, progress: &'a Progress) -> Self {
         Doc { progress: Some(progress), ..self }
+    }
+
+    /// The same, of a file that is not whole.
+    pub(super) fn lacking(self, lost: &'a LostText) -> Self {
+        Doc { lost: Some(lost), ..self }
+    }
+
+    /// What is missing in the file.
+    pub(crate) fn lost(&self) -> Option<LostText> {
+        self.lost.cloned()
     }
 
     /// Whether the load is to end, and the rest of the file to be left out.

@@ -7,6 +7,7 @@
 use super::file_kind;
 use super::finding::{Code, Finding};
 use super::key::{BLOCK_NAME, key};
+use super::lost::LostText;
 use super::reader::{self, Table, Text};
 use super::room::Room;
 use super::rung::{self, USE, read_arguments};
@@ -37,6 +38,8 @@ pub struct Ladder<R = Rung> {
     pub blocks: Vec<Block<R>>,
     /// Templates, in file order.
     pub templates: Vec<Template>,
+    /// What is missing, if the file is not TOML as a whole.
+    pub lost: Option<LostText>,
 }
 
 impl Default for Ladder<Entry> {
@@ -50,6 +53,7 @@ impl Default for Ladder<Entry> {
             tags: Vec::new(),
             blocks: Vec::new(),
             templates: Vec::new(),
+            lost: None,
         }
     }
 }
@@ -96,9 +100,18 @@ pub fn read(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder<Entry
             root.find(finding);
             return None;
         }
+        if is_unclear(&root) {
+            return None;
+        }
         Some(read_root(root))
     });
     (ladder.flatten(), findings)
+}
+
+/// Whether a file that is not whole may be of a different kind.
+fn is_unclear(root: &Table<'_>) -> bool {
+    let own = ["ladder", "tags", "program", "task", "template"];
+    root.doc().lost().is_some() && !own.iter().any(|key| root.has(key))
 }
 
 /// The keys of a ladder file.
@@ -125,7 +138,7 @@ fn controller_file(root: &mut Table<'_>) -> Finding {
 }
 
 fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
-    let mut ladder = Ladder::default();
+    let mut ladder = Ladder { lost: root.doc().lost(), ..Ladder::default() };
     if let Some(mut head) = root.table(key("ladder", "What the file is."), "`[ladder]`") {
         ladder.name = head.string(key("name", "Shown in the log; else the file's name."));
         ladder.doc = head.string(key("doc", "What the program is for.")).map(|doc| doc.text);

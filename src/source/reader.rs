@@ -1,7 +1,8 @@
 //! Parses a file as TOML once, keeps the place of every part, and collects its findings.
 //!
 //! Every reader of a file (the ladder's, the controller's) hands a function to [`document`]. That
-//! function gets the root [`Table`] and asks it for the keys that the reader knows.
+//! function gets the root [`Table`] and asks it for the keys that the reader knows. Of a file that
+//! is not TOML, the function gets what is left without the broken parts.
 
 use std::cell::RefCell;
 
@@ -9,17 +10,21 @@ use toml::de::DeTable;
 
 pub use super::doc::{Doc, Text};
 use super::finding::{Code, Finding};
+use super::lost::LostTexts;
+use super::mend::{MendedText, mend};
 use super::room::Room;
 use super::shape::Shape;
 use super::span::{FileId, Span};
 pub use super::table::{Constant, NamedTable, Table, TextOrTable};
 use super::{headers, strict};
+use crate::progress::Progress;
 
 /// Size limit of a file: places are 32-bit.
 const FILE_BYTES_MAX: usize = 256 << 20;
 
-/// Parses a file and hands its root table to `read`. Returns the result of `read` (`None` if the
-/// file is not TOML) and all findings.
+/// Parses a file and hands its root table to `read`. Returns the result of `read` and all findings.
+/// Of a file that is not TOML, `read` gets what is left of it ([`Doc::lost`] says what is missing);
+/// the result is `None` if nothing can be read.
 pub fn document<T>(
     source: &str,
     file: FileId,
@@ -49,15 +54,43 @@ pub(super) fn document_within<T>(
     }
     let (root, errors) = DeTable::parse_recoverable(source);
     let doc = Doc::new(source, file, &findings).within(&room.progress);
-    if !errors.is_empty() {
+    if errors.is_empty() {
+        let value = read_checked(doc, root.get_ref(), read);
+        return (Some(value), findings.into_inner());
+    }
+    let Some(mended) = mend(source, &errors, &room.progress) else {
         strict::report_syntax(doc, &errors);
         return (None, findings.into_inner());
-    }
-    let table = root.get_ref();
+    };
+    strict::report_syntax(doc, &mended.errors);
+    let (value, found) = read_mended(&mended, (file, &room.progress), read);
+    findings.borrow_mut().extend(found);
+    (Some(value), findings.into_inner())
+}
+
+fn read_checked<T>(doc: Doc<'_>, table: &DeTable<'_>, read: impl FnOnce(Table<'_>) -> T) -> T {
     strict::check(doc, table);
     headers::check(doc, table);
-    let value = read(Table::root(doc, table));
-    (Some(value), findings.into_inner())
+    read(Table::root(doc, table))
+}
+
+/// Reads what is left of a file, and drops the findings that may be about what is missing.
+fn read_mended<T>(
+    mended: &MendedText,
+    (file, progress): (FileId, &Progress),
+    read: impl FnOnce(Table<'_>) -> T,
+) -> (T, Vec<Finding>) {
+    let findings = RefCell::new(Vec::new());
+    let doc = Doc::new(&mended.text, file, &findings).within(progress).lacking(&mended.lost);
+    let root = DeTable::parse_recoverable(&mended.text).0;
+    let value = read_checked(doc, root.get_ref(), read);
+    let mut findings = findings.into_inner();
+    let mut texts = LostTexts::default();
+    texts.add(file, Some(mended.lost.clone()));
+    texts.keep_sure(&mut findings);
+    // The parent of a header may be lost, and the parser's errors say it then.
+    findings.retain(|finding| finding.code != Code::OutOfPlace || !mended.lost.hides_names());
+    (value, findings)
 }
 
 /// The shape of the files that a reader reads.

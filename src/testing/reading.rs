@@ -20,6 +20,7 @@ use crate::load::bench::{InputKind, bench};
 use crate::load::{self, Loaded, OpenTexts, decode, read_bytes};
 use crate::resolve::LoadOptions;
 use crate::source::finding::{Code, Finding, Severity};
+use crate::source::lost::LostTexts;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, SourceFile, Span};
 
@@ -71,14 +72,16 @@ pub fn read_among(
     texts: &OpenTexts,
 ) -> ReadSuite {
     let (findings, files) = (undecoded.into_iter().collect(), vec![file]);
-    let mut reading = Reading { findings, files, texts: texts.clone() };
+    let mut reading = Reading { findings, files, texts: texts.clone(), lost: LostTexts::default() };
     let suite = match reading.findings.is_empty() {
         true => reading.suite(path),
         false => None,
     };
-    let Reading { mut findings, files, .. } = reading;
+    let Reading { mut findings, files, lost, .. } = reading;
+    lost.keep_sure(&mut findings);
     findings.sort_by_key(|of| (of.span.file, of.span.start, of.span.end, of.code));
-    let refused = findings.iter().any(|finding| finding.severity() == Severity::Error);
+    let refused =
+        !lost.is_empty() || findings.iter().any(|finding| finding.severity() == Severity::Error);
     ReadSuite { files, findings, suite: suite.filter(|_| !refused) }
 }
 
@@ -87,6 +90,7 @@ struct Reading {
     files: Vec<SourceFile>,
     findings: Vec<Finding>,
     texts: OpenTexts,
+    lost: LostTexts,
 }
 
 /// A scenario whose steps are read, but not resolved.
@@ -96,7 +100,8 @@ impl Reading {
     fn suite(&mut self, path: &Path) -> Option<Suite> {
         let (written, found) = written::read(&self.files[0].text, FileId(0));
         self.findings.extend(found);
-        let WrittenSuite { bench, always, scenarios, randoms } = written?;
+        let WrittenSuite { bench, always, scenarios, randoms, lost } = written?;
+        self.lost.add_settings(FileId(0), lost);
         self.names(&scenarios, &randoms);
         let always = self.conditions(always);
         let scenarios: Vec<ReadScenario> =

@@ -7,6 +7,7 @@ use crate::controller::bench;
 use crate::controller::written::WrittenController;
 use crate::source::finding::{Code, Finding};
 use crate::source::key::{Key, NOT_EMPTY, key};
+use crate::source::lost::LostText;
 use crate::source::reader::{self, Constant, Table, Text, TextOrTable};
 use crate::source::shape::Shape;
 use crate::source::span::{FileId, Located, Span};
@@ -27,6 +28,8 @@ pub(super) struct WrittenSuite {
     pub scenarios: Vec<WrittenScenario>,
     /// `[[random]]`.
     pub randoms: Vec<WrittenRandom>,
+    /// What is missing, if the file is not TOML as a whole.
+    pub lost: Option<LostText>,
 }
 
 /// What a test file tests.
@@ -111,6 +114,7 @@ pub(crate) fn shape() -> Shape {
 
 fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     root.together(ONE_OF_BOTH);
+    let lost = root.doc().lost();
     let bench = read_bench(&mut root, file);
     let conditions = key("always", "Contacts that must be ON at the end of every scan.");
     let always = root.strings(conditions).map_or(Vec::new(), |texts| texts.value);
@@ -126,7 +130,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     read_prove(&mut root);
     limits(&root, &scenarios, &randoms);
     root.finish();
-    WrittenSuite { bench, always, scenarios, randoms }
+    WrittenSuite { bench, always, scenarios, randoms, lost }
 }
 
 /// `ladder` with `period` and `[retain]`, or `controller`.

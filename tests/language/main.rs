@@ -2,6 +2,7 @@
 //! about it.
 
 mod any_bytes;
+mod broken;
 mod controller;
 mod docs_language;
 mod findings_pages;

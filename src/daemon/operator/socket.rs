@@ -76,7 +76,8 @@ impl Owner {
 /// cannot be read as one, the environment's: its controller may run all the same.
 pub fn operator_socket(controller: &Path) -> Option<PathBuf> {
     let text = std::fs::read_to_string(controller).unwrap_or_default();
-    let written = controller::read(&text, FileId(0)).0.and_then(|written| written.operator);
+    let written = controller::read(&text, FileId(0)).0.filter(|written| written.lost.is_none());
+    let written = written.and_then(|written| written.operator);
     let asked = written.map(|written| controller::operator::resolve(&written, &mut Vec::new()));
     Some(SocketSpec::of(&asked.unwrap_or_default(), &controller.display().to_string())?.path)
 }

@@ -72,10 +72,10 @@ impl<'t> Expansion<'t> {
 
     /// The ladder with rungs alone, and with the own tags of its uses. Marks the used templates.
     pub fn ladder(&mut self, ladder: Ladder<Entry>, used: &mut [bool]) -> Ladder {
-        let Ladder { name, doc, allow, devices, order, mut tags, blocks, templates } = ladder;
+        let Ladder { name, doc, allow, devices, order, mut tags, blocks, templates, lost } = ladder;
         let blocks = blocks.into_iter().map(|block| self.block(block, used)).collect();
         tags.append(&mut self.tags);
-        Ladder { name, doc, allow, devices, order, tags, blocks, templates }
+        Ladder { name, doc, allow, devices, order, tags, blocks, templates, lost }
     }
 
     fn block(&mut self, block: Block<Entry>, used: &mut [bool]) -> Block {

@@ -58,5 +58,6 @@ fn without_rungs(ladder: &Ladder) -> Ladder {
         tags: ladder.tags.clone(),
         blocks: ladder.blocks.iter().map(block).collect(),
         templates: Vec::new(),
+        lost: None,
     }
 }
