@@ -49,7 +49,7 @@ pub(super) fn all(workspace: &Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
     let mut shown: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
     let mut told: BTreeMap<(PathBuf, u32, u32, Code, &str), usize> = BTreeMap::new();
     for (root, judgement) in workspace.judged.values().enumerate() {
-        let files = Places::of(workspace, judgement);
+        let files = JudgedPlaces::of(workspace, judgement);
         for path in &files.paths {
             shown.entry(path.clone()).or_default();
         }
@@ -71,19 +71,19 @@ pub(super) fn all(workspace: &Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
 }
 
 /// The files of a judgement, to find places in them.
-struct Places<'j> {
+struct JudgedPlaces<'j> {
     files: &'j [SourceFile],
     paths: Vec<PathBuf>,
     lines: Vec<Lines>,
     columns: Columns,
 }
 
-impl<'j> Places<'j> {
-    fn of(workspace: &Workspace, judgement: &'j Judgement) -> Places<'j> {
+impl<'j> JudgedPlaces<'j> {
+    fn of(workspace: &Workspace, judgement: &'j Judgement) -> JudgedPlaces<'j> {
         let files = &judgement.files;
         let paths = files.iter().map(path_of).collect();
         let lines = files.iter().map(|file| Lines::of(&file.text)).collect();
-        Places { files, paths, lines, columns: workspace.library.columns() }
+        JudgedPlaces { files, paths, lines, columns: workspace.library.columns() }
     }
 
     fn location(&self, span: Span) -> Option<Location> {

@@ -33,7 +33,7 @@ impl Columns {
     }
 }
 
-/// Where the lines of a text begin.
+/// Where the lines of a text begin. A line ends with `\n`, `\r\n` or `\r`.
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
     starts: Vec<usize>,
@@ -42,8 +42,14 @@ pub(super) struct Lines {
 impl Lines {
     /// The lines of a text.
     pub fn of(text: &str) -> Lines {
-        let behind = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-        Lines { starts: std::iter::once(0).chain(behind.map(|(at, _)| at + 1)).collect() }
+        let bytes = text.as_bytes();
+        let ends = |at: &usize| match bytes[*at] {
+            b'\n' => true,
+            b'\r' => bytes.get(at + 1) != Some(&b'\n'),
+            _ => false,
+        };
+        let behind = (0..bytes.len()).filter(ends).map(|at| at + 1);
+        Lines { starts: std::iter::once(0).chain(behind).collect() }
     }
 
     /// The number of the line that a byte stands in.
@@ -54,9 +60,8 @@ impl Lines {
     /// The bytes of a line, without its end.
     pub fn span(&self, text: &str, line: usize) -> Range<usize> {
         let start = self.starts.get(line).copied().unwrap_or(text.len());
-        let end = self.starts.get(line + 1).map_or(text.len(), |next| next - 1);
-        let end = end.max(start);
-        start..end - usize::from(text[start..end].ends_with('\r'))
+        let end = self.starts.get(line + 1).map_or(text.len(), |next| *next);
+        start..start + text[start..end.max(start)].trim_end_matches(['\r', '\n']).len()
     }
 
     /// The position of a byte; of one within a character, the character's.
@@ -121,5 +126,7 @@ mod tests {
         assert_eq!(lines.offset(text, Columns::Utf16, Position::new(0, 99)), 6);
         assert_eq!(lines.offset(text, Columns::Utf16, Position::new(9, 9)), text.len());
         assert_eq!(lines.offset(text, Columns::Utf16, Position::new(0, 2)), 5);
+        let lone = Lines::of("a\rb\n");
+        assert_eq!(lone.position("a\rb\n", Columns::Utf8, 2), Position::new(1, 0));
     }
 }

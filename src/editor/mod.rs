@@ -13,6 +13,7 @@ mod lines;
 mod names;
 mod navigate;
 mod outline;
+mod outline_reader;
 mod project;
 mod rename;
 mod requests;

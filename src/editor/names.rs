@@ -110,8 +110,8 @@ impl Names {
         let pair = &outline.pairs[word.pair];
         let (doc, extent) = match kind {
             DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
-                let keys: Vec<&str> = pair.keys.iter().map(|key| key.text.as_str()).collect();
-                (text(&[keys.as_slice(), &["doc"]].concat()), pair.extent())
+                let doc = outline.value_below(word.pair, "doc");
+                (doc.map(|doc| file.slice(doc.inner.clone()).to_owned()), pair.extent())
             }
             DeclaredKind::Program
             | DeclaredKind::Task
@@ -127,6 +127,15 @@ impl Names {
             (kind, _) => kind,
         };
         let name = file.slice(word.span.clone()).to_owned();
+        if let Some(last) = self.all.last()
+            && last.kind == kind
+            && (last.file, last.object, &last.name) == (number, word.object, &name)
+            && is_of_key(kind)
+        {
+            // `tags.eye.at` and `tags.eye.doc` declare one tag.
+            self.places.insert((number, word.span.start), self.all.len() - 1);
+            return;
+        }
         let (span, object, at) = (word.span.clone(), word.object, self.all.len());
         self.places.insert((number, span.start), at);
         if HOLDERS.contains(&outline.objects[object].kind.as_str()) && is_holder(kind) {
@@ -310,6 +319,21 @@ impl Names {
             from += piece.len() + 1;
         }
         parts
+    }
+}
+
+/// Whether a key declares it.
+pub(super) fn is_of_key(kind: DeclaredKind) -> bool {
+    match kind {
+        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => true,
+        DeclaredKind::Program
+        | DeclaredKind::Task
+        | DeclaredKind::Stage
+        | DeclaredKind::Rung
+        | DeclaredKind::Template
+        | DeclaredKind::Use
+        | DeclaredKind::Device
+        | DeclaredKind::Test => false,
     }
 }
 

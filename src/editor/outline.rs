@@ -5,14 +5,10 @@
 //! or a header, so a value that is being typed hides nothing behind its own line. `words` makes
 //! names of its values, `complete` asks it where the cursor is. It judges nothing: `load` does.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::ops::Range;
 
-use toml_parser::Source;
-use toml_parser::lexer::{Token, TokenKind};
-
-/// The most levels of arrays and inline tables that are followed.
-const DEPTH_MAX: usize = 8;
+use super::outline_reader::read;
 
 /// What a file contains, in order of place.
 #[derive(Debug, Default)]
@@ -24,7 +20,7 @@ pub(super) struct Outline {
     /// All values that are neither arrays nor tables.
     pub values: Vec<OutlineValue>,
     /// All headers.
-    pub headers: Vec<Header>,
+    pub headers: Vec<TableHeader>,
     /// The numbers of the pairs of each object.
     pub pairs_of: Vec<Vec<usize>>,
     /// The number of the first value of each pair.
@@ -44,7 +40,7 @@ pub(super) struct TableObject {
 
 /// A header.
 #[derive(Debug)]
-pub(super) struct Header {
+pub(super) struct TableHeader {
     /// Its path as written, without quotes.
     pub path: String,
     /// From `[` to `]`, or to the end of its line.
@@ -94,27 +90,7 @@ pub(super) struct OutlineValue {
 impl Outline {
     /// The outline of a text.
     pub fn of(text: &str) -> Outline {
-        let tokens: Vec<Token> = Source::new(text).lex().collect();
-        let root = TableObject { kind: String::new(), parent: 0, extent: 0..text.len() };
-        let outline = Outline { objects: vec![root], ..Outline::default() };
-        let open = Header { path: String::new(), span: 0..0, is_array: false };
-        let (prefix, latest) = (Vec::new(), HashMap::new());
-        let mut reader = Reader { text, tokens, at: 0, outline, open, prefix, into: 0, latest };
-        reader.document();
-        reader.close(text.trim_end().len());
-        reader.outline.indexed()
-    }
-
-    fn indexed(mut self) -> Outline {
-        self.pairs_of = vec![Vec::new(); self.objects.len()];
-        self.value_of = vec![None; self.pairs.len()];
-        for (number, pair) in self.pairs.iter().enumerate() {
-            self.pairs_of[pair.object].push(number);
-        }
-        for (number, value) in self.values.iter().enumerate().rev() {
-            self.value_of[value.pair] = Some(number);
-        }
-        self
+        read(text)
     }
 
     /// The keys of the root.
@@ -161,297 +137,25 @@ impl Outline {
         self.pairs_of[object].iter().find(has).copied()
     }
 
+    /// The first value of a key below a pair: of an inline table, or of a header's.
+    pub fn value_below(&self, pair: usize, key: &str) -> Option<&OutlineValue> {
+        let of = &self.pairs[pair];
+        let is_below = |number: &usize| {
+            let at = &self.pairs[*number];
+            let names = at.keys.iter().zip(&of.keys).all(|(own, of)| own.text == of.text);
+            at.object == of.object && at.keys.len() > of.keys.len() && names
+        };
+        let mut below = (pair + 1..self.pairs.len()).take_while(is_below);
+        let at = below.find(|number| {
+            let keys = &self.pairs[*number].keys;
+            keys.len() == of.keys.len() + 1 && self.pairs[*number].key().text == key
+        })?;
+        self.value_of[at].map(|value| &self.values[value])
+    }
+
     /// The first value of the pair of an object with this path.
     pub fn value(&self, object: usize, keys: &[&str]) -> Option<&OutlineValue> {
         self.value_of[self.pair(object, keys)?].map(|value| &self.values[value])
-    }
-}
-
-/// A text on its way to an outline.
-struct Reader<'t> {
-    text: &'t str,
-    tokens: Vec<Token>,
-    at: usize,
-    outline: Outline,
-    /// The last header.
-    open: Header,
-    /// What the header adds to the keys of its object.
-    prefix: Vec<KeyPart>,
-    /// The object that keys belong to now.
-    into: usize,
-    /// The latest object of each kind.
-    latest: HashMap<String, usize>,
-}
-
-impl Reader<'_> {
-    fn kind(&self) -> TokenKind {
-        self.tokens.get(self.at).map_or(TokenKind::Eof, Token::kind)
-    }
-
-    fn span(&self) -> Range<usize> {
-        self.tokens.get(self.at).map_or(self.text.len()..self.text.len(), |token| {
-            token.span().start()..token.span().end()
-        })
-    }
-
-    fn skip(&mut self, kinds: &[TokenKind]) {
-        while kinds.contains(&self.kind()) {
-            self.at += 1;
-        }
-    }
-
-    /// Goes to the end of the line.
-    fn skip_line(&mut self) {
-        while !matches!(self.kind(), TokenKind::Newline | TokenKind::Eof) {
-            self.at += 1;
-        }
-    }
-
-    fn document(&mut self) {
-        loop {
-            self.skip(&[TokenKind::Whitespace, TokenKind::Newline, TokenKind::Comment]);
-            match self.kind() {
-                TokenKind::Eof => return,
-                TokenKind::LeftSquareBracket => self.header(),
-                _ => {
-                    let begin = self.at;
-                    self.pair(self.into, self.prefix.clone(), 0);
-                    if self.at == begin {
-                        self.at += 1;
-                    }
-                    self.skip_line();
-                }
-            }
-        }
-    }
-
-    fn header(&mut self) {
-        let begin = self.span().start;
-        self.close(begin);
-        self.at += 1;
-        let is_array = self.kind() == TokenKind::LeftSquareBracket;
-        self.at += usize::from(is_array);
-        let path = self.keys();
-        while self.kind() == TokenKind::RightSquareBracket {
-            self.at += 1;
-        }
-        let end = self.tokens[self.at - 1].span().end();
-        self.skip_line();
-        let names: Vec<&str> = path.iter().map(|key| key.text.as_str()).collect();
-        self.open = Header { path: names.join("."), span: begin..end, is_array };
-        let (parent, known) = self.parent(&names, is_array);
-        if is_array {
-            let kind = names.join(".");
-            self.into = self.object(kind, parent, begin..end);
-            self.prefix.clear();
-        } else {
-            self.into = parent;
-            self.prefix = path[known..].to_vec();
-        }
-        let Header { path, span, is_array } = &self.open;
-        let header = Header { path: path.clone(), span: span.clone(), is_array: *is_array };
-        self.outline.headers.push(header);
-    }
-
-    fn object(&mut self, kind: String, parent: usize, extent: Range<usize>) -> usize {
-        self.latest.insert(kind.clone(), self.outline.objects.len());
-        self.outline.objects.push(TableObject { kind, parent, extent });
-        self.outline.objects.len() - 1
-    }
-
-    /// The latest object that a header's path leads to, and how many of its parts do. A header of
-    /// an array of tables belongs to an object above it.
-    fn parent(&self, names: &[&str], is_array: bool) -> (usize, usize) {
-        let most = names.len().saturating_sub(usize::from(is_array));
-        for known in (1..=most).rev() {
-            if let Some(last) = self.latest.get(&names[..known].join(".")) {
-                return (*last, known);
-            }
-        }
-        (0, 0)
-    }
-
-    /// Ends the objects that a header, or the end of the file, closes: at the end of the last line
-    /// before it that is no comment and not empty.
-    fn close(&mut self, at: usize) {
-        let end = self.outline.pairs.last().map_or(0, |pair| pair.value.end.max(pair.end()));
-        let end = end.max(self.open.span.end).min(at);
-        let mut object = self.into;
-        while object != 0 {
-            let of = &mut self.outline.objects[object];
-            of.extent.end = of.extent.end.max(end);
-            object = of.parent;
-        }
-    }
-
-    /// The parts of a dotted key.
-    fn keys(&mut self) -> Vec<KeyPart> {
-        let mut keys = Vec::new();
-        loop {
-            self.skip(&[TokenKind::Whitespace]);
-            let span = self.span();
-            let part = match self.kind() {
-                TokenKind::Atom => span,
-                TokenKind::BasicString | TokenKind::LiteralString => unquoted(self.text, span),
-                _ => return keys,
-            };
-            keys.push(KeyPart { text: self.text[part.clone()].to_owned(), span: part });
-            self.at += 1;
-            self.skip(&[TokenKind::Whitespace]);
-            if self.kind() != TokenKind::Dot {
-                return keys;
-            }
-            self.at += 1;
-        }
-    }
-
-    /// A key and its value. `outer`: the keys around it.
-    fn pair(&mut self, object: usize, outer: Vec<KeyPart>, depth: usize) {
-        let mut keys = outer;
-        let known = keys.len();
-        keys.extend(self.keys());
-        if keys.len() == known {
-            return;
-        }
-        let number = self.outline.pairs.len();
-        let end = keys[keys.len() - 1].span.end;
-        self.outline.pairs.push(KeyPair { object, keys, outer: known, value: end..end });
-        if self.kind() != TokenKind::Equals {
-            return;
-        }
-        self.at += 1;
-        self.skip(&[TokenKind::Whitespace]);
-        let begin = self.span().start;
-        self.value(number, None, depth);
-        let end = self.tokens[self.at - 1].span().end().max(begin);
-        self.outline.pairs[number].value = begin..end;
-    }
-
-    /// A value of a pair; `element`: its number, if it is an element of an array.
-    fn value(&mut self, pair: usize, element: Option<usize>, depth: usize) {
-        let (span, item) = (self.span(), element.unwrap_or(0));
-        match self.kind() {
-            TokenKind::LeftSquareBracket if depth < DEPTH_MAX => self.array(pair, depth + 1),
-            TokenKind::LeftCurlyBracket if depth < DEPTH_MAX => {
-                self.table(pair, element.is_some(), depth + 1)
-            }
-            TokenKind::BasicString | TokenKind::LiteralString => {
-                let inner = unquoted(self.text, span.clone());
-                let value = OutlineValue { pair, item, span, inner, is_string: true };
-                self.outline.values.push(value);
-                self.at += 1;
-            }
-            TokenKind::Atom => {
-                let begin = span.start;
-                // `1.5` is three tokens.
-                while matches!(self.kind(), TokenKind::Atom | TokenKind::Dot) {
-                    self.at += 1;
-                }
-                let span = begin..self.tokens[self.at - 1].span().end();
-                let value =
-                    OutlineValue { pair, item, span: span.clone(), inner: span, is_string: false };
-                self.outline.values.push(value);
-            }
-            TokenKind::MlBasicString | TokenKind::MlLiteralString => self.at += 1,
-            TokenKind::LeftSquareBracket
-            | TokenKind::LeftCurlyBracket
-            | TokenKind::RightSquareBracket
-            | TokenKind::RightCurlyBracket
-            | TokenKind::Dot
-            | TokenKind::Equals
-            | TokenKind::Comma
-            | TokenKind::Comment
-            | TokenKind::Whitespace
-            | TokenKind::Newline
-            | TokenKind::Eof => {}
-        }
-    }
-
-    fn array(&mut self, pair: usize, depth: usize) {
-        self.at += 1;
-        let mut item = 0;
-        loop {
-            let begins_line = self.skip_to_item();
-            match self.kind() {
-                TokenKind::Eof => return,
-                TokenKind::RightSquareBracket => {
-                    self.at += 1;
-                    return;
-                }
-                _ if begins_line && self.begins_statement() => {
-                    // The end of the line before belongs to the caller.
-                    while self.kind() != TokenKind::Newline {
-                        self.at -= 1;
-                    }
-                    return;
-                }
-                TokenKind::Comma => {
-                    self.at += 1;
-                    item += 1;
-                }
-                _ => {
-                    let begin = self.at;
-                    self.value(pair, Some(item), depth);
-                    self.at += usize::from(self.at == begin);
-                }
-            }
-        }
-    }
-
-    /// Skips spaces, ends of lines and comments; whether an end of a line was among them.
-    fn skip_to_item(&mut self) -> bool {
-        let begin = self.at;
-        self.skip(&[TokenKind::Whitespace, TokenKind::Newline, TokenKind::Comment]);
-        let skipped = &self.tokens[begin.min(self.tokens.len())..self.at.min(self.tokens.len())];
-        skipped.iter().any(|token| token.kind() == TokenKind::Newline)
-    }
-
-    /// Whether a header, or a key with its `=`, stands here: then the array before was not closed.
-    fn begins_statement(&self) -> bool {
-        let mut rest = self.tokens[self.at..].iter().map(Token::kind);
-        match rest.next() {
-            Some(TokenKind::LeftSquareBracket) => true,
-            Some(TokenKind::Atom | TokenKind::BasicString | TokenKind::LiteralString) => {
-                let is_part = |kind: &TokenKind| {
-                    matches!(kind, TokenKind::Dot | TokenKind::Atom | TokenKind::Whitespace)
-                };
-                rest.find(|kind| !is_part(kind)) == Some(TokenKind::Equals)
-            }
-            Some(_) | None => false,
-        }
-    }
-
-    /// An inline table: within an array an object of its own, else further keys of its pair.
-    fn table(&mut self, pair: usize, is_item: bool, depth: usize) {
-        let begin = self.span().start;
-        self.at += 1;
-        let of = &self.outline.pairs[pair];
-        let (object, keys) = (of.object, of.keys.clone());
-        let (object, keys) = match is_item {
-            true => {
-                let kind = self.outline.path(&self.outline.pairs[pair]);
-                (self.object(kind, object, begin..begin), Vec::new())
-            }
-            false => (object, keys),
-        };
-        loop {
-            self.skip(&[TokenKind::Whitespace, TokenKind::Comma]);
-            match self.kind() {
-                TokenKind::RightCurlyBracket => {
-                    self.at += 1;
-                    break;
-                }
-                TokenKind::Newline | TokenKind::Comment | TokenKind::Eof => break,
-                _ => {
-                    let before = self.at;
-                    self.pair(object, keys.clone(), depth);
-                    self.at += usize::from(self.at == before);
-                }
-            }
-        }
-        if is_item {
-            self.outline.objects[object].extent.end = self.tokens[self.at - 1].span().end();
-        }
     }
 }
 
@@ -462,7 +166,7 @@ impl KeyPair {
     }
 
     /// The end of its last key.
-    fn end(&self) -> usize {
+    pub fn end(&self) -> usize {
         self.key().span.end
     }
 
@@ -470,77 +174,5 @@ impl KeyPair {
     pub fn extent(&self) -> Range<usize> {
         let first = self.keys.get(self.outer).unwrap_or_else(|| self.key());
         first.span.start..self.value.end.max(self.end())
-    }
-}
-
-/// A string's place without its quotes; a quote that is missing takes nothing away.
-fn unquoted(text: &str, span: Range<usize>) -> Range<usize> {
-    let raw = &text[span.clone()];
-    let quote = raw.chars().next().filter(|quote| matches!(quote, '"' | '\''));
-    let Some(quote) = quote else { return span };
-    let closed = raw.len() >= 2 && raw.ends_with(quote);
-    span.start + 1..span.end - usize::from(closed)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn told(text: &str) -> Vec<String> {
-        let outline = Outline::of(text);
-        let value = |value: &OutlineValue| {
-            let pair = &outline.pairs[value.pair];
-            let path = outline.path(pair);
-            format!("{path}[{}] {}", value.item, &text[value.inner.clone()])
-        };
-        outline.values.iter().map(value).collect()
-    }
-
-    #[test]
-    fn values_have_paths() {
-        let text = "[tags]\neye = { at = \"X0\" }\n[[program]]\nname = 'Main'\n[[program.rung]]\n\
-                    leg.up = [\"eye\", \"X1\"]\ndo = [\"CNT CT0 preset=3\"]\n";
-        let wanted = [
-            "tags.eye.at[0] X0",
-            "program.name[0] Main",
-            "program.rung.leg.up[0] eye",
-            "program.rung.leg.up[1] X1",
-            "program.rung.do[0] CNT CT0 preset=3",
-        ];
-        assert_eq!(told(text), wanted);
-    }
-
-    #[test]
-    fn tables_in_arrays_are_objects() {
-        let text = "[[task]]\nname = \"T\"\nrung = [ { when = [\"$On\"] }, { do = [\"EXIT\"] } ]\n";
-        let outline = Outline::of(text);
-        let kinds: Vec<&str> = outline.objects.iter().map(|object| object.kind.as_str()).collect();
-        assert_eq!(kinds, ["", "task", "task.rung", "task.rung"]);
-        assert_eq!(told(text)[1..], ["task.rung.when[0] $On", "task.rung.do[0] EXIT"]);
-        assert_eq!(&text[outline.objects[2].extent.clone()], "{ when = [\"$On\"] }");
-    }
-
-    #[test]
-    fn what_is_not_closed_hides_nothing_behind_its_line() {
-        for broken in ["when = [\"X0\",", "when = [\"X0", "when = \"X0", "when =", "when", "w = {"]
-        {
-            let text = format!("[[program.rung]]\n{broken}\ndo = [\"OUT Y0\"]\n[tags]\na = 1\n");
-            let values = told(&text);
-            assert!(
-                values.contains(&"program.rung.do[0] OUT Y0".to_owned()),
-                "{broken}: {values:?}"
-            );
-            assert!(values.contains(&"tags.a[0] 1".to_owned()), "{broken}: {values:?}");
-        }
-    }
-
-    #[test]
-    fn headers_without_brackets_add_to_the_keys_of_their_object() {
-        let text =
-            "[[template]]\n[template.parameters]\nx = { type = \"bit\" }\n[[template.rung]]\n";
-        let outline = Outline::of(text);
-        assert_eq!(told(text), ["template.parameters.x.type[0] bit"]);
-        let parents: Vec<usize> = outline.objects.iter().map(|object| object.parent).collect();
-        assert_eq!(parents, [0, 0, 1]);
     }
 }

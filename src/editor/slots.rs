@@ -20,10 +20,12 @@ impl FileKind {
             return FileKind::Test;
         }
         let roots = outline.root_keys();
+        let is_below = |pair: &usize| match outline.pairs[*pair].keys.as_slice() {
+            [first, _, ..] => first.text == "ladder",
+            _ => false,
+        };
         let ladder_is_table = outline.headers.iter().any(|header| header.path == "ladder")
-            || outline.pairs_of[0].iter().any(|pair| {
-                matches!(outline.pairs[*pair].keys.as_slice(), [first, _, ..] if first.text == "ladder")
-            });
+            || outline.pairs_of[0].iter().any(is_below);
         match file_kind::has_controller_keys(|key| roots.contains(key), ladder_is_table) {
             true => FileKind::Controller,
             false => FileKind::Ladder,

@@ -7,6 +7,7 @@ use lsp_types::{
 };
 
 use super::file::EditorFile;
+use super::names::is_of_key;
 use super::slots::DeclaredKind;
 use super::words::Role;
 use super::workspace::Workspace;
@@ -26,10 +27,11 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
     let mut children: Vec<Vec<DocumentSymbol>> = outline.objects.iter().map(|_| vec![]).collect();
     for word in &file.words.all {
         if let Role::Declares(kind) = word.role
-            && is_of_pair(kind)
+            && is_of_key(kind)
         {
             let extent = outline.pairs[word.pair].extent();
-            let doc = doc(file, word.object, word.pair);
+            let doc = outline.value_below(word.pair, "doc");
+            let doc = doc.map(|doc| file.slice(doc.inner.clone()).to_owned());
             let name = file.slice(word.span.clone()).to_owned();
             let mut symbol = symbol(file, (name, doc), kind_of(kind), extent);
             symbol.selection_range = file.place(word.span.clone());
@@ -76,13 +78,6 @@ fn shown(file: &EditorFile, object: usize, last: &str) -> String {
     }
 }
 
-fn doc(file: &EditorFile, object: usize, pair: usize) -> Option<String> {
-    let keys: Vec<&str> =
-        file.outline.pairs[pair].keys.iter().map(|key| key.text.as_str()).collect();
-    let value = file.outline.value(object, &[keys.as_slice(), &["doc"]].concat())?;
-    Some(file.slice(value.inner.clone()).to_owned())
-}
-
 #[allow(deprecated)] // The field must be given.
 fn symbol(
     file: &EditorFile,
@@ -100,20 +95,6 @@ fn symbol(
         range,
         selection_range: lsp_types::Range::new(range.start, range.start),
         children: None,
-    }
-}
-
-fn is_of_pair(kind: DeclaredKind) -> bool {
-    match kind {
-        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => true,
-        DeclaredKind::Program
-        | DeclaredKind::Task
-        | DeclaredKind::Stage
-        | DeclaredKind::Rung
-        | DeclaredKind::Template
-        | DeclaredKind::Use
-        | DeclaredKind::Device
-        | DeclaredKind::Test => false,
     }
 }
 

@@ -66,7 +66,7 @@ pub(super) struct Words {
 impl Words {
     /// The words of a file.
     pub fn of(text: &str, outline: &Outline, kind: FileKind) -> Words {
-        let mut reader = Reader { text, words: Vec::new(), object: 0, pair: 0 };
+        let mut reader = WordReader { text, words: Vec::new(), object: 0, pair: 0 };
         for (number, pair) in outline.pairs.iter().enumerate() {
             (reader.object, reader.pair) = (pair.object, number);
             reader.keys(outline, kind, pair);
@@ -91,14 +91,14 @@ impl Words {
     }
 }
 
-struct Reader<'t> {
+struct WordReader<'t> {
     text: &'t str,
     words: Vec<Word>,
     object: usize,
     pair: usize,
 }
 
-impl Reader<'_> {
+impl WordReader<'_> {
     fn push(&mut self, span: Range<usize>, role: Role) {
         if !span.is_empty() {
             self.words.push(Word { span, role, object: self.object, pair: self.pair });
@@ -342,7 +342,8 @@ mod tests {
     #[test]
     fn contacts_and_instructions() {
         let text = "[[program]]\nname = \"Main\"\n[[program.rung]]\n\
-                    when = [\"rise(a & !b.Done)\", \"D0 >= -3s\", \"drain-pump.Running\", \"r[i] | Z.\"]\n\
+                    when = [\"rise(a & !b.Done)\", \"D0 >= -3s\", \"drain-pump.Running\", \
+                    \"r[i] | Z.\"]\n\
                     do = [\"TMR late preset=wait\", \"MATH x = sqrt(a-b) + r[i]\", \"JMP Two\"]\n";
         let wanted = [
             "Main Declares(Program)",
@@ -391,7 +392,8 @@ mod tests {
     #[test]
     fn tests_and_controllers() {
         let text = "ladder = [\"a.toml\"]\nalways = [\"!(a & b)\"]\n[[scenario]]\nname = \"n\"\n\
-                    set = { \"p1.x\" = true }\nsteps = [\"set a 1\", \"within 2s: b + 1 == 3\", \"lose d\"]\n";
+                    set = { \"p1.x\" = true }\n\
+                    steps = [\"set a 1\", \"within 2s: b + 1 == 3\", \"lose d\"]\n";
         let wanted = [
             "a.toml File",
             "a Reads",
@@ -403,7 +405,8 @@ mod tests {
             "d Device",
         ];
         assert_eq!(told(text, FileKind::Test), wanted);
-        let text = "ladder = [\"a.toml\"]\n[outputs]\non = [\"Y7\", \"Y8..Y9\"]\n[[device]]\nname = \"io\"\n";
+        let text = "ladder = [\"a.toml\"]\n[outputs]\non = [\"Y7\", \"Y8..Y9\"]\n\
+                    [[device]]\nname = \"io\"\n";
         let wanted = ["a.toml File", "Y7 Names", "Y8 Names", "Y9 Names", "io Declares(Device)"];
         let found = told(text, FileKind::Controller);
         assert!(wanted.iter().all(|word| found.contains(&(*word).to_owned())), "{found:?}");

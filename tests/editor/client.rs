@@ -71,7 +71,9 @@ impl Editor {
     /// Opens a file with another text than that on disk.
     pub fn open_with(&mut self, name: &str, text: &str) {
         let version = self.next_version(name);
-        let document = json!({ "uri": self.uri(name), "languageId": "toml", "version": version, "text": text });
+        let uri = self.uri(name);
+        let document =
+            json!({ "uri": uri, "languageId": "toml", "version": version, "text": text });
         self.tell("textDocument/didOpen", json!({ "textDocument": document }));
     }
 

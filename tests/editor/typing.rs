@@ -73,8 +73,11 @@ fn position(text: &str, offset: usize) -> Value {
     })
 }
 
+/// The next place at or before a byte that an editor can name: none within an end of a line.
 fn boundary(text: &str, mut at: usize) -> usize {
-    while !text.is_char_boundary(at) {
+    while !text.is_char_boundary(at)
+        || (at > 0 && &text.as_bytes()[at - 1..=at.min(text.len() - 1)] == b"\r\n")
+    {
         at -= 1;
     }
     at
