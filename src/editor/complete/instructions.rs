@@ -109,10 +109,12 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
         Some(operand) => of_kind(scene, operand, word),
         None => Proposals::of(DottedWord::of(word, true).typed),
     };
+    // Keys stand behind the operands without.
+    let is_whole = number >= spec.operands.iter().filter(|operand| operand.key.is_none()).count();
     let keyed = spec.operands.iter().filter_map(|operand| Some((operand, operand.key?)));
     for (operand, key) in keyed {
         let is_given = done.iter().any(|word| word.split('=').next() == Some(key));
-        if !is_given && !word.contains(['.', '[']) {
+        if !is_given && is_whole && !word.contains(['.', '[']) {
             let needed = if operand.optional { "may be left out" } else { "" };
             let rank = u8::from(operand.optional);
             let proposal = Proposal::new(format!("{key}="), CompletionItemKind::PROPERTY, rank);

@@ -108,7 +108,7 @@ impl<'f> SiteReader<'f> {
             at = header.span.end.min(end);
             let names: Vec<&str> = header.path.split('.').collect();
             let before = outline.objects.partition_point(|of| of.extent.start < header.span.start);
-            let own = (before..outline.objects.len())
+            let own = (before.max(1)..outline.objects.len())
                 .find(|number| outline.objects[*number].extent.start == header.span.start)
                 .filter(|_| header.is_array);
             let known = |length: &usize| {
