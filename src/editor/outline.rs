@@ -29,6 +29,8 @@ pub(super) struct Outline {
     pub pairs_of: Vec<Vec<usize>>,
     /// The number of the first value of each pair.
     pub value_of: Vec<Option<usize>>,
+    /// The first pair of each path, by its object and its keys, each with a `\n` behind it.
+    by_path: HashMap<(usize, String), usize>,
 }
 
 /// A table that may stand several times.
@@ -110,6 +112,8 @@ impl Outline {
         self.value_of = vec![None; self.pairs.len()];
         for (number, pair) in self.pairs.iter().enumerate() {
             self.pairs_of[pair.object].push(number);
+            let path = joined(pair.keys.iter().map(|key| key.text.as_str()));
+            self.by_path.entry((pair.object, path)).or_insert(number);
         }
         for (number, value) in self.values.iter().enumerate().rev() {
             self.value_of[value.pair] = Some(number);
@@ -154,11 +158,7 @@ impl Outline {
 
     /// The number of the pair of an object with this path.
     pub fn pair(&self, object: usize, keys: &[&str]) -> Option<usize> {
-        let has = |number: &&usize| {
-            let path = self.pairs[**number].keys.iter().map(|key| key.text.as_str());
-            path.eq(keys.iter().copied())
-        };
-        self.pairs_of[object].iter().find(has).copied()
+        self.by_path.get(&(object, joined(keys.iter().copied()))).copied()
     }
 
     /// The first value of the pair of an object with this path.
@@ -471,6 +471,11 @@ impl KeyPair {
         let first = self.keys.get(self.outer).unwrap_or_else(|| self.key());
         first.span.start..self.value.end.max(self.end())
     }
+}
+
+/// Keys as one text, unlike that of any other keys: no key contains the end of a line.
+fn joined<'k>(keys: impl Iterator<Item = &'k str>) -> String {
+    keys.fold(String::new(), |path, key| path + key + "\n")
 }
 
 /// A string's place without its quotes; a quote that is missing takes nothing away.

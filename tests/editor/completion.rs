@@ -364,7 +364,7 @@ fn tests_of_ladders() {
             ("steps = [\"expect: ¦\"]", &["valve", "start", "rise"], &[]),
             ("steps = [\"expect ¦\"]", &[], &[]),
             ("steps = [\"within 2s: valve & le¦\"]", &["level"], &["start"]),
-            ("steps = [\"hold 1s: level + 1 > ¦\"]", &["level"], &["valve"]),
+            ("steps = [\"hold 1s: level + 1 > ¦\"]", &["level", "valve"], &["rise"]),
             ("steps = [\"hold 1s: Drain.¦\"]", &["Open", "Close", "Running"], &[]),
             ("steps = [\"run 2 ¦\"]", &["scans"], &[]),
             ("steps = [\"pulse start 1s ¦\"]", &["every"], &[]),

@@ -51,7 +51,10 @@ impl<'t> DottedWord<'t> {
         let lead = self.lead.trim_end();
         let Some(last) = lead.chars().next_back() else { return Some(wish) };
         match last {
-            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '[' | '-' => Some(Wish::Number),
+            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' if wish == Wish::Condition => {
+                Some(Wish::Value)
+            }
+            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' | '[' => Some(Wish::Number),
             '&' | '|' | '(' | '!' | ',' | '.' | '?' | ':' => Some(wish),
             _ => None,
         }
@@ -63,7 +66,7 @@ pub(super) fn offer(scene: &CompletionScene, before: &str, wish: Wish) -> Propos
     let word = DottedWord::of(before, true);
     let mut found = Proposals::of(word.typed);
     let Some(wish) = word.wish(wish).filter(|_| !word.is_number()) else { return found };
-    if wish == Wish::Contact && word.base.is_none() {
+    if matches!(wish, Wish::Contact | Wish::Condition) && word.base.is_none() {
         for (name, about) in [
             ("rise", "ON for the execution in which it goes from OFF to ON"),
             ("fall", "ON for the execution in which it goes from ON to OFF"),

@@ -13,8 +13,10 @@ use crate::source::file_kind::LIBRARY;
 
 /// The most entries of a folder that are looked at.
 const ENTRIES_MAX: usize = 500;
+/// The most folders of a folder that are looked at.
+const FOLDERS_MAX: usize = 20;
 /// The most files that are looked into.
-const FILES_MAX: usize = 200;
+const FILES_MAX: usize = 60;
 
 /// The files of the kind that the key wants.
 pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
@@ -27,8 +29,10 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
     let others = scene.other_values(&scene.keys());
     let folder = scene.file.path.parent().unwrap_or(Path::new(""));
     let mut names = Vec::new();
-    for (before, path) in [("", folder.to_owned()), ("../", folder.join(".."))] {
-        below(&path, before, &mut names, true);
+    below(folder, "", &mut names, true);
+    // Tests in a folder of their own name files beside that folder.
+    if typed.starts_with("..") || folder.file_name().is_some_and(|name| name == "tests") {
+        below(&folder.join(".."), "../", &mut names, true);
     }
     names.truncate(FILES_MAX);
     for (order, name) in names.iter().filter(|name| !others.contains(&name.as_str())).enumerate() {
@@ -72,7 +76,7 @@ fn below(folder: &Path, before: &str, names: &mut Vec<String>, deeper: bool) {
             Ok(_) | Err(_) => {}
         }
     }
-    for (entry, name) in folders.into_iter().filter(|_| deeper) {
+    for (entry, name) in folders.into_iter().take(if deeper { FOLDERS_MAX } else { 0 }) {
         below(&entry.path(), &format!("{before}{name}/"), names, false);
     }
 }

@@ -7,14 +7,23 @@ use super::nature::facts;
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use crate::editor::slots::DeclaredKind;
+use crate::load::library;
+use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{self, Severity};
 
-/// The templates of the project.
+/// The templates of the project, then those of the library, whose files it may name.
 pub(super) fn templates(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = declared(scene, typed, &[DeclaredKind::Template]);
     // A template never uses itself.
     let own = scene.template().map(|at| scene.names().all[at].name.clone());
     found.retain(|of| own.as_ref() != Some(&of.label));
+    for file in library::FILES {
+        for name in file.templates() {
+            let proposal = Proposal::new(name, CompletionItemKind::CLASS, 1);
+            let detail = format!("template of {LIBRARY}{}", file.name);
+            found.add(proposal.detail(detail).doc(file.head().0));
+        }
+    }
     found
 }
 

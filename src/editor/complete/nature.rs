@@ -42,6 +42,8 @@ pub(super) struct Nature {
 pub(super) enum Wish {
     /// A contact: a bit, or the first word of a compare.
     Contact,
+    /// A contact of a test, whose compares may have sums of bits.
+    Condition,
     /// A bit to read.
     Bit,
     /// A number to read.
@@ -217,7 +219,7 @@ impl Wish {
         let words = |can: &dyn Fn(Reach) -> bool| (can(of.word), can(of.words_inside));
         let either = |(a, b): (bool, bool), (c, d): (bool, bool)| (a || c, b || d);
         let (itself, inside) = match self {
-            Wish::Contact => {
+            Wish::Contact | Wish::Condition => {
                 let (bit, inside) = bits(&reads);
                 (bit, inside || words(&reads) != (false, false))
             }

@@ -20,7 +20,7 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     let condition = text.split_once(':').map(|(_, condition)| condition);
     match verb {
         "expect" | "within" | "hold" => match condition {
-            Some(condition) => contacts::offer(scene, condition, Wish::Contact),
+            Some(condition) => contacts::offer(scene, condition, Wish::Condition),
             None => Proposals::of(""),
         },
         _ => words(scene, verb, &text[verb.len()..]),

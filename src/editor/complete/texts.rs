@@ -19,7 +19,8 @@ use crate::source::shape::ValueForm;
 /// What fits behind `before` in the string at the site.
 pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     match scene.slot() {
-        Slot::Contacts | Slot::Condition => contacts::offer(scene, before, Wish::Contact),
+        Slot::Contacts => contacts::offer(scene, before, Wish::Contact),
+        Slot::Condition => contacts::offer(scene, before, Wish::Condition),
         Slot::Instruction => instructions::offer(scene, before),
         Slot::Argument => argument(scene, before),
         Slot::Template => lists::templates(scene, before),
