@@ -127,7 +127,7 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
 /// The operand without a key at a position; several Stages share the last one.
 fn positional(spec: &'static Spec, number: usize) -> Option<&'static OperandSpec> {
     let mut all = spec.operands.iter().filter(|operand| operand.key.is_none());
-    let last = all.clone().last()?;
+    let last = all.clone().next_back()?;
     all.nth(number).or((last.kind == OperandKind::Stages).then_some(last))
 }
 
