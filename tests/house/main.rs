@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
 #[rustfmt::skip]
-const ORDER: [&str; 27] = [
+const ORDER: [&str; 28] = [
     "main", "cli", "editor", "daemon", "operator", "testing", "load", "record", "observe", "rig", "controller", "io", "say",
     "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "source", "engine", "isa", "events",

@@ -257,11 +257,12 @@ pub(super) fn facts<'f>(declared: &Declared, file: &'f EditorFile) -> TagFacts<'
     let own = &outline.pairs[declared.pair];
     let length = own.keys.iter().position(|key| key.span.start == declared.span.start);
     let length = length.map_or(own.keys.len(), |at| at + 1);
-    let path = |pair: &KeyPair| -> Vec<String> {
-        pair.keys.iter().take(length).map(|key| key.text.clone()).collect()
+    let is_same = |pair: &&KeyPair| {
+        let mut both = pair.keys.iter().zip(&own.keys).take(length);
+        pair.object == own.object
+            && pair.keys.len() >= length
+            && both.all(|(a, b)| a.text == b.text)
     };
-    let name = path(own);
-    let is_same = |pair: &&KeyPair| pair.object == own.object && path(pair) == name;
     let numbers = declared.pair..outline.pairs.len();
     let of = outline.pairs[numbers.clone()].iter().take_while(is_same).zip(numbers);
     let fact = |(pair, number): (&'f KeyPair, usize)| {
