@@ -3,11 +3,12 @@
 use anyhow::{Context, Result};
 use lsp_server::Request;
 use lsp_types::request::{
-    DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest, GotoDefinition,
-    PrepareRenameRequest, References, Rename, Request as RequestOf,
+    Completion, DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest,
+    GotoDefinition, PrepareRenameRequest, References, Rename, Request as RequestOf,
 };
 use serde_json::Value;
 
+use super::complete;
 use super::navigate;
 use super::rename;
 use super::symbols;
@@ -28,6 +29,7 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
             asked.by::<DocumentHighlightRequest>(navigate::highlights)
         }
         FoldingRangeRequest::METHOD => asked.by::<FoldingRangeRequest>(symbols::folding),
+        Completion::METHOD => asked.by::<Completion>(complete::completion),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
         _ => Ok(None),
     }
