@@ -1,6 +1,9 @@
 //! What the server can do, as it tells the editor at the start.
 
-use lsp_types::{OneOf, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind};
+use lsp_types::{
+    HoverProviderCapability, OneOf, ServerCapabilities, TextDocumentSyncCapability,
+    TextDocumentSyncKind,
+};
 use serde_json::{Value, json};
 
 use super::lines::Columns;
@@ -14,6 +17,7 @@ pub(super) fn of(columns: Columns) -> Value {
         definition_provider: Some(OneOf::Left(true)),
         references_provider: Some(OneOf::Left(true)),
         document_symbol_provider: Some(OneOf::Left(true)),
+        hover_provider: Some(HoverProviderCapability::Simple(true)),
         ..ServerCapabilities::default()
     };
     let version = env!("CARGO_PKG_VERSION");

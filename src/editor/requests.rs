@@ -2,9 +2,12 @@
 
 use anyhow::{Context, Result};
 use lsp_server::Request;
-use lsp_types::request::{DocumentSymbolRequest, GotoDefinition, References, Request as RequestOf};
+use lsp_types::request::{
+    DocumentSymbolRequest, GotoDefinition, HoverRequest, References, Request as RequestOf,
+};
 use serde_json::Value;
 
+use super::hover;
 use super::navigate;
 use super::symbols;
 use super::workspace::Workspace;
@@ -18,6 +21,7 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
     match asked.request.method.as_str() {
         GotoDefinition::METHOD => asked.by::<GotoDefinition>(navigate::definition),
         References::METHOD => asked.by::<References>(navigate::references),
+        HoverRequest::METHOD => asked.by::<HoverRequest>(hover::hover),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
         _ => Ok(None),
     }

@@ -35,7 +35,8 @@ pub fn serve(connection: &Connection) -> Result<()> {
     let columns = Columns::of(general.and_then(|general| general.position_encodings.as_ref()));
     connection.initialize_finish(id, capabilities::of(columns)).context("initialize")?;
     let (orders, judgements) = judge::start();
-    let workspace = Workspace::new(columns);
+    let mut workspace = Workspace::new(columns);
+    workspace.client = params.capabilities;
     let sender = connection.sender.clone();
     let mut server = Server { sender, orders, workspace, published: BTreeSet::new() };
     server.run(connection, &judgements)

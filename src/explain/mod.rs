@@ -8,14 +8,17 @@ use std::fmt::Write as _;
 mod library_page;
 mod page;
 
-pub(crate) use self::library_page::of_library;
 pub use self::library_page::facts as library_facts;
+pub(crate) use self::library_page::of_library;
 use self::page::{indented, section, wrapped};
 use crate::events::{self, Event, LineLimit};
 use crate::isa::function::{FunctionSpec, ResultType};
 use crate::isa::instruction::{Mnemonic, Termination};
 use crate::isa::{Function, LegName, OperandKind, Spec, dialects, pages};
 use crate::source::finding::Code;
+
+/// The sections of an instruction's page that are shown without a diagram.
+const SECTIONS: [&str; 4] = ["Behaviour", "Termination", "Members", "Notes"];
 
 /// The text for a mnemonic or function in any case, a finding's name, an event's name or code, or a
 /// mnemonic of other controllers.
@@ -81,11 +84,19 @@ fn of_instruction(spec: &Spec) -> String {
     let _ = write!(text, "\n{}", indented(&facts(spec)));
     let _ = writeln!(text, "\nExample:\n\n{}", indented(&example(spec)));
     let page = pages::page(spec.mnemonic);
-    let sections = ["Behaviour", "Termination", "Members", "Notes"];
-    text.push_str(&sections.map(|title| section(page, title)).concat());
+    text.push_str(&SECTIONS.map(|title| section(page, title)).concat());
     let file = spec.name.to_ascii_lowercase();
     let _ = writeln!(text, "With a timing diagram: docs/instructions/{file}.md");
     text
+}
+
+/// The explanation of an instruction as Markdown, without its diagram.
+pub(crate) fn instruction_page(spec: &Spec) -> String {
+    let mut text = format!("**{}**: {}\n\n{}\n", spec.name, spec.title, spec.summary);
+    let _ = writeln!(text, "\n```text\n{}```", facts(spec));
+    let _ = writeln!(text, "\n```toml\n{}```\n", example(spec));
+    let page = pages::page(spec.mnemonic);
+    text + &SECTIONS.map(|title| section(page, title)).concat()
 }
 
 /// What the table says of an instruction, line by line: here, and in the instruction's page.

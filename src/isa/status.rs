@@ -3,6 +3,9 @@
 //! The engine writes them at step 1 of every scan; programs read them and never write them. Step 1
 //! turns the bits from `$DivideByZero` on OFF, and what happens in the scan turns them ON.
 
+use super::address::{Address, Bit, Word};
+use super::space::{BitSpace, WordSpace};
+
 /// Status bit numbers: the n of `STn`.
 pub(crate) mod st {
     /// ON in the first scan of a RUN only.
@@ -99,6 +102,49 @@ pub(crate) const WORD_NICKNAMES: [(&str, u32); 11] = [
     ("$Minute", dst::MINUTE),
     ("$Second", dst::SECOND),
 ];
+
+/// What the status bits say, by number (`docs/semantics.md`, section 6).
+const BIT_MEANINGS: [&str; st::COUNT] = [
+    "ON in the first scan of a RUN",
+    "always ON",
+    "always OFF",
+    "ON for the first half of each minute since RUN began",
+    "ON for the first half of each second since RUN began",
+    "ON for the first 50 ms of each 100 ms since RUN began",
+    "ON for the first 25 ms of each 50 ms since RUN began",
+    "OFF in the first scan, ON in the second, and so on",
+    "ON in the last scan before a stop",
+    "ON while anything is forced",
+    "ON if a MATH divided by 0 in this scan",
+    "ON if a result of a MATH stayed at a limit in this scan",
+    "ON if a function of a MATH had an argument outside its domain in this scan",
+    "ON if an index was outside its array in this scan",
+];
+
+/// What the status words say, by number.
+const WORD_MEANINGS: [&str; dst::COUNT] = [
+    "scans completed since RUN began",
+    "the filtered mean of the scan time, µs",
+    "the shortest scan since RUN began, µs",
+    "the longest scan since RUN began, µs",
+    "the time of the last scan, µs",
+    "the local year, as 2026",
+    "the local month, 1 to 12",
+    "the local day of the month, 1 to 31",
+    "the local weekday: 1 is Monday, 7 is Sunday",
+    "the local hour, 0 to 23",
+    "the local minute, 0 to 59",
+    "the local second, 0 to 59",
+];
+
+/// What a status bit or word says; `None` for every other address.
+pub(crate) fn meaning(address: Address) -> Option<&'static str> {
+    match address {
+        Address::Bit(Bit::Space(BitSpace::St, n)) => BIT_MEANINGS.get(n as usize).copied(),
+        Address::Word(Word::Space(WordSpace::Dst, n)) => WORD_MEANINGS.get(n as usize).copied(),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+    }
+}
 
 /// The nickname of a status word, if it has one.
 pub(crate) fn word_nickname(number: u32) -> Option<&'static str> {

@@ -2,5 +2,6 @@
 
 mod client;
 mod findings;
+mod hover;
 mod navigation;
 mod project;
