@@ -8,6 +8,7 @@ mod capabilities;
 mod diagnostics;
 mod edits;
 mod file;
+mod fixes;
 mod hover;
 mod judge;
 mod lines;

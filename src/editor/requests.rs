@@ -3,10 +3,12 @@
 use anyhow::{Context, Result};
 use lsp_server::Request;
 use lsp_types::request::{
-    DocumentSymbolRequest, GotoDefinition, HoverRequest, References, Request as RequestOf,
+    CodeActionRequest, DocumentSymbolRequest, GotoDefinition, HoverRequest, References,
+    Request as RequestOf,
 };
 use serde_json::Value;
 
+use super::fixes;
 use super::hover;
 use super::navigate;
 use super::symbols;
@@ -21,6 +23,7 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
     match asked.request.method.as_str() {
         GotoDefinition::METHOD => asked.by::<GotoDefinition>(navigate::definition),
         References::METHOD => asked.by::<References>(navigate::references),
+        CodeActionRequest::METHOD => asked.by::<CodeActionRequest>(fixes::actions),
         HoverRequest::METHOD => asked.by::<HoverRequest>(hover::hover),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
         _ => Ok(None),

@@ -2,6 +2,7 @@
 
 mod client;
 mod findings;
+mod fixes;
 mod hover;
 mod navigation;
 mod project;
