@@ -47,7 +47,7 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
         Finding::new(Code::ConstantSaturates, storing.place, message).label("never stored whole");
     let meant = match storing.to {
         Words::One(_) => format!("if it is meant, write `MOVE {stored} to={name}`"),
-        Words::Of(_) => format!("if it is meant, write {stored}"),
+        Words::Of(_) => format!("if it is meant, write `{stored}`"),
     };
     let of_tag = limits.of_tag.filter(|_| word.range() != (limits.min, limits.max));
     Some(match of_tag {

@@ -40,7 +40,7 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let (said, name) = (context.say(Address::Word(word)), placed.name());
     let whole = fraction.trunc() + 0.0;
     let message = format!("{said} holds whole numbers: `{name}` drops the fraction of {fraction}");
-    let help = format!("store it in an R word; if it is meant, write {whole}");
+    let help = format!("store it in an R word; if it is meant, write `{whole}`");
     let finding = Finding::new(Code::LostFraction, stored.place, message);
     Some(finding.label("the fraction is never stored").help(help))
 }

@@ -40,6 +40,8 @@ struct Offer {
     changes: Vec<TextChange>,
     /// Whether it repairs; else it silences.
     repairs: bool,
+    /// Whether its text is what is meant, and no example.
+    is_sure: bool,
 }
 
 /// The code actions of the findings in a range.
@@ -60,10 +62,12 @@ pub(super) fn actions(
     let mut offered = Vec::new();
     for (judgement, finding) in findings(workspace, &path, &file, &within) {
         let mut trial = Trial::of(workspace, (judgement, finding), (&path, &file.text));
-        for (number, offer) in offers(&file, finding, &mut trial, &mut left).iter().enumerate() {
+        let offers = offers(&file, finding, &mut trial, &mut left);
+        let is_clear = offers.iter().filter(|offer| offer.repairs).count() == 1;
+        for offer in &offers {
             let diagnostic = shown(&file, &params.context.diagnostics, finding);
             let mut action = action(&params, &file, offer);
-            action.is_preferred = (number == 0 && offer.repairs).then_some(true);
+            action.is_preferred = (is_clear && offer.is_sure).then_some(true);
             action.diagnostics = diagnostic.map(|diagnostic| vec![diagnostic.clone()]);
             offered.push(CodeActionOrCommand::CodeAction(action));
         }
@@ -119,13 +123,20 @@ fn offers(file: &EditorFile, finding: &Finding, trial: &mut Trial, left: &mut us
             is_left && trial.repairs(changes)
         });
         if let Some(changes) = taken {
-            offers.push(Offer { title: advice.title(file, &span), changes, repairs: true });
+            let changed = changes.first().map_or(span.clone(), |change| change.range.clone());
+            let title = advice.title(file, changed);
+            offers.push(Offer {
+                title,
+                changes,
+                repairs: true,
+                is_sure: !advice.is_example(&help),
+            });
         }
     }
     if finding.severity() == Severity::Warning {
         for (title, changes) in silence::proposed(file, &span, finding.code.name()) {
             if *left > 0 && trial.silences(&changes) {
-                offers.push(Offer { title, changes, repairs: false });
+                offers.push(Offer { title, changes, repairs: false, is_sure: false });
             }
             *left = left.saturating_sub(1);
         }

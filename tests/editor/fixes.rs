@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::client::Editor;
 use crate::findings::shipped;
+use crate::project::empty;
 
 fn editor(folder: &Path) -> Editor {
     let literals = json!({ "codeActionKind": { "valueSet": ["quickfix"] } });
@@ -67,6 +68,42 @@ fn applied(text: &str, action: &Value) -> String {
     changed
 }
 
+/// What `rungd sim` shows of a ladder alone, column by column; `None` if it cannot be simulated.
+fn columns(text: &str) -> Option<BTreeMap<String, Vec<String>>> {
+    let folder = empty();
+    let (ladder, stimulus) = (folder.path().join("a.toml"), folder.path().join("s.csv"));
+    std::fs::write(&ladder, text).unwrap();
+    let mut rows = "scan,X0,X1,X2,X3\n".to_owned();
+    let mut state = 1_u32;
+    for scan in 0..200 {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let bit = |at: u32| (state >> (20 + at)) & 1;
+        let _ = writeln!(rows, "{scan},{},{},{},{}", bit(0), bit(1), bit(2), bit(3));
+    }
+    std::fs::write(&stimulus, rows).unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.arg("sim").arg(&ladder).arg("--stimulus").arg(&stimulus);
+    let out = command.args(["--scans", "200", "--trace", "-"]).output().unwrap();
+    let text = out.status.success().then(|| String::from_utf8(out.stdout).unwrap())?;
+    let mut rows = text.lines().map(|row| row.split(','));
+    let names: Vec<String> = rows.next()?.map(str::to_owned).collect();
+    let mut columns = vec![Vec::new(); names.len()];
+    for row in rows {
+        row.zip(&mut columns).for_each(|(value, column)| column.push(value.to_owned()));
+    }
+    Some(names.into_iter().zip(columns).collect())
+}
+
+/// What both ladders name shows the same in both.
+fn same_traces(before: &str, after: &str, title: &str) {
+    let Some(before) = columns(before) else { return };
+    let after = columns(after).expect("a repaired ladder can be simulated");
+    for (name, values) in &after {
+        let same = before.get(name).is_none_or(|before| before == values);
+        assert!(same, "{title}: {name} changes");
+    }
+}
+
 type Counted = BTreeMap<(String, String), usize>;
 
 /// The findings by name and message, labels and helps left out; errors only, or all.
@@ -100,12 +137,21 @@ fn tried(editor: &mut Editor, name_of: &str, text: &str) -> String {
         let line = diagnostic["range"]["start"]["line"].as_u64().unwrap() + 1;
         let offered = actions(editor, name_of, diagnostic);
         let _ = writeln!(told, "{name_of}:{line} {}", own.0);
+        let help = diagnostic["message"].as_str().unwrap().split_once("\nhelp: ");
+        let repairs = |of: &Value| !of["title"].as_str().unwrap().starts_with("Allow");
+        if let Some((_, help)) = help.filter(|_| !offered.iter().any(repairs)) {
+            let _ = writeln!(told, "  no repair: {}", help.lines().next().unwrap());
+        }
         for action in offered {
             let title = action["title"].as_str().unwrap();
             let mark = if action["isPreferred"] == true { "*" } else { "-" };
             let _ = writeln!(told, "  {mark} {title}");
             editor.replace(name_of, &applied(text, &action));
             let after = editor.diagnostics(name_of);
+            let repairs = !title.starts_with("Allow");
+            if repairs && diagnostic["severity"] == 2 && errors.is_empty() {
+                same_traces(text, &applied(text, &action), title);
+            }
             let count = |of: &Counted| of.get(&own).copied().unwrap_or(0);
             assert!(count(&counted(&after, false)) < count(&all), "{name_of}: {title} repairs");
             for (error, count) in counted(&after, true) {
@@ -131,4 +177,73 @@ fn helps_become_actions_that_repair() {
         }
     }
     expect_test::expect_file!["fixes.txt"].assert_eq(&told);
+}
+
+const WARNED: &str = r#"[tags]
+auto = { at = "X0" }
+late = { at = "T0" }
+idle = { at = "D9" }
+level = { at = "D0" }
+
+[[program]]
+name = "Main"
+
+[[program.rung]]
+when = ["auto | X1 & X2"]
+do   = ["TMR late preset=20"]
+
+[[program.rung]]
+when = ["late.Done"]
+do   = ["MOVE 70000 to=V0", "MOVE 1.5 to=level"]
+
+[[program.rung]]
+when = ["late.Acc > 5"]
+do   = ["SET Y0", "OUT Y1"]
+"#;
+
+#[test]
+fn a_repaired_warning_leaves_the_program_as_it_was() {
+    let folder = empty();
+    let mut editor = editor(folder.path());
+    std::fs::write(folder.path().join("a.toml"), WARNED).unwrap();
+    let told = tried(&mut editor, "a.toml", WARNED);
+    expect_test::expect![[r#"
+        a.toml:4 unused-tag
+          - Write `idle = { at = "D9", spare = true }`
+          - Delete `idle = { at = "D9" }`
+          - Allow `unused-tag` in this file
+        a.toml:11 mixed-and-or
+          * Write `auto | (X1 & X2)`
+          - Allow `mixed-and-or` in this rung
+          - Allow `mixed-and-or` in this file
+        a.toml:12 bare-timer-value
+          * Write `preset=20ms`
+          - Allow `bare-timer-value` in this rung
+          - Allow `bare-timer-value` in this file
+        a.toml:16 constant-saturates
+          no repair: a D word holds more; if it is meant, write `MOVE 65535 to=V0`
+          - Allow `constant-saturates` in this rung
+          - Allow `constant-saturates` in this file
+        a.toml:16 lost-fraction
+          no repair: store it in an R word; if it is meant, write `1`
+          - Allow `lost-fraction` in this rung
+          - Allow `lost-fraction` in this file
+        a.toml:19 bare-timer-value
+          * Write `late.Acc > 5ms`
+          - Allow `bare-timer-value` in this rung
+          - Allow `bare-timer-value` in this file
+        a.toml:20 set-never-reset
+          no repair: `RST Y0` in a rung that says when, or `OUT Y0` if the bit is to follow this rung
+          - Allow `set-never-reset` in this rung
+          - Allow `set-never-reset` in this file
+    "#]].assert_eq(&told);
+}
+
+#[test]
+fn an_editor_that_knows_only_commands_is_offered_nothing() {
+    let folder = empty();
+    let mut editor = Editor::new(folder.path());
+    editor.open_with("a.toml", WARNED);
+    let diagnostics = editor.diagnostics("a.toml");
+    assert_eq!(actions(&mut editor, "a.toml", &diagnostics[0]), Vec::<Value>::new());
 }

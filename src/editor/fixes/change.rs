@@ -8,6 +8,7 @@ use super::help::Advice;
 use super::places::{
     end_in_braces, end_of_table, header_at, is_inline, lines, object_at, pair_at, value_at,
 };
+use crate::isa::address_text::reads_as_address;
 
 /// A part of a text, and what replaces it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,11 +26,16 @@ const PROPOSALS_MAX: usize = 6;
 /// What an advice about a place can mean.
 pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, advice: &Advice) -> Vec<Proposal> {
     let mut all = match advice {
+        Advice::Write { text, .. } if names_others(file, span, text) => Vec::new(),
         Advice::Write { text, tag: Some(tag) } => into_tag(file, tag, text),
         Advice::Write { text, tag: None } => written(file, span, text),
         Advice::Declare(text) => vec![declared(file, text)],
         Advice::Lines { lines, instead } => of_lines(file, span, (lines, instead.as_deref())),
         Advice::Delete => deleted(file, span),
+        Advice::Drop(sign) => {
+            let rest = file.slice(span.clone()).replacen(sign.as_str(), "", 1);
+            vec![vec![one(span.clone(), rest)]]
+        }
     };
     let mut known: Vec<Proposal> = Vec::new();
     all.retain(|proposal| {
@@ -43,6 +49,20 @@ pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, advice: &Advice) 
 
 fn is_change(file: &EditorFile, proposal: &Proposal) -> bool {
     proposal.iter().any(|change| file.slice(change.range.clone()) != change.text)
+}
+
+/// Whether a text names addresses that the lines of the place do not name: then it is an example.
+/// One name alone may be another spelling of what is there, as `Y7` for `%Q0.7`.
+fn names_others(file: &EditorFile, span: &Range<usize>, text: &str) -> bool {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let own = file.slice(lines(file, span)).to_ascii_lowercase();
+    let words: Vec<&str> = own.split(|c| !is_letter(c)).collect();
+    let is_name = !text.contains([' ', '"', '=']);
+    text.split(|c| !is_letter(c)).filter(|word| reads_as_address(word)).any(|word| {
+        let digits = word.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+        let is_spelt = is_name && own.contains(digits);
+        !is_spelt && !words.contains(&word.to_ascii_lowercase().as_str())
+    })
 }
 
 pub(super) fn one(range: Range<usize>, text: impl Into<String>) -> TextChange {

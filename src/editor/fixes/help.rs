@@ -18,16 +18,19 @@ pub(super) enum Advice {
     Lines { lines: Vec<String>, instead: Option<String> },
     /// To delete what the finding is about.
     Delete,
+    /// To take this sign out of it.
+    Drop(String),
 }
 
 /// The words behind which a text is to be written.
-const LEADS: [&str; 30] = [
+const LEADS: [&str; 31] = [
     "write",
     "write it as",
     "did you mean",
     "there is",
     "its value is",
     "its bit is",
+    "its word is",
     "the nearest is",
     "the last one is",
     "the last that fit are",
@@ -55,15 +58,13 @@ const LEADS: [&str; 30] = [
 ];
 
 /// The words of a help that says to delete.
-const DELETIONS: [&str; 8] = [
+const DELETIONS: [&str; 6] = [
     "delete it",
     "delete this",
     "take it away",
     "take it out",
     "take this use away",
     "take this away",
-    "away; ",
-    "out; ",
 ];
 
 /// The advice in a help, in its order.
@@ -78,11 +79,21 @@ pub(super) fn read(help: &str) -> Vec<Advice> {
         all.push(Advice::Lines { lines, instead });
     }
     let plain = head.trim_start();
-    let takes = plain.starts_with("take ") && plain.trim_end().ends_with(" away");
-    if takes || DELETIONS.iter().any(|words| plain.contains(words)) {
+    if let Some(sign) = dropped(plain) {
+        all.push(Advice::Drop(sign));
+    } else if DELETIONS.iter().any(|words| plain.contains(words)) {
         all.push(Advice::Delete);
     }
     all
+}
+
+/// The sign that a help says to take away: `take the comma away`.
+fn dropped(help: &str) -> Option<String> {
+    let (sign, _) = help.strip_prefix("take the ")?.split_once(" away")?;
+    match sign {
+        "comma" => Some(",".to_owned()),
+        sign => Some(sign.strip_prefix('`')?.strip_suffix('`')?.to_owned()),
+    }
 }
 
 /// The texts that are to be written.
@@ -96,11 +107,17 @@ fn texts(head: &str) -> Vec<Advice> {
         let before = pieces[..at].join("`").to_lowercase();
         let before = before.trim_end();
         let near = pieces[at - 1].trim();
-        let is_led = LEADS.iter().any(|lead| before.ends_with(lead)) || before.is_empty();
+        let behind = pieces.get(at + 1).copied().unwrap_or_default();
+        let is_led = LEADS.iter().any(|lead| before.ends_with(lead))
+            || behind.starts_with(", as it is read now")
+            || behind.starts_with(" as it is read now");
         // `X`, as it is read now, or `Y`
         let is_next = follows
             && (near == "," || near == "or" || near.ends_with(", or") || near.ends_with("; or"));
-        follows = is_led || is_next;
+        let is_example = is_led
+            && text.starts_with(|first: char| first.is_ascii_digit() || first == '-')
+            && matches!(behind, ", " | " or " | ", or ");
+        follows = (is_led || is_next) && !is_example;
         let text = text.trim();
         if text.is_empty() || text.contains('…') || near.contains("for example") {
             continue;
@@ -115,17 +132,26 @@ fn texts(head: &str) -> Vec<Advice> {
 }
 
 impl Advice {
-    /// The title of the action.
-    pub fn title(&self, file: &EditorFile, span: &Range<usize>) -> String {
+    /// Whether its text is an example, of which another value may be meant.
+    pub fn is_example(&self, help: &str) -> bool {
+        match self {
+            Advice::Write { .. } => help.starts_with("give it ") || help.starts_with("most "),
+            Advice::Declare(_) | Advice::Lines { .. } | Advice::Delete | Advice::Drop(_) => false,
+        }
+    }
+
+    /// The title of the action; `changed`: the place that it changes.
+    pub fn title(&self, file: &EditorFile, changed: Range<usize>) -> String {
         match self {
             Advice::Write { text, tag: None } => format!("Write `{text}`"),
             Advice::Write { text, tag: Some(tag) } => format!("Write `{text}` in tag `{tag}`"),
             Advice::Declare(text) => format!("Declare `{text}` under [tags]"),
             Advice::Lines { lines, .. } => format!("Write `{}`", lines.join("`, `")),
             Advice::Delete => {
-                let text = file.slice(span.clone()).lines().next().unwrap_or_default();
+                let text = file.slice(changed).trim().lines().next().unwrap_or_default();
                 format!("Delete `{}`", text.chars().take(40).collect::<String>())
             }
+            Advice::Drop(sign) => format!("Take `{sign}` away"),
         }
     }
 }
@@ -141,6 +167,7 @@ mod tests {
             Advice::Declare(text) => format!("declare {text}"),
             Advice::Lines { lines, instead } => format!("{lines:?} {instead:?}"),
             Advice::Delete => "delete".to_owned(),
+            Advice::Drop(sign) => format!("drop {sign}"),
         };
         read(help).iter().map(one).collect()
     }
@@ -170,12 +197,19 @@ mod tests {
     }
 
     #[test]
+    fn a_sign_is_taken_away() {
+        assert_eq!(told("take the comma away"), ["drop ,"]);
+        assert_eq!(told("take the `+` away"), ["drop +"]);
+    }
+
+    #[test]
     fn examples_and_forms_are_no_advice() {
         for help in [
             "`OUT` writes a bit: `Y0`, `C0`, or a tag of one",
             "for example `\"3s\"`",
             "its form is `OUT b`",
             "write `rise(…)`",
+            "write `250ms`, `2s`, `1m30s`, or `HH:MM:SS:mmm`",
             "what may stand here has `type = \"output\"`",
         ] {
             let texts = told(help);
