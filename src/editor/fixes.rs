@@ -15,7 +15,7 @@ use lsp_types::{
 };
 
 use self::change::TextChange;
-use self::verify::Trial;
+use self::verify::FixTrial;
 use super::diagnostics::{path_of as judged_path, told};
 use super::file::EditorFile;
 use super::judge::Judgement;
@@ -61,7 +61,7 @@ pub(super) fn actions(
     let mut left = TRIALS_MAX;
     let mut offered = Vec::new();
     for (judgement, finding) in findings(workspace, &path, &file, &within) {
-        let mut trial = Trial::of(workspace, (judgement, finding), (&path, &file.text));
+        let mut trial = FixTrial::of(workspace, (judgement, finding), (&path, &file.text));
         let offers = offers(&file, finding, &mut trial, &mut left);
         let is_clear = offers.iter().filter(|offer| offer.repairs).count() == 1;
         for offer in &offers {
@@ -111,7 +111,12 @@ fn findings<'w>(
 }
 
 /// What is offered for a finding: repairs in the order of the help, then silencing.
-fn offers(file: &EditorFile, finding: &Finding, trial: &mut Trial, left: &mut usize) -> Vec<Offer> {
+fn offers(
+    file: &EditorFile,
+    finding: &Finding,
+    trial: &mut FixTrial,
+    left: &mut usize,
+) -> Vec<Offer> {
     let span = finding.span.start as usize..finding.span.end as usize;
     let mut offers = Vec::new();
     let help = finding.help_text().unwrap_or_default();

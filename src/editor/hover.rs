@@ -14,16 +14,12 @@ use super::navigate::part_at;
 use super::words::Role;
 use super::workspace::{Cursor, Workspace};
 use crate::explain;
-use crate::isa::status;
 
 mod declared;
 mod keys;
 mod members;
 mod uses;
 mod values;
-
-/// What is shown, in Markdown, and the place that it is about.
-pub(super) type Shown = (Range<usize>, String);
 
 /// The explanation of what stands at the cursor.
 pub(super) fn hover(workspace: &mut Workspace, params: HoverParams) -> Result<Option<Hover>> {
@@ -53,7 +49,7 @@ fn plain(text: &str) -> String {
     lines.map(|line| line.replace("**", "").replace('`', "") + "\n").collect()
 }
 
-fn of_word(cursor: &Cursor) -> Option<Shown> {
+fn of_word(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     let word = cursor.word().filter(|word| cursor.offset < word.span.end)?;
     let whole = |text: String| Some((word.span.clone(), text));
     match word.role {
@@ -73,14 +69,14 @@ fn of_word(cursor: &Cursor) -> Option<Shown> {
     }
 }
 
-fn of_name(cursor: &Cursor) -> Option<Shown> {
+fn of_name(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     let (range, meaning) = part_at(cursor)?;
     let project = &cursor.project;
     let text = cursor.file().slice(range.clone());
     let shown = match meaning {
         Meaning::Declared(at) => declared::shown(project, at),
         Meaning::Address(address) => {
-            let nickname = status::meaning(address).map(|meaning| format!("{meaning}\n"));
+            let nickname = members::of_status(address).map(|meaning| format!("{meaning}\n"));
             let about = nickname.or_else(|| members::of_address(project, address));
             let uses = uses::of_address(project, address);
             format!("**{text}**\n\n{}{}", about.unwrap_or_default(), uses.shown())

@@ -3,9 +3,6 @@
 //! The engine writes them at step 1 of every scan; programs read them and never write them. Step 1
 //! turns the bits from `$DivideByZero` on OFF, and what happens in the scan turns them ON.
 
-use super::address::{Address, Bit, Word};
-use super::space::{BitSpace, WordSpace};
-
 /// Status bit numbers: the n of `STn`.
 pub(crate) mod st {
     /// ON in the first scan of a RUN only.
@@ -137,13 +134,14 @@ const WORD_MEANINGS: [&str; dst::COUNT] = [
     "the local second, 0 to 59",
 ];
 
-/// What a status bit or word says; `None` for every other address.
-pub(crate) fn meaning(address: Address) -> Option<&'static str> {
-    match address {
-        Address::Bit(Bit::Space(BitSpace::St, n)) => BIT_MEANINGS.get(n as usize).copied(),
-        Address::Word(Word::Space(WordSpace::Dst, n)) => WORD_MEANINGS.get(n as usize).copied(),
-        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
-    }
+/// What a status bit says, by its number.
+pub(crate) fn bit_meaning(number: u32) -> Option<&'static str> {
+    BIT_MEANINGS.get(number as usize).copied()
+}
+
+/// What a status word says, by its number.
+pub(crate) fn word_meaning(number: u32) -> Option<&'static str> {
+    WORD_MEANINGS.get(number as usize).copied()
 }
 
 /// The nickname of a status word, if it has one.

@@ -6,14 +6,14 @@ pub(super) const FORMS: [(&str, &str, &str); 17] = [
     (
         "set",
         "set bottle 1",
-        "An input holds the value from the next scan on; anything else is one write in the next scan.",
+        "An input holds the value from the next scan on; anything else is written once.",
     ),
     ("force", "force pusher 1", "Forces a bit or word, until `unforce`."),
     ("unforce", "unforce pusher", "Ends a force."),
     (
         "pulse",
         "pulse bottle 100ms every 400ms times 3",
-        "A bit that is OFF goes ON for the time, then OFF; with `every` and `times` again and again.",
+        "A bit that is OFF goes ON for the time, then OFF; perhaps several times.",
     ),
     ("beat", "beat pulses 100ms every 1s", "Pulses in the background, until the bit is set."),
     ("run", "run 2s", "Time passes: a duration, or `run 3 scans`."),
@@ -26,7 +26,7 @@ pub(super) const FORMS: [(&str, &str, &str); 17] = [
     (
         "power-cut",
         "power-cut lose 2s",
-        "A new process after a crash, with the retained image that was saved last, or an older one.",
+        "A new process after a crash, with what was retained last, or an older image.",
     ),
     ("reload", "reload ladder.toml", "Reloads these files, as `rungd reload` does."),
     ("lose", "lose plant", "The field device is gone."),

@@ -21,7 +21,7 @@ use crate::resolve::program::Program;
 use crate::source::finding::{Code, Finding, Severity};
 
 /// A finding, and the text that changes are tried on.
-pub(super) struct Trial<'w> {
+pub(super) struct FixTrial<'w> {
     judgement: &'w Judgement,
     finding: &'w Finding,
     texts: OpenTexts,
@@ -36,17 +36,17 @@ pub(super) struct Trial<'w> {
 /// A finding, wherever it stands: the file, its name, its message.
 type Named = (PathBuf, Code, String);
 
-impl<'w> Trial<'w> {
+impl<'w> FixTrial<'w> {
     /// A finding of a judgement, in a file with this text.
     pub fn of(
         workspace: &Workspace,
         (judgement, finding): (&'w Judgement, &'w Finding),
         (path, text): (&'w Path, &'w str),
-    ) -> Trial<'w> {
+    ) -> FixTrial<'w> {
         let is_ladder =
             workspace.library.file(path).is_some_and(|file| file.kind == FileKind::Ladder);
         let texts = workspace.library.texts();
-        Trial { judgement, finding, texts, path, text, is_ladder, program: None }
+        FixTrial { judgement, finding, texts, path, text, is_ladder, program: None }
     }
 
     /// Whether changes repair the finding.

@@ -1,15 +1,16 @@
 //! The explanation of a key, from the reader of its file.
 
+use std::ops::Range;
+
 use super::super::slots::FileKind;
 use super::super::workspace::Cursor;
-use super::Shown;
 use crate::controller;
 use crate::source::ladder;
 use crate::source::shape::{Shape, ValueForm};
 use crate::testing;
 
 /// The explanation of the key at the cursor, in a header too.
-pub(super) fn at(cursor: &Cursor) -> Option<Shown> {
+pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     let (file, at) = (cursor.file(), cursor.offset);
     let outline = &file.outline;
     let in_header = outline.headers.iter().find(|header| header.span.contains(&at));

@@ -8,7 +8,7 @@ use super::super::project::Project;
 use super::super::slots::DeclaredKind;
 use super::super::workspace::Cursor;
 use super::uses;
-use crate::isa::{Address, Mnemonic, Space, pages};
+use crate::isa::{Address, Bit, BitSpace, Mnemonic, Space, Word, WordSpace, pages, status};
 
 /// The meaning of a member behind a name: `.Done` of `late.Done`.
 pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
@@ -38,6 +38,15 @@ pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
         | DeclaredKind::Test => return None,
     };
     Some(format!("**.{name}** of {}: {meaning}\n", of.name))
+}
+
+/// What a status bit or word says; `None` for every other address.
+pub(super) fn of_status(address: Address) -> Option<&'static str> {
+    match address {
+        Address::Bit(Bit::Space(BitSpace::St, n)) => status::bit_meaning(n),
+        Address::Word(Word::Space(WordSpace::Dst, n)) => status::word_meaning(n),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+    }
 }
 
 fn of_block(name: &str) -> Option<&'static str> {

@@ -6,7 +6,6 @@ use std::ops::Range;
 use super::super::outline::OutlineValue;
 use super::super::slots::{Slot, of_value};
 use super::super::workspace::Cursor;
-use super::Shown;
 use crate::isa::duration;
 use crate::source::contact_parser;
 use crate::source::span::Span;
@@ -14,7 +13,7 @@ use crate::source::sum_parser::parse_condition;
 use crate::testing::step_form;
 
 /// What the value at the cursor is read as.
-pub(super) fn at(cursor: &Cursor) -> Option<Shown> {
+pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     let (file, at) = (cursor.file(), cursor.offset);
     let outline = &file.outline;
     let behind = outline.values.partition_point(|value| value.span.start <= at);
@@ -45,7 +44,7 @@ pub(super) fn at(cursor: &Cursor) -> Option<Shown> {
 }
 
 /// The duration or number at the cursor.
-fn number(cursor: &Cursor, value: &OutlineValue) -> Option<Shown> {
+fn number(cursor: &Cursor, value: &OutlineValue) -> Option<(Range<usize>, String)> {
     let (text, at) = (cursor.file().slice(value.inner.clone()), cursor.offset);
     let within = at.checked_sub(value.inner.start).filter(|within| *within < text.len())?;
     let is_part = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b':' | b'.');
@@ -71,19 +70,19 @@ fn number(cursor: &Cursor, value: &OutlineValue) -> Option<Shown> {
 }
 
 /// How contacts are read, if that is not plain.
-fn reading(place: Range<usize>, text: &str, read: &str) -> Option<Shown> {
+fn reading(place: Range<usize>, text: &str, read: &str) -> Option<(Range<usize>, String)> {
     let is_mixed = text.contains(['&', '|']);
     is_mixed.then(|| (place, format!("Read as `{read}`\n")))
 }
 
-fn condition(cursor: &Cursor, place: Range<usize>) -> Option<Shown> {
+fn condition(cursor: &Cursor, place: Range<usize>) -> Option<(Range<usize>, String)> {
     let text = cursor.file().slice(place.clone());
     let read = parse_condition(text, Span::default()).ok()?;
     reading(place, text, &read.to_string())
 }
 
 /// The form of a step at its verb, the reading of its condition behind it.
-fn step(cursor: &Cursor, value: &OutlineValue) -> Option<Shown> {
+fn step(cursor: &Cursor, value: &OutlineValue) -> Option<(Range<usize>, String)> {
     let text = cursor.file().slice(value.inner.clone());
     let begin = text.len() - text.trim_start().len();
     let length = text[begin..].find([' ', ':']).unwrap_or(text.len() - begin);
