@@ -180,9 +180,7 @@ mod tests {
             ["late > 5ms", "late > 5s"]
         );
         assert_eq!(
-            told(
-                "declare it under [tags]: `a = { type = \"bit\" }`, or with an address: `at = \"…\"`"
-            ),
+            told("declare it under [tags]: `a = { type = \"bit\" }`, or: `at = \"…\"`"),
             ["declare a = { type = \"bit\" }"]
         );
         assert_eq!(told("say so by `initial = 0` in tag `speed`"), ["initial = 0 in speed"]);
