@@ -8,7 +8,7 @@ mod compared;
 mod completions;
 mod events;
 mod exit;
-pub mod explain;
+mod explain;
 mod fmt;
 mod fmt_file;
 mod force;

@@ -9,6 +9,8 @@ mod complete;
 mod diagnostics;
 mod edits;
 mod file;
+mod fixes;
+mod hover;
 mod judge;
 mod lines;
 mod names;

@@ -205,7 +205,7 @@ impl Names {
     }
 
     /// The block, stage or template that an object is or lies in.
-    fn holder(&self, number: usize, file: &EditorFile, object: usize) -> Option<usize> {
+    pub fn holder(&self, number: usize, file: &EditorFile, object: usize) -> Option<usize> {
         let mut at = object;
         loop {
             if let Some(found) = self.objects.get(&(number, at)) {

@@ -3,12 +3,15 @@
 use anyhow::{Context, Result};
 use lsp_server::Request;
 use lsp_types::request::{
-    Completion, DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest,
-    GotoDefinition, PrepareRenameRequest, References, Rename, Request as RequestOf,
+    CodeActionRequest, Completion, DocumentHighlightRequest, DocumentSymbolRequest,
+    FoldingRangeRequest, GotoDefinition, HoverRequest, PrepareRenameRequest, References, Rename,
+    Request as RequestOf,
 };
 use serde_json::Value;
 
 use super::complete;
+use super::fixes;
+use super::hover;
 use super::navigate;
 use super::rename;
 use super::symbols;
@@ -30,6 +33,8 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
         }
         FoldingRangeRequest::METHOD => asked.by::<FoldingRangeRequest>(symbols::folding),
         Completion::METHOD => asked.by::<Completion>(complete::completion),
+        CodeActionRequest::METHOD => asked.by::<CodeActionRequest>(fixes::actions),
+        HoverRequest::METHOD => asked.by::<HoverRequest>(hover::hover),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
         _ => Ok(None),
     }

@@ -38,6 +38,7 @@ pub fn serve(connection: &Connection) -> Result<()> {
     let (orders, judgements) = judge::start();
     let mut workspace = Workspace::new(columns);
     workspace.can = ItemAbilities::of(&params.capabilities);
+    workspace.client = params.capabilities;
     let sender = connection.sender.clone();
     let mut server = Server { sender, orders, workspace, published: BTreeSet::new() };
     server.run(connection, &judgements)

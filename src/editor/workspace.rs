@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lsp_types::{Location, Position, TextDocumentPositionParams, Uri};
+use lsp_types::{ClientCapabilities, Location, Position, TextDocumentPositionParams, Uri};
 
 use super::complete::proposal::ItemAbilities;
 use super::file::EditorFile;
@@ -22,6 +22,8 @@ use super::words::Word;
 /// What the server knows.
 #[derive(Debug)]
 pub(super) struct Workspace {
+    /// What the editor can do.
+    pub client: ClientCapabilities,
     /// The files.
     pub library: Library,
     /// The number of the last change.
@@ -68,6 +70,7 @@ impl Workspace {
     /// Without files.
     pub fn new(columns: Columns) -> Workspace {
         Workspace {
+            client: ClientCapabilities::default(),
             library: Library::new(columns),
             change: 0,
             versions: HashMap::new(),

@@ -4,6 +4,8 @@ mod client;
 mod completion;
 mod completion_shipped;
 mod findings;
+mod fixes;
+mod hover;
 mod navigation;
 mod project;
 mod renames;
