@@ -8,7 +8,7 @@ mod compared;
 mod completions;
 mod events;
 mod exit;
-pub mod explain;
+mod explain;
 mod force;
 mod init;
 mod log_level;
