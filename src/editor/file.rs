@@ -45,6 +45,13 @@ impl EditorFile {
         self.lines.offset(&self.text, self.columns, position)
     }
 
+    /// The byte at a line and a character of it, both from 1.
+    pub fn offset_of(&self, (line, column): (u32, u32)) -> usize {
+        let line = self.lines.span(&self.text, (line as usize).saturating_sub(1));
+        let before = self.slice(line.clone()).chars().take((column as usize).saturating_sub(1));
+        line.start + before.map(char::len_utf8).sum::<usize>()
+    }
+
     /// The place of some bytes.
     pub fn place(&self, range: Range<usize>) -> Place {
         self.lines.place(&self.text, self.columns, range)

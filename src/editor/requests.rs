@@ -2,11 +2,19 @@
 
 use anyhow::{Context, Result};
 use lsp_server::Request;
-use lsp_types::request::{DocumentSymbolRequest, GotoDefinition, References, Request as RequestOf};
+use lsp_types::request::{
+    CodeActionRequest, CodeLensRequest, DocumentSymbolRequest, ExecuteCommand, GotoDefinition,
+    InlayHintRequest, References, Request as RequestOf, SemanticTokensFullRequest,
+};
 use serde_json::Value;
 
+use super::actions;
+use super::commands;
+use super::hints;
+use super::lenses;
 use super::navigate;
 use super::symbols;
+use super::tokens;
 use super::workspace::Workspace;
 
 /// The answer to a request; `None`: it is not known.
@@ -19,6 +27,11 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
         GotoDefinition::METHOD => asked.by::<GotoDefinition>(navigate::definition),
         References::METHOD => asked.by::<References>(navigate::references),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
+        InlayHintRequest::METHOD => asked.by::<InlayHintRequest>(hints::hints),
+        SemanticTokensFullRequest::METHOD => asked.by::<SemanticTokensFullRequest>(tokens::tokens),
+        CodeLensRequest::METHOD => asked.by::<CodeLensRequest>(lenses::lenses),
+        CodeActionRequest::METHOD => asked.by::<CodeActionRequest>(actions::actions),
+        ExecuteCommand::METHOD => asked.by::<ExecuteCommand>(commands::execute),
         _ => Ok(None),
     }
 }

@@ -10,19 +10,22 @@ use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, Sender, select};
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument,
-    DidSaveTextDocument, Notification as _, PublishDiagnostics,
+    DidChangeConfiguration, DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument,
+    DidOpenTextDocument, DidSaveTextDocument, Notification as _, PublishDiagnostics,
 };
 use lsp_types::{
     DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
     InitializeParams, PublishDiagnosticsParams,
 };
 
+use super::jobs::{JobReport, Jobs};
 use super::judge::{self, JudgeOrder, Judgement};
 use super::lines::Columns;
+use super::live::{self, LiveNews, LiveOrder};
+use super::outbox::Outbox;
 use super::uri::{path_of, uri_of};
 use super::workspace::Workspace;
-use super::{capabilities, diagnostics, edits, requests};
+use super::{capabilities, commands, diagnostics, edits, live_targets, requests};
 
 /// Serves an editor until it ends the connection.
 ///
@@ -35,24 +38,38 @@ pub fn serve(connection: &Connection) -> Result<()> {
     let columns = Columns::of(general.and_then(|general| general.position_encodings.as_ref()));
     connection.initialize_finish(id, capabilities::of(columns)).context("initialize")?;
     let (orders, judgements) = judge::start();
-    let workspace = Workspace::new(columns);
+    let (live, news) = live::start();
+    let (jobs, reports) = Jobs::new();
+    let workspace = Workspace::new(columns, jobs, Outbox::new(params.capabilities));
     let sender = connection.sender.clone();
-    let mut server = Server { sender, orders, workspace, published: BTreeSet::new() };
-    server.run(connection, &judgements)
+    let mut server = Server { sender, orders, live, workspace, published: BTreeSet::new() };
+    if let Some(settings) = params.initialization_options {
+        server.workspace.configure(&settings);
+    }
+    server.run(connection, &Beside { judgements, news, reports })
 }
 
 /// A server and its editor.
 pub(super) struct Server {
     sender: Sender<Message>,
     orders: Sender<JudgeOrder>,
+    live: Sender<LiveOrder>,
     workspace: Workspace,
     /// The files that have diagnostics in the editor.
     published: BTreeSet<PathBuf>,
 }
 
+/// What comes from the threads beside the server.
+struct Beside {
+    judgements: Receiver<Judgement>,
+    news: Receiver<LiveNews>,
+    reports: Receiver<JobReport>,
+}
+
 impl Server {
-    fn run(&mut self, connection: &Connection, judgements: &Receiver<Judgement>) -> Result<()> {
+    fn run(&mut self, connection: &Connection, beside: &Beside) -> Result<()> {
         loop {
+            self.flush()?;
             select! {
                 recv(connection.receiver) -> message => match message {
                     Ok(Message::Request(request)) => {
@@ -62,11 +79,20 @@ impl Server {
                         self.answer(request)?;
                     }
                     Ok(Message::Notification(told)) => self.hear(told)?,
-                    Ok(Message::Response(_)) => {}
+                    Ok(Message::Response(response)) => {
+                        self.workspace.outbox.answered(&response.id);
+                    }
                     Err(_) => return Ok(()),
                 },
-                recv(judgements) -> judgement => {
+                recv(beside.judgements) -> judgement => {
                     self.judged(judgement.context("the thread that judges has ended")?)?;
+                }
+                recv(beside.news) -> news => {
+                    let news = news.context("the thread of the live view has ended")?;
+                    self.workspace.live.hear(news, &mut self.workspace.outbox);
+                }
+                recv(beside.reports) -> report => {
+                    self.reported(report.context("the server has ended")?)?;
                 }
             }
         }
@@ -74,6 +100,25 @@ impl Server {
 
     fn send(&self, message: Message) -> Result<()> {
         self.sender.send(message).context("the editor does not listen")
+    }
+
+    /// Sends what is to be told, and has the live view look at what is shown now.
+    fn flush(&mut self) -> Result<()> {
+        if self.workspace.live.is_stale() {
+            let targets = live_targets::targets(&self.workspace);
+            let order = self.workspace.live.aim(targets, &mut self.workspace.outbox);
+            if let Some(order) = order {
+                self.live.send(order).context("the thread of the live view has ended")?;
+            }
+        }
+        self.workspace.outbox.take().into_iter().try_for_each(|message| self.send(message))
+    }
+
+    /// Shows what a job has made, unless another one has replaced it.
+    fn reported(&mut self, report: JobReport) -> Result<()> {
+        let Some(made) = self.workspace.jobs.ended(report) else { return Ok(()) };
+        commands::done(&mut self.workspace, made);
+        self.publish()
     }
 
     fn answer(&mut self, request: Request) -> Result<()> {
@@ -126,6 +171,10 @@ impl Server {
                 self.workspace.library.close(&path);
                 self.workspace.versions.remove(&path);
             }
+            DidChangeConfiguration::METHOD => {
+                self.workspace.configure(&told.params["settings"]);
+                return Ok(());
+            }
             DidSaveTextDocument::METHOD | DidChangeWatchedFiles::METHOD => {}
             _ => return Ok(()),
         }
@@ -157,7 +206,11 @@ impl Server {
 
     /// Sends the diagnostics of all files, and none for those that have no more.
     fn publish(&mut self) -> Result<()> {
-        let all = diagnostics::all(&self.workspace);
+        let mut all = diagnostics::all(&self.workspace);
+        for path in self.workspace.tests.paths() {
+            let Some(file) = self.workspace.library.file(path) else { continue };
+            all.entry(path.clone()).or_default().extend(self.workspace.tests.diagnostics(&file));
+        }
         let gone: Vec<PathBuf> =
             self.published.iter().filter(|path| !all.contains_key(*path)).cloned().collect();
         let cleared = gone.into_iter().map(|path| (path, Vec::new()));

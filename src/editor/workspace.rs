@@ -9,12 +9,17 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lsp_types::{Location, Position, TextDocumentPositionParams, Uri};
+use serde_json::Value;
 
 use super::file::EditorFile;
+use super::jobs::Jobs;
 use super::judge::{JudgedRoot, Judgement};
 use super::lines::Columns;
+use super::live_view::LiveView;
+use super::outbox::Outbox;
 use super::project::{Library, Project};
 use super::slots::FileKind;
+use super::test_results::TestResults;
 use super::uri::{path_of, uri_of};
 use super::words::Word;
 
@@ -29,6 +34,14 @@ pub(super) struct Workspace {
     pub versions: HashMap<PathBuf, i32>,
     /// The last judgement of each root.
     pub judged: BTreeMap<JudgedRoot, Judgement>,
+    /// The live view.
+    pub live: LiveView,
+    /// What tests came to.
+    pub tests: TestResults,
+    /// What commands have started.
+    pub jobs: Jobs,
+    /// What the editor is to be told.
+    pub outbox: Outbox,
     /// Projects of the last change, by file.
     projects: Mutex<HashMap<PathBuf, Arc<Project>>>,
 }
@@ -63,12 +76,16 @@ impl Cursor {
 
 impl Workspace {
     /// Without files.
-    pub fn new(columns: Columns) -> Workspace {
+    pub fn new(columns: Columns, jobs: Jobs, outbox: Outbox) -> Workspace {
         Workspace {
             library: Library::new(columns),
             change: 0,
             versions: HashMap::new(),
             judged: BTreeMap::new(),
+            live: LiveView::default(),
+            tests: TestResults::default(),
+            jobs,
+            outbox,
             projects: Mutex::default(),
         }
     }
@@ -77,6 +94,14 @@ impl Workspace {
     pub fn changed(&mut self) {
         self.change += 1;
         self.projects.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
+        self.live.changed();
+        let library = &self.library;
+        self.tests.keep(|path| Some(library.file(path)?.text.clone()));
+    }
+
+    /// Takes the settings of the person.
+    pub fn configure(&mut self, settings: &Value) {
+        self.live.configure(settings, &mut self.outbox);
     }
 
     /// The project of a file.

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 mod library_page;
 mod page;
 
-pub(crate) use self::library_page::of_library;
 pub use self::library_page::facts as library_facts;
+pub(crate) use self::library_page::of_library;
 use self::page::{indented, section, wrapped};
 use crate::events::{self, Event, LineLimit};
 use crate::isa::function::{FunctionSpec, ResultType};
