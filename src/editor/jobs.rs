@@ -119,3 +119,28 @@ impl Drop for Jobs {
         self.latest.values().for_each(|(_, replaced)| replaced.store(true, Ordering::Relaxed));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_start_replaces_the_first_one() {
+        let (mut jobs, reports) = Jobs::new();
+        let (go, wait) = unbounded::<()>();
+        let failed = |words: &str| Ok(Some(Made::Failed(words.to_owned())));
+        let first = move |place: &JobPlace| {
+            let _ = wait.recv();
+            assert!(place.is_replaced());
+            failed("first")
+        };
+        jobs.start("a".to_owned(), first).unwrap();
+        jobs.start("a".to_owned(), move |_| failed("second")).unwrap();
+        jobs.start("b".to_owned(), move |_| failed("other")).unwrap();
+        go.send(()).unwrap();
+        let made = (0..3).filter_map(|_| jobs.ended(reports.recv().unwrap()));
+        let mut told: Vec<String> = made.map(|made| format!("{made:?}")).collect();
+        told.sort();
+        assert_eq!(told, ["Failed(\"other\")", "Failed(\"second\")"]);
+    }
+}

@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
 use serde::de::DeserializeOwned;
+use toml_parser::Source;
+use toml_parser::lexer::{Token, TokenKind};
 
 use crate::daemon::config::sha256_of;
 use crate::daemon::operator_socket;
@@ -121,8 +123,11 @@ struct Looker {
 #[derive(Default)]
 struct Known {
     texts: Vec<Arc<str>>,
-    /// SHA-256 of the texts, as `status` tells it of the running ones.
+    /// SHA-256 of the texts, as `status` tells it of the running ones; and that of their tokens.
     sha256: String,
+    tokens: String,
+    /// Those of the last texts that ran.
+    ran: Option<(String, String)>,
     /// Operands that the controller does not know.
     unreadable: HashSet<String>,
     /// How many requests for values are left to this look.
@@ -188,9 +193,11 @@ pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> PathBuf {
 impl Known {
     fn look(&mut self, socket: &Path, target: &LiveTarget) -> LiveState {
         if !are_same(&self.texts, &target.texts) {
-            *self = Known { told: self.told.take(), ..Known::default() };
+            let (told, ran) = (self.told.take(), self.ran.take());
+            *self = Known { told, ran, ..Known::default() };
             self.texts = target.texts.clone();
             self.sha256 = sha256_of(target.texts.iter().map(|text| &**text));
+            self.tokens = tokens_of(&target.texts);
         }
         match self.read(socket, &target.operands) {
             Ok(state) => state,
@@ -217,10 +224,20 @@ impl Known {
         Ok(LiveState::Values(Arc::new(LiveValues { texts, values })))
     }
 
-    /// The name of the running program, if it is another one.
-    fn other(&self, socket: &Path) -> Result<Option<String>, CallFailure> {
+    /// The name of the running program, if it is another one. It is the same if the texts are, or
+    /// if they differ from those that ran in comments and spaces alone.
+    fn other(&mut self, socket: &Path) -> Result<Option<String>, CallFailure> {
         let status: Status = ask(socket, &Request::Status {})?;
-        Ok((status.ladder.sha256 != self.sha256).then_some(status.ladder.name))
+        let running = status.ladder.sha256;
+        if running == self.sha256 {
+            self.ran = Some((running, self.tokens.clone()));
+            return Ok(None);
+        }
+        let ran = self
+            .ran
+            .as_ref()
+            .is_some_and(|(sha256, tokens)| (sha256, tokens) == (&running, &self.tokens));
+        Ok((!ran).then_some(status.ladder.name))
     }
 
     /// Reads some operands. One that is refused is found by halves, and not asked for again.
@@ -259,4 +276,38 @@ impl Known {
 
 fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, CallFailure> {
     client::ask_within(socket, request, ANSWER_MAX)
+}
+
+/// A text that is equal for texts that differ in comments and spaces alone.
+fn tokens_of(texts: &[Arc<str>]) -> String {
+    let is_said = |token: &Token| {
+        !matches!(
+            token.kind(),
+            TokenKind::Whitespace | TokenKind::Newline | TokenKind::Comment | TokenKind::Eof
+        )
+    };
+    let tokens = texts.iter().flat_map(|text| {
+        let said = Source::new(text).lex().filter(is_said);
+        let said = said.map(|token| &text[token.span().start()..token.span().end()]);
+        // What ends a token and a text is in none of them.
+        said.flat_map(|token| [token, "\n"]).chain(["\n"])
+    });
+    sha256_of(tokens)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_and_spaces_change_no_tokens() {
+        let of = |text: &str| tokens_of(&[Arc::from(text)]);
+        let text = "[tags]\na = { at = \"X0\" }\n";
+        assert_eq!(of(text), of("# all\n[tags] # here\n\n  a={at=\"X0\"}"));
+        for other in ["[tags]\na = { at = \"X1\" }\n", "[tags]\na = { at = \"X0 \" }\n", ""] {
+            assert_ne!(of(text), of(other), "{other}");
+        }
+        let two = |a: &str, b: &str| tokens_of(&[Arc::from(a), Arc::from(b)]);
+        assert_ne!(two("a", "b"), two("a b", ""));
+    }
 }

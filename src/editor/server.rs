@@ -11,8 +11,9 @@ use crossbeam_channel::{Receiver, Sender, select};
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
     DidChangeConfiguration, DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument,
-    DidOpenTextDocument, DidSaveTextDocument, Notification as _, PublishDiagnostics,
+    DidOpenTextDocument, DidSaveTextDocument, Exit, Notification as _, PublishDiagnostics,
 };
+use lsp_types::request::{Request as _, Shutdown};
 use lsp_types::{
     DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
     InitializeParams, PublishDiagnosticsParams,
@@ -46,7 +47,7 @@ pub fn serve(connection: &Connection) -> Result<()> {
     if let Some(settings) = params.initialization_options {
         server.workspace.configure(&settings);
     }
-    server.run(connection, &Beside { judgements, news, reports })
+    server.run(connection, &ServerNews { judgements, news, reports })
 }
 
 /// A server and its editor.
@@ -59,22 +60,23 @@ pub(super) struct Server {
     published: BTreeSet<PathBuf>,
 }
 
-/// What comes from the threads beside the server.
-struct Beside {
+/// What comes from the other threads.
+struct ServerNews {
     judgements: Receiver<Judgement>,
     news: Receiver<LiveNews>,
     reports: Receiver<JobReport>,
 }
 
 impl Server {
-    fn run(&mut self, connection: &Connection, beside: &Beside) -> Result<()> {
+    fn run(&mut self, connection: &Connection, others: &ServerNews) -> Result<()> {
         loop {
             self.flush()?;
             select! {
                 recv(connection.receiver) -> message => match message {
                     Ok(Message::Request(request)) => {
-                        if connection.handle_shutdown(&request).context("shutdown")? {
-                            return Ok(());
+                        if request.method == Shutdown::METHOD {
+                            self.send(Response::new_ok(request.id, ()).into())?;
+                            return self.end(connection);
                         }
                         self.answer(request)?;
                     }
@@ -84,18 +86,33 @@ impl Server {
                     }
                     Err(_) => return Ok(()),
                 },
-                recv(beside.judgements) -> judgement => {
+                recv(others.judgements) -> judgement => {
                     self.judged(judgement.context("the thread that judges has ended")?)?;
                 }
-                recv(beside.news) -> news => {
+                recv(others.news) -> news => {
                     let news = news.context("the thread of the live view has ended")?;
                     self.workspace.live.hear(news, &mut self.workspace.outbox);
                 }
-                recv(beside.reports) -> report => {
+                recv(others.reports) -> report => {
                     self.reported(report.context("the server has ended")?)?;
                 }
             }
         }
+    }
+
+    /// Waits for the end of the connection. The editor may still answer what it was asked.
+    fn end(&self, connection: &Connection) -> Result<()> {
+        while let Ok(message) = connection.receiver.recv() {
+            match message {
+                Message::Notification(told) if told.method == Exit::METHOD => break,
+                Message::Request(request) => {
+                    let (code, words) = (ErrorCode::InvalidRequest as i32, "the server has ended");
+                    self.send(Response::new_err(request.id, code, words.to_owned()).into())?;
+                }
+                Message::Notification(_) | Message::Response(_) => {}
+            }
+        }
+        Ok(())
     }
 
     fn send(&self, message: Message) -> Result<()> {

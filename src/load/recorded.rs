@@ -1,6 +1,6 @@
 //! The program of a recording, made again, and its past as `observe` asks for it.
 //!
-//! Used by the commands of `cli` that read recordings, and by the editor's `why`. Nothing here reads
+//! Used by the commands of `cli` that read recordings, and by the editor. Nothing here reads
 //! a file, or changes anything in a controller.
 
 use std::collections::BTreeMap;
