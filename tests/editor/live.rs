@@ -121,11 +121,20 @@ fn has(hints: &[(u64, String)], of: &str, label: &str) -> bool {
     hints.contains(&(line, label.to_owned()))
 }
 
-/// The messages for the person so far.
+/// The messages for the person so far, without those of a machine that is too busy to answer.
 fn messages(editor: &Editor) -> Vec<String> {
     let told = editor.told.borrow();
     let shown = told.iter().filter(|of| of["method"] == "window/showMessage");
-    shown.map(|of| of["params"]["message"].as_str().unwrap().to_owned()).collect()
+    let mut all: Vec<&str> = Vec::new();
+    let mut was_late = false;
+    for message in shown.map(|of| of["params"]["message"].as_str().unwrap()) {
+        let is_late = message.contains("gave no answer in");
+        if !is_late && !(was_late && message.contains("values are live")) {
+            all.push(message);
+        }
+        was_late = is_late;
+    }
+    all.into_iter().map(str::to_owned).collect()
 }
 
 /// The tokens of the ladder: the text of each, its type and its modifiers.
