@@ -1,8 +1,9 @@
 //! Semantic tokens: what each name is, and whether a bit is ON in the running controller.
 //!
-//! The legend: `variable` a bit or word, `function` a mnemonic or a function of MATH, `namespace` a
-//! block or device, `property` a Stage or member, `parameter` one of a template, `class` a
-//! template, `event` a rung or test. The modifiers `on` and `off` are the value of a bit in the live view.
+//! The legend: `variable` a bit or word, `function` a mnemonic or a function of MATH, `namespace`
+//! a block or device, `property` a Stage or member, `parameter` one of a template, `class` a
+//! template, `event` a rung or test. The modifiers `on` and `off` are a bit's value in the live
+//! view.
 
 use anyhow::Result;
 use lsp_types::{
