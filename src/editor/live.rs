@@ -193,8 +193,8 @@ pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> PathBuf {
 impl Known {
     fn look(&mut self, socket: &Path, target: &LiveTarget) -> LiveState {
         if !are_same(&self.texts, &target.texts) {
-            let (told, ran) = (self.told.take(), self.ran.take());
-            *self = Known { told, ran, ..Known::default() };
+            // What is found is told again: it stands beside other texts.
+            *self = Known { ran: self.ran.take(), ..Known::default() };
             self.texts = target.texts.clone();
             self.sha256 = sha256_of(target.texts.iter().map(|text| &**text));
             self.tokens = tokens_of(&target.texts);

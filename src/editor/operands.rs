@@ -215,3 +215,64 @@ pub(super) fn words<'f>(file: &'f EditorFile, value: &OutlineValue) -> &'f [Word
     let end = all.partition_point(|word| word.span.start < value.inner.end);
     &all[first..end.max(first)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::lines::Columns;
+    use super::super::project::Library;
+    use super::*;
+    use std::path::Path;
+
+    fn told(text: &str) -> Vec<String> {
+        let path = Path::new("/no such folder/a.toml");
+        let mut library = Library::new(Columns::Utf8);
+        library.open(path, text.into());
+        let project = library.project(path).unwrap();
+        let file = &project.files[0];
+        let of = |word: &Word| {
+            let named = named(&project, (0, file), word)?;
+            let time = if named.is_time { " (time)" } else { "" };
+            let written = if named.is_written { " written" } else { "" };
+            Some(format!("{}{time}{written}", named.operand))
+        };
+        values(file, 0).flat_map(|(value, _)| words(file, value)).filter_map(of).collect()
+    }
+
+    #[test]
+    fn structures_have_their_accumulators_and_arrays_constant_indices() {
+        let text = "[tags]\nlate = { type = \"timer\" }\nlot = { at = \"CT3\" }\n\
+                    r = { type = \"int\", count = 9 }\nfull = { value = 12 }\n\
+                    [[program]]\nname = \"Main\"\n[[program.rung]]\n\
+                    when = [\"late.Done | late.Acc > full\", \"r[3] > r[i]\", \"$On & X0\"]\n\
+                    do = [\"TMR late preset=T1.Acc\", \"CNT lot preset=D0\", \"CTU N2 preset=1\"]\n\
+                    [[program]]\nname = \"Drain\"\n[[program.stage]]\nname = \"Open\"\n\
+                    [[program.stage.rung]]\nwhen = [\"Drain.Open & Drain.Running\", \"nothing\"]\n\
+                    do = [\"RUN Drain\", \"JMP Open\"]\n";
+        let wanted = [
+            "late.Done",
+            "late.Acc (time)",
+            "r[3]",
+            "$On",
+            "X0",
+            "late.Acc (time) written",
+            "T1.Acc (time)",
+            "lot.Acc written",
+            "D0",
+            "N2.ACC written",
+            "Drain.Open",
+            "Drain.Running",
+        ];
+        assert_eq!(told(text), wanted);
+    }
+
+    #[test]
+    fn a_name_within_a_template_is_many_operands() {
+        let text = "[tags]\neye = { at = \"X0\" }\n[[template]]\nname = \"P\"\n\
+                    [template.parameters]\nmotor = { type = \"output\" }\n[template.tags]\n\
+                    late = { type = \"timer\" }\n[[template.rung]]\nwhen = [\"eye\", \"late.Done\"]\n\
+                    do = [\"OUT motor\"]\n[[program]]\nname = \"Main\"\n[[program.rung]]\n\
+                    use = \"P\"\nname = \"p1\"\nwith = { motor = \"Y1\" }\n[[program.rung]]\n\
+                    when = [\"p1.late.Done\", \"p1.late.Acc > 1s\"]\ndo = [\"OUT Y2\"]\n";
+        assert_eq!(told(text), ["eye", "Y1", "p1.late.Done", "p1.late.Acc (time)", "Y2 written"]);
+    }
+}

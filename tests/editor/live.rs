@@ -262,8 +262,10 @@ fn a_comment_changes_no_program() {
     editor.open(LADDER);
     turn(&mut editor, true);
     await_hints(&mut editor, |hints| !hints.is_empty());
-    editor.replace(LADDER, &TEXT.replace("[tags]", "[tags] # what there is"));
-    await_hints(&mut editor, |hints| has(hints, "level > 3", "level = 0"));
+    for text in [&TEXT.replace("[tags]", "[tags] # what there is"), TEXT, TEXT] {
+        editor.replace(LADDER, text);
+        await_hints(&mut editor, |hints| has(hints, "level > 3", "level = 0"));
+    }
     assert_eq!(messages(&editor), [""; 0]);
 }
 
