@@ -269,7 +269,8 @@ mod tests {
     fn a_name_within_a_template_is_many_operands() {
         let text = "[tags]\neye = { at = \"X0\" }\n[[template]]\nname = \"P\"\n\
                     [template.parameters]\nmotor = { type = \"output\" }\n[template.tags]\n\
-                    late = { type = \"timer\" }\n[[template.rung]]\nwhen = [\"eye\", \"late.Done\"]\n\
+                    late = { type = \"timer\" }\n[[template.rung]]\n\
+                    when = [\"eye\", \"late.Done\"]\n\
                     do = [\"OUT motor\"]\n[[program]]\nname = \"Main\"\n[[program.rung]]\n\
                     use = \"P\"\nname = \"p1\"\nwith = { motor = \"Y1\" }\n[[program.rung]]\n\
                     when = [\"p1.late.Done\", \"p1.late.Acc > 1s\"]\ndo = [\"OUT Y2\"]\n";
