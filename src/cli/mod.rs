@@ -35,7 +35,6 @@ mod retain;
 mod run;
 pub mod schema;
 mod sim;
-mod sim_controller;
 mod status;
 mod terminal;
 mod test;

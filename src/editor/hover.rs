@@ -26,14 +26,23 @@ pub(super) fn hover(workspace: &mut Workspace, params: HoverParams) -> Result<Op
     let Some(cursor) = workspace.cursor(&params.text_document_position_params) else {
         return Ok(None);
     };
-    let shown = of_word(&cursor).or_else(|| values::at(&cursor)).or_else(|| keys::at(&cursor));
-    let Some((range, text)) = shown else { return Ok(None) };
+    let Some((range, text)) = at(&cursor) else { return Ok(None) };
     let (kind, value) = match wants_plain(&workspace.client) {
         true => (MarkupKind::PlainText, plain(&text)),
         false => (MarkupKind::Markdown, text),
     };
     let contents = HoverContents::Markup(MarkupContent { kind, value });
     Ok(Some(Hover { contents, range: Some(cursor.file().place(range)) }))
+}
+
+fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
+    of_word(cursor).or_else(|| values::at(cursor)).or_else(|| keys::at(cursor))
+}
+
+/// What stands at the cursor, and its explanation without the marks of Markdown.
+pub(super) fn explained(cursor: &Cursor) -> Option<(String, String)> {
+    let (range, text) = at(cursor)?;
+    Some((cursor.file().slice(range).to_owned(), plain(&text)))
 }
 
 /// Whether an editor shows plain text only, or rather.

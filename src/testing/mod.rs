@@ -44,6 +44,7 @@ pub use formats::{FileVerdicts, json, junit};
 pub use mutants::{Mutant, MutantKind, mutants};
 pub use mutation::{JudgedMutant, MutateOptions, first_failure, mutate};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
+pub(crate) use report::time_text;
 pub use runner::{RunOptions, Verdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
 pub(crate) use step_forms::{FORMS as STEP_FORMS, step_form};

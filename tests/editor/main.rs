@@ -1,11 +1,13 @@
 //! The language server: an editor of the tests' own speaks with it, in memory.
 
 mod client;
+mod commands;
 mod completion;
 mod completion_shipped;
 mod findings;
 mod fixes;
 mod hover;
+mod live;
 mod navigation;
 mod project;
 mod renames;
@@ -15,7 +17,10 @@ mod typing;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod case;
+    pub mod live;
+    pub mod metronome;
     pub mod run;
     pub mod table;
 }

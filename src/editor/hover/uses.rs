@@ -8,7 +8,7 @@ use super::super::file::EditorFile;
 use super::super::names::Meaning;
 use super::super::project::Project;
 use super::super::slots::{DeclaredKind, FileKind};
-use super::super::words::{Role, Word};
+use super::super::words::{FileWord, Role};
 use crate::isa::{Address, MemorySizes, Mnemonic, Space, address_text};
 
 /// The most lines of a list.
@@ -58,7 +58,7 @@ pub(super) fn owners(project: &Project, tag: usize) -> Vec<Mnemonic> {
         for word in words.filter(|word| sought.means(project, (number, file), word)) {
             let before = file.words.all.partition_point(|of| of.span.start < word.span.start);
             let near = file.words.all[..before].last();
-            if let Some(Word { role: Role::Mnemonic(mnemonic), .. }) = near
+            if let Some(FileWord { role: Role::Mnemonic(mnemonic), .. }) = near
                 && mnemonic.owns_structure()
             {
                 owners.push(*mnemonic);
@@ -105,7 +105,7 @@ fn sought(project: &Project, address: Option<Address>) -> Sought {
 
 impl Sought {
     /// Whether a word means it.
-    fn means(&self, project: &Project, numbered: (usize, &EditorFile), word: &Word) -> bool {
+    fn means(&self, project: &Project, numbered: (usize, &EditorFile), word: &FileWord) -> bool {
         project.names.parts(numbered, word).iter().any(|part| match part.meaning {
             Meaning::Declared(at) => self.declared.contains(&at),
             Meaning::Address(of) => self.address.is_some_and(|wanted| is_same(of, wanted)),
@@ -127,7 +127,7 @@ fn collect(project: &Project, sought: &Sought) -> Uses {
 }
 
 impl Uses {
-    fn add(&mut self, project: &Project, (number, file): (usize, &EditorFile), word: &Word) {
+    fn add(&mut self, project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) {
         let Some(list) = list(file, word) else {
             self.tests += usize::from(file.kind == FileKind::Test);
             return;
@@ -160,7 +160,7 @@ impl Uses {
 }
 
 /// The number of the list that a word belongs to.
-fn list(file: &EditorFile, word: &Word) -> Option<usize> {
+fn list(file: &EditorFile, word: &FileWord) -> Option<usize> {
     match (file.kind, word.role) {
         (FileKind::Test, _) | (_, Role::Declares(_)) => None,
         (FileKind::Controller, Role::Names) => Some(3),
@@ -176,7 +176,7 @@ fn list(file: &EditorFile, word: &Word) -> Option<usize> {
     }
 }
 
-fn line(project: &Project, (number, file): (usize, &EditorFile), word: &Word) -> String {
+fn line(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
     let line = file.place(word.span.clone()).start.line + 1;
     let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
     let outline = &file.outline;
@@ -191,7 +191,7 @@ fn line(project: &Project, (number, file): (usize, &EditorFile), word: &Word) ->
 }
 
 /// The block, Stage and rung that a word stands in.
-fn place(project: &Project, (number, file): (usize, &EditorFile), word: &Word) -> String {
+fn place(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
     let names = &project.names;
     let Some(holder) = names.holder(number, file, word.object) else { return String::new() };
     let of = &names.all[holder];
