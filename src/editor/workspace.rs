@@ -145,9 +145,7 @@ impl Workspace {
     pub fn root_of(&self, path: &Path) -> Option<JudgedRoot> {
         match self.library.file(path)?.kind {
             FileKind::Test => Some(JudgedRoot::Test(path.to_owned())),
-            FileKind::Controller | FileKind::Ladder => {
-                Some(JudgedRoot::Program(self.project(path)?.root.clone()))
-            }
+            FileKind::Controller | FileKind::Ladder => Some(JudgedRoot::of(&self.project(path)?)),
         }
     }
 
