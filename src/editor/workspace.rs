@@ -145,7 +145,10 @@ impl Workspace {
     pub fn root_of(&self, path: &Path) -> Option<JudgedRoot> {
         match self.library.file(path)?.kind {
             FileKind::Test => Some(JudgedRoot::Test(path.to_owned())),
-            FileKind::Controller | FileKind::Ladder => Some(JudgedRoot::of(&self.project(path)?)),
+            FileKind::Controller | FileKind::Ladder => {
+                let project = self.project(path)?;
+                Some(JudgedRoot::of(&project))
+            }
         }
     }
 
