@@ -8,6 +8,7 @@ mod capabilities;
 mod diagnostics;
 mod edits;
 mod file;
+mod formatting;
 mod judge;
 mod lines;
 mod names;

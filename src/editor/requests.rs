@@ -3,11 +3,12 @@
 use anyhow::{Context, Result};
 use lsp_server::Request;
 use lsp_types::request::{
-    DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest, GotoDefinition,
-    PrepareRenameRequest, References, Rename, Request as RequestOf,
+    DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest, Formatting,
+    GotoDefinition, PrepareRenameRequest, References, Rename, Request as RequestOf,
 };
 use serde_json::Value;
 
+use super::formatting;
 use super::navigate;
 use super::rename;
 use super::symbols;
@@ -27,6 +28,7 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
         DocumentHighlightRequest::METHOD => {
             asked.by::<DocumentHighlightRequest>(navigate::highlights)
         }
+        Formatting::METHOD => asked.by::<Formatting>(formatting::formatting),
         FoldingRangeRequest::METHOD => asked.by::<FoldingRangeRequest>(symbols::folding),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
         _ => Ok(None),

@@ -2,6 +2,7 @@
 
 mod client;
 mod findings;
+mod formatting;
 mod navigation;
 mod project;
 mod renames;
