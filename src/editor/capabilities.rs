@@ -6,6 +6,7 @@ use lsp_types::{
 };
 use serde_json::{Value, json};
 
+use super::complete;
 use super::lines::Columns;
 
 /// The answer to `initialize`.
@@ -18,6 +19,7 @@ pub(super) fn of(columns: Columns) -> Value {
     let capabilities = ServerCapabilities {
         position_encoding: Some(columns.kind()),
         text_document_sync: Some(sync),
+        completion_provider: Some(complete::options()),
         definition_provider: Some(OneOf::Left(true)),
         references_provider: Some(OneOf::Left(true)),
         document_symbol_provider: Some(OneOf::Left(true)),

@@ -10,6 +10,7 @@ use lsp_types::{Position, Range as Place};
 
 use super::lines::{Columns, Lines};
 use super::outline::Outline;
+use super::outline_reader::read;
 use super::slots::FileKind;
 use super::words::Words;
 
@@ -33,7 +34,7 @@ pub(super) struct EditorFile {
 impl EditorFile {
     /// Reads a text.
     pub fn new(path: &Path, text: Arc<str>, columns: Columns) -> EditorFile {
-        let outline = Outline::of(&text);
+        let outline = read(&text);
         let kind = FileKind::of(&path.to_string_lossy(), &outline);
         let words = Words::of(&text, &outline, kind);
         let lines = Lines::of(&text);

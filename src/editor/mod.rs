@@ -5,6 +5,7 @@
 //! beside, by `judge`, from the same functions as `rungd check`. No clock.
 
 mod capabilities;
+mod complete;
 mod diagnostics;
 mod edits;
 mod file;

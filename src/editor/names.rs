@@ -195,7 +195,7 @@ impl Names {
     }
 
     /// The template that a declaration is, or belongs to.
-    fn template_around(&self, mut at: usize) -> Option<usize> {
+    pub fn template_around(&self, mut at: usize) -> Option<usize> {
         loop {
             if self.all[at].kind == DeclaredKind::Template {
                 return Some(at);

@@ -1,14 +1,12 @@
 //! A file as an editor sees it: its tables, keys and values with their places, whether or not the
 //! text is TOML.
 //!
-//! [`Outline::of`] reads the tokens of a text and begins anew at each line that begins with a key
+//! `outline_reader` reads the tokens of a text and begins anew at each line that begins with a key
 //! or a header, so a value that is being typed hides nothing behind its own line. `words` makes
 //! names of its values, `complete` asks it where the cursor is. It judges nothing: `load` does.
 
 use std::collections::HashSet;
 use std::ops::Range;
-
-use super::outline_reader::read;
 
 /// What a file contains, in order of place.
 #[derive(Debug, Default)]
@@ -88,11 +86,6 @@ pub(super) struct OutlineValue {
 }
 
 impl Outline {
-    /// The outline of a text.
-    pub fn of(text: &str) -> Outline {
-        read(text)
-    }
-
     /// The keys of the root.
     pub fn root_keys(&self) -> HashSet<&str> {
         let first = |path: &'_ str| path.split('.').next().unwrap_or_default().len();

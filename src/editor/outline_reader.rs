@@ -344,7 +344,7 @@ mod tests {
     use super::*;
 
     fn told(text: &str) -> Vec<String> {
-        let outline = Outline::of(text);
+        let outline = read(text);
         let value = |value: &OutlineValue| {
             let pair = &outline.pairs[value.pair];
             let path = outline.path(pair);
@@ -370,7 +370,7 @@ mod tests {
     #[test]
     fn tables_in_arrays_are_objects() {
         let text = "[[task]]\nname = \"T\"\nrung = [ { when = [\"$On\"] }, { do = [\"EXIT\"] } ]\n";
-        let outline = Outline::of(text);
+        let outline = read(text);
         let kinds: Vec<&str> = outline.objects.iter().map(|object| object.kind.as_str()).collect();
         assert_eq!(kinds, ["", "task", "task.rung", "task.rung"]);
         assert_eq!(told(text)[1..], ["task.rung.when[0] $On", "task.rung.do[0] EXIT"]);
@@ -395,7 +395,7 @@ mod tests {
     fn headers_without_brackets_add_to_the_keys_of_their_object() {
         let text =
             "[[template]]\n[template.parameters]\nx = { type = \"bit\" }\n[[template.rung]]\n";
-        let outline = Outline::of(text);
+        let outline = read(text);
         assert_eq!(told(text), ["template.parameters.x.type[0] bit"]);
         let parents: Vec<usize> = outline.objects.iter().map(|object| object.parent).collect();
         assert_eq!(parents, [0, 0, 1]);
@@ -405,7 +405,7 @@ mod tests {
     fn a_tag_may_have_a_header_or_dotted_keys() {
         let text = "[tags.eye]\nat = \"X0\"\n[tags]\njam.at = \"C0\"\njam.doc = \"d\"\n";
         assert_eq!(told(text), ["tags.eye.at[0] X0", "tags.jam.at[0] C0", "tags.jam.doc[0] d"]);
-        let outline = Outline::of(text);
+        let outline = read(text);
         assert_eq!(outline.pairs[0].key().text, "eye");
         let value = outline.value_below(0, "at").expect("a value");
         assert_eq!(&text[value.inner.clone()], "X0");

@@ -124,7 +124,11 @@ impl Library {
         let root = match file.kind {
             FileKind::Controller => path.to_owned(),
             FileKind::Ladder => self.controller_of(path).unwrap_or_else(|| path.to_owned()),
-            FileKind::Test => self.tested(&file)?,
+            FileKind::Test => {
+                // A test that is being begun names nothing yet.
+                let tested = self.tested(&file).filter(|root| self.file(root).is_some());
+                tested.unwrap_or_else(|| path.to_owned())
+            }
         };
         let root_file = self.file(&root)?;
         let mut files = vec![root_file.clone()];

@@ -3,11 +3,12 @@
 use anyhow::{Context, Result};
 use lsp_server::Request;
 use lsp_types::request::{
-    DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest, Formatting,
+    Completion, DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest, Formatting,
     GotoDefinition, PrepareRenameRequest, References, Rename, Request as RequestOf,
 };
 use serde_json::Value;
 
+use super::complete;
 use super::formatting;
 use super::navigate;
 use super::rename;
@@ -30,6 +31,7 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
         }
         Formatting::METHOD => asked.by::<Formatting>(formatting::formatting),
         FoldingRangeRequest::METHOD => asked.by::<FoldingRangeRequest>(symbols::folding),
+        Completion::METHOD => asked.by::<Completion>(complete::completion),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
         _ => Ok(None),
     }

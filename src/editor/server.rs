@@ -18,6 +18,7 @@ use lsp_types::{
     InitializeParams, PublishDiagnosticsParams,
 };
 
+use super::complete::proposal::ItemAbilities;
 use super::judge::{self, JudgeOrder, Judgement};
 use super::lines::Columns;
 use super::uri::{path_of, uri_of};
@@ -35,7 +36,8 @@ pub fn serve(connection: &Connection) -> Result<()> {
     let columns = Columns::of(general.and_then(|general| general.position_encodings.as_ref()));
     connection.initialize_finish(id, capabilities::of(columns)).context("initialize")?;
     let (orders, judgements) = judge::start();
-    let workspace = Workspace::new(columns);
+    let mut workspace = Workspace::new(columns);
+    workspace.can = ItemAbilities::of(&params.capabilities);
     let sender = connection.sender.clone();
     let mut server = Server { sender, orders, workspace, published: BTreeSet::new() };
     server.run(connection, &judgements)

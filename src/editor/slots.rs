@@ -115,10 +115,15 @@ pub(super) enum Slot {
 pub(super) fn of_value(outline: &Outline, kind: FileKind, pair: &KeyPair) -> Slot {
     let object = outline.objects[pair.object].kind.as_str();
     let keys: Vec<&str> = pair.keys.iter().map(|key| key.text.as_str()).collect();
+    of_path(kind, object, &keys)
+}
+
+/// What a value stands for, by the kind of its object and its keys from there on.
+pub(super) fn of_path(kind: FileKind, object: &str, keys: &[&str]) -> Slot {
     match kind {
-        FileKind::Ladder => of_ladder(object, &keys),
-        FileKind::Controller => of_controller(object, &keys),
-        FileKind::Test => of_test(object, &keys),
+        FileKind::Ladder => of_ladder(object, keys),
+        FileKind::Controller => of_controller(object, keys),
+        FileKind::Test => of_test(object, keys),
     }
 }
 
@@ -173,9 +178,14 @@ fn of_test(object: &str, keys: &[&str]) -> Slot {
 /// What the last key of a pair stands for, if it is a name and not a word of the file's form.
 pub(super) fn of_key(outline: &Outline, kind: FileKind, pair: &KeyPair, at: usize) -> KeySlot {
     let object = outline.objects[pair.object].kind.as_str();
-    let last = object.rsplit('.').next().unwrap_or_default();
     let keys: Vec<&str> = pair.keys[..at].iter().map(|key| key.text.as_str()).collect();
-    match (kind, last, keys.as_slice()) {
+    of_key_path(kind, object, &keys)
+}
+
+/// What a key stands for, by the kind of its object and the keys before it.
+pub(super) fn of_key_path(kind: FileKind, object: &str, keys: &[&str]) -> KeySlot {
+    let last = object.rsplit('.').next().unwrap_or_default();
+    match (kind, last, keys) {
         (FileKind::Ladder, "", ["tags"]) => KeySlot::Declares(DeclaredKind::Tag),
         (FileKind::Ladder, "template", ["tags"]) => KeySlot::Declares(DeclaredKind::OwnTag),
         (FileKind::Ladder, "template", ["parameters"]) => {

@@ -331,10 +331,11 @@ pub(super) fn names(text: &str, hyphens: bool) -> Vec<(Range<usize>, bool)> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::outline_reader::read;
     use super::*;
 
     fn told(text: &str, kind: FileKind) -> Vec<String> {
-        let words = Words::of(text, &Outline::of(text), kind);
+        let words = Words::of(text, &read(text), kind);
         let word = |word: &Word| format!("{} {:?}", &text[word.span.clone()], word.role);
         words.all.iter().map(word).collect()
     }

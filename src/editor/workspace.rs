@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use lsp_types::{Location, Position, TextDocumentPositionParams, Uri};
 
+use super::complete::proposal::ItemAbilities;
 use super::file::EditorFile;
 use super::judge::{JudgedRoot, Judgement};
 use super::lines::Columns;
@@ -29,6 +30,8 @@ pub(super) struct Workspace {
     pub versions: HashMap<PathBuf, i32>,
     /// The last judgement of each root.
     pub judged: BTreeMap<JudgedRoot, Judgement>,
+    /// What the editor can do with the items of completion.
+    pub can: ItemAbilities,
     /// Projects of the last change, by file.
     projects: Mutex<HashMap<PathBuf, Arc<Project>>>,
 }
@@ -69,6 +72,7 @@ impl Workspace {
             change: 0,
             versions: HashMap::new(),
             judged: BTreeMap::new(),
+            can: ItemAbilities::default(),
             projects: Mutex::default(),
         }
     }

@@ -52,7 +52,7 @@ impl LibraryFile {
     }
 
     /// The names of its templates, in order.
-    fn templates(&self) -> impl Iterator<Item = &'static str> {
+    pub(crate) fn templates(&self) -> impl Iterator<Item = &'static str> {
         let names = self.text.split("[[template]]\nname = \"").skip(1);
         names.filter_map(|rest| rest.split('"').next())
     }

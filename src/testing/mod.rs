@@ -45,6 +45,7 @@ pub use mutation::{JudgedMutant, MutateOptions, first_failure, mutate};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use runner::{RunOptions, Verdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
+pub(crate) use step_text::FORMS as STEP_FORMS;
 pub use suite::{
     Chance, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Suite,
     TestOperand, TestProgram, TestStep, TestTime,

@@ -79,7 +79,7 @@ pub(super) enum WrittenStep {
 type ParsedStep<T> = Result<T, Box<Finding>>;
 
 /// The names of the steps, each with its form.
-const FORMS: [(&str, &str); 17] = [
+pub(crate) const FORMS: [(&str, &str); 17] = [
     ("set", "set bottle 1"),
     ("force", "force pusher 1"),
     ("unforce", "unforce pusher"),

@@ -1,0 +1,100 @@
+//! Headers that may follow at the cursor: of tables whose parents are open, and that are not there
+//! yet.
+
+use lsp_types::CompletionItemKind;
+
+use super::proposal::{Proposal, Proposals};
+use super::scene::CompletionScene;
+use super::shapes::{below, is_taken};
+use crate::editor::outline::KeyPart;
+use crate::source::shape::{Shape, ValueForm};
+
+/// A header that a file of this kind may have.
+struct KnownHeader {
+    path: Vec<&'static str>,
+    is_array: bool,
+    doc: &'static str,
+    /// The array of tables that it stands in: `program.stage`.
+    around: String,
+}
+
+/// What fits behind the brackets at the cursor.
+pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
+    let mut found = Proposals::of(typed);
+    found.signs = "_-.]";
+    add(scene, 0, &mut found);
+    found
+}
+
+/// Adds the headers that fit; `rank`: of the first of them.
+pub(super) fn add(scene: &CompletionScene, rank: u8, into: &mut Proposals) {
+    let mut known = Vec::new();
+    collect(&scene.shape(), (&[], ""), &mut known);
+    let open = open(scene);
+    for (order, header) in known.iter().enumerate() {
+        let path = header.path.join(".");
+        let depth = open.iter().position(|(_, kind)| *kind == header.around);
+        let Some(depth) = depth else { continue };
+        if !header.is_array && is_present(scene, open[depth].0, header) {
+            continue;
+        }
+        let label = if header.is_array { format!("[[{path}]]") } else { format!("[{path}]") };
+        // First another of the table at hand, then what lies in it.
+        let is_same = open[0].1 == path;
+        let rank = rank + if is_same { 0 } else { 1 + u8::try_from(depth).unwrap_or(9) };
+        let mut proposal = Proposal::new(label, CompletionItemKind::MODULE, rank);
+        proposal.order = order;
+        into.add(proposal.doc(header.doc));
+    }
+}
+
+/// The objects that are open, with their kinds; the root last.
+fn open(scene: &CompletionScene) -> Vec<(usize, String)> {
+    let objects = &scene.file.outline.objects;
+    let mut open = Vec::new();
+    let mut at = scene.site.object;
+    loop {
+        open.push((at, objects[at].kind.clone()));
+        if objects[at].parent == at {
+            return open;
+        }
+        at = objects[at].parent;
+    }
+}
+
+/// Whether an object has a table of this header: its header, or keys in it.
+fn is_present(scene: &CompletionScene, object: usize, header: &KnownHeader) -> bool {
+    let outline = &scene.file.outline;
+    let depth = header.around.split('.').filter(|part| !part.is_empty()).count();
+    let own = &header.path[depth..];
+    let pairs = outline.pairs_of[object].iter().map(|pair| &outline.pairs[*pair]);
+    let of_pair = |keys: &[KeyPart]| {
+        keys.len() > own.len() && keys.iter().zip(own).all(|(key, name)| key.text == *name)
+    };
+    let path = header.path.join(".");
+    let extent = &outline.objects[object].extent;
+    let by_header = outline.headers.iter().any(|of| {
+        let is_at_cursor = of.span.start <= scene.offset && scene.offset <= of.span.end;
+        of.path == path && !is_at_cursor && (object == 0 || extent.contains(&of.span.start))
+    });
+    by_header || pairs.map(|pair| &pair.keys[..]).any(of_pair)
+}
+
+/// The headers of a table. `(before, around)`: its path, and the array of tables that it lies in.
+fn collect(shape: &Shape, (before, around): (&[&'static str], &str), found: &mut Vec<KnownHeader>) {
+    for (key, form) in &shape.noted().keys {
+        let is_array = matches!(form, ValueForm::Tables(_));
+        let is_table = matches!(form, ValueForm::Table(_));
+        // The tables of a rung stand in braces.
+        let is_braced = is_table && before.last() == Some(&"rung");
+        if !(is_array || is_table) || is_braced || !is_taken(key) {
+            continue;
+        }
+        let path = [before, &[key.name]].concat();
+        let Some(inner) = below(form) else { continue };
+        let within = if is_array { path.join(".") } else { around.to_owned() };
+        let around = around.to_owned();
+        found.push(KnownHeader { path: path.clone(), is_array, doc: key.doc, around });
+        collect(&inner, (&path, &within), found);
+    }
+}

@@ -1,0 +1,178 @@
+//! Keys of the table at the cursor: those that its reader knows and that are not there yet, names
+//! where keys are names, and the legs that the rung's instruction has.
+
+use lsp_types::CompletionItemKind;
+
+use super::contacts;
+use super::headers;
+use super::lists;
+use super::nature::Wish;
+use super::proposal::{Proposal, Proposals};
+use super::scene::CompletionScene;
+use super::shapes::{is_taken, skeleton, table};
+use crate::editor::slots::{FileKind, KeySlot, of_key_path};
+use crate::isa::{LegName, Mnemonic};
+use crate::source::shape::ValueForm;
+
+/// Ranks: what must be there, what may be.
+const NEEDED: u8 = 1;
+const OPTIONAL: u8 = 2;
+const OTHER_LEG: u8 = 4;
+const TABLES: u8 = 5;
+/// Tables of arrays that are written with headers.
+const BY_HEADERS: [&str; 3] = ["rung", "stage", "branch"];
+
+/// The keys that fit at the site. `typed`: of the last part; `quoted`: within quotes.
+pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Proposals {
+    let (kind, keys) = (&scene.site.kind, scene.keys());
+    let present = present(scene);
+    let mut found = Proposals::of(typed);
+    match of_key_path(scene.file.kind, kind, &keys) {
+        KeySlot::Parameter => {
+            let bare = has_equals(scene);
+            for of in lists::parameters(scene, typed, &present) {
+                let name = of.label.clone();
+                let snippet = format!("{name} = \"$1\"");
+                found.add(if bare { of } else { of.writes(format!("{name} = "), Some(snippet)) });
+            }
+            return found;
+        }
+        KeySlot::Operand if scene.file.kind == FileKind::Test || is_open(scene) => {
+            return contacts::offer(scene, typed, Wish::Anything);
+        }
+        KeySlot::Operand | KeySlot::Declares(_) | KeySlot::Word => {}
+    }
+    if quoted {
+        return found;
+    }
+    legs(scene, &present, &mut found);
+    known(scene, &present, &mut found);
+    if kind.is_empty() && keys.is_empty() || typed.is_empty() && scene.site.brace.is_none() {
+        headers::add(scene, TABLES, &mut found);
+    }
+    found
+}
+
+/// The keys from the root on.
+pub(super) fn path<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
+    let kind = scene.site.kind.split('.').filter(|part| !part.is_empty());
+    kind.chain(scene.keys()).collect()
+}
+
+/// Whether the keys of the table are names alone.
+fn is_open(scene: &CompletionScene) -> bool {
+    let shape = table(&scene.shape(), &path(scene));
+    shape.is_some_and(|shape| shape.noted().keys.is_empty() && shape.noted().others.is_some())
+}
+
+/// The keys that the table has, without the one at the cursor.
+fn present<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
+    let outline = &scene.file.outline;
+    let braced = scene
+        .site
+        .brace
+        .and_then(|brace| outline.objects.iter().position(|object| object.extent.start == brace));
+    let object = braced.unwrap_or(scene.site.object);
+    let keys = scene.keys();
+    let next = |pair: &usize| {
+        let of = &outline.pairs[*pair].keys;
+        let same = of.len() > keys.len() && of.iter().zip(&keys).all(|(a, b)| a.text == *b);
+        let next = of.get(keys.len()).filter(|_| same)?;
+        let at_cursor = next.span.start <= scene.offset && scene.offset <= next.span.end;
+        (!at_cursor).then_some(next.text.as_str())
+    };
+    outline.pairs_of[object].iter().filter_map(next).collect()
+}
+
+/// Whether the key at the cursor has its `=`.
+fn has_equals(scene: &CompletionScene) -> bool {
+    let line = scene.file.line(scene.offset);
+    let rest = scene.file.slice(scene.offset..line.end);
+    let behind =
+        rest.trim_start_matches(|c: char| c.is_ascii_alphanumeric() || "_-.\"".contains(c));
+    behind.trim_start().starts_with('=')
+}
+
+/// The keys that the reader of the table knows.
+fn known(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
+    let Some(shape) = table(&scene.shape(), &path(scene)) else { return };
+    let noted = shape.noted();
+    let is_root = scene.site.kind.is_empty() && scene.site.keys.is_empty();
+    let is_needed = |name: &str| noted.required.contains(&name);
+    let bare = has_equals(scene);
+    for (order, (key, form)) in noted.keys.iter().enumerate() {
+        let by_header = match form {
+            ValueForm::Table(_) => is_root,
+            ValueForm::Tables(_) => is_root || BY_HEADERS.contains(&key.name),
+            ValueForm::Any
+            | ValueForm::Text
+            | ValueForm::Flag
+            | ValueForm::Integer(..)
+            | ValueForm::Integers(..)
+            | ValueForm::Duration
+            | ValueForm::Constant
+            | ValueForm::Constants
+            | ValueForm::Scalar
+            | ValueForm::Texts
+            | ValueForm::TextOrTexts
+            | ValueForm::TextOrTable(_) => false,
+        };
+        let is_leg = key.name == "leg" && is_rung(scene);
+        if by_header || is_leg || !is_taken(key) || present.contains(&key.name) {
+            continue;
+        }
+        let rank = if is_needed(key.name) { NEEDED } else { OPTIONAL };
+        let mut proposal = Proposal::new(key.name, CompletionItemKind::PROPERTY, rank);
+        proposal.order = order;
+        let needed = if is_needed(key.name) { "needed" } else { "" };
+        proposal = proposal.detail(needed).doc(key.doc);
+        if !bare {
+            let (plain, snippet) = skeleton(form);
+            let snippet = Some(format!("{}{snippet}", key.name));
+            proposal = proposal.writes(format!("{}{plain}", key.name), snippet);
+        }
+        into.add(proposal);
+    }
+}
+
+fn is_rung(scene: &CompletionScene) -> bool {
+    scene.file.kind == FileKind::Ladder
+        && scene.site.kind.rsplit('.').next() == Some("rung")
+        && scene.site.keys.is_empty()
+}
+
+/// The legs that the rung's instruction has and the rung lacks; without an instruction all legs.
+fn legs(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
+    let within = scene.site.keys.len() == 1 && scene.site.keys[0] == "leg";
+    let is_rung = is_rung(scene);
+    if !(is_rung || within) || present.contains(&"when") || present.contains(&"use") {
+        return;
+    }
+    let first = scene.value(&["do"]).and_then(|text| text.split_whitespace().next());
+    let wanted = first.and_then(Mnemonic::from_name).map(|of| of.spec().legs);
+    let outline = &scene.file.outline;
+    let has = |leg: &LegName| {
+        let pair = outline.pair(scene.site.object, &["leg", leg.key()]);
+        pair.is_some_and(|pair| {
+            let span = &outline.pairs[pair].key().span;
+            !(span.start <= scene.offset && scene.offset <= span.end)
+        })
+    };
+    let bare = has_equals(scene);
+    for (order, leg) in LegName::KEYED.into_iter().enumerate().filter(|(_, leg)| !has(leg)) {
+        let rank = match wanted {
+            Some(legs) if legs.contains(&leg) => 0,
+            Some(_) => continue,
+            None => OTHER_LEG,
+        };
+        let name = if within { leg.key().to_owned() } else { format!("leg.{}", leg.key()) };
+        let mut proposal = Proposal::new(&name, CompletionItemKind::PROPERTY, rank);
+        proposal.order = order;
+        proposal = proposal.detail("a leg").doc("The contacts of this leg, in series.");
+        if !bare {
+            let snippet = Some(format!("{name} = [\"$1\"]"));
+            proposal = proposal.writes(format!("{name} = "), snippet);
+        }
+        into.add(proposal);
+    }
+}
