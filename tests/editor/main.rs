@@ -6,6 +6,7 @@ mod completion_shipped;
 mod findings;
 mod formatting;
 mod navigation;
+mod neovim;
 mod project;
 mod renames;
 mod typing;
@@ -15,6 +16,8 @@ mod typing;
 #[path = "../support"]
 mod support {
     pub mod case;
+    pub mod needs;
+    pub mod page;
     pub mod run;
     pub mod table;
 }
