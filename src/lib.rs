@@ -16,6 +16,7 @@ mod daemon;
 pub mod editor;
 pub mod engine;
 pub mod events;
+pub mod explain;
 mod faults;
 pub mod format;
 pub mod io;

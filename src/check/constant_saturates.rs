@@ -47,7 +47,7 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
         Finding::new(Code::ConstantSaturates, storing.place, message).label("never stored whole");
     let meant = match storing.to {
         Words::One(_) => format!("if it is meant, write `MOVE {stored} to={name}`"),
-        Words::Of(_) => format!("if it is meant, write {stored}"),
+        Words::Of(_) => format!("if it is meant, write `{stored}`"),
     };
     let of_tag = limits.of_tag.filter(|_| word.range() != (limits.min, limits.max));
     Some(match of_tag {
@@ -131,16 +131,16 @@ mod tests {
             expect![[r#"
                 8:31 constant-saturates
                   `V0` holds 0 to 65535: `FILL` stores 65535
-                    a D word holds more; if it is meant, write 65535
+                    a D word holds more; if it is meant, write `65535`
                 9:31 constant-saturates
                   `recipe[0]` (D100) holds -2147483648 to 10: `FILL` stores 10
-                    give tag `recipe[0]` other limits; if it is meant, write 10
+                    give tag `recipe[0]` other limits; if it is meant, write `10`
                 11:30 constant-saturates
                   `step` (V50) holds 0 to 65535: `MOVE` stores 0
                     a D word holds more; if it is meant, write `MOVE 0 to=step`
                 11:49 constant-saturates
                   `recipe[0]` (D100) holds -2147483648 to 10: `MOVE` stores 10
-                    give tag `recipe[0]` other limits; if it is meant, write 10
+                    give tag `recipe[0]` other limits; if it is meant, write `10`
                 12:30 constant-saturates
                   `V0` holds 0 to 65535: `MATH` stores 0
                     a D word holds more; if it is meant, write `MOVE 0 to=V0`
@@ -152,7 +152,7 @@ mod tests {
                     an R word holds more; if it is meant, write `MOVE -2147483648 to=D1`
                 14:30 constant-saturates
                   `recipe[0]` (D100) holds -2147483648 to 10: `MATH` stores 10
-                    give tag `recipe[0]` other limits; if it is meant, write 10
+                    give tag `recipe[0]` other limits; if it is meant, write `10`
                 14:56 constant-saturates
                   `V1` holds 0 to 65535: `MATH` stores 0
                     a D word holds more; if it is meant, write `MOVE 0 to=V1`

@@ -40,7 +40,7 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let (said, name) = (context.say(Address::Word(word)), placed.name());
     let whole = fraction.trunc() + 0.0;
     let message = format!("{said} holds whole numbers: `{name}` drops the fraction of {fraction}");
-    let help = format!("store it in an R word; if it is meant, write {whole}");
+    let help = format!("store it in an R word; if it is meant, write `{whole}`");
     let finding = Finding::new(Code::LostFraction, stored.place, message);
     Some(finding.label("the fraction is never stored").help(help))
 }
@@ -74,29 +74,29 @@ mod tests {
             expect![[r#"
                 8:30 lost-fraction
                   `D7` holds whole numbers: `MOVE` drops the fraction of 2.5
-                    store it in an R word; if it is meant, write 2
+                    store it in an R word; if it is meant, write `2`
                 9:32 lost-fraction
                   `D2` holds whole numbers: `ADD` drops the fraction of 1.5
-                    store it in an R word; if it is meant, write 1
+                    store it in an R word; if it is meant, write `1`
                 9:73 lost-fraction
                   `D3` holds whole numbers: `SUB` drops the fraction of 1.5
-                    store it in an R word; if it is meant, write 1
+                    store it in an R word; if it is meant, write `1`
                 10:30 lost-fraction
                   `D0` holds whole numbers: `FILL` drops the fraction of 1.5
-                    store it in an R word; if it is meant, write 1
+                    store it in an R word; if it is meant, write `1`
                 10:52 lost-fraction
                   `recipe[0]` (D100) holds whole numbers: `FILL` drops the fraction of 0.5
-                    store it in an R word; if it is meant, write 0
+                    store it in an R word; if it is meant, write `0`
                 12:30 lost-fraction
                   `recipe[0]` (D100) holds whole numbers: `MOVE` drops the fraction of
                   -1.5
-                    store it in an R word; if it is meant, write -1
+                    store it in an R word; if it is meant, write `-1`
                 12:58 lost-fraction
                   `D4` holds whole numbers: `MATH` drops the fraction of -2.5
-                    store it in an R word; if it is meant, write -2
+                    store it in an R word; if it is meant, write `-2`
                 13:52 lost-fraction
                   `recipe[0]` (D100) holds whole numbers: `MATH` drops the fraction of 1.5
-                    store it in an R word; if it is meant, write 1
+                    store it in an R word; if it is meant, write `1`
                 14:64 constant-saturates
                   `V9` holds 0 to 65535: `MOVE` stores 65535
                     a D word holds more; if it is meant, write `MOVE 65535 to=V9`

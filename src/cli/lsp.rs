@@ -11,7 +11,8 @@ use crate::editor;
 /// Serves an editor: findings as one types, completion, hover, go to definition, rename
 ///
 /// An editor starts it and speaks the Language Server Protocol with it over standard input and
-/// output. It reads the files of the project, and writes none.
+/// output. It reads the files of the project, and writes none of them. If the editor asks for live
+/// values, it reads them from the running controller; it never writes to it.
 #[derive(Args, Debug)]
 pub struct LspArgs {
     /// Does nothing: many editors add it

@@ -3,43 +3,25 @@
 //!
 //! Used by `why`, `record` and `replay`. No command of these changes anything in a controller.
 
-use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use base64::Engine as _;
-use base64::prelude::BASE64_STANDARD;
 
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::say_line;
 use super::when::Moment;
-use crate::engine::{Engine, Program};
-use crate::load::{self, Loaded};
-use crate::lower::lower;
-use crate::observe::{Past, Subject, TapeEnd};
+pub(super) use crate::load::recorded::{RecordedPast, loaded, run_of, subject};
 use crate::operator::protocol::{RecordingBytes, Request};
-use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
-use crate::resolve::program;
-use crate::runtime::{NumberedCall, TapeSection, scan_begins};
-use crate::source::span::SourceFile;
-
-/// Makes the engine of a recorded program.
-type MakeEngine = fn(&RecordedProgram) -> Result<Engine, String>;
-
-/// Makes the engine for a question, whatever the section: all are of one program.
-type MakeSlice = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String>>;
-
-/// A recording that can be executed again.
-pub(super) type RecordedRun = Replay<MakeEngine>;
+use crate::record::Recording;
+use crate::runtime::{NumberedCall, scan_begins};
 
 /// The last minute of a running controller; `Err` is the exit code of a refusal, which has been
 /// printed.
 pub(super) fn live(at: &OperatorArgs) -> Result<Recording, Exit> {
     let answer: RecordingBytes = at.ask(&Request::Recording {})?;
-    let Ok(bytes) = BASE64_STANDARD.decode(&answer.base64) else {
+    let Some(bytes) = answer.bytes() else {
         say_line("rungd: the controller's answer is no recording");
         return Err(Exit::Unavailable);
     };
@@ -147,89 +129,4 @@ pub(super) fn stretches(recording: &Recording) -> Vec<RecordedStretch> {
         }
     }
     all
-}
-
-/// The files of a recorded program, loaded.
-pub(super) fn loaded(program: &RecordedProgram) -> Result<(program::Program, Loaded), String> {
-    let file =
-        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
-    let files: Vec<SourceFile> = program.files.iter().map(file).collect();
-    let mut loaded = load::recorded_files(&files);
-    let found = loaded.program.take();
-    let made = found.filter(|_| loaded.controller.is_some());
-    let program = made.ok_or_else(|| {
-        let version = env!("CARGO_PKG_VERSION");
-        format!(
-            "rungd {version} cannot load the files that rungd {} recorded: `rungd record files` \
-             writes them out for `rungd check`",
-            program.version
-        )
-    })?;
-    Ok((program, loaded))
-}
-
-/// Makes the engine of a recorded program.
-fn engine_of(program: &RecordedProgram) -> Result<Engine, String> {
-    let (program, _) = loaded(program)?;
-    Ok(Engine::new(lower(&program).0))
-}
-
-/// A recording to be executed.
-pub(super) fn run_of(recording: Recording) -> RecordedRun {
-    Replay::new(recording, engine_of)
-}
-
-/// The program of a section, to be observed.
-pub(super) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
-    let (program, loaded) = loaded(program)?;
-    Ok(Subject::new(Arc::new(program), loaded.files))
-}
-
-/// The sections of one program in a recording, for a question about it.
-pub(super) struct RecordedPast {
-    run: Replay<MakeSlice>,
-    first: usize,
-    end: usize,
-    /// Those from a base image to the section that was asked for last.
-    loaded: BTreeMap<usize, Arc<TapeSection>>,
-}
-
-impl RecordedPast {
-    /// Those around a section: from the first of its program to the last. `slice`: the program as
-    /// far as the question goes.
-    pub fn around(recording: Recording, section: usize, slice: Program) -> RecordedPast {
-        let same = |at: &usize| recording.program(*at) == recording.program(section);
-        let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
-        let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;
-        let make: MakeSlice = Box::new(move |_| Ok(Engine::new(slice.clone())));
-        RecordedPast { run: Replay::new(recording, make), first, end, loaded: BTreeMap::new() }
-    }
-}
-
-impl Past for RecordedPast {
-    fn count(&self) -> usize {
-        self.end - self.first
-    }
-
-    fn section(&mut self, at: usize) -> Option<Arc<TapeSection>> {
-        let at = self.first + at;
-        if !self.loaded.contains_key(&at) {
-            // A search goes back in time, but states come forward from a base image.
-            let base = self.run.recording().base_of(at)?;
-            let sections = (base..=at).map_while(|at| Some((at, self.run.section(at).ok()?)));
-            self.loaded = sections.map(|(at, section)| (at, Arc::new(section))).collect();
-        }
-        self.loaded.get(&at).cloned()
-    }
-
-    fn begins(&self) -> TapeEnd {
-        let recording = self.run.recording();
-        let process = |at: usize| recording.program(at).process_start_ns;
-        match self.first.checked_sub(1) {
-            None => TapeEnd::Oldest,
-            Some(before) if process(before) != process(self.first) => TapeEnd::Restarted,
-            Some(_) if recording.follows(self.first) => TapeEnd::Swapped,
-            Some(_) => TapeEnd::Lost,
-        }
-    }
 }

@@ -5,37 +5,28 @@
 //! with its simulated devices.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
 use super::check::style;
 use super::exit::{CommandLine, Exit};
-use super::sim_controller::{self, ControllerTargets, Simulation};
 use super::terminal::{say, say_drawn};
 use super::trace_file::{self, TraceFile};
 use super::watched_operands;
 use crate::calendar;
 use crate::controller::Controller;
-use crate::engine::{self, BitCell};
 use crate::isa::duration::{self, DurationError};
-use crate::isa::{Bit, DeviceId, Health};
 use crate::load;
-use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
-use crate::rig::RigProgram;
+use crate::rig::simulation::{
+    ControllerTargets, DEFAULT_PERIOD_MS, DEFAULT_SCANS, LoweredSimulation, Simulation,
+};
+use crate::sim;
 use crate::sim::stimulus::{Stimulus, StimulusTarget};
-use crate::sim::trace::{ChangesOnly, Trace};
-use crate::sim::{self, Plan};
+use crate::sim::trace::ChangesOnly;
 use crate::source::render::{refuses, render};
-
-/// The time between two scans if neither `--period` nor a controller file gives it.
-const DEFAULT_PERIOD_MS: u32 = 10;
-
-/// The number of scans if neither `--scans` nor `--for` is given.
-const DEFAULT_SCANS: u64 = 100;
 
 /// Runs a ladder program in virtual time and prints the values of its operands
 #[derive(Args, Debug)]
@@ -130,23 +121,15 @@ fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -
     trace_file::refuse_other_forms("--trace", &args.trace)?;
     trace_file::refuse_changes(args.changes, &args.trace)?;
     let simulation = simulation(args, controller.as_ref())?;
-    let lowered = match controller {
-        Some(controller) => {
-            Lowered::Controller(Arc::new(RigProgram::new(program, &Arc::new(controller))))
-        }
-        None => {
-            let (code, symbols) = lower(program);
-            Lowered::Ladder(Box::new(code), Box::new(symbols))
-        }
-    };
+    let lowered = LoweredSimulation::of(program, controller);
     let symbols = lowered.symbols();
     let watched = watched_operands::watched(args.watch.as_deref(), program, symbols)?;
     let stimulus = match &lowered {
-        Lowered::Controller(of) => {
+        LoweredSimulation::Controller(of) => {
             let lookup = ControllerTargets::of(program, of);
             stimulus(args, &simulation, &|operand| lookup.target(operand))?
         }
-        Lowered::Ladder(..) => {
+        LoweredSimulation::Ladder(..) => {
             let scope = Scope::of(program);
             let lookup =
                 |operand: &str| StimulusTarget::at(scope.address(operand)?, operand, symbols);
@@ -161,39 +144,6 @@ fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -
     let mut trace = ChangesOnly::new(trace);
     lowered.run(program, (simulation, stimulus), &mut trace)?;
     trace.into_inner().finish()
-}
-
-/// A program, lowered once: alone, or for the rig.
-enum Lowered {
-    Ladder(Box<engine::Program>, Box<Symbols>),
-    Controller(Arc<RigProgram>),
-}
-
-impl Lowered {
-    fn symbols(&self) -> &Symbols {
-        match self {
-            Lowered::Ladder(_, symbols) => symbols,
-            Lowered::Controller(program) => &program.symbols,
-        }
-    }
-
-    /// Runs it and traces it.
-    fn run(
-        &self,
-        program: &Program,
-        (simulation, stimulus): (Simulation, Stimulus),
-        trace: &mut dyn Trace,
-    ) -> Result<()> {
-        match self {
-            Lowered::Controller(of) => sim_controller::run(of, (&simulation, &stimulus), trace),
-            Lowered::Ladder(code, symbols) => {
-                let Simulation { period_ms, scans, stop, clock_s } = simulation;
-                let well = well(program, symbols);
-                let plan = Plan { period_ms, scans, stop, well, clock_s, stimulus };
-                Ok(sim::run(engine::Program::clone(code), &plan, trace)?)
-            }
-        }
-    }
 }
 
 fn simulation(args: &SimArgs, controller: Option<&Controller>) -> Result<Simulation> {
@@ -234,10 +184,4 @@ fn stimulus(args: &SimArgs, simulation: &Simulation, lookup: Lookup) -> Result<S
         say(&format!("warning: {name}:{}: {}\n", beyond.line, beyond.message));
     }
     Ok(stimulus)
-}
-
-/// The `.Ok` of every field device that the ladder names: a device is lost only by a stimulus.
-fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
-    let ids = (0..program.devices.len() as u32).map(DeviceId);
-    ids.map(|id| symbols.layout.bit(Bit::Device(id, Health::Ok))).collect()
 }

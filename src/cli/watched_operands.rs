@@ -10,6 +10,7 @@ use crate::isa::Address;
 use crate::lower::Symbols;
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
+use crate::rig::simulation::{ELEMENTS_MAX, all_named};
 use crate::sim::stimulus::split_element;
 use crate::sim::trace::Watched;
 
@@ -17,9 +18,6 @@ use crate::sim::trace::Watched;
 macro_rules! usage {
     ($($words:tt)*) => { return Err(CommandLine(format!($($words)*)).into()) };
 }
-
-/// The most elements of an array in a trace without `--watch`.
-const ELEMENTS_MAX: usize = 64;
 
 /// The operands with these names, else all that the ladder names, arrays up to a length.
 ///
@@ -52,12 +50,7 @@ pub(super) fn watched(
         }
         None => {
             say_left_out(program);
-            let named = program.named(ELEMENTS_MAX);
-            let all = named.iter().filter_map(|operand| {
-                let cell = symbols.layout.cell(operand.address)?;
-                Some(Watched::new(&operand.name, cell, &symbols.layout))
-            });
-            Ok(all.collect())
+            Ok(all_named(program, symbols))
         }
     }
 }

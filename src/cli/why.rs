@@ -12,7 +12,7 @@ use super::operator::{OperatorArgs, complete};
 use super::recording::{self, RecordedPast};
 use super::terminal::{plain_json, print, say_line};
 use super::when::{LocalClock, Moment, When};
-use crate::observe::{At, Limits, Refusal};
+use crate::observe::{At, Limits};
 use crate::record::Recording;
 
 /// A time that so much later than the last scan means that scan: people write whole seconds.
@@ -76,7 +76,7 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
             print(&format!("{}{}", answer.text(), answer.hints()))?;
             Ok(Exit::Ok)
         }
-        Err(refusal) => Ok(refused(args, &why_not(refusal))),
+        Err(refusal) => Ok(refused(args, &refusal.to_string())),
     }
 }
 
@@ -106,14 +106,4 @@ fn place(at: Option<&When>, recording: &Recording) -> Result<(usize, At), String
         let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
         format!("the recording has no such scan: it is of {begin} to {end}")
     })
-}
-
-fn why_not(refusal: Refusal) -> String {
-    match refusal {
-        Refusal::NoPast => "the recording does not fit its program".to_owned(),
-        Refusal::NoSuchScan { first, last } => {
-            format!("that scan is not in the recording: it has scans {first} to {last}")
-        }
-        Refusal::NoSuchCell => "the program has no such operand".to_owned(),
-    }
 }

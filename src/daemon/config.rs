@@ -215,10 +215,13 @@ fn facts(program: &Program, files: &[SourceFile]) -> LadderFacts {
 }
 
 fn sha256(files: &[SourceFile]) -> String {
+    sha256_of(files.iter().map(|file| file.text.as_str()))
+}
+
+/// SHA-256 of texts, concatenated: of those of a program's ladders it is what `status` tells.
+pub fn sha256_of<'t>(texts: impl Iterator<Item = &'t str>) -> String {
     let mut hash = hmac_sha256::Hash::new();
-    for file in files {
-        hash.update(file.text.as_bytes());
-    }
+    texts.for_each(|text| hash.update(text.as_bytes()));
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

@@ -12,7 +12,7 @@ use super::lines::{Columns, Lines};
 use super::outline::Outline;
 use super::outline_reader::read;
 use super::slots::FileKind;
-use super::words::Words;
+use super::words::FileWords;
 
 /// A file, as it is read now.
 #[derive(Debug)]
@@ -26,7 +26,7 @@ pub(super) struct EditorFile {
     /// What it contains.
     pub outline: Outline,
     /// The names in it.
-    pub words: Words,
+    pub words: FileWords,
     lines: Lines,
     columns: Columns,
 }
@@ -36,7 +36,7 @@ impl EditorFile {
     pub fn new(path: &Path, text: Arc<str>, columns: Columns) -> EditorFile {
         let outline = read(&text);
         let kind = FileKind::of(&path.to_string_lossy(), &outline);
-        let words = Words::of(&text, &outline, kind);
+        let words = FileWords::of(&text, &outline, kind);
         let lines = Lines::of(&text);
         EditorFile { path: path.to_owned(), text, kind, outline, words, lines, columns }
     }
@@ -49,6 +49,13 @@ impl EditorFile {
     /// The byte at a position.
     pub fn offset(&self, position: Position) -> usize {
         self.lines.offset(&self.text, self.columns, position)
+    }
+
+    /// The byte at a line and a character of it, both from 1.
+    pub fn offset_of(&self, (line, column): (u32, u32)) -> usize {
+        let line = self.lines.span(&self.text, (line as usize).saturating_sub(1));
+        let before = self.slice(line.clone()).chars().take((column as usize).saturating_sub(1));
+        line.start + before.map(char::len_utf8).sum::<usize>()
     }
 
     /// The place of some bytes.

@@ -4,25 +4,43 @@
 //! words of a project's files become `names`; answers are made of these at once. Findings are made
 //! beside, by `judge`, from the same functions as `rungd check`. No clock.
 
+mod actions;
 mod capabilities;
+mod commands;
 mod complete;
 mod diagnostics;
 mod edits;
 mod file;
+mod fixes;
 mod formatting;
+mod hints;
+mod hover;
+mod jobs;
 mod judge;
+mod lenses;
 mod lines;
+mod live;
+mod live_targets;
+mod live_view;
 mod names;
 mod navigate;
+mod operands;
+mod outbox;
 mod outline;
 mod outline_reader;
 mod project;
 mod rename;
 mod requests;
+mod scratch;
 mod server;
+mod simulate_job;
 mod slots;
 mod symbols;
+mod test_job;
+mod test_results;
+mod tokens;
 mod uri;
+mod why_job;
 mod words;
 mod workspace;
 

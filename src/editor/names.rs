@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::file::EditorFile;
 use super::slots::DeclaredKind;
-use super::words::{Role, Word};
+use super::words::{FileWord, Role};
 use crate::isa::address_text;
 use crate::isa::{Address, MemorySizes};
 
@@ -100,7 +100,12 @@ impl Names {
         names
     }
 
-    fn declare(&mut self, (number, file): (usize, &EditorFile), word: &Word, kind: DeclaredKind) {
+    fn declare(
+        &mut self,
+        (number, file): (usize, &EditorFile),
+        word: &FileWord,
+        kind: DeclaredKind,
+    ) {
         let outline = &file.outline;
         let text = |keys: &[&str]| {
             let value = outline.value(word.object, keys)?;
@@ -205,7 +210,7 @@ impl Names {
     }
 
     /// The block, stage or template that an object is or lies in.
-    fn holder(&self, number: usize, file: &EditorFile, object: usize) -> Option<usize> {
+    pub fn holder(&self, number: usize, file: &EditorFile, object: usize) -> Option<usize> {
         let mut at = object;
         loop {
             if let Some(found) = self.objects.get(&(number, at)) {
@@ -251,7 +256,7 @@ impl Names {
     }
 
     /// What the parts of a word mean.
-    pub fn parts(&self, (number, file): (usize, &EditorFile), word: &Word) -> Vec<WordPart> {
+    pub fn parts(&self, (number, file): (usize, &EditorFile), word: &FileWord) -> Vec<WordPart> {
         let text = file.slice(word.span.clone());
         let one = |meaning| vec![WordPart { span: word.span.clone(), meaning }];
         let known = |at: Option<usize>| one(at.map_or(Meaning::Unknown, Meaning::Declared));

@@ -3,16 +3,26 @@
 use anyhow::{Context, Result};
 use lsp_server::Request;
 use lsp_types::request::{
-    Completion, DocumentHighlightRequest, DocumentSymbolRequest, FoldingRangeRequest, Formatting,
-    GotoDefinition, PrepareRenameRequest, References, Rename, Request as RequestOf,
+    CodeActionRequest, CodeLensRequest, Completion, DocumentHighlightRequest,
+    DocumentSymbolRequest, ExecuteCommand, FoldingRangeRequest, Formatting, GotoDefinition,
+    HoverRequest, InlayHintRequest, PrepareRenameRequest, References, Rename, Request as RequestOf,
+    SemanticTokensFullRequest,
 };
+use lsp_types::{CodeActionOrCommand, CodeActionParams};
 use serde_json::Value;
 
+use super::actions;
+use super::commands;
 use super::complete;
+use super::fixes;
 use super::formatting;
+use super::hints;
+use super::hover;
+use super::lenses;
 use super::navigate;
 use super::rename;
 use super::symbols;
+use super::tokens;
 use super::workspace::Workspace;
 
 /// The answer to a request; `None`: it is not known.
@@ -32,9 +42,25 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
         Formatting::METHOD => asked.by::<Formatting>(formatting::formatting),
         FoldingRangeRequest::METHOD => asked.by::<FoldingRangeRequest>(symbols::folding),
         Completion::METHOD => asked.by::<Completion>(complete::completion),
+        HoverRequest::METHOD => asked.by::<HoverRequest>(hover::hover),
         DocumentSymbolRequest::METHOD => asked.by::<DocumentSymbolRequest>(symbols::symbols),
+        InlayHintRequest::METHOD => asked.by::<InlayHintRequest>(hints::hints),
+        SemanticTokensFullRequest::METHOD => asked.by::<SemanticTokensFullRequest>(tokens::tokens),
+        CodeLensRequest::METHOD => asked.by::<CodeLensRequest>(lenses::lenses),
+        CodeActionRequest::METHOD => asked.by::<CodeActionRequest>(code_actions),
+        ExecuteCommand::METHOD => asked.by::<ExecuteCommand>(commands::execute),
         _ => Ok(None),
     }
+}
+
+/// Repairs of the findings at a place, and what can be asked about it.
+fn code_actions(
+    workspace: &mut Workspace,
+    params: CodeActionParams,
+) -> Result<Option<Vec<CodeActionOrCommand>>> {
+    let mut all = fixes::actions(workspace, params.clone())?.unwrap_or_default();
+    all.extend(actions::actions(workspace, params)?.unwrap_or_default());
+    Ok(Some(all))
 }
 
 struct Asked<'w> {

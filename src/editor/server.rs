@@ -10,20 +10,24 @@ use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, Sender, select};
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument,
-    DidSaveTextDocument, Notification as _, PublishDiagnostics,
+    DidChangeConfiguration, DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument,
+    DidOpenTextDocument, DidSaveTextDocument, Exit, Notification as _, PublishDiagnostics,
 };
+use lsp_types::request::{Request as _, Shutdown};
 use lsp_types::{
     DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
     InitializeParams, PublishDiagnosticsParams,
 };
 
 use super::complete::proposal::ItemAbilities;
+use super::jobs::{JobReport, Jobs};
 use super::judge::{self, JudgeOrder, Judgement};
 use super::lines::Columns;
+use super::live::{self, LiveNews, LiveOrder};
+use super::outbox::Outbox;
 use super::uri::{path_of, uri_of};
 use super::workspace::Workspace;
-use super::{capabilities, diagnostics, edits, requests};
+use super::{capabilities, commands, diagnostics, edits, live_targets, requests};
 
 /// Serves an editor until it ends the connection.
 ///
@@ -36,46 +40,106 @@ pub fn serve(connection: &Connection) -> Result<()> {
     let columns = Columns::of(general.and_then(|general| general.position_encodings.as_ref()));
     connection.initialize_finish(id, capabilities::of(columns)).context("initialize")?;
     let (orders, judgements) = judge::start();
-    let mut workspace = Workspace::new(columns);
-    workspace.can = ItemAbilities::of(&params.capabilities);
+    let (live, news) = live::start();
+    let (jobs, reports) = Jobs::new();
+    let client = params.capabilities;
+    let mut workspace = Workspace::new(columns, jobs, Outbox::new(client.clone()));
+    workspace.can = ItemAbilities::of(&client);
+    workspace.client = client;
     let sender = connection.sender.clone();
-    let mut server = Server { sender, orders, workspace, published: BTreeSet::new() };
-    server.run(connection, &judgements)
+    let mut server = EditorServer { sender, orders, live, workspace, published: BTreeSet::new() };
+    if let Some(settings) = params.initialization_options {
+        server.workspace.configure(&settings);
+    }
+    server.run(connection, &ServerNews { judgements, news, reports })
 }
 
 /// A server and its editor.
-pub(super) struct Server {
+pub(super) struct EditorServer {
     sender: Sender<Message>,
     orders: Sender<JudgeOrder>,
+    live: Sender<LiveOrder>,
     workspace: Workspace,
     /// The files that have diagnostics in the editor.
     published: BTreeSet<PathBuf>,
 }
 
-impl Server {
-    fn run(&mut self, connection: &Connection, judgements: &Receiver<Judgement>) -> Result<()> {
+/// What comes from the other threads.
+struct ServerNews {
+    judgements: Receiver<Judgement>,
+    news: Receiver<LiveNews>,
+    reports: Receiver<JobReport>,
+}
+
+impl EditorServer {
+    fn run(&mut self, connection: &Connection, others: &ServerNews) -> Result<()> {
         loop {
+            self.flush()?;
             select! {
                 recv(connection.receiver) -> message => match message {
                     Ok(Message::Request(request)) => {
-                        if connection.handle_shutdown(&request).context("shutdown")? {
-                            return Ok(());
+                        if request.method == Shutdown::METHOD {
+                            self.send(Response::new_ok(request.id, ()).into())?;
+                            return self.end(connection);
                         }
                         self.answer(request)?;
                     }
                     Ok(Message::Notification(told)) => self.hear(told)?,
-                    Ok(Message::Response(_)) => {}
+                    Ok(Message::Response(response)) => {
+                        self.workspace.outbox.answered(&response.id);
+                    }
                     Err(_) => return Ok(()),
                 },
-                recv(judgements) -> judgement => {
+                recv(others.judgements) -> judgement => {
                     self.judged(judgement.context("the thread that judges has ended")?)?;
+                }
+                recv(others.news) -> news => {
+                    let news = news.context("the thread of the live view has ended")?;
+                    self.workspace.live.hear(news, &mut self.workspace.outbox);
+                }
+                recv(others.reports) -> report => {
+                    self.reported(report.context("the server has ended")?)?;
                 }
             }
         }
     }
 
+    /// Waits for the end of the connection. The editor may still answer what it was asked.
+    fn end(&self, connection: &Connection) -> Result<()> {
+        while let Ok(message) = connection.receiver.recv() {
+            match message {
+                Message::Notification(told) if told.method == Exit::METHOD => break,
+                Message::Request(request) => {
+                    let (code, words) = (ErrorCode::InvalidRequest as i32, "the server has ended");
+                    self.send(Response::new_err(request.id, code, words.to_owned()).into())?;
+                }
+                Message::Notification(_) | Message::Response(_) => {}
+            }
+        }
+        Ok(())
+    }
+
     fn send(&self, message: Message) -> Result<()> {
         self.sender.send(message).context("the editor does not listen")
+    }
+
+    /// Sends what is to be told, and has the live view look at what is shown now.
+    fn flush(&mut self) -> Result<()> {
+        if self.workspace.live.is_stale() {
+            let targets = live_targets::targets(&self.workspace);
+            let order = self.workspace.live.aim(targets, &mut self.workspace.outbox);
+            if let Some(order) = order {
+                self.live.send(order).context("the thread of the live view has ended")?;
+            }
+        }
+        self.workspace.outbox.take().into_iter().try_for_each(|message| self.send(message))
+    }
+
+    /// Shows what a job has made, unless another one has replaced it.
+    fn reported(&mut self, report: JobReport) -> Result<()> {
+        let Some(made) = self.workspace.jobs.ended(report) else { return Ok(()) };
+        commands::done(&mut self.workspace, made);
+        self.publish()
     }
 
     fn answer(&mut self, request: Request) -> Result<()> {
@@ -128,6 +192,10 @@ impl Server {
                 self.workspace.library.close(&path);
                 self.workspace.versions.remove(&path);
             }
+            DidChangeConfiguration::METHOD => {
+                self.workspace.configure(&told.params["settings"]);
+                return Ok(());
+            }
             DidSaveTextDocument::METHOD | DidChangeWatchedFiles::METHOD => {}
             _ => return Ok(()),
         }
@@ -159,7 +227,11 @@ impl Server {
 
     /// Sends the diagnostics of all files, and none for those that have no more.
     fn publish(&mut self) -> Result<()> {
-        let all = diagnostics::all(&self.workspace);
+        let mut all = diagnostics::all(&self.workspace);
+        for path in self.workspace.tests.paths() {
+            let Some(file) = self.workspace.library.file(path) else { continue };
+            all.entry(path.clone()).or_default().extend(self.workspace.tests.diagnostics(&file));
+        }
         let gone: Vec<PathBuf> =
             self.published.iter().filter(|path| !all.contains_key(*path)).cloned().collect();
         let cleared = gone.into_iter().map(|path| (path, Vec::new()));

@@ -1,7 +1,7 @@
 //! The names in a file: every word of a contact, an instruction, a step or a key that can stand for
 //! something, with its place and what is done with it there.
 //!
-//! [`Words::of`] needs no parser that could fail: it splits texts as the lexers of `source` do, so
+//! [`FileWords::of`] needs no parser that could fail: it splits texts as the lexers of `source` do, so
 //! that a text that is being typed still has its names. `names` says what a word stands for.
 
 use std::ops::Range;
@@ -12,7 +12,7 @@ use crate::isa::{Function, Mnemonic, OperandKind, OperandSpec};
 
 /// A word of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Word {
+pub(super) struct FileWord {
     /// Its place.
     pub span: Range<usize>,
     /// What it does there.
@@ -58,14 +58,14 @@ pub(super) enum Role {
 
 /// All words of a file, in order of place.
 #[derive(Debug, Default)]
-pub(super) struct Words {
+pub(super) struct FileWords {
     /// The words.
-    pub all: Vec<Word>,
+    pub all: Vec<FileWord>,
 }
 
-impl Words {
+impl FileWords {
     /// The words of a file.
-    pub fn of(text: &str, outline: &Outline, kind: FileKind) -> Words {
+    pub fn of(text: &str, outline: &Outline, kind: FileKind) -> FileWords {
         let mut reader = WordReader { text, words: Vec::new(), object: 0, pair: 0 };
         for (number, pair) in outline.pairs.iter().enumerate() {
             (reader.object, reader.pair) = (pair.object, number);
@@ -80,11 +80,11 @@ impl Words {
             }
         }
         reader.words.sort_by_key(|word| (word.span.start, word.span.end));
-        Words { all: reader.words }
+        FileWords { all: reader.words }
     }
 
     /// The word at a byte, or directly before it.
-    pub fn at(&self, offset: usize) -> Option<&Word> {
+    pub fn at(&self, offset: usize) -> Option<&FileWord> {
         let behind = self.all.partition_point(|word| word.span.start <= offset);
         let near = self.all[..behind].iter().rev().take(4);
         near.filter(|word| offset <= word.span.end).min_by_key(|word| word.span.len())
@@ -93,7 +93,7 @@ impl Words {
 
 struct WordReader<'t> {
     text: &'t str,
-    words: Vec<Word>,
+    words: Vec<FileWord>,
     object: usize,
     pair: usize,
 }
@@ -101,7 +101,7 @@ struct WordReader<'t> {
 impl WordReader<'_> {
     fn push(&mut self, span: Range<usize>, role: Role) {
         if !span.is_empty() {
-            self.words.push(Word { span, role, object: self.object, pair: self.pair });
+            self.words.push(FileWord { span, role, object: self.object, pair: self.pair });
         }
     }
 
@@ -335,8 +335,8 @@ mod tests {
     use super::*;
 
     fn told(text: &str, kind: FileKind) -> Vec<String> {
-        let words = Words::of(text, &read(text), kind);
-        let word = |word: &Word| format!("{} {:?}", &text[word.span.clone()], word.role);
+        let words = FileWords::of(text, &read(text), kind);
+        let word = |word: &FileWord| format!("{} {:?}", &text[word.span.clone()], word.role);
         words.all.iter().map(word).collect()
     }
 

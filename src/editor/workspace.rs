@@ -8,20 +8,27 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lsp_types::{Location, Position, TextDocumentPositionParams, Uri};
+use lsp_types::{ClientCapabilities, Location, Position, TextDocumentPositionParams, Uri};
+use serde_json::Value;
 
 use super::complete::proposal::ItemAbilities;
 use super::file::EditorFile;
+use super::jobs::Jobs;
 use super::judge::{JudgedRoot, Judgement};
 use super::lines::Columns;
+use super::live_view::LiveView;
+use super::outbox::Outbox;
 use super::project::{Library, Project};
 use super::slots::FileKind;
+use super::test_results::TestResults;
 use super::uri::{path_of, uri_of};
-use super::words::Word;
+use super::words::FileWord;
 
 /// What the server knows.
 #[derive(Debug)]
 pub(super) struct Workspace {
+    /// What the editor can do.
+    pub client: ClientCapabilities,
     /// The files.
     pub library: Library,
     /// The number of the last change.
@@ -32,6 +39,14 @@ pub(super) struct Workspace {
     pub judged: BTreeMap<JudgedRoot, Judgement>,
     /// What the editor can do with the items of completion.
     pub can: ItemAbilities,
+    /// The live view.
+    pub live: LiveView,
+    /// What tests came to.
+    pub tests: TestResults,
+    /// What commands have started.
+    pub jobs: Jobs,
+    /// What the editor is to be told.
+    pub outbox: Outbox,
     /// Projects of the last change, by file.
     projects: Mutex<HashMap<PathBuf, Arc<Project>>>,
 }
@@ -59,20 +74,25 @@ impl Cursor {
     }
 
     /// The word that it is in or behind.
-    pub fn word(&self) -> Option<&Word> {
+    pub fn word(&self) -> Option<&FileWord> {
         self.file().words.at(self.offset)
     }
 }
 
 impl Workspace {
     /// Without files.
-    pub fn new(columns: Columns) -> Workspace {
+    pub fn new(columns: Columns, jobs: Jobs, outbox: Outbox) -> Workspace {
         Workspace {
+            client: ClientCapabilities::default(),
             library: Library::new(columns),
             change: 0,
             versions: HashMap::new(),
             judged: BTreeMap::new(),
             can: ItemAbilities::default(),
+            live: LiveView::default(),
+            tests: TestResults::default(),
+            jobs,
+            outbox,
             projects: Mutex::default(),
         }
     }
@@ -81,6 +101,14 @@ impl Workspace {
     pub fn changed(&mut self) {
         self.change += 1;
         self.projects.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
+        self.live.changed();
+        let library = &self.library;
+        self.tests.keep(|path| Some(library.file(path)?.text.clone()));
+    }
+
+    /// Takes the settings of the person.
+    pub fn configure(&mut self, settings: &Value) {
+        self.live.configure(settings, &mut self.outbox);
     }
 
     /// The project of a file.

@@ -100,6 +100,50 @@ pub(crate) const WORD_NICKNAMES: [(&str, u32); 11] = [
     ("$Second", dst::SECOND),
 ];
 
+/// What the status bits say, by number (`docs/semantics.md`, section 6).
+const BIT_MEANINGS: [&str; st::COUNT] = [
+    "ON in the first scan of a RUN",
+    "always ON",
+    "always OFF",
+    "ON for the first half of each minute since RUN began",
+    "ON for the first half of each second since RUN began",
+    "ON for the first 50 ms of each 100 ms since RUN began",
+    "ON for the first 25 ms of each 50 ms since RUN began",
+    "OFF in the first scan, ON in the second, and so on",
+    "ON in the last scan before a stop",
+    "ON while anything is forced",
+    "ON if a MATH divided by 0 in this scan",
+    "ON if a result of a MATH stayed at a limit in this scan",
+    "ON if a function of a MATH had an argument outside its domain in this scan",
+    "ON if an index was outside its array in this scan",
+];
+
+/// What the status words say, by number.
+const WORD_MEANINGS: [&str; dst::COUNT] = [
+    "scans completed since RUN began",
+    "the filtered mean of the scan time, µs",
+    "the shortest scan since RUN began, µs",
+    "the longest scan since RUN began, µs",
+    "the time of the last scan, µs",
+    "the local year, as 2026",
+    "the local month, 1 to 12",
+    "the local day of the month, 1 to 31",
+    "the local weekday: 1 is Monday, 7 is Sunday",
+    "the local hour, 0 to 23",
+    "the local minute, 0 to 59",
+    "the local second, 0 to 59",
+];
+
+/// What a status bit says, by its number.
+pub(crate) fn bit_meaning(number: u32) -> Option<&'static str> {
+    BIT_MEANINGS.get(number as usize).copied()
+}
+
+/// What a status word says, by its number.
+pub(crate) fn word_meaning(number: u32) -> Option<&'static str> {
+    WORD_MEANINGS.get(number as usize).copied()
+}
+
 /// The nickname of a status word, if it has one.
 pub(crate) fn word_nickname(number: u32) -> Option<&'static str> {
     WORD_NICKNAMES.iter().find(|(_, n)| *n == number).map(|(name, _)| *name)

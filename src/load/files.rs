@@ -49,6 +49,13 @@ impl OpenTexts {
         OpenTexts(Arc::new(texts.into_iter().collect()))
     }
 
+    /// The same, with another text of a file.
+    pub fn with(&self, path: &Path, text: Arc<str>) -> OpenTexts {
+        let mut texts = HashMap::clone(&self.0);
+        texts.insert(path.to_owned(), text);
+        OpenTexts(Arc::new(texts))
+    }
+
     /// The bytes of a text that is open, else of a regular file.
     ///
     /// # Errors

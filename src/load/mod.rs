@@ -15,6 +15,7 @@ pub(crate) mod files;
 mod large;
 pub(crate) mod library;
 mod own_files;
+pub(crate) mod recorded;
 
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;

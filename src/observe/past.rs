@@ -1,5 +1,6 @@
 //! The past: the sections of a tape, loaded where they are asked for; and moments in it.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::answer::{TapeEnd, When};
@@ -53,6 +54,18 @@ pub enum Refusal {
     },
     /// The cell is not one of the program.
     NoSuchCell,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refusal::NoPast => f.write_str("the recording does not fit its program"),
+            Refusal::NoSuchScan { first, last } => {
+                write!(f, "that scan is not in the recording: it has scans {first} to {last}")
+            }
+            Refusal::NoSuchCell => f.write_str("the program has no such operand"),
+        }
+    }
 }
 
 /// A moment: right before a step of a call, or before the whole call.

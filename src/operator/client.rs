@@ -83,6 +83,27 @@ pub(crate) fn ask_and_tell<T: DeserializeOwned>(
     request: &Request,
     tell: &dyn Fn(&str),
 ) -> Result<T, CallFailure> {
+    let limit = limit_of(request);
+    exchanged(socket, request, (limit, tell))
+}
+
+/// As [`ask`], with a time limit of the caller's.
+///
+/// # Errors
+/// [`CallFailure`].
+pub(crate) fn ask_within<T: DeserializeOwned>(
+    socket: &Path,
+    request: &Request,
+    limit: Duration,
+) -> Result<T, CallFailure> {
+    exchanged(socket, request, (limit, &|_| ()))
+}
+
+fn exchanged<T: DeserializeOwned>(
+    socket: &Path,
+    request: &Request,
+    (limit, tell): (Duration, &dyn Fn(&str)),
+) -> Result<T, CallFailure> {
     let stream = connected(socket).map_err(|error| {
         let failure = if error.kind() == io::ErrorKind::PermissionDenied {
             CallFailure::NotAllowed
@@ -93,7 +114,7 @@ pub(crate) fn ask_and_tell<T: DeserializeOwned>(
         };
         failure(socket.into(), error)
     })?;
-    let wait = Wait { request, limit: limit_of(request), began: Instant::now(), tell };
+    let wait = Wait { request, limit, began: Instant::now(), tell };
     let line = wait.exchange(stream).map_err(|error| CallFailure::Broken(socket.into(), error))?;
     match serde_json::from_slice(&line) {
         Ok(Reply::Ok(answer)) => Ok(answer),

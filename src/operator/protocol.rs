@@ -4,6 +4,8 @@
 //! `{"error":{"kind":"…","message":"…"}}`. `docs/operator.md` describes the shapes. Names of times
 //! end in their units. Later versions may add fields to answers; a client ignores unknown fields.
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use super::state::{
@@ -231,6 +233,13 @@ pub(crate) struct Saved {
 pub(crate) struct RecordingBytes {
     /// The bytes of a recording (`docs/record-format.md`), in base64.
     pub base64: String,
+}
+
+impl RecordingBytes {
+    /// The recording; `None`: the answer is not base64.
+    pub fn bytes(&self) -> Option<Vec<u8>> {
+        BASE64_STANDARD.decode(&self.base64).ok()
+    }
 }
 
 /// The answer to a question for names.

@@ -15,6 +15,7 @@ mod mode;
 mod process;
 mod program;
 mod retained;
+pub(crate) mod simulation;
 mod tape;
 
 pub use mode::RigMode;

@@ -29,6 +29,7 @@ mod report;
 mod runner;
 mod scenario;
 mod shrink;
+mod step_forms;
 mod step_text;
 mod step_words;
 mod steps;
@@ -43,9 +44,10 @@ pub use formats::{FileVerdicts, json, junit};
 pub use mutants::{Mutant, MutantKind, mutants};
 pub use mutation::{JudgedMutant, MutateOptions, first_failure, mutate};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
+pub(crate) use report::time_text;
 pub use runner::{RunOptions, Verdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
-pub(crate) use step_text::FORMS as STEP_FORMS;
+pub(crate) use step_forms::{FORMS as STEP_FORMS, step_form};
 pub use suite::{
     Chance, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Suite,
     TestOperand, TestProgram, TestStep, TestTime,

@@ -153,7 +153,7 @@ fn cells(operand: &SeenOperand, moments: &[u64]) -> Vec<String> {
 }
 
 /// A time: `0 s`, `1.25 s`, `3 min 20 s`, `2 h 5 min`.
-pub(super) fn time_text(ns: u64) -> String {
+pub(crate) fn time_text(ns: u64) -> String {
     let ms = ns / 1_000_000;
     let (s, rest_ms) = (ms / 1000, ms % 1000);
     if s < 60 {

@@ -3,6 +3,7 @@
 //! [`parse`] is called by `reading`; it knows the forms of all steps, and no name of the ladder.
 //! `steps` resolves the names. Every mistake has a help that can be written as it stands.
 
+use super::step_forms::{FORMS, step_form};
 use super::step_words::{StepWord, StepWords};
 use super::suite::TestTime;
 use crate::calendar;
@@ -78,27 +79,6 @@ pub(super) enum WrittenStep {
 
 type ParsedStep<T> = Result<T, Box<Finding>>;
 
-/// The names of the steps, each with its form.
-pub(crate) const FORMS: [(&str, &str); 17] = [
-    ("set", "set bottle 1"),
-    ("force", "force pusher 1"),
-    ("unforce", "unforce pusher"),
-    ("pulse", "pulse bottle 100ms every 400ms times 3"),
-    ("beat", "beat pulses 100ms every 1s"),
-    ("run", "run 2s"),
-    ("expect", "expect: pusher"),
-    ("within", "within 2s: pusher"),
-    ("hold", "hold 300ms: full_lamp"),
-    ("stop", "stop"),
-    ("start", "start"),
-    ("restart", "restart"),
-    ("power-cut", "power-cut lose 2s"),
-    ("reload", "reload ladder.toml"),
-    ("lose", "lose plant"),
-    ("restore", "restore plant"),
-    ("clock", "clock 2026-11-22T06:00:00"),
-];
-
 /// Words of other test languages, with the form here.
 const HABITS: [(&str, &str); 16] = [
     ("wait", "run 2s"),
@@ -141,7 +121,7 @@ fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
     };
     // `expect:` and `expect :` are read alike.
     let name = first.value.split(':').next().unwrap_or_default().to_owned();
-    let Some((_, form)) = FORMS.iter().find(|(known, _)| *known == name) else {
+    let Some((form, _)) = step_form(&name) else {
         return Err(unknown(&first, &name).into());
     };
     let mut step = StepParser { words, name: name.clone(), form };
@@ -176,9 +156,9 @@ fn unknown(first: &StepWord, name: &str) -> Finding {
     if let Some((_, form)) = HABITS.iter().find(|(habit, _)| *habit == lower) {
         return finding.help(format!("write it as `{form}`"));
     }
-    let near = did_you_mean(name, FORMS.iter().map(|(known, _)| *known));
+    let near = did_you_mean(name, FORMS.iter().map(|(known, ..)| *known));
     finding.help(near.unwrap_or_else(|| {
-        let names: Vec<String> = FORMS.iter().map(|(known, _)| format!("`{known}`")).collect();
+        let names: Vec<String> = FORMS.iter().map(|(known, ..)| format!("`{known}`")).collect();
         format!("the steps are {}", names.join(", "))
     }))
 }

@@ -1,10 +1,14 @@
 //! The language server: an editor of the tests' own speaks with it, in memory.
 
 mod client;
+mod commands;
 mod completion;
 mod completion_shipped;
 mod findings;
+mod fixes;
 mod formatting;
+mod hover;
+mod live;
 mod navigation;
 mod neovim;
 mod project;
@@ -15,7 +19,10 @@ mod typing;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod case;
+    pub mod live;
+    pub mod metronome;
     pub mod needs;
     pub mod page;
     pub mod run;

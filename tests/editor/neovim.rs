@@ -73,8 +73,7 @@ fn neovim_shows_finds_renames_and_formats() {
 
     let message = text(&seen["finding"]["message"]);
     assert!(message.contains("`valvve`") && message.contains("`valve`"), "{message}");
-    let offered: Vec<String> =
-        seen["completion"].as_array().unwrap().iter().map(text).collect();
+    let offered: Vec<String> = seen["completion"].as_array().unwrap().iter().map(text).collect();
     assert!(offered.contains(&"valve".to_owned()), "{offered:?}");
     assert!(text(&seen["hover"]).contains("Opens the tank"), "{}", seen["hover"]);
     assert!(text(&seen["definition"]).starts_with("valve = { at = \"Y0\""), "{seen}");

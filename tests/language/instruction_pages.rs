@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::sync::Once;
 
 use crate::page_parts::{assert_in_order, files, read, simulated, update, with_part};
-use rungd::cli::explain::facts;
+use rungd::explain::facts;
 use rungd::isa::Spec;
 use rungd::isa::instruction::TABLE;
 use rungd::load;

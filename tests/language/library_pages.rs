@@ -8,7 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Once;
 
-use rungd::cli::explain::library_facts;
+use rungd::explain::library_facts;
 use rungd::load;
 
 use crate::library::LIBRARY;

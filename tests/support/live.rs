@@ -135,6 +135,11 @@ impl Live {
         }
     }
 
+    /// All lines that are left, after the controller's end.
+    pub fn rest(&self) -> Vec<Value> {
+        self.lines.iter().collect()
+    }
+
     /// As [`Live::line`], for several lines in any order.
     pub fn lines<const N: usize>(&self, words: [&str; N]) -> [Value; N] {
         let mut found = [const { Value::Null }; N];

@@ -29,8 +29,9 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
 
 fn verbs(typed: &str) -> Proposals {
     let mut found = Proposals::of(typed);
-    for (name, form) in STEP_FORMS {
-        let mut proposal = Proposal::new(name, CompletionItemKind::KEYWORD, 0).detail(form);
+    for (name, form, meaning) in STEP_FORMS {
+        let mut proposal =
+            Proposal::new(name, CompletionItemKind::KEYWORD, 0).detail(form).doc(meaning);
         let rest = &form[name.len()..];
         let sign = if rest.starts_with(':') { ":" } else { "" };
         let space = if rest.is_empty() { "" } else { " " };

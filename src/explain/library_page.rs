@@ -16,7 +16,7 @@ use crate::source::span::FileId;
 const SECTIONS: [&str; 2] = ["Behaviour", "Limits"];
 
 /// The page as comments, and the file.
-pub(super) fn of_library(file: &LibraryFile) -> String {
+pub(crate) fn of_library(file: &LibraryFile) -> String {
     let (purpose, templates) = file.head();
     let name = file.name;
     let head = wrapped(&format!("{LIBRARY}{name}: {purpose}"), 78).join("\n");

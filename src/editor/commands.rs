@@ -1,0 +1,178 @@
+//! The commands of the editor: tests, a simulation, an explanation, why, the live view.
+//!
+//! A command that takes time is a job (`jobs`); what it makes comes back to [`done`]. The first
+//! argument is a URI; `lenses` and `actions` offer the commands with all arguments.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::{Context, Result, bail};
+use lsp_types::{ExecuteCommandParams, MessageType, Position, Uri};
+use serde_json::Value;
+
+use super::hover;
+use super::jobs::Made;
+use super::operands;
+use super::outbox::Refreshed;
+use super::simulate_job::{self, SimulateOrder};
+use super::test_job::{self, TestOrder};
+use super::test_results::{FileResults, TestedTexts, are_present, told, whole};
+use super::uri::path_of;
+use super::why_job;
+use super::workspace::{Cursor, Workspace};
+
+pub(super) const TEST: &str = "rungd.test";
+pub(super) const SHOW_FAILURE: &str = "rungd.test.show";
+pub(super) const SIMULATE: &str = "rungd.simulate";
+pub(super) const EXPLAIN: &str = "rungd.explain";
+pub(super) const WHY: &str = "rungd.why";
+pub(super) const LIVE_ON: &str = "rungd.live.on";
+pub(super) const LIVE_OFF: &str = "rungd.live.off";
+
+/// All commands.
+pub(super) const ALL: [&str; 7] = [TEST, SHOW_FAILURE, SIMULATE, EXPLAIN, WHY, LIVE_ON, LIVE_OFF];
+
+/// Does a command, or starts it.
+pub(super) fn execute(
+    workspace: &mut Workspace,
+    params: ExecuteCommandParams,
+) -> Result<Option<Value>> {
+    let arguments = Arguments(params.arguments);
+    match params.command.as_str() {
+        TEST => test(workspace, &arguments)?,
+        SHOW_FAILURE => show_failure(workspace, &arguments)?,
+        SIMULATE => simulate(workspace, &arguments)?,
+        EXPLAIN => explain(workspace, &arguments)?,
+        WHY => why(workspace, &arguments)?,
+        LIVE_ON => workspace.live.switch(true, &mut workspace.outbox),
+        LIVE_OFF => workspace.live.switch(false, &mut workspace.outbox),
+        other => bail!("there is no command `{other}`"),
+    }
+    Ok(None)
+}
+
+/// The arguments of a command.
+struct Arguments(Vec<Value>);
+
+impl Arguments {
+    fn text(&self, at: usize) -> Option<&str> {
+        self.0.get(at)?.as_str()
+    }
+
+    fn path(&self) -> Result<PathBuf> {
+        let uri = self.text(0).and_then(|text| Uri::from_str(text).ok());
+        uri.and_then(|uri| path_of(&uri)).context("the first argument is the URI of a file")
+    }
+
+    fn cursor(&self, workspace: &Workspace) -> Result<Cursor> {
+        let uri = self.text(0).and_then(|text| Uri::from_str(text).ok());
+        let uri = uri.context("the first argument is the URI of a file")?;
+        let position = self.0.get(1).cloned().unwrap_or_default();
+        let position: Position =
+            serde_json::from_value(position).context("the second argument is a position")?;
+        workspace.cursor_at(&uri, position).context("the file cannot be read")
+    }
+}
+
+/// `[uri, test]`; without a test, all of the file.
+fn test(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
+    let path = arguments.path()?;
+    let test = arguments.text(1).map(str::to_owned);
+    let texts = project_texts(workspace, &path)?;
+    let order = TestOrder { path, test, open: workspace.library.texts(), texts };
+    let name = test_job::name(&order.path, order.test.as_deref());
+    workspace.jobs.start(name, move |place| test_job::run(order, place))
+}
+
+fn project_texts(workspace: &Workspace, path: &Path) -> Result<TestedTexts> {
+    let project = workspace.project(path).context("the file cannot be read")?;
+    Ok(project.files.iter().map(|file| (file.path.clone(), file.text.clone())).collect())
+}
+
+/// `[uri, test]`: the failure in full.
+fn show_failure(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
+    let path = arguments.path()?;
+    let test = arguments.text(1).context("the second argument is the name of a test")?;
+    let verdict = workspace.tests.of(&path, test);
+    let failed = verdict.and_then(|of| Some((of, of.failure.as_deref()?)));
+    let (verdict, failure) = failed.context("this test has not failed")?;
+    let name = PathBuf::from(path.file_name().unwrap_or_default());
+    let text = whole(&name, verdict, failure);
+    show(workspace, &format!("failed-{test}.txt"), &text)
+}
+
+/// `[uri, scans, "csv"]`; the last two may be left out.
+fn simulate(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
+    let path = arguments.path()?;
+    let root = workspace.project(&path).context("the file cannot be read")?.root.clone();
+    let order = SimulateOrder {
+        root,
+        open: workspace.library.texts(),
+        scans: arguments.0.get(1).and_then(Value::as_u64),
+        is_table: arguments.text(2) == Some("csv"),
+    };
+    let name = format!("simulate {}", order.root.display());
+    workspace.jobs.start(name, move |place| simulate_job::run(&order, place))
+}
+
+/// `[uri, position]`
+fn explain(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
+    let cursor = arguments.cursor(workspace)?;
+    let (name, text) = hover::explained(&cursor).context("nothing with an explanation is here")?;
+    show(workspace, &format!("{name}.txt"), &text)
+}
+
+/// `[uri, position]`
+fn why(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
+    let cursor = arguments.cursor(workspace)?;
+    let operand = operands::asked(&cursor.project, cursor.numbered(), cursor.offset);
+    let operand = operand.context("no operand of a running controller is here")?;
+    let socket = workspace.live.socket(&cursor.project.root);
+    let run = move |place: &_| why_job::run(&operand, &socket, place);
+    workspace.jobs.start(WHY.to_owned(), run)
+}
+
+/// A text to be read: as a document, if the editor can show one, else as a message.
+fn show(workspace: &mut Workspace, name: &str, text: &str) -> Result<()> {
+    if !workspace.outbox.shows_documents() {
+        workspace.outbox.say(MessageType::INFO, text);
+        return Ok(());
+    }
+    let path = workspace.jobs.scratch().write(name, text.as_bytes())?;
+    workspace.outbox.show(&path, false);
+    Ok(())
+}
+
+/// What a job has made is shown.
+pub(super) fn done(workspace: &mut Workspace, made: Made) {
+    match made {
+        Made::Document(path, outside) => {
+            match std::fs::read_to_string(&path) {
+                Ok(text) if !outside && !workspace.outbox.shows_documents() => {
+                    workspace.outbox.say(MessageType::INFO, text);
+                }
+                Ok(_) | Err(_) => workspace.outbox.show(&path, outside),
+            };
+        }
+        Made::Failed(why) => workspace.outbox.say(MessageType::ERROR, why),
+        Made::Tests(results) => tested(workspace, results),
+    }
+}
+
+fn tested(workspace: &mut Workspace, results: FileResults) {
+    let present = |path: &Path| Some(workspace.library.file(path)?.text.clone());
+    if !are_present(&results.texts, present) {
+        return;
+    }
+    let failed: Vec<String> = results
+        .verdicts
+        .iter()
+        .filter(|verdict| verdict.failure.is_some())
+        .map(|verdict| format!("{}: {}", verdict.name, told(verdict)))
+        .collect();
+    if !failed.is_empty() {
+        workspace.outbox.say(MessageType::ERROR, failed.join("\n"));
+    }
+    workspace.tests.add(results);
+    workspace.outbox.refresh(Refreshed::Lenses);
+}

@@ -1,0 +1,181 @@
+//! Code actions: what the help of a finding says, done; and warnings silenced by `allow`.
+//!
+//! [`actions`] is called by `requests`. `help` reads the advice out of the help, `change` makes
+//! changes of a text of it, `silence` those of `allow`. Whatever they propose is offered only if
+//! `verify` has judged the changed text: a proposal that is a mistake costs time, and no more.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use lsp_types::{
+    CodeAction, CodeActionKind, CodeActionOrCommand, CodeActionParams, CodeActionResponse,
+    Diagnostic, NumberOrString, TextEdit, WorkspaceEdit,
+};
+
+use self::change::TextChange;
+use self::verify::FixTrial;
+use super::diagnostics::{path_of as judged_path, told};
+use super::file::EditorFile;
+use super::judge::Judgement;
+use super::uri::path_of;
+use super::workspace::Workspace;
+use crate::source::finding::{Finding, Severity};
+
+mod change;
+mod help;
+mod places;
+mod silence;
+mod verify;
+
+/// The most texts that are judged for a request.
+const TRIALS_MAX: usize = 24;
+/// The most findings that a request is answered for.
+const FINDINGS_MAX: usize = 8;
+
+/// A change that is offered.
+struct Offer {
+    title: String,
+    changes: Vec<TextChange>,
+    /// Whether it repairs; else it silences.
+    repairs: bool,
+    /// Whether its text is what is meant, and no example.
+    is_sure: bool,
+}
+
+/// The code actions of the findings in a range.
+pub(super) fn actions(
+    workspace: &mut Workspace,
+    params: CodeActionParams,
+) -> Result<Option<CodeActionResponse>> {
+    let kinds = params.context.only.as_ref();
+    let is_wanted = kinds
+        .is_none_or(|kinds| kinds.iter().any(|kind| ["", "quickfix"].contains(&kind.as_str())));
+    let path = path_of(&params.text_document.uri);
+    let Some(path) = path.filter(|_| is_wanted && takes_literals(workspace)) else {
+        return Ok(None);
+    };
+    let Some(file) = workspace.library.file(&path) else { return Ok(None) };
+    let within = file.offset(params.range.start)..file.offset(params.range.end);
+    let mut left = TRIALS_MAX;
+    let mut offered = Vec::new();
+    for (judgement, finding) in findings(workspace, &path, &file, &within) {
+        let mut trial = FixTrial::of(workspace, (judgement, finding), (&path, &file.text));
+        let offers = offers(&file, finding, &mut trial, &mut left);
+        let is_clear = offers.iter().filter(|offer| offer.repairs).count() == 1;
+        for offer in &offers {
+            let diagnostic = shown(&file, &params.context.diagnostics, finding);
+            let mut action = action(&params, &file, offer);
+            action.is_preferred = (is_clear && offer.is_sure).then_some(true);
+            action.diagnostics = diagnostic.map(|diagnostic| vec![diagnostic.clone()]);
+            offered.push(CodeActionOrCommand::CodeAction(action));
+        }
+    }
+    Ok(Some(offered))
+}
+
+/// Whether the editor knows code actions that are changes of a text.
+fn takes_literals(workspace: &Workspace) -> bool {
+    let of = workspace.client.text_document.as_ref().and_then(|of| of.code_action.as_ref());
+    of.is_some_and(|of| of.code_action_literal_support.is_some())
+}
+
+/// The findings of the present text of a file in a range, each once.
+fn findings<'w>(
+    workspace: &'w Workspace,
+    path: &Path,
+    file: &EditorFile,
+    within: &Range<usize>,
+) -> Vec<(&'w Judgement, &'w Finding)> {
+    let mut found: Vec<(&Judgement, &Finding)> = Vec::new();
+    for judgement in workspace.judged.values() {
+        let paths: Vec<PathBuf> = judgement.files.iter().map(judged_path).collect();
+        for finding in &judgement.findings {
+            let number = finding.span.file.0 as usize;
+            let is_here = paths.get(number).is_some_and(|of| of == path)
+                && *judgement.files[number].text == *file.text
+                && finding.span.start as usize <= within.end
+                && within.start <= finding.span.end as usize;
+            let is_known = |known: &(&Judgement, &Finding)| {
+                let (known, of) = (known.1, finding);
+                (known.code, known.span.start, &known.message)
+                    == (of.code, of.span.start, &of.message)
+            };
+            if is_here && found.len() < FINDINGS_MAX && !found.iter().any(is_known) {
+                found.push((judgement, finding));
+            }
+        }
+    }
+    found
+}
+
+/// What is offered for a finding: repairs in the order of the help, then silencing.
+fn offers(
+    file: &EditorFile,
+    finding: &Finding,
+    trial: &mut FixTrial,
+    left: &mut usize,
+) -> Vec<Offer> {
+    let span = finding.span.start as usize..finding.span.end as usize;
+    let mut offers = Vec::new();
+    let help = finding.help_text().unwrap_or_default();
+    for advice in help::read(&help) {
+        let mut proposed = change::proposed(file, &span, &advice).into_iter();
+        let taken = proposed.find(|changes| {
+            let is_left = *left > 0;
+            *left -= usize::from(is_left);
+            is_left && trial.repairs(changes)
+        });
+        if let Some(changes) = taken {
+            let changed = changes.first().map_or(span.clone(), |change| change.range.clone());
+            let title = advice.title(file, changed);
+            offers.push(Offer {
+                title,
+                changes,
+                repairs: true,
+                is_sure: !advice.is_example(&help),
+            });
+        }
+    }
+    if finding.severity() == Severity::Warning {
+        for (title, changes) in silence::proposed(file, &span, finding.code.name()) {
+            if *left > 0 && trial.silences(&changes) {
+                offers.push(Offer { title, changes, repairs: false, is_sure: false });
+            }
+            *left = left.saturating_sub(1);
+        }
+    }
+    offers
+}
+
+/// The diagnostic of the editor that shows a finding.
+fn shown<'d>(
+    file: &EditorFile,
+    diagnostics: &'d [Diagnostic],
+    finding: &Finding,
+) -> Option<&'d Diagnostic> {
+    let place = file.place(finding.span.start as usize..finding.span.end as usize);
+    let code = NumberOrString::String(finding.code.name().to_owned());
+    let message = told(finding);
+    diagnostics.iter().find(|diagnostic| {
+        diagnostic.code.as_ref() == Some(&code)
+            && diagnostic.range == place
+            && diagnostic.message == message
+    })
+}
+
+#[allow(clippy::mutable_key_type)] // The type of the protocol.
+fn action(params: &CodeActionParams, file: &EditorFile, offer: &Offer) -> CodeAction {
+    let edits = offer.changes.iter().map(|change| TextEdit {
+        range: file.place(change.range.clone()),
+        new_text: change.text.clone(),
+    });
+    let changes = HashMap::from([(params.text_document.uri.clone(), edits.collect())]);
+    CodeAction {
+        title: offer.title.clone(),
+        kind: Some(CodeActionKind::QUICKFIX),
+        edit: Some(WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }),
+        ..CodeAction::default()
+    }
+}

@@ -1,0 +1,285 @@
+//! The changes of a text that an advice can mean, the likeliest first. `verify` decides.
+
+use std::ops::Range;
+
+use super::super::file::EditorFile;
+use super::super::outline::KeyPair;
+use super::super::outline_reader::read;
+use super::help::Advice;
+use super::places::{
+    end_in_braces, end_of_table, header_at, is_inline, lines, object_at, pair_at, value_at,
+};
+use crate::isa::address_text::reads_as_address;
+
+/// A part of a text, and what replaces it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct TextChange {
+    pub range: Range<usize>,
+    pub text: String,
+}
+
+/// The changes of one proposal, which overlap nowhere.
+pub(super) type Proposal = Vec<TextChange>;
+
+/// The most proposals for an advice.
+const PROPOSALS_MAX: usize = 6;
+
+/// What an advice about a place can mean.
+pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, advice: &Advice) -> Vec<Proposal> {
+    let mut all = match advice {
+        Advice::Write { text, .. } if names_others(file, span, text) => Vec::new(),
+        Advice::Write { text, tag: Some(tag) } => into_tag(file, tag, text),
+        Advice::Write { text, tag: None } => written(file, span, text),
+        Advice::Declare(text) => vec![declared(file, text)],
+        Advice::Lines { lines, instead } => of_lines(file, span, (lines, instead.as_deref())),
+        Advice::Delete => deleted(file, span),
+        Advice::Drop(sign) => {
+            let rest = file.slice(span.clone()).replacen(sign.as_str(), "", 1);
+            vec![vec![one(span.clone(), rest)]]
+        }
+    };
+    let mut known: Vec<Proposal> = Vec::new();
+    all.retain(|proposal| {
+        let is_new = !known.contains(proposal) && is_change(file, proposal);
+        known.push(proposal.clone());
+        is_new
+    });
+    all.truncate(PROPOSALS_MAX);
+    all
+}
+
+fn is_change(file: &EditorFile, proposal: &Proposal) -> bool {
+    proposal.iter().any(|change| file.slice(change.range.clone()) != change.text)
+}
+
+/// Whether a text names addresses that the lines of the place do not name: then it is an example.
+/// One name alone may be another spelling of what is there, as `Y7` for `%Q0.7`.
+fn names_others(file: &EditorFile, span: &Range<usize>, text: &str) -> bool {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let own = file.slice(lines(file, span)).to_ascii_lowercase();
+    let words: Vec<&str> = own.split(|c| !is_letter(c)).collect();
+    let is_name = !text.contains([' ', '"', '=']);
+    text.split(|c| !is_letter(c)).filter(|word| reads_as_address(word)).any(|word| {
+        let digits = word.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+        let is_spelt = is_name && own.contains(digits);
+        !is_spelt && !words.contains(&word.to_ascii_lowercase().as_str())
+    })
+}
+
+pub(super) fn one(range: Range<usize>, text: impl Into<String>) -> TextChange {
+    TextChange { range, text: text.into() }
+}
+
+/// The keys of a text that is one pair.
+fn as_pair(text: &str) -> Option<Vec<String>> {
+    let outline = read(text);
+    let pair = outline.pairs.first().filter(|pair| {
+        pair.object == 0 && !pair.value.is_empty() && text[pair.value.end..].trim().is_empty()
+    })?;
+    let is_spaced = text.contains(" = ") || text.contains(" =") || text.contains("= ");
+    is_spaced.then(|| pair.keys.iter().map(|key| key.text.clone()).collect())
+}
+
+/// The places at which a text can stand instead of what is there.
+fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<Proposal> {
+    if text.starts_with('[') && !text.starts_with("[\"") && text.ends_with(']') {
+        let header = header_at(file, span.start).filter(|of| span.start < of.span.end);
+        if let Some(header) = header {
+            let before = file.line(header.span.start).start;
+            let whole = vec![one(header.span.clone(), text)];
+            return vec![whole, vec![one(before..before, format!("{text}\n"))]];
+        }
+    }
+    let mut all = Vec::new();
+    if let Some(keys) = as_pair(text) {
+        all.extend(as_key(file, span, (&keys, text)));
+    }
+    let value = value_at(file, span);
+    if let Some(value) = value.filter(|_| text.starts_with(['"', '['])) {
+        all.push(vec![one(value.span.clone(), text)]);
+    }
+    let string = value.filter(|value| value.is_string);
+    let Some(string) = string else {
+        all.push(vec![one(span.clone(), text)]);
+        let pair = pair_at(file, span).filter(|pair| !pair.value.is_empty());
+        all.extend(pair.map(|pair| vec![one(pair.value.clone(), text)]));
+        return all;
+    };
+    if text.contains(['"', '\\', '\n']) {
+        return all;
+    }
+    if span.start >= string.inner.start && span.end <= string.inner.end {
+        all.push(vec![one(span.clone(), text)]);
+        all.push(vec![one(word_around(file, &string.inner, span), text)]);
+    }
+    all.push(vec![one(string.inner.clone(), text)]);
+    all
+}
+
+/// The word of an instruction or step that a place lies in.
+fn word_around(file: &EditorFile, within: &Range<usize>, span: &Range<usize>) -> Range<usize> {
+    let before = file.slice(within.start..span.start).rfind(' ').map_or(0, |at| at + 1);
+    let behind = file.slice(span.end..within.end).find(' ');
+    within.start + before..behind.map_or(within.end, |at| span.end + at)
+}
+
+/// A pair with a key: in the place of the one with the same key, of that at the place, or new.
+fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Vec<Proposal> {
+    let (keys, text) = pair;
+    let mut all = Vec::new();
+    let at = pair_at(file, span);
+    let object = object_at(file, span);
+    if let Some(same) = same_key(file, object, (at, keys)) {
+        all.push(vec![one(same.extent(), text)]);
+    }
+    if let Some(at) = at {
+        all.push(vec![one(at.extent(), text)]);
+        let braces = at.value.clone();
+        if let Some(end) = end_in_braces(file, &braces).filter(|end| *end > braces.start + 1) {
+            all.push(vec![one(end..end, format!(", {text}"))]);
+        }
+    }
+    all.push(vec![added(file, span, text)]);
+    all
+}
+
+/// The pair of an object with the same key, beside a pair.
+fn same_key<'f>(
+    file: &'f EditorFile,
+    object: usize,
+    (beside, keys): (Option<&KeyPair>, &[String]),
+) -> Option<&'f KeyPair> {
+    let of = |pair: &KeyPair, count: usize| -> Vec<String> {
+        pair.keys[..count].iter().map(|key| key.text.clone()).collect()
+    };
+    let outer = beside.map_or(Vec::new(), |pair| of(pair, pair.outer));
+    let pairs = file.outline.pairs_of[object].iter().map(|pair| &file.outline.pairs[*pair]);
+    let mut same = pairs.filter(|pair| {
+        let all = of(pair, pair.keys.len());
+        all == [outer.as_slice(), keys].concat()
+    });
+    same.next()
+}
+
+/// A further pair of the table that a place is in.
+pub(super) fn added(file: &EditorFile, span: &Range<usize>, text: &str) -> TextChange {
+    let object = object_at(file, span);
+    let braces = file.outline.objects[object].extent.clone();
+    if is_inline(file, object)
+        && let Some(end) = end_in_braces(file, &braces)
+    {
+        let comma = if end > braces.start + 1 { ", " } else { " " };
+        return one(end..end, format!("{comma}{text}"));
+    }
+    let end = end_of_table(file, span.start);
+    match end {
+        0 => one(0..0, format!("{text}\n")),
+        end => one(end..end, format!("\n{text}")),
+    }
+}
+
+/// A declaration, at the end of `[tags]`.
+fn declared(file: &EditorFile, text: &str) -> Proposal {
+    let headers = &file.outline.headers;
+    if let Some(tags) = headers.iter().find(|header| header.path == "tags") {
+        let end = end_of_table(file, tags.span.start);
+        return vec![one(end..end, format!("\n{text}"))];
+    }
+    let first = headers.iter().find(|header| header.is_array);
+    let at = first.map_or(file.text.len(), |header| file.line(header.span.start).start);
+    vec![one(at..at, format!("[tags]\n{text}\n\n"))]
+}
+
+/// A key of a tag.
+fn into_tag(file: &EditorFile, tag: &str, text: &str) -> Vec<Proposal> {
+    let declares = |pair: &&KeyPair| {
+        pair.keys.len() == 2 && pair.keys[0].text == "tags" && pair.keys[1].text == tag
+    };
+    let pair = file.outline.pairs.iter().find(declares);
+    let end = pair.and_then(|pair| end_in_braces(file, &pair.value));
+    end.map(|end| vec![one(end..end, format!(", {text}"))]).into_iter().collect()
+}
+
+/// Lines: a table of their own, or keys of the table that a place is in.
+fn of_lines(
+    file: &EditorFile,
+    span: &Range<usize>,
+    (all, instead): (&[String], Option<&str>),
+) -> Vec<Proposal> {
+    if all.first().is_some_and(|line| line.starts_with('[')) {
+        let block = all.join("\n");
+        let before = header_at(file, span.start).map_or(0, |of| file.line(of.span.start).start);
+        let end = file.text.len();
+        let at_end = if file.text.ends_with('\n') { "\n" } else { "\n\n" };
+        return vec![
+            vec![one(before..before, format!("{block}\n\n"))],
+            vec![one(end..end, format!("{at_end}{block}\n"))],
+        ];
+    }
+    let object = object_at(file, span);
+    let separator = if is_inline(file, object) { ", " } else { "\n" };
+    let mut proposal = Vec::new();
+    let mut fresh = Vec::new();
+    for line in all {
+        let Some(keys) = as_pair(line) else { return Vec::new() };
+        match same_key(file, object, (None, &keys)) {
+            Some(same) => proposal.push(one(same.extent(), line.as_str())),
+            None => fresh.push(line.as_str()),
+        }
+    }
+    let gone = instead.and_then(|key| same_key(file, object, (None, &[key.to_owned()])));
+    match gone {
+        Some(gone) => proposal.push(one(gone.extent(), fresh.join(separator))),
+        None if fresh.is_empty() => {}
+        None => proposal.push(added(file, span, &fresh.join(separator))),
+    }
+    vec![proposal]
+}
+
+/// What can be deleted of a place: the place in its string, the element of its array, its pair, its
+/// table.
+fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<Proposal> {
+    let mut all = Vec::new();
+    if let Some(value) = value_at(file, span) {
+        let inner = &value.inner;
+        if value.is_string && inner.start <= span.start && span.end <= inner.end {
+            let behind = file.slice(span.end..inner.end);
+            let spaces = behind.len() - behind.trim_start().len();
+            all.push(vec![one(span.start..span.end + spaces, "")]);
+        }
+        all.push(vec![one(with_comma(file, &value.span), "")]);
+    }
+    if let Some(pair) = pair_at(file, span) {
+        let extent = pair.extent();
+        let line = file.line(extent.start);
+        let is_own = file.slice(line.start..extent.start).trim().is_empty();
+        all.push(match is_own {
+            true => vec![one(lines(file, &extent), "")],
+            false => vec![one(with_comma(file, &extent), "")],
+        });
+    }
+    let object = object_at(file, span);
+    let extent = file.outline.objects[object].extent.clone();
+    if object != 0 && !is_inline(file, object) {
+        all.push(vec![one(lines(file, &extent), "")]);
+    } else if object != 0 {
+        all.push(vec![one(with_comma(file, &extent), "")]);
+    }
+    all
+}
+
+/// An element with the comma behind it, else with that before it.
+fn with_comma(file: &EditorFile, span: &Range<usize>) -> Range<usize> {
+    let behind = &file.text[span.end..];
+    let spaces = behind.len() - behind.trim_start_matches([' ', '\t']).len();
+    if behind[spaces..].starts_with(',') {
+        let rest = &behind[spaces + 1..];
+        let more = rest.len() - rest.trim_start_matches([' ', '\t']).len();
+        return span.start..span.end + spaces + 1 + more;
+    }
+    let before = file.text[..span.start].trim_end();
+    match before.strip_suffix(',') {
+        Some(before) => before.len()..span.end,
+        None => span.clone(),
+    }
+}

@@ -1,0 +1,126 @@
+//! A declaration as a hover shows it: its explanation, what its table says, who uses it.
+
+use std::fmt::Write as _;
+
+use super::super::file::EditorFile;
+use super::super::names::Declared;
+use super::super::project::Project;
+use super::super::slots::DeclaredKind;
+use super::uses;
+
+/// The keys that are not shown: they are told elsewhere, or too long.
+const LEFT_OUT: [&str; 10] =
+    ["name", "doc", "when", "leg", "do", "rung", "stage", "branch", "steps", "map"];
+
+/// What is shown of a declaration.
+pub(super) fn shown(project: &Project, at: usize) -> String {
+    let declared = &project.names.all[at];
+    let mut text = format!("**{}**: {}\n", declared.name, place(project, declared));
+    if let Some(doc) = &declared.doc {
+        let _ = write!(text, "\n{doc}\n");
+    }
+    let file = &project.files[declared.file];
+    let said = said(file, declared);
+    if !said.is_empty() {
+        let _ = write!(text, "\n{}\n", said.join(", "));
+    }
+    text.push_str(&template(project, declared));
+    text.push_str(&parts(project, at));
+    text.push_str(&uses::of_declared(project, at).shown());
+    text
+}
+
+/// The kind of a declaration, and what it belongs to.
+fn place(project: &Project, declared: &Declared) -> String {
+    let kind = match declared.kind {
+        DeclaredKind::Tag | DeclaredKind::OwnTag => "tag",
+        DeclaredKind::Program => "Program",
+        DeclaredKind::Task => "Task",
+        DeclaredKind::Stage => "Stage",
+        DeclaredKind::Rung => "rung",
+        DeclaredKind::Template => "template",
+        DeclaredKind::Parameter => "parameter",
+        DeclaredKind::Use => "use of a template",
+        DeclaredKind::Device => "field device",
+        DeclaredKind::Test => "test",
+    };
+    match declared.parent.map(|parent| &project.names.all[parent].name) {
+        Some(parent) => format!("{kind} of {parent}"),
+        None => kind.to_owned(),
+    }
+}
+
+/// What the table of a declaration says: `at = "X0"`, `min = 0`.
+fn said(file: &EditorFile, declared: &Declared) -> Vec<String> {
+    let outline = &file.outline;
+    let of_pair = match declared.kind {
+        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
+            outline.pairs[declared.pair].keys.len()
+        }
+        DeclaredKind::Program
+        | DeclaredKind::Task
+        | DeclaredKind::Stage
+        | DeclaredKind::Rung
+        | DeclaredKind::Template
+        | DeclaredKind::Use
+        | DeclaredKind::Device
+        | DeclaredKind::Test => 0,
+    };
+    let own = &outline.pairs[declared.pair].keys[..of_pair];
+    let pairs = outline.pairs_of[declared.object].iter().map(|pair| &outline.pairs[*pair]);
+    let named = pairs.filter(|pair| pair.keys.len() > of_pair);
+    let named = named.filter(|pair| {
+        let same = pair.keys[..of_pair].iter().map(|key| &key.text);
+        same.eq(own.iter().map(|key| &key.text))
+    });
+    let shown = named.filter_map(|pair| {
+        let keys: Vec<&str> = pair.keys[of_pair..].iter().map(|key| key.text.as_str()).collect();
+        let value = file.slice(pair.value.clone());
+        let is_shown = !LEFT_OUT.contains(&keys[0])
+            && !matches!(keys[0], "tags" | "parameters")
+            && !value.starts_with('{')
+            && !value.is_empty();
+        is_shown.then(|| format!("`{} = {}`", keys.join("."), uses::short(value)))
+    });
+    shown.take(uses::LINES_MAX * 2).collect()
+}
+
+/// The template of a use.
+fn template(project: &Project, declared: &Declared) -> String {
+    let Some(name) = &declared.template else { return String::new() };
+    let found = project.names.template(name);
+    match found.and_then(|at| project.names.all[at].doc.as_ref()) {
+        Some(doc) => format!("\n{name}: {doc}\n"),
+        None => String::new(),
+    }
+}
+
+/// The stages of a Program; the parameters and tags of a template.
+fn parts(project: &Project, at: usize) -> String {
+    let mut text = String::new();
+    let of = |kind| {
+        let all = project.names.all.iter();
+        all.filter(move |part| part.parent == Some(at) && part.kind == kind)
+    };
+    let stages: Vec<String> =
+        of(DeclaredKind::Stage).map(|stage| format!("`{}`", stage.name)).collect();
+    if !stages.is_empty() {
+        let _ = write!(text, "\nStages: {}\n", stages.join(", "));
+    }
+    for (title, kind) in
+        [("Parameters", DeclaredKind::Parameter), ("Own tags", DeclaredKind::OwnTag)]
+    {
+        let lines: Vec<String> = of(kind).map(|part| one(project, part)).collect();
+        if !lines.is_empty() {
+            let _ = write!(text, "\n{title}:\n\n{}", lines.concat());
+        }
+    }
+    text
+}
+
+/// A parameter or tag of a template, in a line.
+fn one(project: &Project, part: &Declared) -> String {
+    let said = said(&project.files[part.file], part).join(", ");
+    let doc = part.doc.as_ref().map(|doc| format!(" {doc}")).unwrap_or_default();
+    format!("- `{}` {said}{doc}\n", part.name)
+}

@@ -1,0 +1,91 @@
+//! Runs tests for the editor: those of a file, or one of them, with the texts that it shows.
+//!
+//! Called by `commands` as a job. The tests are run by `testing`, as `rungd test` does.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+use super::jobs::{JobPlace, Made};
+use super::test_results::{FileResults, TestedTexts};
+use crate::load::{OpenTexts, decode};
+use crate::source::finding::Severity;
+use crate::source::span::{FileId, SourceFile};
+use crate::testing::{self, ReadSuite, RunOptions, Suite, Verdict};
+
+/// What to run.
+#[derive(Debug)]
+pub(super) struct TestOrder {
+    /// The test file.
+    pub path: PathBuf,
+    /// One test; `None`: all.
+    pub test: Option<String>,
+    /// The texts that the editor shows.
+    pub open: OpenTexts,
+    /// Those of the project.
+    pub texts: TestedTexts,
+}
+
+/// Runs tests; `None` if another start replaced this one.
+///
+/// # Errors
+/// The file cannot be run as it is.
+pub(super) fn run(order: TestOrder, place: &JobPlace) -> Result<Option<Made>> {
+    let mut suite = suite(&order)?;
+    if let Some(test) = &order.test {
+        suite.scenarios.retain(|of| of.name == *test);
+        suite.randoms.retain(|of| of.name == *test);
+        if suite.scenarios.is_empty() && suite.randoms.is_empty() {
+            bail!("the file has no test `{test}`");
+        }
+    }
+    let Some(verdicts) = verdicts(&mut suite, place) else { return Ok(None) };
+    let TestOrder { path, texts, .. } = order;
+    Ok(Some(Made::Tests(FileResults { path, texts, verdicts })))
+}
+
+fn suite(TestOrder { path, open, .. }: &TestOrder) -> Result<Suite> {
+    let bytes = open.read(path).with_context(|| path.display().to_string())?;
+    let (text, undecoded) = decode(&bytes, FileId(0));
+    let file = SourceFile { name: path.display().to_string(), text };
+    let ReadSuite { files, findings, suite } = testing::read_among(path, (file, undecoded), open);
+    let error = findings.iter().find(|finding| finding.severity() == Severity::Error);
+    match (suite, error) {
+        (Some(suite), _) => Ok(suite),
+        (None, Some(error)) => {
+            let file = files.get(error.span.file.0 as usize).map(|file| Path::new(&file.name));
+            let name = file.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+            bail!("the tests cannot be run: {name}: {}", error.message)
+        }
+        (None, None) => bail!("the file has no tests"),
+    }
+}
+
+/// The verdicts of all tests, one after the other; `None` if the job is replaced.
+fn verdicts(suite: &mut Suite, place: &JobPlace) -> Option<Vec<Verdict>> {
+    let programs = testing::programs(suite);
+    let jobs = std::thread::available_parallelism().map_or(1, usize::from);
+    let options = RunOptions { jobs, filter: None, progress: &|_, _| () };
+    let scenarios = std::mem::take(&mut suite.scenarios);
+    let randoms = std::mem::take(&mut suite.randoms);
+    let mut all = Vec::new();
+    let mut run = |suite: &Suite| {
+        all.extend(testing::run(suite, &programs, &options));
+        (!place.is_replaced()).then_some(())
+    };
+    for scenario in scenarios {
+        suite.scenarios = vec![scenario];
+        run(suite)?;
+    }
+    suite.scenarios.clear();
+    for random in randoms {
+        suite.randoms = vec![random];
+        run(suite)?;
+    }
+    Some(all)
+}
+
+/// The name of a job of tests: one for each file and test.
+pub(super) fn name(path: &Path, test: Option<&str>) -> String {
+    format!("test {} {}", path.display(), test.unwrap_or_default())
+}

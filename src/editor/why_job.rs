@@ -1,0 +1,42 @@
+//! Asks a running controller why an operand is what it is, for the editor.
+//!
+//! Called by `commands` as a job. As `rungd why` it takes the last minute of the scan log from the
+//! controller, and makes the answer of that: the controller is only asked to look.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+
+use super::jobs::{JobPlace, Made};
+use crate::load::recorded::{RecordedPast, subject};
+use crate::observe::{At, Limits};
+use crate::operator::client;
+use crate::operator::protocol::{RecordingBytes, Request};
+use crate::record::Recording;
+
+/// Writes the answer, and where it is.
+///
+/// # Errors
+/// No controller answers, or it does not know the operand.
+pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Option<Made>> {
+    let text = answer(operand, socket)?;
+    if place.is_replaced() {
+        return Ok(None);
+    }
+    let path: PathBuf = place.scratch.write(&format!("why-{operand}.txt"), text.as_bytes())?;
+    Ok(Some(Made::Document(path, false)))
+}
+
+fn answer(operand: &str, socket: &Path) -> Result<String> {
+    let answer: RecordingBytes =
+        client::ask(socket, &Request::Recording {}).map_err(|failure| anyhow!("{failure}"))?;
+    let bytes = answer.bytes().context("the controller's answer is no recording")?;
+    let recording = Recording::of_bytes(bytes);
+    let Some(last) = recording.count().checked_sub(1) else { bail!("nothing is recorded yet") };
+    let subject = subject(recording.program(last)).map_err(anyhow::Error::msg)?;
+    let cell = subject.cell(operand).map_err(anyhow::Error::msg)?;
+    let mut past = RecordedPast::around(recording, last, subject.code_for(cell));
+    let answer = subject.why(&mut past, cell, (At::Now, Limits::default()));
+    let answer = answer.map_err(|refusal| anyhow!("{refusal}"))?;
+    Ok(format!("{}{}", answer.text(), answer.hints()))
+}

@@ -1,0 +1,110 @@
+//! The program of a recording, made again, and its past as `observe` asks for it.
+//!
+//! Used by the commands of `cli` that read recordings, and by the editor. Nothing here reads
+//! a file, or changes anything in a controller.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Loaded;
+use crate::engine::{Engine, Program};
+use crate::lower::lower;
+use crate::observe::{Past, Subject, TapeEnd};
+use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
+use crate::resolve::program;
+use crate::runtime::TapeSection;
+use crate::source::span::SourceFile;
+
+/// Makes the engine of a recorded program.
+type MakeEngine = fn(&RecordedProgram) -> Result<Engine, String>;
+
+/// Makes the engine for a question, whatever the section: all are of one program.
+type MakeSlice = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String>>;
+
+/// A recording that can be executed again.
+pub(crate) type RecordedRun = Replay<MakeEngine>;
+
+/// The files of a recorded program, loaded.
+pub(crate) fn loaded(program: &RecordedProgram) -> Result<(program::Program, Loaded), String> {
+    let file =
+        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
+    let files: Vec<SourceFile> = program.files.iter().map(file).collect();
+    let mut loaded = super::recorded_files(&files);
+    let found = loaded.program.take();
+    let made = found.filter(|_| loaded.controller.is_some());
+    let program = made.ok_or_else(|| {
+        let version = env!("CARGO_PKG_VERSION");
+        format!(
+            "rungd {version} cannot load the files that rungd {} recorded: `rungd record files` \
+             writes them out for `rungd check`",
+            program.version
+        )
+    })?;
+    Ok((program, loaded))
+}
+
+/// Makes the engine of a recorded program.
+fn engine_of(program: &RecordedProgram) -> Result<Engine, String> {
+    let (program, _) = loaded(program)?;
+    Ok(Engine::new(lower(&program).0))
+}
+
+/// A recording to be executed.
+pub(crate) fn run_of(recording: Recording) -> RecordedRun {
+    Replay::new(recording, engine_of)
+}
+
+/// The program of a section, to be observed.
+pub(crate) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
+    let (program, loaded) = loaded(program)?;
+    Ok(Subject::new(Arc::new(program), loaded.files))
+}
+
+/// The sections of one program in a recording, for a question about it.
+pub(crate) struct RecordedPast {
+    run: Replay<MakeSlice>,
+    first: usize,
+    end: usize,
+    /// Those from a base image to the section that was asked for last.
+    loaded: BTreeMap<usize, Arc<TapeSection>>,
+}
+
+impl RecordedPast {
+    /// Those around a section: from the first of its program to the last. `slice`: the program as
+    /// far as the question goes.
+    pub fn around(recording: Recording, section: usize, slice: Program) -> RecordedPast {
+        let same = |at: &usize| recording.program(*at) == recording.program(section);
+        let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
+        let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;
+        let make: MakeSlice = Box::new(move |_| Ok(Engine::new(slice.clone())));
+        RecordedPast { run: Replay::new(recording, make), first, end, loaded: BTreeMap::new() }
+    }
+}
+
+impl Past for RecordedPast {
+    fn count(&self) -> usize {
+        self.end - self.first
+    }
+
+    fn section(&mut self, at: usize) -> Option<Arc<TapeSection>> {
+        let at = self.first + at;
+        if !self.loaded.contains_key(&at) {
+            // A search goes back in time, but states come forward from a base image.
+            let base = self.run.recording().base_of(at)?;
+            let sections = (base..=at).map_while(|at| Some((at, self.run.section(at).ok()?)));
+            self.loaded = sections.map(|(at, section)| (at, Arc::new(section))).collect();
+        }
+        self.loaded.get(&at).cloned()
+    }
+
+    fn begins(&self) -> TapeEnd {
+        let recording = self.run.recording();
+        let process = |at: usize| recording.program(at).process_start_ns;
+        match self.first.checked_sub(1) {
+            None => TapeEnd::Oldest,
+            Some(before) if process(before) != process(self.first) => TapeEnd::Restarted,
+            Some(_) if recording.follows(self.first) => TapeEnd::Swapped,
+            Some(_) => TapeEnd::Lost,
+        }
+    }
+}

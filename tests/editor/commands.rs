@@ -1,0 +1,237 @@
+//! Commands, lenses and code actions: tests and simulations of the texts that the editor shows,
+//! explanations, and why an operand of a running controller is what it is.
+
+use serde_json::{Value, json};
+
+use crate::client::{Editor, place_of};
+use crate::project::{CONTROLLER, LADDER, TEST, folder};
+use crate::support::live::Live;
+
+fn run(editor: &mut Editor, command: &str, arguments: Value) {
+    let params = json!({ "command": command, "arguments": arguments });
+    editor.ask("workspace/executeCommand", params);
+}
+
+/// The lenses of a file: line from 0, and title.
+fn lenses(editor: &mut Editor, name: &str) -> Vec<(u64, String)> {
+    let document = json!({ "uri": editor.uri(name) });
+    let lenses = editor.ask("textDocument/codeLens", json!({ "textDocument": document }));
+    let told = |lens: &Value| {
+        let title = lens["command"]["title"].as_str().unwrap().to_owned();
+        (lens["range"]["start"]["line"].as_u64().unwrap(), title)
+    };
+    lenses.as_array().unwrap().iter().map(told).collect()
+}
+
+/// Waits for a message of the server of this method, and gives its parameters.
+fn await_told(editor: &mut Editor, method: &str) -> Value {
+    loop {
+        let found = {
+            let told = editor.told.borrow();
+            told.iter().position(|of| of["method"] == method)
+        };
+        if let Some(at) = found {
+            return editor.told.borrow_mut().remove(at)["params"].clone();
+        }
+        editor.hear();
+    }
+}
+
+/// The diagnostics of failed tests of the test file, as they were last sent.
+fn failed(editor: &Editor) -> Vec<Value> {
+    let all = editor.all_diagnostics();
+    let of = all.get(&editor.uri(TEST)).cloned().unwrap_or_default();
+    of.into_iter().filter(|of| of["source"] == "rungd test").collect()
+}
+
+fn editor(folder: &std::path::Path) -> Editor {
+    let workspace = json!({ "codeLens": { "refreshSupport": true } });
+    let window = json!({ "showDocument": { "support": true } });
+    Editor::with(folder, json!({ "workspace": workspace, "window": window }))
+}
+
+#[test]
+fn a_test_that_passes_says_so_in_its_lens() {
+    let folder = folder();
+    let mut editor = editor(folder.path());
+    let text = editor.disk(TEST).replace("run 2 scans", "run 1 scans");
+    editor.open_with(TEST, &text);
+    let line = place_of(&text, "[[scenario]]").0 as u64;
+    let run_all = (0, "run all".to_owned());
+    let one = (line, "run".to_owned());
+    assert_eq!(lenses(&mut editor, TEST), [run_all.clone(), one.clone()]);
+    let uri = editor.uri(TEST);
+    run(&mut editor, "rungd.test", json!([uri, "it opens"]));
+    await_told(&mut editor, "workspace/codeLens/refresh");
+    let passed = (line, "passed, 1 scan".to_owned());
+    assert_eq!(lenses(&mut editor, TEST), [run_all, one, passed]);
+    assert_eq!(failed(&editor), [Value::Null; 0]);
+}
+
+#[test]
+fn a_failure_is_a_diagnostic_at_its_step_until_the_text_changes() {
+    let folder = folder();
+    let mut editor = editor(folder.path());
+    editor.open(TEST);
+    let text = editor.disk(LADDER).replace("level > 3 | !start", "level > 9");
+    editor.open_with(LADDER, &text);
+    let uri = editor.uri(TEST);
+    run(&mut editor, "rungd.test", json!([uri]));
+    await_told(&mut editor, "workspace/codeLens/refresh");
+    let said = await_told(&mut editor, "window/showMessage");
+    assert_eq!(said["message"], "it opens: failed at step 3");
+    assert!(lenses(&mut editor, TEST).iter().any(|(_, title)| title == "failed at step 3"));
+    while failed(&editor).is_empty() {
+        editor.hear();
+    }
+    let shown = failed(&editor).remove(0);
+    let (line, column) = place_of(&editor.disk(TEST), "expect: valve");
+    assert_eq!(shown["range"]["start"], json!({ "line": line, "character": column }));
+    let message = shown["message"].as_str().unwrap();
+    assert!(message.contains("step 3 of 3: expect: valve"), "{message}");
+    assert!(message.contains("valve  OFF"), "the operands: {message}");
+    run(&mut editor, "rungd.test.show", json!([uri, "it opens"]));
+    let shown = await_told(&mut editor, "window/showDocument");
+    let path = shown["uri"].as_str().unwrap().trim_start_matches("file://").replace("%20", " ");
+    assert!(std::fs::read_to_string(path).unwrap().contains("step 3 of 3"));
+    editor.replace(LADDER, &text.replace("level > 9", "level > 8"));
+    while !failed(&editor).is_empty() {
+        editor.hear();
+    }
+    assert!(!lenses(&mut editor, TEST).iter().any(|(_, title)| title.starts_with("failed")));
+}
+
+#[test]
+fn a_file_with_mistakes_is_not_run() {
+    let folder = folder();
+    let mut editor = editor(folder.path());
+    let text = editor.disk(TEST).replace("expect: valve", "expect: nothing_such");
+    editor.open_with(TEST, &text);
+    let uri = editor.uri(TEST);
+    run(&mut editor, "rungd.test", json!([uri]));
+    let said = await_told(&mut editor, "window/showMessage");
+    let message = said["message"].as_str().unwrap();
+    assert!(message.contains("cannot be run") && message.contains("nothing_such"), "{message}");
+}
+
+#[test]
+fn a_simulation_is_a_picture_or_a_table() {
+    let folder = folder();
+    let mut editor = editor(folder.path());
+    let text = editor.disk(LADDER);
+    editor.open(LADDER);
+    let line = place_of(&text, "[[program]]").0 as u64;
+    let titles = [(line, "simulate".to_owned()), (line, "show live values".to_owned())];
+    assert_eq!(lenses(&mut editor, LADDER), titles);
+    let uri = editor.uri(LADDER);
+    run(&mut editor, "rungd.simulate", json!([uri]));
+    let shown = await_told(&mut editor, "window/showDocument");
+    let path = shown["uri"].as_str().unwrap().trim_start_matches("file://");
+    assert!(path.ends_with("/rungd-simulated.svg") && shown["external"] == true, "{shown}");
+    assert!(std::fs::read_to_string(path).unwrap().starts_with("<svg"));
+    // The text that is shown, and not the one on disk.
+    editor.replace(LADDER, &text.replace("name = \"plant\"", "name = \"p\"\ndoc = \"d\""));
+    run(&mut editor, "rungd.simulate", json!([uri, 5, "csv"]));
+    let shown = await_told(&mut editor, "window/showDocument");
+    let path = shown["uri"].as_str().unwrap().trim_start_matches("file://").to_owned();
+    let table = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(table.lines().count(), 6, "{table}");
+    assert!(table.starts_with("scan,time_ms,"), "{table}");
+    drop(editor);
+    assert!(!std::path::Path::new(&path).exists(), "the files go with the server");
+}
+
+#[test]
+fn without_documents_a_message_says_it() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    editor.open(LADDER);
+    let uri = editor.uri(LADDER);
+    run(&mut editor, "rungd.simulate", json!([uri]));
+    let said = await_told(&mut editor, "window/showMessage");
+    let path = said["message"].as_str().unwrap();
+    assert!(std::path::Path::new(path).is_file(), "{path}");
+}
+
+#[test]
+fn a_name_is_explained_where_it_stands() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    editor.open(LADDER);
+    let text = editor.disk(LADDER);
+    let uri = editor.uri(LADDER);
+    for (of, words) in [
+        ("OUT valve", ["OUT: ", "legs"]),
+        ("level > 3", ["level, a tag", "min = 0, max = 100"]),
+        ("JMP Close", ["JMP: ", "Example"]),
+    ] {
+        let (line, character) = place_of(&text, of);
+        let position = json!({ "line": line, "character": character });
+        let range = json!({ "start": position, "end": position });
+        let document = json!({ "uri": uri });
+        let context = json!({ "diagnostics": [] });
+        let params = json!({ "textDocument": document, "range": range, "context": context });
+        let actions = editor.ask("textDocument/codeAction", params);
+        let action = &actions.as_array().unwrap()[0];
+        assert_eq!(action["command"], "rungd.explain", "{actions}");
+        run(&mut editor, "rungd.explain", action["arguments"].clone());
+        let said = await_told(&mut editor, "window/showMessage");
+        let message = said["message"].as_str().unwrap();
+        assert!(words.iter().all(|word| message.contains(word)), "{of}: {message}");
+    }
+}
+
+#[test]
+fn a_command_that_cannot_be_done_is_refused() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    editor.open(LADDER);
+    let uri = editor.uri(LADDER);
+    let place = json!({ "line": 0, "character": 0 });
+    for (command, arguments, words) in [
+        ("rungd.nothing", json!([]), "no command"),
+        ("rungd.test", json!([]), "the URI of a file"),
+        ("rungd.explain", json!([uri]), "a position"),
+        ("rungd.explain", json!([uri, place]), "nothing with an explanation"),
+        ("rungd.why", json!([uri, place]), "no operand"),
+        ("rungd.test.show", json!([uri, "no test"]), "has not failed"),
+    ] {
+        let params = json!({ "command": command, "arguments": arguments });
+        let refused = editor.respond("workspace/executeCommand", params);
+        let error = refused.response_result.unwrap_err();
+        assert!(error.message.contains(words), "{command}: {error:?}");
+    }
+}
+
+#[test]
+fn a_running_controller_says_why() {
+    let ladder = "[tags]\neye = { at = \"X0\" }\nlamp = { at = \"Y0\" }\n[[program]]\nname = \"Main\"\n\
+                  [[program.rung]]\nname = \"light\"\nwhen = [\"eye\"]\ndo = [\"OUT lamp\"]\n";
+    let live = Live::start(ladder, "", &[]);
+    live.ok("write eye ON");
+    live.await_values("lamp", "ON");
+    let mut editor = editor(&live.folder);
+    editor.open("ladder.toml");
+    let (line, column) = place_of(ladder, "lamp\"");
+    let uri = editor.uri("ladder.toml");
+    let position = json!({ "line": line, "character": column });
+    loop {
+        run(&mut editor, "rungd.why", json!([uri, position]));
+        let shown = await_told(&mut editor, "window/showDocument");
+        let path = shown["uri"].as_str().unwrap().trim_start_matches("file://");
+        let text = std::fs::read_to_string(path).unwrap();
+        // What the log has is a little older than memory.
+        if text.contains("ON") {
+            assert!(text.contains("light") && text.contains("eye"), "{text}");
+            return;
+        }
+    }
+}
+
+#[test]
+fn a_controller_file_has_no_lenses() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    editor.open(CONTROLLER);
+    assert_eq!(lenses(&mut editor, CONTROLLER), []);
+}

@@ -1,0 +1,249 @@
+//! Code actions: what the helps of `tests/ui` offer, and that each of them repairs or silences its
+//! finding, makes no new error and, for a warning, changes no trace.
+//!
+//! `fixes.txt` has the titles per finding: `UPDATE_EXPECT=1` writes it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::client::Editor;
+use crate::findings::shipped;
+use crate::project::empty;
+
+fn editor(folder: &Path) -> Editor {
+    let literals = json!({ "codeActionKind": { "valueSet": ["quickfix"] } });
+    let wants =
+        json!({ "textDocument": { "codeAction": { "codeActionLiteralSupport": literals } } });
+    Editor::with(folder, wants)
+}
+
+/// The actions for a diagnostic.
+fn actions(editor: &mut Editor, name: &str, diagnostic: &Value) -> Vec<Value> {
+    let params = json!({
+        "textDocument": { "uri": editor.uri(name) },
+        "range": diagnostic["range"],
+        "context": { "diagnostics": [diagnostic] },
+    });
+    let all = editor.ask("textDocument/codeAction", params);
+    let all = all.as_array().cloned().unwrap_or_default();
+    let is_own = |action: &Value| action["diagnostics"][0] == *diagnostic;
+    all.into_iter().filter(is_own).collect()
+}
+
+/// A text with the edits of an action.
+fn applied(text: &str, action: &Value) -> String {
+    let edits = action["edit"]["changes"].as_object().unwrap().values().next().unwrap();
+    let offset = |place: &Value| {
+        let line = place["line"].as_u64().unwrap() as usize;
+        let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
+        let start = starts.into_iter().nth(line).unwrap();
+        let wanted = place["character"].as_u64().unwrap() as usize;
+        let mut units = 0;
+        let rest = text[start..].char_indices();
+        let within = rest
+            .take_while(|(_, char)| {
+                units += char.len_utf16();
+                units <= wanted
+            })
+            .last();
+        start + within.map_or(0, |(at, char)| at + char.len_utf8())
+    };
+    let mut edits: Vec<(usize, usize, &str)> = edits
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|edit| {
+            let range = &edit["range"];
+            (offset(&range["start"]), offset(&range["end"]), edit["newText"].as_str().unwrap())
+        })
+        .collect();
+    edits.sort_unstable();
+    let mut changed = text.to_owned();
+    for (start, end, new) in edits.into_iter().rev() {
+        changed.replace_range(start..end, new);
+    }
+    changed
+}
+
+/// What `rungd sim` shows of a ladder alone, column by column; `None` if it cannot be simulated.
+fn columns(text: &str) -> Option<BTreeMap<String, Vec<String>>> {
+    let folder = empty();
+    let (ladder, stimulus) = (folder.path().join("a.toml"), folder.path().join("s.csv"));
+    std::fs::write(&ladder, text).unwrap();
+    let mut rows = "scan,X0,X1,X2,X3\n".to_owned();
+    let mut state = 1_u32;
+    for scan in 0..200 {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let bit = |at: u32| (state >> (20 + at)) & 1;
+        let _ = writeln!(rows, "{scan},{},{},{},{}", bit(0), bit(1), bit(2), bit(3));
+    }
+    std::fs::write(&stimulus, rows).unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.arg("sim").arg(&ladder).arg("--stimulus").arg(&stimulus);
+    let out = command.args(["--scans", "200", "--trace", "-"]).output().unwrap();
+    let text = out.status.success().then(|| String::from_utf8(out.stdout).unwrap())?;
+    let mut rows = text.lines().map(|row| row.split(','));
+    let names: Vec<String> = rows.next()?.map(str::to_owned).collect();
+    let mut columns = vec![Vec::new(); names.len()];
+    for row in rows {
+        row.zip(&mut columns).for_each(|(value, column)| column.push(value.to_owned()));
+    }
+    Some(names.into_iter().zip(columns).collect())
+}
+
+/// What both ladders name shows the same in both.
+fn same_traces(before: &str, after: &str, title: &str) {
+    let Some(before) = columns(before) else { return };
+    let after = columns(after).expect("a repaired ladder can be simulated");
+    for (name, values) in &after {
+        let same = before.get(name).is_none_or(|before| before == values);
+        assert!(same, "{title}: {name} changes");
+    }
+}
+
+type Counted = BTreeMap<(String, String), usize>;
+
+/// The findings by name and message, labels and helps left out; errors only, or all.
+fn counted(diagnostics: &[Value], errors: bool) -> Counted {
+    let mut counted = Counted::new();
+    for diagnostic in diagnostics.iter().filter(|of| !errors || of["severity"] == 1) {
+        *counted.entry(name(diagnostic)).or_default() += 1;
+    }
+    counted
+}
+
+fn name(diagnostic: &Value) -> (String, String) {
+    let message = diagnostic["message"].as_str().unwrap();
+    let message = message.split("\nhelp: ").next().unwrap();
+    (diagnostic["code"].as_str().unwrap_or("-").to_owned(), message.to_owned())
+}
+
+/// Tries all actions of a file; tells their titles, by finding.
+fn tried(editor: &mut Editor, name_of: &str, text: &str) -> String {
+    editor.open_with(name_of, text);
+    let mut told = String::new();
+    let diagnostics = editor.diagnostics(name_of);
+    let (all, errors) = (counted(&diagnostics, false), counted(&diagnostics, true));
+    let mut seen = Vec::new();
+    for diagnostic in &diagnostics {
+        if seen.contains(&diagnostic) {
+            continue;
+        }
+        seen.push(diagnostic);
+        let own = name(diagnostic);
+        let line = diagnostic["range"]["start"]["line"].as_u64().unwrap() + 1;
+        let offered = actions(editor, name_of, diagnostic);
+        let _ = writeln!(told, "{name_of}:{line} {}", own.0);
+        let help = diagnostic["message"].as_str().unwrap().split_once("\nhelp: ");
+        let repairs = |of: &Value| !of["title"].as_str().unwrap().starts_with("Allow");
+        if let Some((_, help)) = help.filter(|_| !offered.iter().any(repairs)) {
+            let _ = writeln!(told, "  no repair: {}", help.lines().next().unwrap());
+        }
+        for action in offered {
+            let title = action["title"].as_str().unwrap();
+            let mark = if action["isPreferred"] == true { "*" } else { "-" };
+            let _ = writeln!(told, "  {mark} {title}");
+            editor.replace(name_of, &applied(text, &action));
+            let after = editor.diagnostics(name_of);
+            let repairs = !title.starts_with("Allow");
+            if repairs && diagnostic["severity"] == 2 && errors.is_empty() {
+                same_traces(text, &applied(text, &action), title);
+            }
+            let count = |of: &Counted| of.get(&own).copied().unwrap_or(0);
+            assert!(count(&counted(&after, false)) < count(&all), "{name_of}: {title} repairs");
+            for (error, count) in counted(&after, true) {
+                let before = errors.get(&error).copied().unwrap_or(0);
+                assert!(count <= before, "{name_of}:{line}: {title} makes {error:?}");
+            }
+            editor.replace(name_of, text);
+            editor.diagnostics(name_of);
+        }
+    }
+    editor.close(name_of);
+    told
+}
+
+#[test]
+fn helps_become_actions_that_repair() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui");
+    let mut editor = editor(&folder);
+    let mut told = String::new();
+    for name in shipped(&folder) {
+        if let Ok(text) = std::fs::read_to_string(folder.join(&name)) {
+            told.push_str(&tried(&mut editor, &name, &text));
+        }
+    }
+    expect_test::expect_file!["fixes.txt"].assert_eq(&told);
+}
+
+const WARNED: &str = r#"[tags]
+auto = { at = "X0" }
+late = { at = "T0" }
+idle = { at = "D9" }
+level = { at = "D0" }
+
+[[program]]
+name = "Main"
+
+[[program.rung]]
+when = ["auto | X1 & X2"]
+do   = ["TMR late preset=20"]
+
+[[program.rung]]
+when = ["late.Done"]
+do   = ["MOVE 70000 to=V0", "MOVE 1.5 to=level"]
+
+[[program.rung]]
+when = ["late.Acc > 5"]
+do   = ["SET Y0", "OUT Y1"]
+"#;
+
+#[test]
+fn a_repaired_warning_leaves_the_program_as_it_was() {
+    let folder = empty();
+    let mut editor = editor(folder.path());
+    std::fs::write(folder.path().join("a.toml"), WARNED).unwrap();
+    let told = tried(&mut editor, "a.toml", WARNED);
+    expect_test::expect![[r#"
+        a.toml:4 unused-tag
+          - Write `idle = { at = "D9", spare = true }`
+          - Delete `idle = { at = "D9" }`
+          - Allow `unused-tag` in this file
+        a.toml:11 mixed-and-or
+          * Write `auto | (X1 & X2)`
+          - Allow `mixed-and-or` in this rung
+          - Allow `mixed-and-or` in this file
+        a.toml:12 bare-timer-value
+          * Write `preset=20ms`
+          - Allow `bare-timer-value` in this rung
+          - Allow `bare-timer-value` in this file
+        a.toml:16 constant-saturates
+          no repair: a D word holds more; if it is meant, write `MOVE 65535 to=V0`
+          - Allow `constant-saturates` in this rung
+          - Allow `constant-saturates` in this file
+        a.toml:16 lost-fraction
+          no repair: store it in an R word; if it is meant, write `1`
+          - Allow `lost-fraction` in this rung
+          - Allow `lost-fraction` in this file
+        a.toml:19 bare-timer-value
+          * Write `late.Acc > 5ms`
+          - Allow `bare-timer-value` in this rung
+          - Allow `bare-timer-value` in this file
+        a.toml:20 set-never-reset
+          no repair: `RST Y0` in a rung that says when, or `OUT Y0` if the bit is to follow this rung
+          - Allow `set-never-reset` in this rung
+          - Allow `set-never-reset` in this file
+    "#]].assert_eq(&told);
+}
+
+#[test]
+fn an_editor_that_knows_only_commands_is_offered_nothing() {
+    let folder = empty();
+    let mut editor = Editor::new(folder.path());
+    editor.open_with("a.toml", WARNED);
+    let diagnostics = editor.diagnostics("a.toml");
+    assert_eq!(actions(&mut editor, "a.toml", &diagnostics[0]), Vec::<Value>::new());
+}
