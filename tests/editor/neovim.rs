@@ -73,6 +73,8 @@ fn neovim_shows_finds_renames_and_formats() {
 
     let message = text(&seen["finding"]["message"]);
     assert!(message.contains("`valvve`") && message.contains("`valve`"), "{message}");
+    let correction = text(&seen["corrections"][0]);
+    assert!(correction.contains("`valve`"), "{}", seen["corrections"]);
     let offered: Vec<String> = seen["completion"].as_array().unwrap().iter().map(text).collect();
     assert!(offered.contains(&"valve".to_owned()), "{offered:?}");
     assert!(text(&seen["hover"]).contains("Opens the tank"), "{}", seen["hover"]);

@@ -60,7 +60,14 @@ local function find_and_mend()
     wait_for('a finding', function() return #findings() == 1 end)
     local found = findings()[1]
     result.finding = { message = found.message, line = found.lnum, column = found.col, code = found.code }
-    replace('OUT valvve', 'OUT valve')
+    -- The correction that a user would choose from the list.
+    vim.ui.select = function(items, _, choose)
+        result.corrections = vim.tbl_map(function(item) return item[2].title end, items)
+        choose(items[1], 1)
+    end
+    go_to('OUT valvve', #'OUT ')
+    vim.lsp.buf.code_action()
+    wait_for('the correction', function() return text_of('plant.toml'):find('OUT valve"', 1, true) end)
     wait_for('no finding', function() return #findings() == 0 end)
 end
 
