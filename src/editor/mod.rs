@@ -12,6 +12,7 @@ mod diagnostics;
 mod edits;
 mod file;
 mod fixes;
+mod formatting;
 mod hints;
 mod hover;
 mod jobs;

@@ -4,8 +4,8 @@ use anyhow::{Context, Result};
 use lsp_server::Request;
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, Completion, DocumentHighlightRequest,
-    DocumentSymbolRequest, ExecuteCommand, FoldingRangeRequest, GotoDefinition, HoverRequest,
-    InlayHintRequest, PrepareRenameRequest, References, Rename, Request as RequestOf,
+    DocumentSymbolRequest, ExecuteCommand, FoldingRangeRequest, Formatting, GotoDefinition,
+    HoverRequest, InlayHintRequest, PrepareRenameRequest, References, Rename, Request as RequestOf,
     SemanticTokensFullRequest,
 };
 use lsp_types::{CodeActionOrCommand, CodeActionParams};
@@ -15,6 +15,7 @@ use super::actions;
 use super::commands;
 use super::complete;
 use super::fixes;
+use super::formatting;
 use super::hints;
 use super::hover;
 use super::lenses;
@@ -38,6 +39,7 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
         DocumentHighlightRequest::METHOD => {
             asked.by::<DocumentHighlightRequest>(navigate::highlights)
         }
+        Formatting::METHOD => asked.by::<Formatting>(formatting::formatting),
         FoldingRangeRequest::METHOD => asked.by::<FoldingRangeRequest>(symbols::folding),
         Completion::METHOD => asked.by::<Completion>(complete::completion),
         HoverRequest::METHOD => asked.by::<HoverRequest>(hover::hover),

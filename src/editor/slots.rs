@@ -20,17 +20,29 @@ impl FileKind {
             return FileKind::Test;
         }
         let roots = outline.root_keys();
-        let is_below = |pair: &usize| match outline.pairs[*pair].keys.as_slice() {
-            [first, _, ..] => first.text == "ladder",
-            _ => false,
-        };
-        let ladder_is_table = outline.headers.iter().any(|header| header.path == "ladder")
-            || outline.pairs_of[0].iter().any(is_below);
+        let ladder_is_table = is_root_table(outline, "ladder");
         match file_kind::has_controller_keys(|key| roots.contains(key), ladder_is_table) {
             true => FileKind::Controller,
             false => FileKind::Ladder,
         }
     }
+
+    /// Whether all that a file says is for other programs: `Cargo.toml`. Editors send all TOML.
+    pub fn is_of_others(outline: &Outline) -> bool {
+        let roots = outline.root_keys();
+        let is_table = |key: &str| is_root_table(outline, key);
+        !roots.is_empty() && !file_kind::has_keys(|key| roots.contains(key), is_table)
+    }
+}
+
+/// Whether a key of the root is a table: by its header, or by keys with a dot.
+fn is_root_table(outline: &Outline, key: &str) -> bool {
+    let is_below = |pair: &usize| match outline.pairs[*pair].keys.as_slice() {
+        [first, _, ..] => first.text == key,
+        _ => false,
+    };
+    outline.headers.iter().any(|header| header.path == key)
+        || outline.pairs_of[0].iter().any(is_below)
 }
 
 /// What is declared by a name.

@@ -141,9 +141,10 @@ impl Workspace {
         self.library.file(&path_of(uri)?)
     }
 
-    /// What is judged because of an open file.
+    /// What is judged because of an open file; nothing for a file of another program.
     pub fn root_of(&self, path: &Path) -> Option<JudgedRoot> {
-        match self.library.file(path)?.kind {
+        let file = self.library.file(path)?;
+        match file.kind {
             FileKind::Test => Some(JudgedRoot::Test(path.to_owned())),
             FileKind::Controller | FileKind::Ladder => {
                 let project = self.project(path)?;

@@ -34,12 +34,16 @@ pub(crate) fn of_test(source: &str, file: FileId, wanted: &str) -> Option<Findin
 
 /// Whether a text is a file of rungd: it has a table of one kind, or it is broken and could be one.
 pub(crate) fn may_be_of_rungd(source: &str) -> bool {
-    let keys = ["program", "task", "template", "always", "scenario", "random", "prove"];
-    let own = |root: Table<'_>| {
-        let has_table = ["tags", "ladder"].iter().any(|key| root.has_table(key));
-        has_table || keys.iter().any(|key| root.has(key)) || is_controller_root(&root)
-    };
+    let own = |root: Table<'_>| has_keys(|key| root.has(key), |key| root.has_table(key));
     reader::document(source, FileId(0), own).0.unwrap_or(true)
+}
+
+/// As [`may_be_of_rungd`], by the keys of the root: whether it has one, and whether that is a
+/// table.
+pub(crate) fn has_keys(has: impl Fn(&str) -> bool, has_table: impl Fn(&str) -> bool) -> bool {
+    let keys = ["program", "task", "template", "always", "scenario", "random", "prove"];
+    let is_ladder = ["tags", "ladder"].iter().any(|key| has_table(key));
+    is_ladder || keys.iter().any(|key| has(key)) || has_controller_keys(&has, has_table("ladder"))
 }
 
 /// As [`of_test`].

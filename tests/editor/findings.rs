@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::client::Editor;
+use crate::project::empty;
 use rungd::load;
 use rungd::source::finding::Finding;
 use rungd::source::render::{Style, render};
@@ -177,4 +178,15 @@ fn without_labels(mut shown: Vec<Told>, printed: &[Told]) -> Vec<Told> {
             .map(|help| help.lines().map(str::trim).collect::<Vec<_>>().join("\n"));
     }
     shown
+}
+
+/// Editors send every TOML file that is opened.
+#[test]
+fn files_of_other_programs_have_no_findings() {
+    let folder = empty();
+    let mut editor = Editor::new(folder.path());
+    editor.open_with("Cargo.toml", "[package]\nname = \"x\"\n[dependencies]\n");
+    editor.open_with("a.toml", "[ladder]\nname = 3\n");
+    assert!(!editor.diagnostics("a.toml").is_empty());
+    assert_eq!(editor.all_diagnostics().len(), 1, "{:?}", editor.all_diagnostics());
 }

@@ -6,9 +6,11 @@ mod completion;
 mod completion_shipped;
 mod findings;
 mod fixes;
+mod formatting;
 mod hover;
 mod live;
 mod navigation;
+mod neovim;
 mod project;
 mod renames;
 mod typing;
@@ -21,6 +23,8 @@ mod support {
     pub mod case;
     pub mod live;
     pub mod metronome;
+    pub mod needs;
+    pub mod page;
     pub mod run;
     pub mod table;
 }

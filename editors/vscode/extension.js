@@ -1,0 +1,100 @@
+// Starts `rungd lsp` for the files of rungd, and tells VS Code which files those are. All answers
+// are the server's; nothing is known here of ladders.
+'use strict';
+
+const vscode = require('vscode');
+const { LanguageClient } = require('vscode-languageclient/node');
+const { languageOf } = require('./kinds');
+
+const LANGUAGES = ['rungd-ladder', 'rungd-controller', 'rungd-test'];
+
+let client;
+
+function settings() {
+    const own = vscode.workspace.getConfiguration('rungd');
+    return { live: own.get('live'), socket: own.get('socket') };
+}
+
+function makeClient() {
+    const command = vscode.workspace.getConfiguration('rungd').get('path') || 'rungd';
+    const server = { command, args: ['lsp'] };
+    const options = {
+        documentSelector: LANGUAGES.map((language) => ({ scheme: 'file', language })),
+        initializationOptions: settings,
+        synchronize: {
+            configurationSection: 'rungd',
+            fileEvents: vscode.workspace.createFileSystemWatcher('**/*.toml'),
+        },
+    };
+    return new LanguageClient('rungd', 'rungd', server, options);
+}
+
+async function start() {
+    const starting = makeClient();
+    client = starting;
+    try {
+        await starting.start();
+    } catch (failure) {
+        const text = `rungd: the language server does not start: ${failure.message}`;
+        const choice = await vscode.window.showErrorMessage(text, 'Set rungd.path');
+        if (choice) {
+            vscode.commands.executeCommand('workbench.action.openSettings', 'rungd.path');
+        }
+    }
+}
+
+async function stop() {
+    const stopping = client;
+    client = undefined;
+    // A server that never started cannot be stopped.
+    if (stopping) await stopping.stop().catch(() => {});
+}
+
+async function restart() {
+    await stop();
+    await start();
+}
+
+// Gives a TOML file of rungd its language; one that is no file of rungd is TOML.
+function recognize(document) {
+    const { languageId, uri } = document;
+    if (uri.scheme !== 'file' || !(languageId === 'toml' || LANGUAGES.includes(languageId))) {
+        return;
+    }
+    const language = languageOf(uri.path, document.getText());
+    if (language && language !== languageId) {
+        vscode.languages.setTextDocumentLanguage(document, language);
+    }
+}
+
+// A command of the server, with the active file and the cursor, for the palette.
+function here(command, withCursor) {
+    return () => {
+        const editor = vscode.window.activeTextEditor;
+        if (!editor) return undefined;
+        const given = [editor.document.uri.toString()];
+        const { line, character } = editor.selection.active;
+        if (withCursor) given.push({ line, character });
+        return vscode.commands.executeCommand(command, ...given);
+    };
+}
+
+async function activate(context) {
+    const on = vscode.commands.registerCommand;
+    context.subscriptions.push(
+        vscode.workspace.onDidOpenTextDocument(recognize),
+        vscode.workspace.onDidSaveTextDocument(recognize),
+        vscode.workspace.onDidChangeConfiguration((change) => {
+            if (change.affectsConfiguration('rungd.path')) restart();
+        }),
+        on('rungd.restart', restart),
+        on('rungd.here.test', here('rungd.test', false)),
+        on('rungd.here.simulate', here('rungd.simulate', false)),
+        on('rungd.here.explain', here('rungd.explain', true)),
+        on('rungd.here.why', here('rungd.why', true)),
+    );
+    vscode.workspace.textDocuments.forEach(recognize);
+    await start();
+}
+
+module.exports = { activate, deactivate: stop };

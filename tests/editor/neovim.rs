@@ -1,0 +1,112 @@
+//! Neovim with the configuration of `docs/editors.md`, and the real binary: what its own functions
+//! show and change. `neovim/drive.lua` does what a user's keys would; this file judges it.
+//!
+//! Where Neovim is not installed the test says so and does nothing, unless `RUNGD_REQUIRE` names
+//! `programs`.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::project::{CONTROLLER, LADDER, TEST, folder};
+use crate::support::needs::not_installed;
+use crate::support::page;
+
+/// Far longer than it takes: the driver itself gives up before.
+const SECONDS_MAX: &str = "900";
+
+/// The code block of the page that begins with this comment.
+fn configuration(first: &str) -> String {
+    let blocks = page::blocks(&page::text("editors.md"), "lua");
+    let block = blocks.into_iter().find(|block| block.starts_with(first));
+    block.unwrap_or_else(|| panic!("no block of the page begins with {first:?}"))
+}
+
+fn is_installed() -> bool {
+    let version = Command::new("nvim").arg("--version").stdout(Stdio::null()).status();
+    version.is_ok_and(|status| status.success())
+}
+
+/// Runs Neovim in a folder with a configuration, and nothing of the user's.
+fn neovim(folder: &Path, init: &str, arguments: &[&str]) {
+    std::fs::write(folder.join("init.lua"), init).unwrap();
+    let rungd = Path::new(env!("CARGO_BIN_EXE_rungd")).parent().unwrap();
+    let path = format!("{}:{}", rungd.display(), std::env::var("PATH").unwrap_or_default());
+    let run = Command::new("timeout")
+        .args([SECONDS_MAX, "nvim", "--headless", "-u", "init.lua", "-i", "NONE", "-n"])
+        .args(arguments)
+        .current_dir(folder)
+        .env("PATH", path)
+        .env("HOME", folder)
+        .env("XDG_CONFIG_HOME", folder.join("config"))
+        .env("XDG_STATE_HOME", folder.join("state"))
+        .env("XDG_DATA_HOME", folder.join("data"))
+        .env("XDG_CACHE_HOME", folder.join("cache"))
+        .env("RUNGD_RESULT", folder.join("result.json"))
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{run:?}");
+}
+
+/// What the driver saw.
+fn driven() -> Value {
+    let folder = folder();
+    let driver = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/editor/neovim/drive.lua");
+    let does = format!("luafile {}", driver.display());
+    let init = configuration("-- init.lua, Neovim 0.7\n");
+    neovim(folder.path(), &init, &[LADDER, "-c", &does]);
+    let text = std::fs::read_to_string(folder.path().join("result.json")).unwrap();
+    let seen: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(seen["failure"], Value::Null, "{}", seen["failure"].as_str().unwrap_or_default());
+    seen
+}
+
+#[test]
+fn neovim_shows_finds_renames_and_formats() {
+    if !is_installed() {
+        return not_installed("nvim");
+    }
+    let seen = driven();
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+
+    let message = text(&seen["finding"]["message"]);
+    assert!(message.contains("`valvve`") && message.contains("`valve`"), "{message}");
+    let correction = text(&seen["corrections"][0]);
+    assert!(correction.contains("`valve`"), "{}", seen["corrections"]);
+    let offered: Vec<String> = seen["completion"].as_array().unwrap().iter().map(text).collect();
+    assert!(offered.contains(&"valve".to_owned()), "{offered:?}");
+    assert!(text(&seen["hover"]).contains("Opens the tank"), "{}", seen["hover"]);
+    assert!(text(&seen["definition"]).starts_with("valve = { at = \"Y0\""), "{seen}");
+
+    let renamed = |name: &str| text(&seen["renamed"][name]);
+    assert!(renamed(CONTROLLER).contains("on = [\"gate\"]"), "{seen}");
+    assert!(renamed(TEST).contains("expect: gate"), "{seen}");
+    let ladder = renamed(LADDER);
+    assert!(ladder.contains("wanted = \"start & gate\"") && !ladder.contains("valve"), "{ladder}");
+    assert_eq!(text(&seen["formatted"]), rungd::format::formatted(&ladder).unwrap());
+}
+
+/// A Neovim that is too old for it reads it with a stand-in for what it lacks.
+#[test]
+fn the_configuration_of_a_newer_neovim_is_lua_and_names_the_server() {
+    if !is_installed() {
+        return not_installed("nvim");
+    }
+    let folder = folder();
+    let stand_in = r#"
+local seen = {}
+vim.lsp.config = function(name, of) seen[name] = of end
+vim.lsp.enable = function(name)
+    vim.fn.writefile({ vim.json.encode(seen[name]) }, os.getenv('RUNGD_RESULT'))
+end
+vim.api.nvim_set_hl = function() end
+"#;
+    let init = stand_in.to_owned() + &configuration("-- init.lua, Neovim 0.11\n");
+    neovim(folder.path(), &init, &["-c", "qa!"]);
+    let text = std::fs::read_to_string(folder.path().join("result.json")).unwrap();
+    let seen: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(seen["cmd"], serde_json::json!(["rungd", "lsp"]));
+    assert_eq!(seen["filetypes"], serde_json::json!(["toml"]));
+}
