@@ -173,7 +173,7 @@ fn measure_request(editor: &mut Editor, (name, method): (&str, &str), place: (us
             "textDocument": { "uri": editor.uri },
             "position": position,
             "range": { "start": position, "end": position },
-            "context": { "includeDeclaration": true, "diagnostics": [] },
+            "context": { "includeDeclaration": true, "diagnostics": [], "triggerKind": 1 },
             "options": { "tabSize": 4, "insertSpaces": true },
         });
         editor.number += 1;

@@ -1,19 +1,20 @@
 //! The changes that an editor makes to a text.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use lsp_types::TextDocumentContentChangeEvent;
 
 use super::lines::Lines;
 use super::project::Library;
 
-/// Applies the changes to the text of an open file, in order.
-pub(super) fn apply(
-    library: &mut Library,
+/// The text of an open file after some changes, in order; `None` if it is not open.
+pub(super) fn applied(
+    library: &Library,
     path: &Path,
     changes: Vec<TextDocumentContentChangeEvent>,
-) {
-    let Some(file) = library.file(path) else { return };
+) -> Option<Arc<str>> {
+    let file = library.file(path).filter(|_| library.is_open(path))?;
     let mut text = file.text.to_string();
     for change in changes {
         match change.range {
@@ -26,5 +27,5 @@ pub(super) fn apply(
             }
         }
     }
-    library.open(path, text.into());
+    Some(text.into())
 }

@@ -84,6 +84,11 @@ impl Library {
         OpenTexts::new(self.open_texts())
     }
 
+    /// The same, with another text of one file.
+    pub fn texts_with(&self, path: &Path, text: &Arc<str>) -> OpenTexts {
+        OpenTexts::new(self.open_texts().chain([(path.to_owned(), text.clone())]))
+    }
+
     /// The same, each with its path.
     pub fn open_texts(&self) -> impl Iterator<Item = (PathBuf, Arc<str>)> {
         self.open.iter().map(|(path, file)| (path.clone(), file.text.clone()))

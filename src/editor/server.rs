@@ -4,7 +4,8 @@
 //! one after the other, of texts that are up to date; judging has a thread of its own (`judge`).
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, Sender, select};
@@ -21,7 +22,7 @@ use lsp_types::{
 
 use super::complete::proposal::ItemAbilities;
 use super::jobs::{JobReport, Jobs};
-use super::judge::{self, JudgeOrder, Judgement};
+use super::judge::{self, JudgeOrder, JudgedRoot, Judgement};
 use super::lines::Columns;
 use super::live::{self, LiveNews, LiveOrder};
 use super::outbox::Outbox;
@@ -47,7 +48,14 @@ pub fn serve(connection: &Connection) -> Result<()> {
     workspace.can = ItemAbilities::of(&client);
     workspace.client = client;
     let sender = connection.sender.clone();
-    let mut server = EditorServer { sender, orders, live, workspace, published: BTreeSet::new() };
+    let mut server = EditorServer {
+        sender,
+        orders,
+        live,
+        workspace,
+        published: BTreeSet::new(),
+        ordered: (0, Vec::new()),
+    };
     if let Some(settings) = params.initialization_options {
         server.workspace.configure(&settings);
     }
@@ -62,6 +70,8 @@ pub(super) struct EditorServer {
     workspace: Workspace,
     /// The files that have diagnostics in the editor.
     published: BTreeSet<PathBuf>,
+    /// What was ordered last: the change, and what is judged.
+    ordered: (u64, Vec<JudgedRoot>),
 }
 
 /// What comes from the other threads.
@@ -177,11 +187,15 @@ impl EditorServer {
                     return Ok(());
                 };
                 let Some(path) = path_of(&of.text_document.uri) else { return Ok(()) };
-                if !self.workspace.library.is_open(&path) {
+                let library = &self.workspace.library;
+                let Some(text) = edits::applied(library, &path, of.content_changes) else {
                     return Ok(());
-                }
-                edits::apply(&mut self.workspace.library, &path, of.content_changes);
+                };
+                self.workspace.changed();
+                self.order_ahead(&path, &text)?;
+                self.workspace.library.open(&path, text);
                 self.workspace.versions.insert(path, of.text_document.version);
+                return self.order();
             }
             DidCloseTextDocument::METHOD => {
                 let Ok(of) = serde_json::from_value::<DidCloseTextDocumentParams>(told.params)
@@ -208,8 +222,26 @@ impl EditorServer {
         let roots = self.workspace.roots();
         self.workspace.judged.retain(|root, _| roots.contains(root));
         let (change, texts) = (self.workspace.change, self.workspace.library.texts());
+        if self.ordered == (change, roots.clone()) {
+            return Ok(());
+        }
+        self.ordered = (change, roots.clone());
         if roots.is_empty() {
             return self.publish();
+        }
+        let order = JudgeOrder { change, texts, roots };
+        self.orders.send(order).context("the thread that judges has ended")
+    }
+
+    /// Has the same roots judged as before with the new text of a file, while this thread reads it
+    /// anew: most changes leave the roots as they are.
+    fn order_ahead(&mut self, path: &Path, text: &Arc<str>) -> Result<()> {
+        let texts = self.workspace.library.texts_with(path, text);
+        let change = self.workspace.change;
+        self.ordered.0 = change;
+        let roots = self.ordered.1.clone();
+        if roots.is_empty() {
+            return Ok(());
         }
         let order = JudgeOrder { change, texts, roots };
         self.orders.send(order).context("the thread that judges has ended")

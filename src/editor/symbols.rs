@@ -39,11 +39,15 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
         }
     }
     // An object stands before those in it.
+    let in_order = |mut all: Vec<DocumentSymbol>| {
+        all.sort_by_key(|symbol| (symbol.range.start, symbol.range.end));
+        all
+    };
     for (at, object) in outline.objects.iter().enumerate().skip(1).rev() {
-        let below = std::mem::take(&mut children[at]);
+        let below = in_order(std::mem::take(&mut children[at]));
         let last = object.kind.rsplit('.').next().unwrap_or_default();
         let Some(kind) = kind_of_table(last) else {
-            children[object.parent].splice(0..0, below);
+            children[object.parent].extend(below);
             continue;
         };
         let value = |key: &str| {
@@ -61,11 +65,9 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
             symbol.selection_range = file.place(span);
         }
         symbol.children = (!below.is_empty()).then_some(below);
-        children[object.parent].insert(0, symbol);
+        children[object.parent].push(symbol);
     }
-    let mut all = std::mem::take(&mut children[0]);
-    all.sort_by_key(|symbol| (symbol.range.start, symbol.range.end));
-    all
+    in_order(std::mem::take(&mut children[0]))
 }
 
 /// What a rung without a name is called: what it drives.

@@ -74,9 +74,9 @@ impl FileWords {
         for value in &outline.values {
             let pair = &outline.pairs[value.pair];
             (reader.object, reader.pair) = (pair.object, value.pair);
-            match of_value(outline, kind, pair) {
-                Slot::Point if reader.is_point(outline, value) => {}
-                slot => reader.value(value, slot),
+            let slot = of_value(outline, kind, pair);
+            if slot != Slot::Point || !reader.is_point(outline, value) {
+                reader.value(value, slot);
             }
         }
         reader.words.sort_by_key(|word| (word.span.start, word.span.end));
@@ -249,7 +249,7 @@ impl WordReader<'_> {
 /// The operand at a position; several Stages share the last one.
 fn positional(specs: &[OperandSpec], number: usize) -> Option<&OperandSpec> {
     let mut all = specs.iter().filter(|spec| spec.key.is_none());
-    let last = all.clone().last()?;
+    let last = all.clone().next_back()?;
     all.nth(number).or((last.kind == OperandKind::Stages).then_some(last))
 }
 

@@ -138,10 +138,11 @@ fn collect<'a>(
     headers: &mut Vec<Header<'a>>,
 ) {
     for (key, value) in table {
-        let mut path = parent.path.clone();
-        path.push(key.get_ref());
+        // Most keys are no tables, and need no path.
+        let path = || parent.path.iter().copied().chain([&**key.get_ref()]).collect::<Vec<_>>();
         match value.get_ref() {
             DeValue::Table(below) => {
+                let path = path();
                 let missing = ARRAYS.contains(&&**key.get_ref()) && is_implicit(doc, value);
                 let headless = parent.headless.or(missing.then_some(path.len()));
                 let span = doc.span(value.span());
@@ -151,7 +152,7 @@ fn collect<'a>(
             DeValue::Array(array) => {
                 for item in array {
                     let DeValue::Table(below) = item.get_ref() else { continue };
-                    let (path, span) = (path.clone(), doc.span(item.span()));
+                    let (path, span) = (path(), doc.span(item.span()));
                     let arrays = path.len();
                     let header = Header { path, span, arrays, headless: parent.headless };
                     visit(doc, below, header, headers);
