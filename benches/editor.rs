@@ -27,7 +27,7 @@ fn ladder() -> String {
         let (a, b, c) = (rung % TAGS, (rung * 7 + 1) % TAGS, (rung * 13 + 2) % TAGS);
         let _ = writeln!(
             text,
-            "\n[[program.rung]]\nwhen = [\"tag_{a}\", \"!tag_{b} | X{}\"]\ndo = [\"SET tag_{c}\"]",
+            "\n[[program.rung]]\nwhen = [\"tag_{a}\", \"!tag_{b} | X{}\"]\ndo = [\"SET tag_{c}\", \"RST tag_{a}\"]",
             rung % 64
         );
     }
@@ -121,6 +121,13 @@ fn main() {
     let line = text[..text.len() / 2].matches('\n').count();
     let line = line + text.lines().skip(line).position(|line| line.starts_with("when")).unwrap();
     let place = (line, 12);
+    let load = || {
+        let began = Instant::now();
+        let loaded = rungd::load::ladder_files(std::slice::from_ref(&path)).expect("it loads");
+        drop(loaded);
+        began.elapsed()
+    };
+    println!("`rungd check` without its process: {}", median((0..TIMES).map(|_| load()).collect()));
     measure_findings(&mut editor, place);
     for (name, method) in [
         ("completion", "textDocument/completion"),

@@ -9,6 +9,8 @@ use std::thread;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
+use super::project::Project;
+use super::slots::FileKind;
 use crate::load::{self, Loaded, OpenTexts, decode};
 use crate::resolve::program::Program;
 use crate::source::finding::Finding;
@@ -18,8 +20,10 @@ use crate::testing;
 /// What is judged as a whole.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) enum JudgedRoot {
-    /// A controller file with its ladders, or a ladder alone.
-    Program(PathBuf),
+    /// A controller file with its ladders.
+    Controller(PathBuf),
+    /// A ladder alone.
+    Ladder(PathBuf),
     /// A test file.
     Test(PathBuf),
 }
@@ -55,10 +59,21 @@ pub(super) struct Judgement {
 }
 
 impl JudgedRoot {
+    /// The root of a project.
+    pub fn of(project: &Project) -> JudgedRoot {
+        let path = project.root.clone();
+        match project.files[0].kind {
+            FileKind::Controller => JudgedRoot::Controller(path),
+            FileKind::Ladder | FileKind::Test => JudgedRoot::Ladder(path),
+        }
+    }
+
     /// Its path.
     pub fn path(&self) -> &Path {
         match self {
-            JudgedRoot::Program(path) | JudgedRoot::Test(path) => path,
+            JudgedRoot::Controller(path) | JudgedRoot::Ladder(path) | JudgedRoot::Test(path) => {
+                path
+            }
         }
     }
 }
@@ -100,7 +115,8 @@ fn newest(orders: &Receiver<JudgeOrder>, first: JudgeOrder) -> JudgeOrder {
 /// The judgement of a root, with these texts in place of the files on disk.
 pub(super) fn judge(change: u64, root: &JudgedRoot, texts: &OpenTexts) -> Judgement {
     let loaded = match root {
-        JudgedRoot::Program(path) => load::open_file(path, texts),
+        JudgedRoot::Controller(path) => load::controller_among(path, texts),
+        JudgedRoot::Ladder(path) => load::ladder_among(path, texts),
         JudgedRoot::Test(path) => test(path, texts),
     };
     let (loaded, failure) = match loaded {

@@ -25,8 +25,6 @@ pub(super) struct Declared {
     pub file: usize,
     /// The place of its name.
     pub span: Range<usize>,
-    /// All of it.
-    pub extent: Range<usize>,
     /// The object that it is, or stands in.
     pub object: usize,
     /// The pair of its name.
@@ -111,12 +109,12 @@ impl Names {
             let value = outline.value(word.object, keys)?;
             Some(file.slice(value.inner.clone()).to_owned())
         };
-        let template = text(&["use"]);
-        let pair = &outline.pairs[word.pair];
-        let (doc, extent) = match kind {
+        // The root has thousands of pairs, and no `use`.
+        let template = if is_of_key(kind) { None } else { text(&["use"]) };
+        let doc = match kind {
             DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
                 let doc = outline.value_below(word.pair, "doc");
-                (doc.map(|doc| file.slice(doc.inner.clone()).to_owned()), pair.extent())
+                doc.map(|doc| file.slice(doc.inner.clone()).to_owned())
             }
             DeclaredKind::Program
             | DeclaredKind::Task
@@ -125,7 +123,7 @@ impl Names {
             | DeclaredKind::Template
             | DeclaredKind::Use
             | DeclaredKind::Device
-            | DeclaredKind::Test => (text(&["doc"]), outline.objects[word.object].extent.clone()),
+            | DeclaredKind::Test => text(&["doc"]),
         };
         let kind = match (kind, &template) {
             (DeclaredKind::Rung, Some(_)) => DeclaredKind::Use,
@@ -147,18 +145,7 @@ impl Names {
             self.objects.entry((number, object)).or_insert(at);
         }
         let (file, pair, parent) = (number, word.pair, None);
-        self.all.push(Declared {
-            kind,
-            name,
-            file,
-            span,
-            extent,
-            object,
-            pair,
-            parent,
-            doc,
-            template,
-        });
+        self.all.push(Declared { kind, name, file, span, object, pair, parent, doc, template });
     }
 
     /// Gives a declaration what it belongs to, and makes it known there.

@@ -75,8 +75,6 @@ pub(super) struct KeyPair {
 pub(super) struct OutlineValue {
     /// The pair that it belongs to.
     pub pair: usize,
-    /// Its number in an array.
-    pub item: usize,
     /// The whole value, with its quotes.
     pub span: Range<usize>,
     /// What stands between the quotes; of other values the same as `span`.

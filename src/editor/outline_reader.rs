@@ -197,22 +197,22 @@ impl OutlineReader<'_> {
         self.at += 1;
         self.skip(&[TokenKind::Whitespace]);
         let begin = self.span().start;
-        self.value(number, None, depth);
+        self.value(number, false, depth);
         let end = self.tokens[self.at - 1].span().end().max(begin);
         self.outline.pairs[number].value = begin..end;
     }
 
-    /// A value of a pair; `element`: its number, if it is an element of an array.
-    fn value(&mut self, pair: usize, element: Option<usize>, depth: usize) {
-        let (span, item) = (self.span(), element.unwrap_or(0));
+    /// A value of a pair; `is_item`: it is an element of an array.
+    fn value(&mut self, pair: usize, is_item: bool, depth: usize) {
+        let span = self.span();
         match self.kind() {
             TokenKind::LeftSquareBracket if depth < DEPTH_MAX => self.array(pair, depth + 1),
             TokenKind::LeftCurlyBracket if depth < DEPTH_MAX => {
-                self.table(pair, element.is_some(), depth + 1)
+                self.table(pair, is_item, depth + 1)
             }
             TokenKind::BasicString | TokenKind::LiteralString => {
                 let inner = unquoted(self.text, span.clone());
-                let value = OutlineValue { pair, item, span, inner, is_string: true };
+                let value = OutlineValue { pair, span, inner, is_string: true };
                 self.outline.values.push(value);
                 self.at += 1;
             }
@@ -224,7 +224,7 @@ impl OutlineReader<'_> {
                 }
                 let span = begin..self.tokens[self.at - 1].span().end();
                 let value =
-                    OutlineValue { pair, item, span: span.clone(), inner: span, is_string: false };
+                    OutlineValue { pair, span: span.clone(), inner: span, is_string: false };
                 self.outline.values.push(value);
             }
             TokenKind::MlBasicString | TokenKind::MlLiteralString => self.at += 1,
@@ -244,7 +244,6 @@ impl OutlineReader<'_> {
 
     fn array(&mut self, pair: usize, depth: usize) {
         self.at += 1;
-        let mut item = 0;
         loop {
             let begins_line = self.skip_to_item();
             match self.kind() {
@@ -260,13 +259,10 @@ impl OutlineReader<'_> {
                     }
                     return;
                 }
-                TokenKind::Comma => {
-                    self.at += 1;
-                    item += 1;
-                }
+                TokenKind::Comma => self.at += 1,
                 _ => {
                     let begin = self.at;
-                    self.value(pair, Some(item), depth);
+                    self.value(pair, true, depth);
                     self.at += usize::from(self.at == begin);
                 }
             }
@@ -348,7 +344,7 @@ mod tests {
         let value = |value: &OutlineValue| {
             let pair = &outline.pairs[value.pair];
             let path = outline.path(pair);
-            format!("{path}[{}] {}", value.item, &text[value.inner.clone()])
+            format!("{path} {}", &text[value.inner.clone()])
         };
         outline.values.iter().map(value).collect()
     }
@@ -358,11 +354,11 @@ mod tests {
         let text = "[tags]\neye = { at = \"X0\" }\n[[program]]\nname = 'Main'\n[[program.rung]]\n\
                     leg.up = [\"eye\", \"X1\"]\ndo = [\"CNT CT0 preset=3\"]\n";
         let wanted = [
-            "tags.eye.at[0] X0",
-            "program.name[0] Main",
-            "program.rung.leg.up[0] eye",
-            "program.rung.leg.up[1] X1",
-            "program.rung.do[0] CNT CT0 preset=3",
+            "tags.eye.at X0",
+            "program.name Main",
+            "program.rung.leg.up eye",
+            "program.rung.leg.up X1",
+            "program.rung.do CNT CT0 preset=3",
         ];
         assert_eq!(told(text), wanted);
     }
@@ -373,7 +369,7 @@ mod tests {
         let outline = read(text);
         let kinds: Vec<&str> = outline.objects.iter().map(|object| object.kind.as_str()).collect();
         assert_eq!(kinds, ["", "task", "task.rung", "task.rung"]);
-        assert_eq!(told(text)[1..], ["task.rung.when[0] $On", "task.rung.do[0] EXIT"]);
+        assert_eq!(told(text)[1..], ["task.rung.when $On", "task.rung.do EXIT"]);
         assert_eq!(&text[outline.objects[2].extent.clone()], "{ when = [\"$On\"] }");
     }
 
@@ -383,11 +379,8 @@ mod tests {
         {
             let text = format!("[[program.rung]]\n{broken}\ndo = [\"OUT Y0\"]\n[tags]\na = 1\n");
             let values = told(&text);
-            assert!(
-                values.contains(&"program.rung.do[0] OUT Y0".to_owned()),
-                "{broken}: {values:?}"
-            );
-            assert!(values.contains(&"tags.a[0] 1".to_owned()), "{broken}: {values:?}");
+            assert!(values.contains(&"program.rung.do OUT Y0".to_owned()), "{broken}: {values:?}");
+            assert!(values.contains(&"tags.a 1".to_owned()), "{broken}: {values:?}");
         }
     }
 
@@ -396,7 +389,7 @@ mod tests {
         let text =
             "[[template]]\n[template.parameters]\nx = { type = \"bit\" }\n[[template.rung]]\n";
         let outline = read(text);
-        assert_eq!(told(text), ["template.parameters.x.type[0] bit"]);
+        assert_eq!(told(text), ["template.parameters.x.type bit"]);
         let parents: Vec<usize> = outline.objects.iter().map(|object| object.parent).collect();
         assert_eq!(parents, [0, 0, 1]);
     }
@@ -404,7 +397,7 @@ mod tests {
     #[test]
     fn a_tag_may_have_a_header_or_dotted_keys() {
         let text = "[tags.eye]\nat = \"X0\"\n[tags]\njam.at = \"C0\"\njam.doc = \"d\"\n";
-        assert_eq!(told(text), ["tags.eye.at[0] X0", "tags.jam.at[0] C0", "tags.jam.doc[0] d"]);
+        assert_eq!(told(text), ["tags.eye.at X0", "tags.jam.at C0", "tags.jam.doc d"]);
         let outline = read(text);
         assert_eq!(outline.pairs[0].key().text, "eye");
         let value = outline.value_below(0, "at").expect("a value");

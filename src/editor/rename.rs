@@ -168,7 +168,7 @@ fn same_judgement(
     let (before, after) = (OpenTexts::new(before), OpenTexts::new(after));
     let tests = project.files.iter().filter(|file| file.kind == super::slots::FileKind::Test);
     let tests = tests.map(|file| JudgedRoot::Test(file.path.clone()));
-    for root in std::iter::once(JudgedRoot::Program(project.root.clone())).chain(tests) {
+    for root in std::iter::once(JudgedRoot::of(project)).chain(tests) {
         let (was, is) = (judge(0, &root, &before), judge(0, &root, &after));
         let errors = |of: &super::judge::Judgement| {
             let errors = of.findings.iter().filter(|of| of.severity() == Severity::Error);

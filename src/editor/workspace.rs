@@ -147,9 +147,8 @@ impl Workspace {
         match file.kind {
             FileKind::Test => Some(JudgedRoot::Test(path.to_owned())),
             FileKind::Controller | FileKind::Ladder => {
-                let root = &self.project(path)?.root;
-                let is_of_others = root == path && FileKind::is_of_others(&file.outline);
-                (!is_of_others).then(|| JudgedRoot::Program(root.clone()))
+                let project = self.project(path)?;
+                Some(JudgedRoot::of(&project))
             }
         }
     }

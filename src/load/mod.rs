@@ -159,6 +159,14 @@ pub(crate) fn open_file(path: &Path, texts: &OpenTexts) -> Result<Loaded> {
     }
 }
 
+/// As [`ladder_files`] of one file, with some texts in place of the files on disk.
+///
+/// # Errors
+/// It cannot be read.
+pub(crate) fn ladder_among(path: &Path, texts: &OpenTexts) -> Result<Loaded> {
+    ladder_inputs(&[InputFile::open(path, texts)?])
+}
+
 /// As [`controller_file`], with some texts in place of the files on disk.
 ///
 /// # Errors

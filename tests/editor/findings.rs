@@ -13,10 +13,6 @@ use rungd::source::render::{Style, render};
 use rungd::source::span::SourceFile;
 use rungd::testing;
 
-fn config() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("config")
-}
-
 /// All TOML files below a folder, relative to it.
 pub fn shipped(folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
