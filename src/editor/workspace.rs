@@ -148,7 +148,8 @@ impl Workspace {
             FileKind::Test => Some(JudgedRoot::Test(path.to_owned())),
             FileKind::Controller | FileKind::Ladder => {
                 let project = self.project(path)?;
-                Some(JudgedRoot::of(&project))
+                let is_of_others = project.root == path && FileKind::is_of_others(&file.outline);
+                (!is_of_others).then(|| JudgedRoot::of(&project))
             }
         }
     }
