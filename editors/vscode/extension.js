@@ -55,15 +55,18 @@ async function restart() {
     await start();
 }
 
-// Gives a TOML file of rungd its language; one that is no file of rungd is TOML.
-function recognize(document) {
+// Gives a TOML file of rungd its language, which opens it again; one that is no file of rungd is
+// TOML. The server starts with the first file of rungd: who edits only other TOML needs none.
+async function recognize(document) {
     const { languageId, uri } = document;
     if (uri.scheme !== 'file' || !(languageId === 'toml' || LANGUAGES.includes(languageId))) {
         return;
     }
     const language = languageOf(uri.path, document.getText());
     if (language && language !== languageId) {
-        vscode.languages.setTextDocumentLanguage(document, language);
+        await vscode.languages.setTextDocumentLanguage(document, language);
+    } else if (LANGUAGES.includes(languageId) && !client) {
+        await start();
     }
 }
 
@@ -85,7 +88,7 @@ async function activate(context) {
         vscode.workspace.onDidOpenTextDocument(recognize),
         vscode.workspace.onDidSaveTextDocument(recognize),
         vscode.workspace.onDidChangeConfiguration((change) => {
-            if (change.affectsConfiguration('rungd.path')) restart();
+            if (client && change.affectsConfiguration('rungd.path')) restart();
         }),
         on('rungd.restart', restart),
         on('rungd.here.test', here('rungd.test', false)),
@@ -93,8 +96,7 @@ async function activate(context) {
         on('rungd.here.explain', here('rungd.explain', true)),
         on('rungd.here.why', here('rungd.why', true)),
     );
-    vscode.workspace.textDocuments.forEach(recognize);
-    await start();
+    await Promise.all(vscode.workspace.textDocuments.map(recognize));
 }
 
 module.exports = { activate, deactivate: stop };

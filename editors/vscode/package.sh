@@ -9,7 +9,9 @@ root="$here/../.."
 out="${RUNGD_VSIX:-$root/target/rungd.vsix}"
 
 rungd="${1:-${CARGO_TARGET_DIR:-$root/target}/debug/rungd}"
-[ -n "${1:-}" ] || [ -x "$rungd" ] || cargo build --locked --quiet --manifest-path "$root/Cargo.toml"
+if [ -z "${1:-}" ] && ! [ -x "$rungd" ]; then
+    cargo build --locked --quiet --manifest-path "$root/Cargo.toml"
+fi
 rungd="$(realpath "$rungd")"
 mkdir -p "$(dirname "$out")"
 out="$(realpath -m "$out")"
@@ -56,12 +58,15 @@ fs.writeFileSync("package.json", JSON.stringify(manifest, null, 2));'
 node node_modules/@vscode/vsce/vsce package --no-dependencies --skip-license \
     --allow-missing-repository --out "$out" >vsce.log || { cat vsce.log; exit 1; }
 
-# What VS Code needs is in it.
+# What VS Code needs is in it, and what it does not need is not.
 node -e '
 const text = require("node:fs").readFileSync(process.argv[1]).toString("latin1");
-for (const name of ["package.json", "dist/main.js", "kinds.js", "schemas/ladder.schema.json", "snippets/ladder.json",
-    "LICENSE-MIT", "LICENSE-APACHE", "LICENSE-THIRD-PARTY.txt", "toml.tmLanguage.json"]) {
-    const isThere = text.includes(`extension/${name}`);
-    if (isThere === (name === "kinds.js")) throw new Error(`${name} is ${isThere ? "" : "not "}packed`);
-}' "$out"
+const needed = ["package.json", "dist/main.js", "schemas/ladder.schema.json", "readme.md",
+    "snippets/ladder.json", "icons/test-dark.svg", "toml.tmLanguage.json",
+    "language-configuration.json", "LICENSE-MIT", "LICENSE-APACHE", "LICENSE-THIRD-PARTY.txt"];
+const isPacked = (name) => text.includes(`extension/${name}`);
+const lacking = needed.filter((name) => !isPacked(name));
+const odd = ["kinds.js", "test", "node_modules", "package.sh"].filter(isPacked);
+if (lacking.length + odd.length > 0) throw new Error(`lacking: ${lacking}; too many: ${odd}`);
+' "$out"
 echo "$out"

@@ -50,7 +50,8 @@ const TYPED: [&str; 26] = [
 ];
 
 /// The requests that are asked between edits.
-const ASKED: [&str; 10] = [
+const ASKED: [&str; 11] = [
+    "textDocument/formatting",
     "textDocument/completion",
     "textDocument/hover",
     "textDocument/definition",
@@ -132,6 +133,7 @@ fn type_into((name, original): (&str, &str), steps: usize, seed: u64) {
                 "textDocument": { "uri": editor.uri(name) },
                 "position": position(&text, at),
                 "context": { "includeDeclaration": true, "diagnostics": [] },
+                "options": { "tabSize": 4, "insertSpaces": true },
             });
             // A refusal is an answer too.
             let _ = editor.respond(method, params);
