@@ -1,8 +1,8 @@
 //! The names in a file: every word of a contact, an instruction, a step or a key that can stand for
 //! something, with its place and what is done with it there.
 //!
-//! [`FileWords::of`] needs no parser that could fail: it splits texts as the lexers of `source` do, so
-//! that a text that is being typed still has its names. `names` says what a word stands for.
+//! [`FileWords::of`] needs no parser that could fail: it splits texts as the lexers of `source` do,
+//! so that a text that is being typed still has its names. `names` says what a word stands for.
 
 use std::ops::Range;
 
