@@ -191,11 +191,9 @@ impl EditorServer {
                 let Some(text) = edits::applied(library, &path, of.content_changes) else {
                     return Ok(());
                 };
-                self.workspace.changed();
                 self.order_ahead(&path, &text)?;
                 self.workspace.library.open(&path, text);
                 self.workspace.versions.insert(path, of.text_document.version);
-                return self.order();
             }
             DidCloseTextDocument::METHOD => {
                 let Ok(of) = serde_json::from_value::<DidCloseTextDocumentParams>(told.params)
@@ -234,15 +232,14 @@ impl EditorServer {
     }
 
     /// Has the same roots judged as before with the new text of a file, while this thread reads it
-    /// anew: most changes leave the roots as they are.
+    /// anew: most changes leave the roots as they are. It is the next change.
     fn order_ahead(&mut self, path: &Path, text: &Arc<str>) -> Result<()> {
         let texts = self.workspace.library.texts_with(path, text);
-        let change = self.workspace.change;
-        self.ordered.0 = change;
-        let roots = self.ordered.1.clone();
+        let (change, roots) = (self.workspace.change + 1, self.ordered.1.clone());
         if roots.is_empty() {
             return Ok(());
         }
+        self.ordered.0 = change;
         let order = JudgeOrder { change, texts, roots };
         self.orders.send(order).context("the thread that judges has ended")
     }

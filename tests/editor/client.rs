@@ -21,10 +21,13 @@ pub struct Editor {
     number: i32,
     versions: BTreeMap<String, i32>,
     /// By file: the version that they are of, and the diagnostics.
-    diagnostics: RefCell<BTreeMap<String, (Option<i64>, Vec<Value>)>>,
+    diagnostics: RefCell<BTreeMap<String, Shown>>,
     /// Other messages of the server, in order.
     pub told: RefCell<Vec<Value>>,
 }
+
+/// A version, and its diagnostics.
+type Shown = (Option<i64>, Vec<Value>);
 
 impl Editor {
     /// An editor of a folder that knows all that the server can do.

@@ -162,8 +162,8 @@ fn a_name_is_explained_where_it_stands() {
     let uri = editor.uri(LADDER);
     for (of, words) in [
         ("OUT valve", ["OUT: ", "legs"]),
-        ("level > 3", ["level, a tag", "min = 0, max = 100"]),
-        ("JMP Close", ["JMP: ", "Example"]),
+        ("level > 3", ["level: tag", "min = 0, max = 100"]),
+        ("JMP Close", ["JMP: ", "form"]),
     ] {
         let (line, character) = place_of(&text, of);
         let position = json!({ "line": line, "character": character });
@@ -187,7 +187,8 @@ fn a_command_that_cannot_be_done_is_refused() {
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
     let uri = editor.uri(LADDER);
-    let place = json!({ "line": 0, "character": 0 });
+    // An empty line.
+    let place = json!({ "line": 2, "character": 0 });
     for (command, arguments, words) in [
         ("rungd.nothing", json!([]), "no command"),
         ("rungd.test", json!([]), "the URI of a file"),

@@ -129,7 +129,7 @@ fn messages(editor: &Editor) -> Vec<String> {
     let mut was_late = false;
     for message in shown.map(|of| of["params"]["message"].as_str().unwrap()) {
         let is_late = message.contains("gave no answer in");
-        if !is_late && !(was_late && message.contains("values are live")) {
+        if !(is_late || was_late && message.contains("values are live")) {
             all.push(message);
         }
         was_late = is_late;

@@ -264,7 +264,8 @@ fn every_rule_of_the_check_has_its_tests() {
 }
 
 /// Files about the values of the TOML parser, an enum that is not rungd's.
-const OF_TOML: [&str; 5] = [
+const OF_TOML: [&str; 6] = [
+    "src/editor/outline_reader.rs",
     "src/source/statements.rs",
     "src/source/headers.rs",
     "src/source/strict.rs",
