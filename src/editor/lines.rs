@@ -42,14 +42,15 @@ pub(super) struct Lines {
 impl Lines {
     /// The lines of a text.
     pub fn of(text: &str) -> Lines {
-        let bytes = text.as_bytes();
-        let ends = |at: &usize| match bytes[*at] {
-            b'\n' => true,
-            b'\r' => bytes.get(at + 1) != Some(&b'\n'),
-            _ => false,
-        };
-        let behind = (0..bytes.len()).filter(ends).map(|at| at + 1);
-        Lines { starts: std::iter::once(0).chain(behind).collect() }
+        let mut starts = vec![0];
+        starts.extend(text.match_indices('\n').map(|(at, _)| at + 1));
+        let lone = text.match_indices('\r').map(|(at, _)| at + 1);
+        let lone: Vec<usize> = lone.filter(|at| !text[*at..].starts_with('\n')).collect();
+        if !lone.is_empty() {
+            starts.extend(lone);
+            starts.sort_unstable();
+        }
+        Lines { starts }
     }
 
     /// The number of the line that a byte stands in.
