@@ -1,7 +1,7 @@
 //! One layout for ladder files, controller files and test files: spaces, blank lines, line breaks
 //! in arrays, and the order of keys in the tables of a ladder. `docs/fmt.md` has the rules.
 //!
-//! Called by `rungd fmt`. A text goes through [`parse`], [`blanks`], [`order`] and [`write`]; then
+//! Called by `rungd fmt`. A text goes through [`parse`], [`blanks`], [`order`] and `write`; then
 //! [`same`] compares what the two texts say. It changes neither a value nor a comment, knows
 //! nothing of the ladder but the names of its tables, and reads and writes no files.
 
