@@ -190,7 +190,7 @@ fn header_depth(text: &str, is_toml: bool) -> Option<usize> {
     let name = line.trim_start_matches(|c: char| !c.is_ascii_alphanumeric());
     let lead = &line[..line.len() - name.len()];
     let is_value = lead.contains('=') && lead.contains(['"', '\'']);
-    let is_closed = line.ends_with(']') && !line.contains('=');
+    let is_closed = line.ends_with(']') && !name.contains('=');
     let is_header = match is_toml {
         true => line.starts_with('['),
         false if lead.contains('[') => !is_value,
@@ -250,8 +250,8 @@ mod tests {
     fn the_depth_of_a_header_is_never_too_large() {
         let depth = |text| header_depth(text, is_toml(text));
         let broken =
-            ["[[a.b", "a.b]]", "[[a..b]", "[[a.]", ".[[a.b]]", "=[[a]]", "\"\"\"a.b]", "[["];
-        assert_eq!(broken.map(depth), [2, 2, 2, 1, 2, 1, 2, 1].map(Some));
+            ["[[a.b", "a.b]]", "[[a..b]", "[[a.]", ".[[a.b]]", "=[[a]]", "\"\"\"a.b]", "[[", "=a]"];
+        assert_eq!(broken.map(depth), [2, 2, 2, 1, 2, 1, 2, 1, 1].map(Some));
         assert_eq!(["[a]", "[[a.b]]"].map(depth), [Some(1), Some(2)]);
         assert_eq!(["a = [1]", "\"[a]\" = 1", "a", "= [\"a\"]", "\"a\"]"].map(depth), [None; 5]);
     }
