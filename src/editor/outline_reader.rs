@@ -14,6 +14,8 @@ use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableHeader, Table
 
 /// The most levels of arrays and inline tables that are followed.
 const DEPTH_MAX: usize = 8;
+/// The most parts of a key that are kept.
+const PARTS_MAX: usize = 16;
 
 /// The outline of a text.
 pub(super) fn read(text: &str) -> Outline {
@@ -173,7 +175,10 @@ impl OutlineReader<'_> {
                 TokenKind::BasicString | TokenKind::LiteralString => unquoted(self.text, span),
                 _ => return keys,
             };
-            keys.push(KeyPart { text: self.text[part.clone()].to_owned(), span: part });
+            // A key of thousands of parts is no key of rungd, and would be copied as often.
+            if keys.len() < PARTS_MAX {
+                keys.push(KeyPart { text: self.text[part.clone()].to_owned(), span: part });
+            }
             self.at += 1;
             self.skip(&[TokenKind::Whitespace]);
             if self.kind() != TokenKind::Dot {

@@ -142,7 +142,10 @@ impl Library {
         if file.kind == FileKind::Test {
             self.add(&mut files, named_files(&file));
         }
-        let tests = self.tests(&of_root);
+        // Other controller files with the same ladders name the same tags, and have tests.
+        let others = self.naming(&of_root);
+        self.add(&mut files, others.clone());
+        let tests = self.tests(&[of_root, others].concat());
         self.add(&mut files, tests);
         self.add(&mut files, vec![path.to_owned()]);
         let names = Names::of(&files);
@@ -184,19 +187,28 @@ impl Library {
         Some(open.unwrap_or(first))
     }
 
-    /// The tests of some files: in their folders, and in folders `tests` there.
-    fn tests(&self, files: &[PathBuf]) -> Vec<PathBuf> {
-        let mut folders: Vec<&Path> = files.iter().filter_map(|path| path.parent()).collect();
+    /// All controller files that name one of these files: in their folders, in those above them, and
+    /// beside their tests.
+    fn naming(&self, files: &[PathBuf]) -> Vec<PathBuf> {
+        let above = files.iter().flat_map(|path| path.ancestors().skip(1).take(FOLDERS_MAX));
+        let mut folders: Vec<PathBuf> = above.map(Path::to_path_buf).collect();
+        folders.extend(files.iter().flat_map(|path| beside(path)));
         folders.sort_unstable();
         folders.dedup();
-        let beside = folders.iter().flat_map(|folder| {
-            let up = folder.parent().map(|up| up.join("tests"));
-            [Some(folder.to_path_buf()), Some(folder.join("tests")), up]
-        });
-        let mut beside: Vec<PathBuf> = beside.flatten().collect();
-        beside.sort_unstable();
-        beside.dedup();
-        let tests = beside.iter().flat_map(|folder| self.toml_files(folder, true));
+        let all = folders.iter().flat_map(|folder| self.toml_files(folder, false));
+        let names = |path: &PathBuf| {
+            let file = self.file(path).filter(|file| file.kind == FileKind::Controller);
+            file.is_some_and(|file| named_files(&file).iter().any(|named| files.contains(named)))
+        };
+        all.filter(names).collect()
+    }
+
+    /// The tests of some files: in their folders, and in folders `tests` there.
+    fn tests(&self, files: &[PathBuf]) -> Vec<PathBuf> {
+        let mut folders: Vec<PathBuf> = files.iter().flat_map(|path| beside(path)).collect();
+        folders.sort_unstable();
+        folders.dedup();
+        let tests = folders.iter().flat_map(|folder| self.toml_files(folder, true));
         let names = |path: &PathBuf| {
             let file = self.file(path);
             file.is_some_and(|file| named_files(&file).iter().any(|named| files.contains(named)))
@@ -206,8 +218,10 @@ impl Library {
 
     /// The TOML files of a folder, in order; of tests only those, else none of them.
     fn toml_files(&self, folder: &Path, tests: bool) -> Vec<PathBuf> {
-        let entries = std::fs::read_dir(folder).into_iter().flatten().take(FILES_MAX);
-        let mut paths: Vec<PathBuf> = entries.filter_map(|of| Some(of.ok()?.path())).collect();
+        let entries = std::fs::read_dir(folder).into_iter().flatten();
+        let paths = entries.filter_map(|of| Some(of.ok()?.path()));
+        let is_toml = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
+        let mut paths: Vec<PathBuf> = paths.filter(is_toml).take(FILES_MAX).collect();
         paths.extend(self.open.keys().filter(|path| path.parent() == Some(folder)).cloned());
         paths.retain(|path| {
             let name = path.to_string_lossy();
@@ -224,6 +238,15 @@ impl Project {
     pub fn number(&self, path: &Path) -> Option<usize> {
         self.files.iter().position(|file| file.path == path)
     }
+}
+
+/// The folders in which the tests of a file may be.
+fn beside(path: &Path) -> Vec<PathBuf> {
+    let Some(folder) = path.parent().filter(|folder| folder.is_absolute()) else {
+        return Vec::new();
+    };
+    let up = folder.parent().map(|up| up.join("tests"));
+    [Some(folder.to_path_buf()), Some(folder.join("tests")), up].into_iter().flatten().collect()
 }
 
 /// Whether a path is the name of a file of the library.

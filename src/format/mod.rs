@@ -16,6 +16,8 @@ mod write;
 #[cfg(test)]
 mod tests;
 
+use toml::de::DeTable;
+
 use crate::source::finding::{Code, Finding};
 use crate::source::reader;
 use crate::source::span::FileId;
@@ -29,7 +31,11 @@ const BYTE_ORDER_MARK: char = '\u{feff}';
 /// The findings of a text that is not TOML.
 pub fn formatted(text: &str) -> Result<String, Vec<Finding>> {
     let (read, mut findings) = reader::document(text, FileId(0), |_| ());
-    findings.retain(|finding| read.is_none() || finding.code == Code::TomlSyntax);
+    // A header above its parent may be out of place, or no TOML at all.
+    let is_out_of_place = findings.iter().any(|finding| finding.code == Code::OutOfPlace);
+    let is_toml = !is_out_of_place || DeTable::parse_recoverable(text).1.is_empty();
+    let refuses = |code| code == Code::TomlSyntax || !is_toml && code == Code::OutOfPlace;
+    findings.retain(|finding| read.is_none() || refuses(finding.code));
     if !findings.is_empty() {
         return Err(findings);
     }

@@ -375,3 +375,11 @@ fn a_text_grows_with_its_length_alone() {
         assert_eq!(formatted(&after).as_deref(), Ok(&*after), "formatted again");
     }
 }
+
+#[test]
+fn a_header_above_its_parent_is_refused_if_it_is_no_toml() {
+    for text in ["[[program.rung]]\n[[program]]\n", "[template.tags]\n[[template]]\n"] {
+        let findings = formatted(text).expect_err(text);
+        assert_eq!(findings[0].code.name(), "out-of-place", "{text}");
+    }
+}

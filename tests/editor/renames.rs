@@ -117,6 +117,23 @@ fn what_would_mean_something_else_is_refused() {
 }
 
 #[test]
+fn a_rename_reaches_every_controller_file_with_the_ladder_and_its_tests() {
+    let folder = folder();
+    let second = "ladder = [\"plant.toml\"]\n\n[outputs]\nhold = [\"valve\"]\n";
+    std::fs::write(folder.path().join("second.toml"), second).unwrap();
+    let test = "controller = \"second.toml\"\n\n[[scenario]]\nname = \"s\"\n\
+                steps = [\"expect: !valve\"]\n";
+    std::fs::write(folder.path().join("second.test.toml"), test).unwrap();
+    let mut editor = Editor::new(folder.path());
+    editor.open(LADDER);
+    let (line, column) = place(&editor, LADDER, "valve = {", 1);
+    let edits = rename(&mut editor, (LADDER, line, column), "outlet").unwrap();
+    for name in [CONTROLLER, LADDER, TEST, "second.toml", "second.test.toml"] {
+        assert!(edits.contains_key(&editor.uri(name)), "{name}: {:?}", edits.keys());
+    }
+}
+
+#[test]
 fn a_name_that_hides_another_is_refused() {
     let folder = empty();
     let text = "[tags]\na = { at = \"X0\" }\nb = { at = \"Y0\" }\n\n[[template]]\nname = \"T\"\n\n\
@@ -203,8 +220,12 @@ fn a_rename_never_changes_a_trace() {
                     continue;
                 }
                 let new = if old.contains(' ') { "another text" } else { "q9renamed" };
-                let edits = rename(&mut editor, (&name, line, column), new)
-                    .unwrap_or_else(|why| panic!("{name}: {old}: {why}"));
+                let edits = match rename(&mut editor, (&name, line, column), new) {
+                    Ok(edits) => edits,
+                    // Several controller files have a device of this name: tests name theirs.
+                    Err(why) if why.contains("no device is called") => continue,
+                    Err(why) => panic!("{name}: {old}: {why}"),
+                };
                 let kept: Vec<(String, String)> = edits
                     .iter()
                     .map(|(uri, edits)| {
