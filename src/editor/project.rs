@@ -176,9 +176,8 @@ impl Library {
     fn controller_of(&self, ladder: &Path) -> Option<PathBuf> {
         let names = |path: &PathBuf| {
             let file = self.file(path);
-            file.is_some_and(|file| {
-                file.kind == FileKind::Controller && named_files(&file).contains(&ladder.to_owned())
-            })
+            let file = file.filter(|file| file.kind == FileKind::Controller);
+            file.is_some_and(|file| named_files(&file).contains(&ladder.to_owned()))
         };
         let folders = ladder.ancestors().skip(1).take(FOLDERS_MAX);
         let mut naming = folders.flat_map(|folder| self.toml_files(folder, false)).filter(names);
