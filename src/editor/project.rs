@@ -186,7 +186,7 @@ impl Library {
         Some(open.unwrap_or(first))
     }
 
-    /// All controller files that name one of these files: in their folders, in those above them, and
+    /// All controller files that name one of these files: in their folders, in those above, and
     /// beside their tests.
     fn naming(&self, files: &[PathBuf]) -> Vec<PathBuf> {
         let above = files.iter().flat_map(|path| path.ancestors().skip(1).take(FOLDERS_MAX));
