@@ -12,6 +12,7 @@ use clap::Args;
 use super::check::style;
 use super::exit::{CommandLine, Exit};
 use super::fmt_file;
+use super::folders::search;
 use super::terminal::{one_line, print, say_drawn};
 use crate::format::formatted;
 use crate::load::decode;
@@ -109,10 +110,9 @@ fn standard_input(check: bool, outcome: &mut Outcome) -> Result<()> {
 
 /// Formats the files of rungd in a folder and the folders in it.
 fn folder(folder: &Path, check: bool, outcome: &mut Outcome) -> Result<()> {
-    let mut paths = Vec::new();
-    search(folder, &mut paths)?;
     let mut is_empty = true;
-    for path in paths {
+    // A link is left alone: what it leads to may be elsewhere.
+    for path in search(folder, ".toml")?.into_iter().filter(|path| !path.is_symlink()) {
         let bytes = read_bytes(&path).with_context(|| path.display().to_string())?;
         if file_kind::may_be_of_rungd(&String::from_utf8_lossy(&bytes)) {
             is_empty = false;
@@ -122,28 +122,6 @@ fn folder(folder: &Path, check: bool, outcome: &mut Outcome) -> Result<()> {
     if is_empty {
         let message = format!("{}: no file of rungd in this folder", folder.display());
         return Err(CommandLine(message).into());
-    }
-    Ok(())
-}
-
-/// The files named `*.toml` in a folder and the folders in it, in order of their names; not those
-/// in folders whose names begin with a dot.
-fn search(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
-    let context = || folder.display().to_string();
-    let mut entries = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(context)? {
-        entries.push(entry.with_context(context)?);
-    }
-    entries.sort_by_key(std::fs::DirEntry::file_name);
-    for entry in entries {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        let kind = entry.file_type().with_context(context)?;
-        if kind.is_dir() && !name.starts_with('.') {
-            search(&entry.path(), found)?;
-        } else if kind.is_file() && name.ends_with(".toml") {
-            found.push(entry.path());
-        }
     }
     Ok(())
 }

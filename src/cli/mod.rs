@@ -11,6 +11,7 @@ mod exit;
 mod explain;
 mod fmt;
 mod fmt_file;
+mod folders;
 mod force;
 mod init;
 mod log_level;

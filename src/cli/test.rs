@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -14,6 +14,7 @@ use clap::Args;
 
 use super::check::style;
 use super::exit::{CommandLine, Exit};
+use super::folders::search;
 use super::terminal::{one_line, plain_json, print, say, say_drawn};
 use super::test_trace;
 use crate::source::render::{refuses, render};
@@ -218,40 +219,15 @@ pub(super) fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
             found.push(path.clone());
             continue;
         }
-        let before = found.len();
-        search(path, &mut found)?;
-        if found.len() == before {
+        let in_folder = search(path, ENDING)?;
+        if in_folder.is_empty() {
             let name = path.display();
             let message = format!("{name}: no file in this folder is named *{ENDING}");
             return Err(CommandLine(message).into());
         }
+        found.extend(in_folder);
     }
     Ok(found)
-}
-
-/// Searches a folder and the folders in it; not those whose names begin with a dot.
-fn search(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
-    let context = || folder.display().to_string();
-    let mut entries = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(context)? {
-        entries.push(entry.with_context(context)?);
-    }
-    entries.sort_by_key(std::fs::DirEntry::file_name);
-    for entry in entries {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        let path = match folder == Path::new(".") {
-            true => PathBuf::from(entry.file_name()),
-            false => entry.path(),
-        };
-        let kind = entry.file_type().with_context(context)?;
-        if kind.is_dir() && !name.starts_with('.') {
-            search(&path, found)?;
-        } else if !kind.is_dir() && name.ends_with(ENDING) {
-            found.push(path);
-        }
-    }
-    Ok(())
 }
 
 pub(super) fn open(paths: &[PathBuf]) -> Result<Vec<OpenSuite>> {

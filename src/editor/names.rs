@@ -111,20 +111,11 @@ impl Names {
         };
         // The root has thousands of pairs, and no `use`.
         let template = if is_of_key(kind) { None } else { text(&["use"]) };
-        let doc = match kind {
-            DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
-                let doc = outline.value_below(word.pair, "doc");
-                doc.map(|doc| file.slice(doc.inner.clone()).to_owned())
-            }
-            DeclaredKind::Program
-            | DeclaredKind::Task
-            | DeclaredKind::Stage
-            | DeclaredKind::Rung
-            | DeclaredKind::Template
-            | DeclaredKind::Use
-            | DeclaredKind::Device
-            | DeclaredKind::Test => text(&["doc"]),
+        let doc = match is_of_key(kind) {
+            true => outline.value_below(word.pair, "doc"),
+            false => outline.value(word.object, &["doc"]),
         };
+        let doc = doc.map(|doc| file.slice(doc.inner.clone()).to_owned());
         let kind = match (kind, &template) {
             (DeclaredKind::Rung, Some(_)) => DeclaredKind::Use,
             (kind, _) => kind,

@@ -174,11 +174,8 @@ impl Library {
     /// The controller file that names a ladder: in its folder, or in one above it; of several the
     /// one that the editor shows, else the first.
     fn controller_of(&self, ladder: &Path) -> Option<PathBuf> {
-        let names = |path: &PathBuf| {
-            let file = self.file(path);
-            let file = file.filter(|file| file.kind == FileKind::Controller);
-            file.is_some_and(|file| named_files(&file).contains(&ladder.to_owned()))
-        };
+        let ladders = [ladder.to_owned()];
+        let names = |path: &PathBuf| self.names(path, FileKind::Controller, &ladders);
         let folders = ladder.ancestors().skip(1).take(FOLDERS_MAX);
         let mut naming = folders.flat_map(|folder| self.toml_files(folder, false)).filter(names);
         let first = naming.next()?;
@@ -195,11 +192,13 @@ impl Library {
         folders.sort_unstable();
         folders.dedup();
         let all = folders.iter().flat_map(|folder| self.toml_files(folder, false));
-        let names = |path: &PathBuf| {
-            let file = self.file(path).filter(|file| file.kind == FileKind::Controller);
-            file.is_some_and(|file| named_files(&file).iter().any(|named| files.contains(named)))
-        };
-        all.filter(names).collect()
+        all.filter(|path| self.names(path, FileKind::Controller, files)).collect()
+    }
+
+    /// Whether a file is of a kind, and names one of these.
+    fn names(&self, path: &Path, kind: FileKind, files: &[PathBuf]) -> bool {
+        let file = self.file(path).filter(|file| file.kind == kind);
+        file.is_some_and(|file| named_files(&file).iter().any(|named| files.contains(named)))
     }
 
     /// The tests of some files: in their folders, and in folders `tests` there.
@@ -208,11 +207,7 @@ impl Library {
         folders.sort_unstable();
         folders.dedup();
         let tests = folders.iter().flat_map(|folder| self.toml_files(folder, true));
-        let names = |path: &PathBuf| {
-            let file = self.file(path);
-            file.is_some_and(|file| named_files(&file).iter().any(|named| files.contains(named)))
-        };
-        tests.filter(names).collect()
+        tests.filter(|path| self.names(path, FileKind::Test, files)).collect()
     }
 
     /// The TOML files of a folder, in order; of tests only those, else none of them.

@@ -61,6 +61,28 @@ pub enum ValueForm {
     Tables(Shape),
 }
 
+impl ValueForm {
+    /// The table that a value is, or that each element of it is.
+    pub fn below(&self) -> Option<&Shape> {
+        match self {
+            ValueForm::Table(shape) | ValueForm::Tables(shape) | ValueForm::TextOrTable(shape) => {
+                Some(shape)
+            }
+            ValueForm::Any
+            | ValueForm::Text
+            | ValueForm::Flag
+            | ValueForm::Integer(..)
+            | ValueForm::Integers(..)
+            | ValueForm::Duration
+            | ValueForm::Constant
+            | ValueForm::Constants
+            | ValueForm::Scalar
+            | ValueForm::Texts
+            | ValueForm::TextOrTexts => None,
+        }
+    }
+}
+
 impl Shape {
     pub(super) fn of_place(place: &'static str) -> Shape {
         let shape = Shape::default();

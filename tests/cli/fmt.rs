@@ -48,7 +48,7 @@ fn files_of_a_folder_are_written_and_named() {
     write("other.toml", "[package]\nname=\"x\"\n");
     write("notes.txt", "a=1\n");
     let output = rungd(&["fmt", "."], &folder);
-    check(&output, 0, "./a.test.toml\n./controller.toml\n./programs/a.toml\n", "");
+    check(&output, 0, "a.test.toml\ncontroller.toml\nprograms/a.toml\n", "");
     let text = |name: &str| fs::read_to_string(folder.join(name)).expect("readable");
     assert_eq!(text("programs/a.toml"), LADDER);
     assert_eq!(text("controller.toml"), "ladder = [\"programs/a.toml\"]\n");
@@ -86,9 +86,9 @@ fn a_broken_file_is_left_and_the_others_are_written() {
     fs::write(folder.join("b.toml"), LOOSE).expect("written");
     fs::write(folder.join("c.toml"), b"[tags]\na = \"\xFC\"\n").expect("written");
     let output = rungd(&["fmt", "."], &folder);
-    check(&output, 78, "./b.toml\n", "./a.toml:2:");
-    check(&output, 78, "./b.toml\n", "./c.toml:2:6");
-    check(&output, 78, "./b.toml\n", "2 errors, 0 warnings\n");
+    check(&output, 78, "b.toml\n", "a.toml:2:");
+    check(&output, 78, "b.toml\n", "c.toml:2:6");
+    check(&output, 78, "b.toml\n", "2 errors, 0 warnings\n");
     assert_eq!(fs::read_to_string(folder.join("a.toml")).expect("readable"), BROKEN);
     assert_eq!(fs::read_to_string(folder.join("b.toml")).expect("readable"), LADDER);
 }

@@ -5,7 +5,7 @@ use lsp_types::CompletionItemKind;
 
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
-use super::shapes::{below, is_taken};
+use super::shapes::is_taken;
 use crate::editor::outline::KeyPart;
 use crate::source::shape::{Shape, ValueForm};
 
@@ -91,10 +91,10 @@ fn collect(shape: &Shape, (before, around): (&[&'static str], &str), found: &mut
             continue;
         }
         let path = [before, &[key.name]].concat();
-        let Some(inner) = below(form) else { continue };
+        let Some(inner) = form.below() else { continue };
         let within = if is_array { path.join(".") } else { around.to_owned() };
         let around = around.to_owned();
         found.push(KnownHeader { path: path.clone(), is_array, doc: key.doc, around });
-        collect(&inner, (&path, &within), found);
+        collect(inner, (&path, &within), found);
     }
 }

@@ -15,7 +15,7 @@ pub(super) fn entry(shape: &Shape, path: &[&str]) -> Option<(Key, ValueForm)> {
     };
     match rest.is_empty() {
         true => Some((key, form)),
-        false => entry(&below(&form)?, rest),
+        false => entry(form.below()?, rest),
     }
 }
 
@@ -23,27 +23,7 @@ pub(super) fn entry(shape: &Shape, path: &[&str]) -> Option<(Key, ValueForm)> {
 pub(super) fn table(shape: &Shape, path: &[&str]) -> Option<Shape> {
     match path.is_empty() {
         true => Some(shape.clone()),
-        false => below(&entry(shape, path)?.1),
-    }
-}
-
-/// The table that a value is, or each element of it.
-pub(super) fn below(form: &ValueForm) -> Option<Shape> {
-    match form {
-        ValueForm::Table(shape) | ValueForm::Tables(shape) | ValueForm::TextOrTable(shape) => {
-            Some(shape.clone())
-        }
-        ValueForm::Any
-        | ValueForm::Text
-        | ValueForm::Flag
-        | ValueForm::Integer(..)
-        | ValueForm::Integers(..)
-        | ValueForm::Duration
-        | ValueForm::Constant
-        | ValueForm::Constants
-        | ValueForm::Scalar
-        | ValueForm::Texts
-        | ValueForm::TextOrTexts => None,
+        false => entry(shape, path)?.1.below().cloned(),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::super::file::EditorFile;
-use super::super::names::Declared;
+use super::super::names::{Declared, is_of_key};
 use super::super::project::Project;
 use super::super::slots::DeclaredKind;
 use super::uses;
@@ -53,18 +53,9 @@ fn place(project: &Project, declared: &Declared) -> String {
 /// What the table of a declaration says: `at = "X0"`, `min = 0`.
 fn said(file: &EditorFile, declared: &Declared) -> Vec<String> {
     let outline = &file.outline;
-    let of_pair = match declared.kind {
-        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
-            outline.pairs[declared.pair].keys.len()
-        }
-        DeclaredKind::Program
-        | DeclaredKind::Task
-        | DeclaredKind::Stage
-        | DeclaredKind::Rung
-        | DeclaredKind::Template
-        | DeclaredKind::Use
-        | DeclaredKind::Device
-        | DeclaredKind::Test => 0,
+    let of_pair = match is_of_key(declared.kind) {
+        true => outline.pairs[declared.pair].keys.len(),
+        false => 0,
     };
     let own = &outline.pairs[declared.pair].keys[..of_pair];
     let pairs = outline.pairs_of[declared.object].iter().map(|pair| &outline.pairs[*pair]);

@@ -6,7 +6,7 @@ use super::super::slots::FileKind;
 use super::super::workspace::Cursor;
 use crate::controller;
 use crate::source::ladder;
-use crate::source::shape::{Shape, ValueForm};
+use crate::source::shape::Shape;
 use crate::testing;
 
 /// The explanation of the key at the cursor, in a header too.
@@ -53,20 +53,5 @@ fn doc(shape: &Shape, path: &[&str]) -> Option<&'static str> {
     if rest.is_empty() {
         return Some(key.doc);
     }
-    match form {
-        ValueForm::Table(below) | ValueForm::Tables(below) | ValueForm::TextOrTable(below) => {
-            doc(below, rest)
-        }
-        ValueForm::Any
-        | ValueForm::Text
-        | ValueForm::Flag
-        | ValueForm::Integer(..)
-        | ValueForm::Integers(..)
-        | ValueForm::Duration
-        | ValueForm::Constant
-        | ValueForm::Constants
-        | ValueForm::Scalar
-        | ValueForm::Texts
-        | ValueForm::TextOrTexts => None,
-    }
+    doc(form.below()?, rest)
 }
