@@ -8,6 +8,7 @@ mod examples;
 mod fmt;
 mod init;
 mod ladder_tests;
+mod lsp;
 mod man_and_completions;
 mod packaging;
 mod plants;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::client::Editor;
-use crate::project::empty;
+use crate::project::{LADDER, TEST, empty, folder};
 use rungd::load;
 use rungd::source::finding::Finding;
 use rungd::source::render::{Style, render};
@@ -191,4 +191,28 @@ fn files_of_other_programs_have_no_findings() {
     assert!(!editor.diagnostics("Cargo.toml").is_empty());
     editor.replace("Cargo.toml", "[package]\n");
     assert_eq!(editor.diagnostics("Cargo.toml"), Vec::<Value>::new());
+}
+
+/// A test that is open alone shows what is wrong with what it tests.
+#[test]
+fn a_test_brings_the_findings_of_its_project() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    let ladder = editor.disk(LADDER).replace("OUT valve", "OUT valev");
+    std::fs::write(folder.path().join(LADDER), ladder).expect("written");
+    editor.open(TEST);
+    assert_eq!(editor.diagnostics(TEST), Vec::<Value>::new());
+    let of_ladder = editor.diagnostics(LADDER);
+    let message = of_ladder[0]["message"].as_str().expect("a message");
+    assert!(message.contains("`valev`"), "{message}");
+}
+
+#[test]
+fn an_emptied_ladder_has_no_main() {
+    let folder = empty();
+    let mut editor = Editor::new(folder.path());
+    for text in ["", "# nothing yet\n"] {
+        editor.open_with("plant.toml", text);
+        assert_eq!(editor.diagnostics("plant.toml")[0]["code"], "no-main", "{text}");
+    }
 }
