@@ -25,5 +25,6 @@ mod support {
     pub mod calm;
     pub mod masked;
     pub mod model;
+    pub mod needs;
     pub mod shown;
 }
