@@ -13,6 +13,7 @@ pub mod check;
 pub mod cli;
 pub mod controller;
 mod daemon;
+pub mod draw;
 pub mod editor;
 pub mod engine;
 pub mod events;

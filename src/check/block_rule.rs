@@ -25,7 +25,7 @@
 use crate::resolve::program::{Action, Block, BlockKind};
 use crate::source::finding::{Code, Finding};
 
-use super::context::{Context, Placed, is_built_in, is_main};
+use super::context::{Context, Placed, is_built_in};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -49,7 +49,7 @@ type Words = (String, &'static str, String);
 
 fn exit(block: &Block) -> Option<Words> {
     let name = &block.name;
-    if is_main(block) {
+    if block.is_main() {
         let help = "to stop the controller in an orderly way: `STOP`\n\
                     put rungs that end by themselves into a program that `Main` RUNs";
         let message = "`EXIT` in `Main`, which always runs".to_owned();
@@ -77,7 +77,7 @@ fn start_or_stop(placed: &Placed, block: &Block) -> Option<Words> {
         return None;
     }
     let (name, instruction) = (&block.name, placed.name());
-    if is_main(block) {
+    if block.is_main() {
         return Some((
             format!("`{instruction}` of `Main`, which always runs"),
             "`Main` is not started or stopped",

@@ -6,7 +6,7 @@
 use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
 use crate::resolve::program::{Contact, Value, Written};
 
-use super::context::{Context, RungPlace, is_main};
+use super::context::{Context, RungPlace};
 
 /// A longer condition is not printed in a help (characters).
 const CONDITION_MAX: usize = 72;
@@ -101,7 +101,7 @@ impl<'a> Context<'a> {
         power.gate = match place.stage {
             _ if place.in_task() => return None,
             Some(stage) => Some(self.name(Address::Bit(Bit::Stage(stage.id)))),
-            None if is_main(place.block) => None,
+            None if place.block.is_main() => None,
             None => Some(self.name(Address::Bit(Bit::Running(place.block.id)))),
         };
         Some(power)

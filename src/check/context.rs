@@ -343,11 +343,6 @@ pub fn is_built_in(kind: BlockKind) -> bool {
     !matches!(kind, BlockKind::Program | BlockKind::Task)
 }
 
-/// Whether it is the Program that always runs.
-pub fn is_main(block: &Block) -> bool {
-    block.kind == BlockKind::Program && block.name == "Main"
-}
-
 impl fmt::Display for RungPlace<'_> {
     /// ``program `Day`, stage `Green`, rung 2``, for a sentence.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -6,6 +6,7 @@
 mod check;
 mod compared;
 mod completions;
+mod default_files;
 mod events;
 mod exit;
 mod explain;
@@ -47,6 +48,7 @@ mod watched_operands;
 mod when;
 mod why;
 mod write;
+mod xref;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -95,6 +97,7 @@ enum Command {
     LogLevel(log_level::LogLevelArgs),
     Record(record::RecordArgs),
     Why(why::WhyArgs),
+    Xref(xref::XrefArgs),
 }
 
 /// Runs the command line; gives the exit code.
@@ -147,5 +150,6 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::LogLevel(args) => log_level::log_level(args),
         Command::Record(args) => record::record(args),
         Command::Why(args) => why::why(args),
+        Command::Xref(args) => xref::xref(args),
     }
 }

@@ -31,6 +31,14 @@ impl Stretches {
         all.iter().any(|(first, count)| at >= *first && at - first < *count)
     }
 
+    /// Adds a cell and those behind it, `count` in all.
+    pub fn add_cells(&mut self, first: Cell, count: u32) {
+        match first {
+            Cell::Bit(BitCell(at)) => self.bits.push((at, count)),
+            Cell::Word(WordCell(at)) => self.words.push((at, count)),
+        }
+    }
+
     fn bit(&mut self, BitCell(at): BitCell) {
         self.bits.push((at, 1));
     }

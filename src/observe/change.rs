@@ -180,7 +180,7 @@ impl Inquiry<'_> {
             free.flat_map(|(cell, values)| trial.values(*cell, values)).collect();
         for block in &self.stopped {
             let of = self.subject.program.block(*block);
-            let is_started = of.kind == BlockKind::Program && of.name != "Main";
+            let is_started = of.kind == BlockKind::Program && !of.is_main();
             if is_started && !tries.contains(&Try::Run(*block)) {
                 tries.push(Try::Run(*block));
             }

@@ -5,8 +5,14 @@ use super::subject::Subject;
 use crate::engine::{self, Cell};
 use crate::isa::status::dst;
 use crate::isa::{Address, Bit, DeviceId, Health, Word, WordSpace};
+use crate::resolve::program::Program;
 
 impl Subject {
+    /// The program as it is written.
+    pub(crate) fn program(&self) -> &Program {
+        &self.program
+    }
+
     /// The program, to be executed.
     pub(crate) fn code(&self) -> &engine::Program {
         &self.seen

@@ -8,6 +8,7 @@
 
 mod answer;
 mod causes;
+mod cell_index;
 mod change;
 mod coverage;
 mod decide;
@@ -32,10 +33,10 @@ mod subject;
 mod tests;
 mod text;
 mod unchanged;
+mod uses;
 mod walk;
 mod watch;
 mod why;
-mod writers;
 
 pub use answer::{
     About, BlockPlace, Cause, ContactDetail, ContactSeen, Cut, Edit, Explanation, Followed,
@@ -45,3 +46,4 @@ pub use answer::{
 pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, TwoWays};
 pub use past::{At, Past, Refusal};
 pub use subject::Subject;
+pub(crate) use uses::{ProgramUses, ReadUse, WriteUse};

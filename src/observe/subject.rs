@@ -7,8 +7,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::answer::{BlockPlace, Place, RungName};
+use super::cell_index::CellIndex;
 use super::names::CellNames;
-use super::writers::Writers;
 use crate::engine::{self, Cell, Deed, Engine, EngineState, Stretches};
 use crate::isa::{BlockId, ElementId};
 use crate::lower::sites::{RungPart, Site, Sites};
@@ -38,7 +38,7 @@ pub struct Subject {
     ready: Vec<(u32, u32)>,
     /// By batch: the first in `ready`.
     ready_from: Vec<u32>,
-    writers: Writers,
+    writers: CellIndex<Deed>,
 }
 
 impl Subject {
@@ -73,9 +73,9 @@ impl Subject {
             turns,
             ready,
             ready_from,
-            writers: Writers::default(),
+            writers: CellIndex::new(std::iter::empty()),
         };
-        subject.writers = Writers::new(subject.steps());
+        subject.writers = CellIndex::new(subject.steps());
         subject
     }
 
@@ -134,16 +134,6 @@ impl Subject {
         }
     }
 
-    /// The cells that a step may write by itself.
-    pub(super) fn written_by(&self, deed: Deed) -> Option<&Stretches> {
-        match deed {
-            Deed::Batch(at) => self.batches.get(at as usize),
-            Deed::Pass(at) => self.passes.get(at as usize),
-            Deed::Turn(BlockId(at)) => self.turns.get(at as usize),
-            Deed::Element(_) => None,
-        }
-    }
-
     /// All steps, with the cells that each may write.
     fn steps(&self) -> impl Iterator<Item = (Deed, &Stretches)> {
         let batches = (0..).zip(&self.batches).map(|(at, of)| (Deed::Batch(at), of));
@@ -154,7 +144,7 @@ impl Subject {
 
     /// The steps that may write a cell: operations, then passes, then turns.
     pub(super) fn writers(&self, cell: Cell) -> Vec<Deed> {
-        self.writers.of(cell, |deed| self.written_by(deed))
+        self.writers.of(cell)
     }
 
     /// Whether a step of the program may write a cell.
@@ -163,7 +153,7 @@ impl Subject {
     }
 
     /// A place with its file, line and text; of a part of a template, in the template.
-    pub(super) fn place(&self, span: Span) -> Place {
+    pub(crate) fn place(&self, span: Span) -> Place {
         let span = self.program.layers.in_file(span);
         let file = self.files.get(span.file.0 as usize);
         let text = file.map_or("", |file| file.text.as_str());

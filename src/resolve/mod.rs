@@ -28,6 +28,7 @@ mod placement;
 pub(crate) mod places;
 pub mod program;
 pub mod range;
+pub(crate) mod reads;
 mod rung;
 pub mod scope;
 mod tags;

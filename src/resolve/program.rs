@@ -88,6 +88,13 @@ pub struct Block {
     pub(crate) stages: Vec<Stage>,
 }
 
+impl Block {
+    /// Whether it is the Program that always runs.
+    pub(crate) fn is_main(&self) -> bool {
+        self.kind == BlockKind::Program && self.name == "Main"
+    }
+}
+
 /// A Stage of a Program.
 #[derive(Clone, Debug)]
 pub(crate) struct Stage {

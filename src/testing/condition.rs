@@ -73,6 +73,11 @@ impl Condition {
         operands.filter(|cell| cells.contains(cell)).collect()
     }
 
+    /// The elements that words select, as they are written: `recipe[step]`.
+    pub(super) fn selected(&self) -> impl Iterator<Item = &str> {
+        self.selected.iter().map(|(written, _)| written.as_str())
+    }
+
     /// The elements that words select on an image, as `recipe[3]`; none for an index outside of
     /// its array.
     pub fn elements(&self, image: &Image) -> Vec<(String, Cell)> {

@@ -34,6 +34,7 @@ mod step_text;
 mod step_words;
 mod steps;
 mod suite;
+mod touches;
 mod traced;
 mod written;
 
@@ -52,5 +53,6 @@ pub use suite::{
     Chance, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Suite,
     TestOperand, TestProgram, TestStep, TestTime,
 };
+pub use touches::{TestTouch, touches};
 pub use traced::trace;
 pub(crate) use written::shape;

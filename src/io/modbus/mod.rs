@@ -17,6 +17,7 @@ mod guests;
 pub mod map;
 pub mod number;
 pub(crate) mod pdu;
+pub(crate) mod places;
 pub(crate) mod refusal;
 mod server;
 pub mod settings;

@@ -1,0 +1,60 @@
+//! The files of a command that needs a program and is not told which: the controller file of this
+//! folder, else the service's.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+
+use super::exit::CommandLine;
+use crate::load;
+
+/// The controller file of the service.
+const OF_SERVICE: &str = "/etc/rungd/rungd.toml";
+
+/// The files as given; without any, the controller file of this folder (`rungd.toml`, or the only
+/// one there), else the service's.
+///
+/// # Errors
+/// There is none, or several.
+pub(super) fn given_or_default(given: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    if !given.is_empty() {
+        return Ok(given.to_vec());
+    }
+    let own = Path::new("rungd.toml");
+    if own.is_file() {
+        return Ok(vec![own.to_owned()]);
+    }
+    let mut here = controllers(Path::new("."));
+    match here.len() {
+        0 if Path::new(OF_SERVICE).is_file() => Ok(vec![PathBuf::from(OF_SERVICE)]),
+        0 => {
+            let message = "no controller file in this folder, and no service's: name the files \
+                           with `--in`";
+            Err(CommandLine(message.to_owned()).into())
+        }
+        1 => Ok(here.split_off(0)),
+        _ => {
+            let names: Vec<String> = here.iter().map(|path| path.display().to_string()).collect();
+            let message = format!(
+                "{} are controller files in this folder: name one with `--in`",
+                names.join(", ")
+            );
+            Err(CommandLine(message).into())
+        }
+    }
+}
+
+/// The controller files of a folder, in order of their names.
+fn controllers(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.map(|entry| PathBuf::from(entry.file_name()));
+    let is_controller = |path: &PathBuf| {
+        let name = path.to_string_lossy();
+        name.ends_with(".toml")
+            && !name.ends_with(".test.toml")
+            && load::is_controller_file(path).is_ok_and(|is| is)
+    };
+    let mut found: Vec<PathBuf> = names.filter(is_controller).collect();
+    found.sort_unstable();
+    found
+}

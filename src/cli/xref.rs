@@ -1,0 +1,172 @@
+//! `rungd xref`: what writes an operand, what reads it, what the controller file and the tests do
+//! with it.
+//!
+//! Loads the files and finds their tests; `draw::xref` answers.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::Result;
+use clap::Args;
+
+use super::check::style;
+use super::default_files::given_or_default;
+use super::exit::Exit;
+use super::folders::search;
+use super::terminal::{plain_json, print, say, say_drawn, say_line};
+use crate::draw::xref::{Index, text};
+use crate::load::{self, Loaded, identity};
+use crate::observe::Subject;
+use crate::source::render::render;
+use crate::source::wording::counted;
+use crate::testing::{self, TestTouch};
+
+/// Says what writes and reads operands, where, and what else touches them
+///
+/// An operand is a tag, an address, a member, a structure, an array, a constant, a block, a Stage
+/// or a field device. The answer names instructions, contacts, devices, Modbus places, retention
+/// and tests.
+#[derive(Args, Debug)]
+pub struct XrefArgs {
+    /// Tags, addresses, members, blocks, devices
+    #[arg(value_name = "OPERAND", required_unless_present = "all", conflicts_with = "all")]
+    operands: Vec<String>,
+    /// All tags, all other operands that the ladder names, all blocks
+    #[arg(long)]
+    all: bool,
+    #[command(flatten)]
+    program: ProgramArgs,
+    /// Print the answer as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The program that a question is about.
+#[derive(Args, Debug)]
+pub struct ProgramArgs {
+    /// The controller file, or the ladder files (default: the controller file of this folder,
+    /// else the service's)
+    #[arg(long = "in", value_name = "FILE")]
+    files: Vec<PathBuf>,
+}
+
+/// A program that was loaded, with its tests.
+pub(super) struct AskedProgram {
+    pub(super) loaded: Loaded,
+    pub(super) subject: Subject,
+    pub(super) tests: Vec<TestTouch>,
+}
+
+/// Prints the cross-references.
+///
+/// # Errors
+/// A file that cannot be read; standard output cannot be written.
+pub fn xref(args: &XrefArgs) -> Result<Exit> {
+    let Some(program) = args.program.load()? else { return Ok(Exit::Config) };
+    let index = program.index();
+    let mut found = Vec::new();
+    if args.all {
+        found = index.all();
+    }
+    for operand in &args.operands {
+        match index.of(operand) {
+            Ok(reference) => found.push(reference),
+            Err(why) => {
+                say_line(&format!("rungd: {why}"));
+                return Ok(Exit::Usage);
+            }
+        }
+    }
+    if args.json {
+        print(&format!("{}\n", plain_json(&serde_json::to_string(&found)?)))?;
+    } else {
+        let texts: Vec<String> = found.iter().map(text::whole).collect();
+        print(&texts.join("\n"))?;
+    }
+    Ok(Exit::Ok)
+}
+
+impl AskedProgram {
+    /// The program, to be asked.
+    pub fn index(&self) -> Index<'_> {
+        let controller = self.loaded.controller.as_ref();
+        Index::new(&self.subject, (controller, &self.loaded.files), &self.tests)
+    }
+}
+
+impl ProgramArgs {
+    /// Loads the program and its tests; `None` if it has errors, which are printed.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn load(&self) -> Result<Option<AskedProgram>> {
+        let files = given_or_default(&self.files)?;
+        let mut loaded = match files.as_slice() {
+            [one] if load::is_controller_file(one)? => load::controller_file(one)?,
+            _ => load::ladder_files(&files)?,
+        };
+        let Some(program) = loaded.program.take() else {
+            say_drawn(&render(&loaded.findings, &loaded.files, style(false)));
+            return Ok(None);
+        };
+        let subject = Subject::new(Arc::new(program), loaded.files.clone());
+        let tests = tests(&loaded);
+        Ok(Some(AskedProgram { loaded, subject, tests }))
+    }
+}
+
+/// What the tests of these files touch: those beside a file, and in a folder `tests` there or
+/// beside its folder. One that cannot be read is counted.
+fn tests(loaded: &Loaded) -> Vec<TestTouch> {
+    let names = loaded.files.iter().map(|file| Path::new(&file.name));
+    let own: Vec<PathBuf> = names.clone().map(identity).collect();
+    let mut folders: Vec<PathBuf> = names.flat_map(beside).collect();
+    folders.sort_unstable();
+    folders.dedup();
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for path in folders.iter().flat_map(|folder| in_folder(folder)) {
+        let path = path.strip_prefix(".").map(Path::to_owned).unwrap_or(path);
+        if !paths.iter().any(|known| identity(known) == identity(&path)) {
+            paths.push(path);
+        }
+    }
+    let (mut touches, mut broken) = (Vec::new(), 0);
+    for path in paths {
+        let Ok(read) = testing::read_suite(&path) else {
+            broken += 1;
+            continue;
+        };
+        let is_own = |name: &String| own.contains(&identity(Path::new(name)));
+        match &read.suite {
+            Some(suite) if read.paths().iter().any(is_own) => {
+                touches.extend(testing::touches(suite));
+            }
+            Some(_) => {}
+            None => broken += 1,
+        }
+    }
+    if broken > 0 {
+        let files = counted(broken, "test file");
+        say(&format!("rungd: {files} cannot be read: `rungd test` says why\n"));
+    }
+    touches
+}
+
+/// The folders in which the tests of a file may be.
+fn beside(path: &Path) -> Vec<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = if folder == Path::new("") { Path::new(".") } else { folder };
+    let own = [folder.to_owned(), folder.join("tests")];
+    own.into_iter().chain([folder.join("../tests")]).filter(|folder| folder.is_dir()).collect()
+}
+
+/// The test files of a folder, not those of the folders in it.
+fn in_folder(folder: &Path) -> Vec<PathBuf> {
+    let mut found = search(folder, ".test.toml").unwrap_or_default();
+    let here = |path: &PathBuf| {
+        let of = path.parent().unwrap_or(Path::new(""));
+        of == folder || (folder == Path::new(".") && of == Path::new(""))
+    };
+    found.retain(here);
+    found
+}

@@ -1,0 +1,141 @@
+//! The cross-reference of an operand: what writes it, what reads it, what the controller file does
+//! with it, and which tests touch it.
+//!
+//! `cli::xref` and `cli::explain` ask for it by name. [`text`] prints it; as JSON it is the types
+//! of [`answer`].
+
+pub mod answer;
+mod outside;
+pub mod text;
+mod wanted;
+
+use std::collections::HashSet;
+
+use super::xref::answer::{CrossReference, Place, ReadPlace, TestPlace, WritePlace};
+use super::xref::wanted::Wanted;
+use crate::controller::Controller;
+use crate::engine::Cell;
+use crate::observe::{self, ProgramUses, Subject};
+use crate::resolve::program::{Program, TagMeaning};
+use crate::source::span::SourceFile;
+use crate::testing::TestTouch;
+
+/// A program whose operands can be looked up.
+#[derive(Debug)]
+pub struct Index<'a> {
+    subject: &'a Subject,
+    uses: ProgramUses<'a>,
+    controller: Option<&'a Controller>,
+    files: &'a [SourceFile],
+    /// With the cells that each touches.
+    tests: Vec<(&'a TestTouch, Vec<Cell>)>,
+}
+
+impl<'a> Index<'a> {
+    /// Walks a program. `files`: those of its load, by the numbers of places. `tests`: what test
+    /// files touch, in their order.
+    pub fn new(
+        subject: &'a Subject,
+        (controller, files): (Option<&'a Controller>, &'a [SourceFile]),
+        tests: &'a [TestTouch],
+    ) -> Index<'a> {
+        let cells = |touch: &TestTouch| {
+            let names = touch.names.iter().filter_map(|name| {
+                let wanted = Wanted::named(subject.program(), name).ok()?;
+                Some(cells_of(subject, &wanted))
+            });
+            names.flatten().collect()
+        };
+        let tests = tests.iter().map(|touch| (touch, cells(touch))).collect();
+        Index { subject, uses: subject.uses(), controller, files, tests }
+    }
+
+    /// The cross-reference of an operand: a tag, an address, a member, a structure, an array, a
+    /// block, a device; of these with all their bits and words.
+    ///
+    /// # Errors
+    /// A sentence for people: the name stands for nothing.
+    pub fn of(&self, name: &str) -> Result<CrossReference, String> {
+        Ok(self.of_wanted(&Wanted::named(self.program(), name)?))
+    }
+
+    /// The cross-references of all tags, of all other operands that the ladder names, and of all
+    /// blocks, in this order.
+    pub fn all(&self) -> Vec<CrossReference> {
+        let program = self.program();
+        let tags = program.tags.iter().filter(|tag| tag.of_array.is_none_or(|of| of.at == 0));
+        let names = tags.map(|tag| tag.array_name());
+        let tagged = |address| program.tags.iter().any(|tag| tag.meaning == address);
+        let operands = program.operands.iter();
+        let untagged = operands.filter(|named| !tagged(TagMeaning::Address(named.address)));
+        let names = names.chain(untagged.map(|named| named.name.as_str()));
+        let names = names.chain(program.blocks.iter().map(|block| block.name.as_str()));
+        let mut seen = HashSet::new();
+        let names = names.filter(|name| seen.insert(*name));
+        names.filter_map(|name| self.of(name).ok()).collect()
+    }
+
+    fn program(&self) -> &Program {
+        self.subject.program()
+    }
+
+    fn of_wanted(&self, wanted: &Wanted) -> CrossReference {
+        let cells = cells_of(self.subject, wanted);
+        let uses = self.uses.of(&cells);
+        let touches = |of: &[Cell]| of.iter().any(|cell| cells.contains(cell));
+        let tests = self.tests.iter().filter(|(_, of)| touches(of)).map(|(touch, _)| *touch);
+        let (mut outside, mut kept) = (Vec::new(), false);
+        if let Some(controller) = self.controller {
+            outside = outside::of(controller, &wanted.addresses, self.files);
+            kept = outside::is_retained(controller, &wanted.addresses);
+        }
+        CrossReference {
+            name: wanted.name.clone(),
+            address: wanted.address.clone(),
+            doc: wanted.doc.clone(),
+            declared: wanted.span.map(|span| self.place(&self.subject.place(span))),
+            constants: self.constants(wanted),
+            written: uses.writes.iter().map(|of| self.write(of)).collect(),
+            turned: uses.turns.iter().map(|of| of.name.clone()).collect(),
+            read: uses.reads.iter().map(|of| self.read(of)).collect(),
+            outside,
+            retained: kept,
+            tests: tests.map(test).collect(),
+        }
+    }
+
+    /// Where a constant is named.
+    fn constants(&self, wanted: &Wanted) -> Vec<Place> {
+        let Some(constant) = wanted.constant else { return Vec::new() };
+        let named = self.program().constants.iter().filter(|(_, tag)| *tag == constant);
+        named.map(|(span, _)| self.place(&self.subject.place(*span))).collect()
+    }
+
+    fn write(&self, of: &observe::WriteUse) -> WritePlace {
+        WritePlace {
+            text: of.place.text.clone(),
+            rung: of.rung.text(),
+            place: self.place(&of.place),
+            reset_at_end_of: of.reset_at_end.clone(),
+        }
+    }
+
+    fn read(&self, of: &observe::ReadUse) -> ReadPlace {
+        let (text, rung) = (of.place.text.clone(), of.rung.text());
+        ReadPlace { text, rung, place: self.place(&of.place) }
+    }
+
+    fn place(&self, place: &observe::Place) -> Place {
+        Place { file: place.file.clone(), line: place.line }
+    }
+}
+
+fn cells_of(subject: &Subject, wanted: &Wanted) -> Vec<Cell> {
+    let layout = &subject.symbols().layout;
+    wanted.addresses.iter().filter_map(|address| layout.cell(*address)).collect()
+}
+
+fn test(of: &TestTouch) -> TestPlace {
+    let place = Place { file: of.file.clone(), line: of.line };
+    TestPlace { test: of.test.clone(), text: of.text.clone(), place }
+}

@@ -1,0 +1,206 @@
+//! Where a program writes and reads its cells: the instructions and contacts that can, each with
+//! its rung.
+//!
+//! `draw::xref` makes the cross-reference of it. The writers are those that `why` knows, so the two
+//! never differ; the readers come from the program as it is written.
+
+use super::answer::{BlockPlace, Place, RungName};
+use super::cell_index::CellIndex;
+use super::subject::Subject;
+use crate::engine::{Cell, Deed, Stretches};
+use crate::isa::ElementId;
+use crate::resolve::program::{BlockKind, Contact};
+use crate::resolve::reads::ReadOperand;
+use crate::source::span::Span;
+
+/// The uses of all cells of a program.
+#[derive(Debug)]
+pub(crate) struct ProgramUses<'s> {
+    subject: &'s Subject,
+    sites: Vec<ReadSite>,
+    /// By cell: the numbers of its sites.
+    reads: CellIndex<u32>,
+}
+
+/// An instruction that may write a cell.
+#[derive(Clone, Debug)]
+pub(crate) struct WriteUse {
+    /// Its rung.
+    pub rung: RungName,
+    /// Its place, with its text.
+    pub place: Place,
+    /// The block or Stage whose end resets what the instruction drove.
+    pub reset_at_end: Option<String>,
+}
+
+/// A contact or instruction that reads a cell.
+#[derive(Clone, Debug)]
+pub(crate) struct ReadUse {
+    /// Its rung.
+    pub rung: RungName,
+    /// Its place, with its text.
+    pub place: Place,
+}
+
+/// All that uses some cells.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CellUses {
+    /// Instructions that write them, in file order.
+    pub writes: Vec<WriteUse>,
+    /// Blocks that write them by their own start and end: the bits of their Stages.
+    pub turns: Vec<BlockPlace>,
+    /// Contacts and instructions that read them, in file order.
+    pub reads: Vec<ReadUse>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct ReadSite {
+    part: u32,
+    span: Span,
+}
+
+impl Subject {
+    /// The uses of all cells. Walks the whole program.
+    pub(crate) fn uses(&self) -> ProgramUses<'_> {
+        let mut list = ReadList { subject: self, sites: Vec::new(), cells: Vec::new() };
+        (0..self.sites.parts.len() as u32).for_each(|part| list.part(part));
+        let reads = CellIndex::new((0..).zip(&list.cells));
+        ProgramUses { subject: self, sites: list.sites, reads }
+    }
+}
+
+impl ProgramUses<'_> {
+    /// The uses of some cells, each place once.
+    pub fn of(&self, cells: &[Cell]) -> CellUses {
+        let mut uses = CellUses::default();
+        let mut deeds: Vec<Deed> =
+            cells.iter().flat_map(|cell| self.subject.writers(*cell)).collect();
+        let mut sites: Vec<u32> = cells.iter().flat_map(|cell| self.reads.of(*cell)).collect();
+        deeds.sort_unstable_by_key(order);
+        deeds.dedup();
+        sites.sort_unstable();
+        sites.dedup();
+        uses.reads = sites.into_iter().map(|at| self.read(self.sites[at as usize])).collect();
+        let mut written = Vec::new();
+        for deed in &deeds {
+            match deed {
+                Deed::Turn(block) => {
+                    let element = ElementId { block: *block, stage: None };
+                    uses.turns.push(self.subject.element(element));
+                }
+                Deed::Batch(_) | Deed::Pass(_) => written.extend(self.subject.site(*deed)),
+                Deed::Element(_) => {}
+            }
+        }
+        let is_reset = |part: u32, number: u32| {
+            let passes = deeds.iter().filter(|deed| matches!(deed, Deed::Pass(_)));
+            let sites = passes.filter_map(|deed| self.subject.site(*deed));
+            sites.into_iter().any(|site| site.part == part && site.instruction == Some(number))
+        };
+        let mut known: Vec<(u32, u32)> =
+            written.iter().filter_map(|site| Some((site.part, site.instruction?))).collect();
+        known.sort_unstable();
+        known.dedup();
+        uses.writes = known
+            .into_iter()
+            .filter_map(|(part, number)| self.write((part, number), is_reset(part, number)))
+            .collect();
+        uses
+    }
+
+    fn write(&self, (part, number): (u32, u32), is_reset: bool) -> Option<WriteUse> {
+        let instruction = self.subject.instruction(part, number)?;
+        let rung = self.subject.place_of_rung(part);
+        let reset_at_end = (is_reset && self.ends(part)).then(|| rung.element.name.clone());
+        Some(WriteUse { place: self.subject.place(instruction.span), rung, reset_at_end })
+    }
+
+    fn read(&self, ReadSite { part, span }: ReadSite) -> ReadUse {
+        ReadUse { rung: self.subject.place_of_rung(part), place: self.subject.place(span) }
+    }
+
+    /// Whether the block or Stage of a part ends while the controller runs.
+    fn ends(&self, part: u32) -> bool {
+        let element = self.subject.part(part).element;
+        let block = self.subject.program.block(element.block);
+        let may_end = match block.kind {
+            BlockKind::Program => !block.is_main(),
+            BlockKind::Task => true,
+            BlockKind::FirstScan
+            | BlockKind::TopOfScan
+            | BlockKind::BottomOfScan
+            | BlockKind::LastScan => false,
+        };
+        may_end || element.stage.is_some()
+    }
+}
+
+fn order(deed: &Deed) -> (u32, u32) {
+    match deed {
+        Deed::Turn(block) => (0, block.0),
+        Deed::Element(_) => (1, 0),
+        Deed::Batch(at) => (2, *at),
+        Deed::Pass(at) => (3, *at),
+    }
+}
+
+/// The readers of a program, in the making.
+struct ReadList<'s> {
+    subject: &'s Subject,
+    sites: Vec<ReadSite>,
+    /// Of each site the cells that it reads.
+    cells: Vec<Stretches>,
+}
+
+impl ReadList<'_> {
+    fn part(&mut self, part: u32) {
+        let subject = self.subject;
+        let (contacts, body): (Vec<&Contact>, _) = match subject.branch(part) {
+            Some(branch) => (branch.contacts.iter().collect(), &branch.body),
+            None => {
+                let rung = subject.rung(part);
+                (rung.legs.iter().flat_map(|leg| &leg.contacts).collect(), &rung.body)
+            }
+        };
+        contacts.into_iter().for_each(|contact| self.contact(part, contact, None));
+        for instruction in body {
+            let site = ReadSite { part, span: instruction.span };
+            self.add(site, &instruction.action.reads());
+        }
+    }
+
+    /// A contact and its parts. `around`: the `!` or edge that it stands in alone.
+    fn contact(&mut self, part: u32, contact: &Contact, around: Option<Span>) {
+        let span = around.unwrap_or(contact.span());
+        match contact {
+            Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {
+                self.add(ReadSite { part, span }, &contact.reads());
+            }
+            Contact::Not(inner, _) | Contact::Edge(_, inner, _) => {
+                self.contact(part, inner, Some(span));
+            }
+            Contact::All(parts, _) | Contact::Any(parts, _) => {
+                parts.iter().for_each(|inner| self.contact(part, inner, None));
+            }
+        }
+    }
+
+    fn add(&mut self, site: ReadSite, reads: &[ReadOperand]) {
+        let mut cells = Stretches::default();
+        for read in reads {
+            match read {
+                ReadOperand::Address(address) => {
+                    self.subject.symbols.layout.cell(*address).map(|cell| cells.add_cells(cell, 1));
+                }
+                ReadOperand::Array(array) => {
+                    let first = self.subject.symbols.layout.cell(array.element(0));
+                    first.map(|cell| cells.add_cells(cell, array.count));
+                }
+            }
+        }
+        if cells != Stretches::default() {
+            self.sites.push(site);
+            self.cells.push(cells);
+        }
+    }
+}
