@@ -12,6 +12,8 @@ use clap_complete::engine::{ArgValueCandidates, CompletionCandidate};
 
 use super::exit::Exit;
 use super::terminal::{print, say};
+use super::xref::ProgramArgs;
+use crate::draw::xref;
 use crate::events;
 use crate::explain::{explanation, of_library};
 use crate::isa::function::FUNCTIONS;
@@ -27,13 +29,16 @@ use crate::source::nearest::did_you_mean;
 /// Without a name, lists all of them. An event is found by its code (`RUNGD-0301`), too. For an
 /// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd. For
 /// `lib:pid`, or a template in it (`Pid`), prints that file of the library, with its page as
-/// comments.
+/// comments. For a tag, an address or a block of a program (`--in`, or the controller file of this
+/// folder): how often it is written and read; `rungd xref` says where.
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
     /// A mnemonic, the name of a function or a finding, the name or code of an event, or a file of
     /// the library (`lib:pid`)
     #[arg(value_name = "NAME", add = ArgValueCandidates::new(candidates))]
     name: Option<String>,
+    #[command(flatten)]
+    program: ProgramArgs,
 }
 
 /// Prints the explanation.
@@ -43,7 +48,7 @@ pub(crate) struct ExplainArgs {
 pub(crate) fn explain(args: &ExplainArgs) -> anyhow::Result<Exit> {
     let text = match &args.name {
         None => list(),
-        Some(name) => match named(name) {
+        Some(name) => match named(name).or_else(|mistake| operand(args, name).ok_or(mistake)) {
             Ok(text) => text,
             Err(mistake) => {
                 say(&format!("rungd: {mistake}\n"));
@@ -67,6 +72,13 @@ fn named(name: &str) -> Result<String, String> {
             .unwrap_or_else(|| "`rungd explain` lists what can be explained".to_owned());
         format!("no instruction, function, finding or event is called `{name}`: {help}")
     })
+}
+
+/// The text about an operand of a program; `None` without a program that knows it.
+fn operand(args: &ExplainArgs, name: &str) -> Option<String> {
+    let program = args.program.load().ok()??;
+    let reference = program.index().of(name).ok()?;
+    Some(format!("{}`rungd xref {name}` says where\n", xref::text::short(&reference)))
 }
 
 /// Everything with a name but the library.

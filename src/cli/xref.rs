@@ -155,9 +155,12 @@ fn tests(loaded: &Loaded) -> Vec<TestTouch> {
 /// The folders in which the tests of a file may be.
 fn beside(path: &Path) -> Vec<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let folder = if folder == Path::new("") { Path::new(".") } else { folder };
-    let own = [folder.to_owned(), folder.join("tests")];
-    own.into_iter().chain([folder.join("../tests")]).filter(|folder| folder.is_dir()).collect()
+    let (folder, up) = match folder.file_name() {
+        Some(_) => (folder, folder.with_file_name("tests")),
+        None => (Path::new("."), PathBuf::from("../tests")),
+    };
+    let all = [folder.to_owned(), folder.join("tests"), up];
+    all.into_iter().filter(|folder| folder.is_dir()).collect()
 }
 
 /// The test files of a folder, not those of the folders in it.

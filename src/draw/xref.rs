@@ -6,13 +6,15 @@
 
 pub mod answer;
 mod outside;
+#[cfg(test)]
+mod tests;
 pub mod text;
 mod wanted;
 
 use std::collections::HashSet;
 
-use super::xref::answer::{CrossReference, Place, ReadPlace, TestPlace, WritePlace};
-use super::xref::wanted::Wanted;
+use super::xref::answer::{CrossReference, FileLine, ReadPlace, TestPlace, WritePlace};
+use super::xref::wanted::AskedOperand;
 use crate::controller::Controller;
 use crate::engine::Cell;
 use crate::observe::{self, ProgramUses, Subject};
@@ -41,7 +43,7 @@ impl<'a> Index<'a> {
     ) -> Index<'a> {
         let cells = |touch: &TestTouch| {
             let names = touch.names.iter().filter_map(|name| {
-                let wanted = Wanted::named(subject.program(), name).ok()?;
+                let wanted = AskedOperand::named(subject.program(), name).ok()?;
                 Some(cells_of(subject, &wanted))
             });
             names.flatten().collect()
@@ -56,7 +58,7 @@ impl<'a> Index<'a> {
     /// # Errors
     /// A sentence for people: the name stands for nothing.
     pub fn of(&self, name: &str) -> Result<CrossReference, String> {
-        Ok(self.of_wanted(&Wanted::named(self.program(), name)?))
+        Ok(self.of_wanted(&AskedOperand::named(self.program(), name)?))
     }
 
     /// The cross-references of all tags, of all other operands that the ladder names, and of all
@@ -79,7 +81,7 @@ impl<'a> Index<'a> {
         self.subject.program()
     }
 
-    fn of_wanted(&self, wanted: &Wanted) -> CrossReference {
+    fn of_wanted(&self, wanted: &AskedOperand) -> CrossReference {
         let cells = cells_of(self.subject, wanted);
         let uses = self.uses.of(&cells);
         let touches = |of: &[Cell]| of.iter().any(|cell| cells.contains(cell));
@@ -105,7 +107,7 @@ impl<'a> Index<'a> {
     }
 
     /// Where a constant is named.
-    fn constants(&self, wanted: &Wanted) -> Vec<Place> {
+    fn constants(&self, wanted: &AskedOperand) -> Vec<FileLine> {
         let Some(constant) = wanted.constant else { return Vec::new() };
         let named = self.program().constants.iter().filter(|(_, tag)| *tag == constant);
         named.map(|(span, _)| self.place(&self.subject.place(*span))).collect()
@@ -125,17 +127,17 @@ impl<'a> Index<'a> {
         ReadPlace { text, rung, place: self.place(&of.place) }
     }
 
-    fn place(&self, place: &observe::Place) -> Place {
-        Place { file: place.file.clone(), line: place.line }
+    fn place(&self, place: &observe::Place) -> FileLine {
+        FileLine { file: place.file.clone(), line: place.line }
     }
 }
 
-fn cells_of(subject: &Subject, wanted: &Wanted) -> Vec<Cell> {
+fn cells_of(subject: &Subject, wanted: &AskedOperand) -> Vec<Cell> {
     let layout = &subject.symbols().layout;
     wanted.addresses.iter().filter_map(|address| layout.cell(*address)).collect()
 }
 
 fn test(of: &TestTouch) -> TestPlace {
-    let place = Place { file: of.file.clone(), line: of.line };
+    let place = FileLine { file: of.file.clone(), line: of.line };
     TestPlace { test: of.test.clone(), text: of.text.clone(), place }
 }

@@ -28,7 +28,7 @@ pub struct Wire {
 
 /// Where messages go; both threads write.
 #[derive(Debug)]
-struct Output<W>(Arc<Mutex<W>>);
+struct SharedOutput<W>(Arc<Mutex<W>>);
 
 /// A message that cannot be taken: the ID to answer, and why.
 #[derive(Debug)]
@@ -46,8 +46,8 @@ impl Wire {
     pub fn open() -> Result<(Connection, Wire)> {
         let (sender, outgoing) = bounded::<Message>(0);
         let (incoming, receiver) = bounded(0);
-        let output = Output(Arc::new(Mutex::new(io::stdout())));
-        let for_errors = Output(output.0.clone());
+        let output = SharedOutput(Arc::new(Mutex::new(io::stdout())));
+        let for_errors = SharedOutput(output.0.clone());
         let read = move || read(&mut io::stdin().lock(), &incoming, &for_errors);
         let write = move || outgoing.into_iter().try_for_each(|message| output.write(&message));
         let reader = thread::Builder::new().name("lsp-reader".to_owned()).spawn(read)?;
@@ -66,7 +66,7 @@ impl Wire {
     }
 }
 
-impl<W: Write> Output<W> {
+impl<W: Write> SharedOutput<W> {
     fn write(&self, message: &Message) -> io::Result<()> {
         message.write(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -85,7 +85,7 @@ impl<W: Write> Output<W> {
 fn read<W: Write>(
     input: &mut impl BufRead,
     messages: &Sender<Message>,
-    output: &Output<W>,
+    output: &SharedOutput<W>,
 ) -> Result<()> {
     while let Some(length) = header(input)? {
         if length > BODY_MAX {
@@ -182,7 +182,7 @@ mod tests {
     /// Checks what is handed on of an input, what is answered, and how it ends.
     fn check(input: &str, methods: &[&str], answered: &str, end: &str) {
         let (send, messages) = crossbeam_channel::unbounded();
-        let output: Output<Vec<u8>> = Output(Arc::default());
+        let output: SharedOutput<Vec<u8>> = SharedOutput(Arc::default());
         let ended: Result<()> = read(&mut input.as_bytes(), &send, &output);
         drop(send);
         let method = |message: Message| match message {

@@ -89,6 +89,16 @@ impl Program {
         self.cut(cone)
     }
 
+    /// By batch: the cells that it reads, private ones too.
+    #[cfg(test)]
+    pub(crate) fn read_by_batches(&self) -> Vec<Stretches> {
+        let reads = self.formulas();
+        let formulas = Formulas { reads: &reads, status: self.status() };
+        let cone = Cone::new(self, formulas);
+        let batches = 0..self.tables.batches.len() as u32;
+        batches.map(|at| cone.touched(SliceStep::Batch(at)).0).collect()
+    }
+
     /// The batches that a cone keeps.
     fn cut(&self, cone: Cone) -> Slice {
         let mut program = self.clone();

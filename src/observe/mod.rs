@@ -30,7 +30,7 @@ mod slice_run;
 mod step_numbers;
 mod subject;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod text;
 mod unchanged;
 mod uses;

@@ -108,6 +108,12 @@ impl ProgramUses<'_> {
         uses
     }
 
+    /// The parts of rungs that read a cell.
+    #[cfg(test)]
+    pub(super) fn reading_parts(&self, cell: Cell) -> Vec<u32> {
+        self.reads.of(cell).into_iter().map(|at| self.sites[at as usize].part).collect()
+    }
+
     fn write(&self, (part, number): (u32, u32), is_reset: bool) -> Option<WriteUse> {
         let instruction = self.subject.instruction(part, number)?;
         let rung = self.subject.place_of_rung(part);
@@ -190,11 +196,16 @@ impl ReadList<'_> {
         for read in reads {
             match read {
                 ReadOperand::Address(address) => {
-                    self.subject.symbols.layout.cell(*address).map(|cell| cells.add_cells(cell, 1));
+                    self.subject
+                        .symbols
+                        .layout
+                        .cell(*address)
+                        .into_iter()
+                        .for_each(|cell| cells.add_cells(cell, 1));
                 }
                 ReadOperand::Array(array) => {
                     let first = self.subject.symbols.layout.cell(array.element(0));
-                    first.map(|cell| cells.add_cells(cell, array.count));
+                    first.into_iter().for_each(|cell| cells.add_cells(cell, array.count));
                 }
             }
         }

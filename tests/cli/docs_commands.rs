@@ -1,5 +1,5 @@
-//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/record.md`, `docs/black-box.md` and
-//! `docs/testing.md`, executed:
+//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/record.md`, `docs/black-box.md`,
+//! `docs/testing.md` and `docs/xref.md`, executed:
 //! each command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`, and
 //! prints what the page shows.
 //!
@@ -66,7 +66,7 @@ fn workplace(page: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("rungd-docs-{page}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
-    for sub in ["config/programs", "config"] {
+    for sub in ["config/programs", "config/tests", "config"] {
         fs::create_dir_all(folder.join(sub)).expect("a folder");
         let source = config.parent().expect("a root").join(sub);
         for entry in fs::read_dir(source).expect("config") {
@@ -187,6 +187,11 @@ fn the_scan_logs_commands_print_what_the_page_shows() {
 #[test]
 fn the_page_about_tests_shows_what_they_find() {
     run_page("docs/testing.md");
+}
+
+#[test]
+fn the_cross_reference_is_what_the_page_shows() {
+    run_page("docs/xref.md");
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod replay;
 mod sim;
 mod sim_controller;
 mod waves;
+mod xref;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]

@@ -53,6 +53,7 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
             "src/observe/decide.rs",
             "src/observe/idle.rs",
             "src/observe/operands.rs",
+            "src/resolve/reads.rs",
             "src/testing/mutants/instructions.rs",
             "src/testing/mutants/values.rs",
         ],

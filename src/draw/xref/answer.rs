@@ -16,10 +16,10 @@ pub struct CrossReference {
     pub doc: Option<String>,
     /// Where its name is declared.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub declared: Option<Place>,
+    pub declared: Option<FileLine>,
     /// Of a constant: where the ladder names it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub constants: Vec<Place>,
+    pub constants: Vec<FileLine>,
     /// The instructions that write it.
     pub written: Vec<WritePlace>,
     /// The blocks whose start and end write it: the bits of Stages and blocks.
@@ -37,7 +37,7 @@ pub struct CrossReference {
 
 /// A line of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Place {
+pub struct FileLine {
     /// The file, as it was named.
     pub file: String,
     /// The line, from 1.
@@ -54,7 +54,7 @@ pub struct WritePlace {
     pub rung: String,
     /// Its place; of a rung of a template, in the template.
     #[serde(flatten)]
-    pub place: Place,
+    pub place: FileLine,
     /// The block or Stage at whose end the termination pass resets what it drove.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reset_at_end_of: Option<String>,
@@ -69,7 +69,7 @@ pub struct ReadPlace {
     pub rung: String,
     /// Its place.
     #[serde(flatten)]
-    pub place: Place,
+    pub place: FileLine,
 }
 
 /// A part of the controller file.
@@ -81,7 +81,7 @@ pub struct OutsideUse {
     pub writes: bool,
     /// Its place.
     #[serde(flatten)]
-    pub place: Option<Place>,
+    pub place: Option<FileLine>,
 }
 
 /// A part of a test file.
@@ -94,5 +94,5 @@ pub struct TestPlace {
     pub text: String,
     /// Its place.
     #[serde(flatten)]
-    pub place: Place,
+    pub place: FileLine,
 }

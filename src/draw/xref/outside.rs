@@ -1,7 +1,7 @@
 //! What a controller file does with bits and words: devices, the Modbus server, simulated inputs,
 //! safe values, retentive memory.
 
-use super::answer::{OutsideUse, Place};
+use super::answer::{FileLine, OutsideUse};
 use crate::controller::Controller;
 use crate::io::modbus::places::ModbusPlace;
 use crate::isa::{Address, Bit, BitSpace, Space};
@@ -78,7 +78,7 @@ impl OutsideList<'_> {
     fn add(&mut self, writes: bool, text: String, span: Option<Span>) {
         let place = span.and_then(|span| {
             let file = self.files.get(span.file.0 as usize)?;
-            Some(Place { file: file.name.clone(), line: file.line_column(span.start).0 })
+            Some(FileLine { file: file.name.clone(), line: file.line_column(span.start).0 })
         });
         let of = OutsideUse { text, writes, place };
         if !self.all.contains(&of) {

@@ -1,8 +1,9 @@
 //! A cross-reference as text for a terminal.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::answer::{CrossReference, Place, TestPlace, WritePlace};
+use super::answer::{CrossReference, FileLine, TestPlace, WritePlace};
 use crate::source::wording::counted;
 
 /// The most characters of a column: what is longer moves the next column in its line alone.
@@ -46,17 +47,23 @@ pub fn whole(of: &CrossReference) -> String {
     text
 }
 
-/// One line: how often it is written, read and tested.
+/// In short: how often it is written and read, and what else touches it.
 pub fn short(of: &CrossReference) -> String {
-    let times = |count: usize, what: &str| format!("{what} {}", counted(count as u64, "place"));
-    let mut parts = vec![
-        times(of.written.len() + of.turned.len(), "written at"),
-        times(of.read.len() + of.constants.len(), "read at"),
-    ];
-    parts.extend(of.outside.iter().map(|of| of.text.clone()));
-    parts.extend(of.retained.then(|| "retained".to_owned()));
-    parts.extend((!of.tests.is_empty()).then(|| times(of.tests.len(), "tested at")));
-    parts.join("; ")
+    let places = |count: usize| counted(count as u64, "place");
+    let tests: BTreeSet<_> = of.tests.iter().map(|of| (&of.place.file, &of.test)).collect();
+    let mut text = headline(of);
+    let _ = writeln!(text, "  written at {}", places(of.written.len() + of.turned.len()));
+    let _ = writeln!(text, "  read at {}", places(of.read.len() + of.constants.len()));
+    for outside in &of.outside {
+        let _ = writeln!(text, "  {}", outside.text);
+    }
+    if of.retained {
+        text.push_str("  retentive memory keeps it\n");
+    }
+    if !tests.is_empty() {
+        let _ = writeln!(text, "  touched by {}", counted(tests.len() as u64, "test"));
+    }
+    text
 }
 
 fn headline(of: &CrossReference) -> String {
@@ -88,22 +95,27 @@ fn tests(of: &CrossReference) -> Vec<Row> {
     for TestPlace { test, place, .. } in &of.tests {
         let name = test.as_deref().unwrap_or("always");
         let of_file = format!("{}:", place.file);
-        match rows.last_mut().filter(|row| row.text == name && row.place.starts_with(&of_file)) {
+        match rows.last_mut().filter(|row| row.place == name && row.text.starts_with(&of_file)) {
             Some(row) => {
-                let _ = write!(row.place, ", {}", place.line);
+                let _ = write!(row.text, ", {}", place.line);
             }
-            None => rows.push(row(name, "", place)),
+            None => rows.push(Row {
+                text: line(place),
+                rung: String::new(),
+                place: name.to_owned(),
+                note: String::new(),
+            }),
         }
     }
     rows
 }
 
-fn row(text: &str, rung: &str, place: &Place) -> Row {
+fn row(text: &str, rung: &str, place: &FileLine) -> Row {
     let (text, rung) = (text.to_owned(), rung.to_owned());
     Row { text, rung, place: line(place), note: String::new() }
 }
 
-fn line(place: &Place) -> String {
+fn line(place: &FileLine) -> String {
     format!("{}:{}", place.file, place.line)
 }
 

@@ -8,7 +8,7 @@ use crate::source::span::Span;
 
 /// What a name means.
 #[derive(Debug, Default)]
-pub(super) struct Wanted {
+pub(super) struct AskedOperand {
     /// The name: the tag's, if one has this address.
     pub name: String,
     /// Beside the name: the address, or the value of a constant.
@@ -23,13 +23,13 @@ pub(super) struct Wanted {
     pub constant: Option<usize>,
 }
 
-impl Wanted {
+impl AskedOperand {
     /// The meaning of a name.
     ///
     /// # Errors
     /// A sentence for people.
-    pub fn named(program: &Program, name: &str) -> Result<Wanted, String> {
-        let plain = Wanted { name: name.to_owned(), ..Wanted::default() };
+    pub fn named(program: &Program, name: &str) -> Result<AskedOperand, String> {
+        let plain = AskedOperand { name: name.to_owned(), ..AskedOperand::default() };
         let LookUp { thing, tag, .. } = match Scope::of(program).look_up(name) {
             Ok(found) => found,
             Err(mistake) => {
@@ -40,26 +40,26 @@ impl Wanted {
                 };
                 return match of_use.is_empty() {
                     true => Err(why()),
-                    false => Ok(Wanted { addresses: of_use, ..plain }),
+                    false => Ok(AskedOperand { addresses: of_use, ..plain }),
                 };
             }
         };
         let wanted = match thing {
             Thing::Address(address) => of_address(program, plain, address),
             Thing::Constant(value, _) => {
-                Wanted { address: Some(value.to_string()), constant: tag, ..plain }
+                AskedOperand { address: Some(value.to_string()), constant: tag, ..plain }
             }
             Thing::Real(value) => {
-                Wanted { address: Some(value.to_string()), constant: tag, ..plain }
+                AskedOperand { address: Some(value.to_string()), constant: tag, ..plain }
             }
             Thing::Block(id) => of_block(program, plain, id),
             Thing::Device(id) => of_device(plain, id),
-            Thing::Array(array) => Wanted {
+            Thing::Array(array) => AskedOperand {
                 address: Some(array.to_string()),
                 addresses: array.addresses().collect(),
                 ..plain
             },
-            Thing::Element(element) => Wanted {
+            Thing::Element(element) => AskedOperand {
                 address: Some(element.to_string()),
                 addresses: element.array.addresses().collect(),
                 ..plain
@@ -69,7 +69,7 @@ impl Wanted {
         Ok(wanted.with_tag(tag))
     }
 
-    fn with_tag(mut self, tag: Option<&Tag>) -> Wanted {
+    fn with_tag(mut self, tag: Option<&Tag>) -> AskedOperand {
         if let Some(tag) = tag {
             self.doc = tag.doc.clone();
             self.span = Some(tag.span);
@@ -96,16 +96,16 @@ fn members(address: Address) -> Vec<Address> {
     }
 }
 
-fn of_address(program: &Program, plain: Wanted, address: Address) -> Wanted {
+fn of_address(program: &Program, plain: AskedOperand, address: Address) -> AskedOperand {
     let meant = |tag: &&Tag| tag.meaning == TagMeaning::Address(address);
     let tag = program.tags.iter().find(meant);
     let is_placed = program.places.at(address).is_some();
     let written = program.places.name(address).unwrap_or_else(|| address.to_string());
     let wanted = match tag {
         Some(tag) if plain.name == written && !is_placed => {
-            Wanted { name: tag.name.clone(), address: Some(written), ..plain }
+            AskedOperand { name: tag.name.clone(), address: Some(written), ..plain }
         }
-        Some(_) if !is_placed => Wanted { address: Some(written), ..plain },
+        Some(_) if !is_placed => AskedOperand { address: Some(written), ..plain },
         Some(_) | None => plain,
     };
     let span = match address {
@@ -115,18 +115,18 @@ fn of_address(program: &Program, plain: Wanted, address: Address) -> Wanted {
         }
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
     };
-    Wanted { addresses: members(address), span, ..wanted }.with_tag(tag)
+    AskedOperand { addresses: members(address), span, ..wanted }.with_tag(tag)
 }
 
-fn of_block(program: &Program, plain: Wanted, id: BlockId) -> Wanted {
+fn of_block(program: &Program, plain: AskedOperand, id: BlockId) -> AskedOperand {
     let block = program.block(id);
     let bits = [Bit::Running(id), Bit::Done(id)].into_iter();
     let stages = block.stages.iter().map(|stage| Bit::Stage(stage.id));
     let addresses = bits.chain(stages).map(Address::Bit).collect();
-    Wanted { addresses, span: Some(block.span), ..plain }
+    AskedOperand { addresses, span: Some(block.span), ..plain }
 }
 
-fn of_device(plain: Wanted, id: DeviceId) -> Wanted {
+fn of_device(plain: AskedOperand, id: DeviceId) -> AskedOperand {
     let bits = Health::ALL.into_iter().map(|health| Bit::Device(id, health));
-    Wanted { addresses: bits.map(Address::Bit).collect(), ..plain }
+    AskedOperand { addresses: bits.map(Address::Bit).collect(), ..plain }
 }

@@ -7,3 +7,4 @@ mod past;
 mod slices;
 mod stops;
 mod tape;
+pub(crate) mod uses;
