@@ -1,13 +1,16 @@
-//! The folder for files that the server makes to be looked at: pictures and texts.
+//! The folder for files that the server makes to be looked at: pictures, texts, files of the library.
 //!
 //! Made at the first file, for its owner alone, and gone with the server.
 
-use std::fs::{self, DirBuilder};
-use std::os::unix::fs::DirBuilderExt;
+use std::fs::{self, DirBuilder, Permissions};
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result};
+
+use super::uri::{SCRATCH, shown_name};
+use crate::load::library::LibraryFile;
 
 /// How often a name is tried that may be another's.
 const TRIES_MAX: u32 = 1000;
@@ -29,6 +32,19 @@ impl Scratch {
         Ok(path)
     }
 
+    /// The file that shows one of the library, which nobody can write; its path.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn library(&self, file: &LibraryFile) -> Result<PathBuf> {
+        let path = self.folder()?.join(shown_name(file.name));
+        if !path.exists() {
+            fs::write(&path, file.text).with_context(|| path.display().to_string())?;
+            fs::set_permissions(&path, Permissions::from_mode(0o444))?;
+        }
+        Ok(path)
+    }
+
     fn folder(&self) -> Result<PathBuf> {
         let mut folder = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = &*folder {
@@ -43,7 +59,7 @@ impl Scratch {
 fn made() -> Result<PathBuf> {
     let (temp, own) = (std::env::temp_dir(), std::process::id());
     for number in 0..TRIES_MAX {
-        let path = temp.join(format!("rungd-editor-{own}-s{number}"));
+        let path = temp.join(format!("{SCRATCH}{own}-s{number}"));
         match DirBuilder::new().mode(0o700).create(&path) {
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
             made => return made.map(|()| path.clone()).with_context(|| path.display().to_string()),
@@ -66,7 +82,6 @@ mod tests {
 
     #[test]
     fn the_folder_is_the_owners_and_goes() {
-        use std::os::unix::fs::PermissionsExt;
         let scratch = Scratch::default();
         let path = scratch.write("why ../a.txt", b"x").unwrap();
         let folder = path.parent().unwrap().to_owned();

@@ -18,7 +18,7 @@ use super::judge::{JudgedRoot, Judgement};
 use super::lines::Columns;
 use super::live_view::LiveView;
 use super::outbox::Outbox;
-use super::project::{Library, Project};
+use super::project::{Library, Project, is_library};
 use super::slots::FileKind;
 use super::test_results::TestResults;
 use super::uri::{path_of, uri_of};
@@ -141,9 +141,9 @@ impl Workspace {
         self.library.file(&path_of(uri)?)
     }
 
-    /// What is judged because of an open file; nothing for a file of another program.
+    /// What is judged because of an open file; nothing for one of another program or of the library.
     pub fn root_of(&self, path: &Path) -> Option<JudgedRoot> {
-        let file = self.library.file(path)?;
+        let file = self.library.file(path).filter(|_| !is_library(path))?;
         match file.kind {
             FileKind::Test => Some(JudgedRoot::Test(path.to_owned())),
             FileKind::Controller | FileKind::Ladder => {
