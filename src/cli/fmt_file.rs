@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
+use std::os::unix::fs::{MetadataExt, fchown};
 use std::path::Path;
 
 use super::terminal::one_line;
@@ -13,7 +14,9 @@ use super::terminal::one_line;
 /// Lines of a difference that are shown, of each text.
 const SHOWN_LINES_MAX: usize = 8;
 
-/// Replaces a file's text: a file beside it takes its name. The mode stays; a link stays a link.
+/// Replaces a file's text: a file beside it takes its name. Mode and owner stay; a link stays a
+/// link. A file with several names, or of an owner that cannot be given, is written where it is;
+/// the file beside it holds the new text until that is done.
 ///
 /// # Errors
 /// A file cannot be made in this folder, or not written.
@@ -21,18 +24,40 @@ pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
     let path = fs::canonicalize(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let fresh = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
-    let written = write_as(&path, &fresh, text).and_then(|()| fs::rename(&fresh, &path));
-    if written.is_err() {
-        let _ = fs::remove_file(&fresh);
+    let is_like = match write_as(&path, &fresh, text) {
+        Ok(is_like) => is_like,
+        Err(error) => {
+            let _ = fs::remove_file(&fresh);
+            return Err(error);
+        }
+    };
+    if is_like {
+        return fs::rename(&fresh, &path);
     }
-    written
+    write_within(&path, text).map_err(|error| {
+        let words = format!("{error}; its new text is in {}", fresh.display());
+        io::Error::new(error.kind(), words)
+    })?;
+    fs::remove_file(&fresh)
 }
 
-fn write_as(path: &Path, fresh: &Path, text: &str) -> io::Result<()> {
-    let permissions = fs::metadata(path)?.permissions();
+/// Writes a text beside its file; true if the new file can stand in for the old one.
+fn write_as(path: &Path, fresh: &Path, text: &str) -> io::Result<bool> {
+    let about = fs::metadata(path)?;
     let mut file = OpenOptions::new().write(true).create_new(true).open(fresh)?;
     file.write_all(text.as_bytes())?;
-    file.set_permissions(permissions)?;
+    // The owner first: a change of it may take bits of the mode.
+    let is_owned = fchown(&file, Some(about.uid()), Some(about.gid())).is_ok();
+    file.set_permissions(about.permissions())?;
+    file.sync_all()?;
+    Ok(is_owned && about.nlink() == 1)
+}
+
+/// Writes a text over the file's old one.
+fn write_within(path: &Path, text: &str) -> io::Result<()> {
+    let mut file = OpenOptions::new().write(true).open(path)?;
+    file.write_all(text.as_bytes())?;
+    file.set_len(text.len() as u64)?;
     file.sync_all()
 }
 

@@ -1,12 +1,11 @@
 //! `rungd lsp`: the language server, which an editor starts and speaks with over standard input and
 //! output.
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::Result;
 use clap::Args;
-use lsp_server::Connection;
 
 use super::exit::Exit;
-use crate::editor;
+use crate::editor::{self, EditorEnd, Wire};
 
 /// Serves an editor: findings as one types, completion, hover, go to definition, rename
 ///
@@ -25,10 +24,13 @@ pub struct LspArgs {
 /// # Errors
 /// The editor does not follow the protocol.
 pub fn lsp(_args: &LspArgs) -> Result<Exit> {
-    let (connection, threads) = Connection::stdio();
-    editor::serve(&connection)?;
+    let (connection, wire) = Wire::open()?;
+    let end = editor::serve(&connection)?;
     // The threads end when nothing can be sent any more.
     drop(connection);
-    threads.join().map_err(|failure| anyhow!("{failure}")).context("standard input or output")?;
-    Ok(Exit::Ok)
+    wire.close()?;
+    Ok(match end {
+        EditorEnd::Shutdown => Exit::Ok,
+        EditorEnd::Gone => Exit::Refused,
+    })
 }

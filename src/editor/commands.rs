@@ -15,6 +15,7 @@ use super::jobs::Made;
 use super::operands;
 use super::outbox::Refreshed;
 use super::simulate_job::{self, SimulateOrder};
+use super::slots::FileKind;
 use super::test_job::{self, TestOrder};
 use super::test_results::{FileResults, TestedTexts, are_present, told, whole};
 use super::uri::path_of;
@@ -59,6 +60,14 @@ impl Arguments {
         self.0.get(at)?.as_str()
     }
 
+    /// A text that may be left out.
+    fn text_if_any(&self, at: usize, what: &str) -> Result<Option<&str>> {
+        match self.0.get(at) {
+            None | Some(Value::Null) => Ok(None),
+            Some(given) => given.as_str().map(Some).with_context(|| format!("{what}: `{given}`")),
+        }
+    }
+
     fn path(&self) -> Result<PathBuf> {
         let uri = self.text(0).and_then(|text| Uri::from_str(text).ok());
         uri.and_then(|uri| path_of(&uri)).context("the first argument is the URI of a file")
@@ -77,7 +86,11 @@ impl Arguments {
 /// `[uri, test]`; without a test, all of the file.
 fn test(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let path = arguments.path()?;
-    let test = arguments.text(1).map(str::to_owned);
+    if workspace.library.file(&path).is_some_and(|file| file.kind != FileKind::Test) {
+        bail!("{}: no test file; its name would end in `.test.toml`", path.display());
+    }
+    let test = arguments.text_if_any(1, "the second argument is the name of a test")?;
+    let test = test.map(str::to_owned);
     let texts = project_texts(workspace, &path)?;
     let order = TestOrder { path, test, open: workspace.library.texts(), texts };
     let name = test_job::name(&order.path, order.test.as_deref());
@@ -105,12 +118,21 @@ fn show_failure(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> 
 fn simulate(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let path = arguments.path()?;
     let root = workspace.project(&path).context("the file cannot be read")?.root.clone();
-    let order = SimulateOrder {
-        root,
-        open: workspace.library.texts(),
-        scans: arguments.0.get(1).and_then(Value::as_u64),
-        is_table: arguments.text(2) == Some("csv"),
+    let scans = match arguments.0.get(1) {
+        None | Some(Value::Null) => None,
+        Some(given) => {
+            let scans = given.as_u64().filter(|scans| *scans > 0);
+            let what = || format!("the second argument is a number of scans, 1 or more: `{given}`");
+            Some(scans.with_context(what)?)
+        }
     };
+    let is_table = match arguments.text_if_any(2, "the third argument is \"csv\"")? {
+        None => false,
+        Some("csv") => true,
+        Some(other) => bail!("the third argument is \"csv\": `{other}`"),
+    };
+    let open = workspace.library.texts();
+    let order = SimulateOrder { root, open, scans, is_table };
     let name = format!("simulate {}", order.root.display());
     workspace.jobs.start(name, move |place| simulate_job::run(&order, place))
 }

@@ -47,7 +47,7 @@ pub(super) fn path_of(file: &SourceFile) -> PathBuf {
 /// The diagnostics of all files that were judged, by path; empty for one without a finding.
 pub(super) fn all(workspace: &Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
     // A file that stopped to be one of rungd has none from now on.
-    let of_others = workspace.library.shown().filter(|path| workspace.root_of(path).is_none());
+    let of_others = workspace.library.shown().filter(|path| workspace.roots_of(path).is_empty());
     let mut shown: BTreeMap<PathBuf, Vec<Diagnostic>> =
         of_others.map(|path| (path.clone(), Vec::new())).collect();
     let mut told: BTreeMap<(PathBuf, u32, u32, Code, &str), usize> = BTreeMap::new();

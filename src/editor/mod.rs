@@ -41,7 +41,9 @@ mod test_results;
 mod tokens;
 mod uri;
 mod why_job;
+mod wire;
 mod words;
 mod workspace;
 
-pub use server::serve;
+pub use server::{EditorEnd, serve};
+pub use wire::Wire;

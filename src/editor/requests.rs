@@ -1,7 +1,7 @@
 //! The requests that the server answers, each with the function that does.
 
-use anyhow::{Context, Result};
-use lsp_server::Request;
+use anyhow::{Error, Result};
+use lsp_server::{ErrorCode, Request};
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, Completion, DocumentHighlightRequest,
     DocumentSymbolRequest, ExecuteCommand, FoldingRangeRequest, Formatting, GotoDefinition,
@@ -25,11 +25,20 @@ use super::symbols;
 use super::tokens;
 use super::workspace::Workspace;
 
-/// The answer to a request; `None`: it is not known.
+/// A request that is not answered with what it asks for.
+#[derive(Debug)]
+pub(super) struct RefusedRequest {
+    /// Of the protocol.
+    pub code: ErrorCode,
+    /// For a person.
+    pub why: String,
+}
+
+/// The answer to a request.
 ///
 /// # Errors
-/// Its parameters cannot be read, or it cannot be done.
-pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Option<Value>> {
+/// It is not known, its parameters cannot be read, or it cannot be done.
+pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Value, RefusedRequest> {
     let asked = Asked { workspace, request };
     match asked.request.method.as_str() {
         GotoDefinition::METHOD => asked.by::<GotoDefinition>(navigate::definition),
@@ -49,7 +58,10 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Opti
         CodeLensRequest::METHOD => asked.by::<CodeLensRequest>(lenses::lenses),
         CodeActionRequest::METHOD => asked.by::<CodeActionRequest>(code_actions),
         ExecuteCommand::METHOD => asked.by::<ExecuteCommand>(commands::execute),
-        _ => Ok(None),
+        other => {
+            let why = format!("there is no request `{other}` here");
+            Err(RefusedRequest { code: ErrorCode::MethodNotFound, why })
+        }
     }
 }
 
@@ -73,9 +85,14 @@ impl Asked<'_> {
     fn by<R: RequestOf>(
         self,
         answer: impl FnOnce(&mut Workspace, R::Params) -> Result<R::Result>,
-    ) -> Result<Option<Value>> {
-        let params = serde_json::from_value(self.request.params)
-            .with_context(|| format!("the parameters of `{}`", R::METHOD))?;
-        Ok(Some(serde_json::to_value(answer(self.workspace, params)?)?))
+    ) -> Result<Value, RefusedRequest> {
+        let refused = |code, why| RefusedRequest { code, why };
+        let params = serde_json::from_value(self.request.params).map_err(|error| {
+            let why = format!("the parameters of `{}`: {error}", R::METHOD);
+            refused(ErrorCode::InvalidParams, why)
+        })?;
+        let failed = |error: Error| refused(ErrorCode::RequestFailed, format!("{error:#}"));
+        let result = answer(self.workspace, params).map_err(failed)?;
+        serde_json::to_value(result).map_err(|error| failed(error.into()))
     }
 }

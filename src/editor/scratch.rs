@@ -1,13 +1,16 @@
-//! The folder for files that the server makes to be looked at: pictures, texts, files of the library.
+//! The folder for files that the server makes to be looked at: pictures, texts, copies of the
+//! library's files.
 //!
-//! Made at the first file, for its owner alone, and gone with the server.
+//! Made at the first file, for its owner alone, and gone with the server. A server that is killed
+//! leaves its folder: the next one takes it away, since nobody holds its lock.
 
-use std::fs::{self, DirBuilder, Permissions};
-use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
-use std::path::PathBuf;
+use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result};
+use rustix::fs::{FlockOperation, OFlags, flock};
 
 use super::uri::{SCRATCH, shown_name};
 use crate::load::library::LibraryFile;
@@ -15,9 +18,19 @@ use crate::load::library::LibraryFile;
 /// How often a name is tried that may be another's.
 const TRIES_MAX: u32 = 1000;
 
+/// The file that says, by its lock, that the server lives.
+const LOCK: &str = ".lock";
+
 /// A folder that goes with its last holder.
 #[derive(Debug, Default)]
-pub(super) struct Scratch(Mutex<Option<PathBuf>>);
+pub(super) struct Scratch(Mutex<Option<ScratchFolder>>);
+
+#[derive(Debug)]
+struct ScratchFolder {
+    path: PathBuf,
+    /// Held as long as the server lives.
+    _lock: File,
+}
 
 impl Scratch {
     /// Writes a file, in place of an older one of the name; its path.
@@ -48,30 +61,55 @@ impl Scratch {
     fn folder(&self) -> Result<PathBuf> {
         let mut folder = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = &*folder {
-            return Ok(known.clone());
+            return Ok(known.path.clone());
         }
-        let path = made()?;
-        *folder = Some(path.clone());
+        let temp = std::env::temp_dir();
+        remove_abandoned(&temp);
+        let made = made(&temp)?;
+        let path = made.path.clone();
+        *folder = Some(made);
         Ok(path)
     }
 }
 
-fn made() -> Result<PathBuf> {
-    let (temp, own) = (std::env::temp_dir(), std::process::id());
+fn made(temp: &Path) -> Result<ScratchFolder> {
+    let own = std::process::id();
     for number in 0..TRIES_MAX {
-        let path = temp.join(format!("{SCRATCH}{own}-s{number}"));
+        let path = temp.join(format!("{SCRATCH}{own}-{number}"));
         match DirBuilder::new().mode(0o700).create(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
-            made => return made.map(|()| path.clone()).with_context(|| path.display().to_string()),
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => continue,
+            made => made.with_context(|| path.display().to_string())?,
+        }
+        let lock = File::create(path.join(LOCK)).with_context(|| path.display().to_string())?;
+        // Another server may be about to remove it, as one without a lock.
+        if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() {
+            return Ok(ScratchFolder { path, _lock: lock });
         }
     }
     anyhow::bail!("no folder of its own in {}", temp.display())
 }
 
+/// Removes the folders of servers that live no more. One that cannot be removed is another
+/// user's, or without its lock yet.
+fn remove_abandoned(temp: &Path) {
+    let entries = fs::read_dir(temp).into_iter().flatten().flatten();
+    let of_servers =
+        entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(SCRATCH));
+    for path in of_servers.map(|entry| entry.path()) {
+        // A link, or a FIFO, in the place of the lock leads nowhere.
+        let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
+        let lock = OpenOptions::new().write(true).custom_flags(flags).open(path.join(LOCK));
+        let Ok(lock) = lock else { continue };
+        if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() {
+            let _ = fs::remove_dir_all(path);
+        }
+    }
+}
+
 impl Drop for Scratch {
     fn drop(&mut self) {
-        if let Some(path) = self.0.get_mut().unwrap_or_else(PoisonError::into_inner) {
-            let _ = fs::remove_dir_all(path);
+        if let Some(folder) = self.0.get_mut().unwrap_or_else(PoisonError::into_inner) {
+            let _ = fs::remove_dir_all(&folder.path);
         }
     }
 }
@@ -89,5 +127,18 @@ mod tests {
         assert_eq!(folder.metadata().unwrap().permissions().mode() & 0o777, 0o700);
         drop(scratch);
         assert!(!folder.exists());
+    }
+
+    #[test]
+    fn a_folder_without_a_living_server_goes() {
+        let own = Scratch::default();
+        let temp = own.write("temp/..", b"x").unwrap().parent().unwrap().to_owned();
+        let lives = made(&temp).unwrap();
+        let ScratchFolder { path: abandoned, _lock } = made(&temp).unwrap();
+        drop(_lock);
+        let unmade = temp.join(format!("{SCRATCH}1-0"));
+        fs::create_dir(&unmade).unwrap();
+        remove_abandoned(&temp);
+        assert!(lives.path.exists() && unmade.exists() && !abandoned.exists());
     }
 }

@@ -30,11 +30,20 @@ use super::uri::{path_of, uri_of};
 use super::workspace::Workspace;
 use super::{capabilities, commands, diagnostics, edits, live_targets, requests};
 
+/// How an editor has left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EditorEnd {
+    /// It asked for the end.
+    Shutdown,
+    /// It said `exit` without that, or its end of the connection is gone.
+    Gone,
+}
+
 /// Serves an editor until it ends the connection.
 ///
 /// # Errors
 /// The connection breaks, or the editor does not follow the protocol.
-pub fn serve(connection: &Connection) -> Result<()> {
+pub fn serve(connection: &Connection) -> Result<EditorEnd> {
     let (id, params) = connection.initialize_start().context("initialize")?;
     let params: InitializeParams = serde_json::from_value(params).context("initialize")?;
     let general = params.capabilities.general.as_ref();
@@ -82,7 +91,7 @@ struct ServerNews {
 }
 
 impl EditorServer {
-    fn run(&mut self, connection: &Connection, others: &ServerNews) -> Result<()> {
+    fn run(&mut self, connection: &Connection, others: &ServerNews) -> Result<EditorEnd> {
         loop {
             self.flush()?;
             select! {
@@ -90,15 +99,19 @@ impl EditorServer {
                     Ok(Message::Request(request)) => {
                         if request.method == Shutdown::METHOD {
                             self.send(Response::new_ok(request.id, ()).into())?;
-                            return self.end(connection);
+                            self.end(connection)?;
+                            return Ok(EditorEnd::Shutdown);
                         }
                         self.answer(request)?;
+                    }
+                    Ok(Message::Notification(told)) if told.method == Exit::METHOD => {
+                        return Ok(EditorEnd::Gone);
                     }
                     Ok(Message::Notification(told)) => self.hear(told)?,
                     Ok(Message::Response(response)) => {
                         self.workspace.outbox.answered(&response.id);
                     }
-                    Err(_) => return Ok(()),
+                    Err(_) => return Ok(EditorEnd::Gone),
                 },
                 recv(others.judgements) -> judgement => {
                     self.judged(judgement.context("the thread that judges has ended")?)?;
@@ -153,17 +166,10 @@ impl EditorServer {
     }
 
     fn answer(&mut self, request: Request) -> Result<()> {
-        let (id, method) = (request.id.clone(), request.method.clone());
+        let id = request.id.clone();
         let response = match requests::answer(&mut self.workspace, request) {
-            Ok(Some(value)) => Response::new_ok(id, value),
-            Ok(None) => {
-                let message = format!("there is no request `{method}` here");
-                Response::new_err(id, ErrorCode::MethodNotFound as i32, message)
-            }
-            Err(failure) => {
-                let message = format!("{failure:#}");
-                Response::new_err(id, ErrorCode::RequestFailed as i32, message)
-            }
+            Ok(value) => Response::new_ok(id, value),
+            Err(refused) => Response::new_err(id, refused.code as i32, refused.why),
         };
         self.send(response.into())
     }

@@ -53,7 +53,7 @@ pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<Made
         bail!("the program cannot be simulated: {why}");
     };
     let period_ms = controller.as_ref().map_or(DEFAULT_PERIOD_MS, |of| of.period_ms);
-    let scans = order.scans.unwrap_or(DEFAULT_SCANS).max(1);
+    let scans = order.scans.unwrap_or(DEFAULT_SCANS);
     let simulation = Simulation { period_ms, scans, stop: false, clock_s: CLOCK_S };
     let lowered = LoweredSimulation::of(&program, controller);
     let watched = all_named(&program, lowered.symbols());

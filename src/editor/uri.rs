@@ -15,7 +15,7 @@ use crate::load::{identity, library};
 use crate::source::file_kind::LIBRARY;
 
 /// How the names of folders begin that the server makes.
-pub(super) const SCRATCH: &str = "rungd-editor-";
+pub(super) const SCRATCH: &str = "rungd-editor-files-";
 /// How the names of files begin that show one of the library.
 const SHOWN: &str = "lib-";
 
@@ -78,8 +78,8 @@ mod tests {
     #[test]
     fn a_file_that_shows_the_library_is_the_librarys() {
         let path = |text: &str| path_of(&Uri::from_str(text).unwrap()).unwrap();
-        assert_eq!(path("file:///tmp/rungd-editor-7-s0/lib-pid.toml"), Path::new("lib:pid"));
-        for own in ["/home/me/lib-pid.toml", "/tmp/rungd-editor-7-s0/lib-none.toml"] {
+        assert_eq!(path("file:///tmp/rungd-editor-files-7-0/lib-pid.toml"), Path::new("lib:pid"));
+        for own in ["/home/me/lib-pid.toml", "/tmp/rungd-editor-files-7-0/lib-none.toml"] {
             assert_eq!(path(&format!("file://{own}")), Path::new(own));
         }
     }

@@ -141,23 +141,28 @@ impl Workspace {
         self.library.file(&path_of(uri)?)
     }
 
-    /// What is judged because of an open file; nothing for one of another program or of the library.
-    pub fn root_of(&self, path: &Path) -> Option<JudgedRoot> {
-        let file = self.library.file(path).filter(|_| !is_library(path))?;
-        match file.kind {
-            FileKind::Test => Some(JudgedRoot::Test(path.to_owned())),
-            FileKind::Controller | FileKind::Ladder => {
-                let project = self.project(path)?;
-                let is_of_others = project.root == path && FileKind::is_of_others(&file.outline);
-                (!is_of_others).then(|| JudgedRoot::of(&project))
-            }
-        }
+    /// What is judged because of an open file; nothing for a file of another program.
+    pub fn roots_of(&self, path: &Path) -> Vec<JudgedRoot> {
+        let Some((file, project)) = self.library.file(path).zip(self.project(path)) else {
+            return Vec::new();
+        };
+        let root = &project.files[0];
+        let is_judged = match root.kind {
+            FileKind::Controller => true,
+            FileKind::Ladder => !is_library(&root.path) && !FileKind::is_of_others(&root.outline),
+            // A test that names nothing that can be read.
+            FileKind::Test => false,
+        };
+        let is_test = file.kind == FileKind::Test;
+        let of_test = is_test.then(|| JudgedRoot::Test(path.to_owned()));
+        let of_project = is_judged.then(|| JudgedRoot::of(&project));
+        of_test.into_iter().chain(of_project).collect()
     }
 
     /// All that is judged now.
     pub fn roots(&self) -> Vec<JudgedRoot> {
         let shown: Vec<PathBuf> = self.library.shown().cloned().collect();
-        let mut roots: Vec<JudgedRoot> = shown.iter().filter_map(|at| self.root_of(at)).collect();
+        let mut roots: Vec<JudgedRoot> = shown.iter().flat_map(|at| self.roots_of(at)).collect();
         roots.sort_unstable();
         roots.dedup();
         roots

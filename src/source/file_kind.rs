@@ -34,8 +34,12 @@ pub(crate) fn of_test(source: &str, file: FileId, wanted: &str) -> Option<Findin
 
 /// Whether a text is a file of rungd: it has a table of one kind, or it is broken and could be one.
 pub(crate) fn may_be_of_rungd(source: &str) -> bool {
-    let own = |root: Table<'_>| has_keys(|key| root.has(key), |key| root.has_table(key));
-    reader::document(source, FileId(0), own).0.unwrap_or(true)
+    let of_root = |root: Table<'_>| {
+        let is_own = has_keys(|key| root.has(key), |key| root.has_table(key));
+        (is_own, root.is_empty())
+    };
+    let (of_root, broken) = reader::document(source, FileId(0), of_root);
+    of_root.is_none_or(|(is_own, is_empty)| is_own || is_empty && !broken.is_empty())
 }
 
 /// As [`may_be_of_rungd`], by the keys of the root: whether it has one, and whether that is a

@@ -106,6 +106,11 @@ impl<'a> Table<'a> {
         Span { end: end_of(self.table).max(self.span.end as usize) as u32, ..self.span }
     }
 
+    /// Whether it has no key.
+    pub fn is_empty(&self) -> bool {
+        self.table.is_empty()
+    }
+
     /// Whether a key is present. Does not count as asking for it.
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)

@@ -2,9 +2,11 @@
 
 use std::fs;
 use std::io::Write;
-use std::os::unix::fs::{PermissionsExt, symlink};
+use std::os::unix::fs::{MetadataExt, PermissionsExt, chown, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+
+use crate::support::needs::{Need, skip};
 
 fn rungd(args: &[&str], folder: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
@@ -105,6 +107,45 @@ fn mode_and_links_stay() {
     let mode = fs::metadata(&path).expect("there").permissions().mode();
     assert_eq!(mode & 0o777, 0o640);
     assert!(fs::symlink_metadata(folder.join("link.toml")).expect("there").is_symlink());
+}
+
+#[test]
+fn a_file_with_two_names_keeps_both() {
+    let folder = folder("fmt-names");
+    let (path, other) = (folder.join("a.toml"), folder.join("programs/b.toml"));
+    fs::write(&path, LOOSE.to_owned() + &"\n".repeat(1000)).expect("written");
+    fs::hard_link(&path, &other).expect("linked");
+    check(&rungd(&["fmt", "a.toml"], &folder), 0, "a.toml\n", "");
+    assert_eq!(fs::read_to_string(&other).expect("readable"), LADDER);
+    assert_eq!(fs::metadata(&path).expect("there").nlink(), 2);
+    assert_eq!(fs::read_dir(&folder).expect("readable").count(), 2, "a file was left behind");
+}
+
+#[test]
+fn the_owner_stays() {
+    if !rustix::process::geteuid().is_root() {
+        skip(Need::Root, "only root may give a file away");
+        return;
+    }
+    let folder = folder("fmt-owner");
+    let path = folder.join("a.toml");
+    fs::write(&path, LOOSE).expect("written");
+    chown(&path, Some(4711), Some(4712)).expect("given away");
+    check(&rungd(&["fmt", "a.toml"], &folder), 0, "a.toml\n", "");
+    let about = fs::metadata(&path).expect("there");
+    assert_eq!((about.uid(), about.gid()), (4711, 4712));
+    assert_eq!(fs::read_to_string(&path).expect("readable"), LADDER);
+}
+
+/// A broken file may be one of rungd that has lost its tables.
+#[test]
+fn a_broken_file_without_a_key_of_others_is_told() {
+    let folder = folder("fmt-lost");
+    fs::write(folder.join("a.toml"), "[tags").expect("written");
+    fs::write(folder.join("b.toml"), "[package\nname = \"x\"\n[dependencies]\n").expect("written");
+    let output = rungd(&["fmt", "."], &folder);
+    check(&output, 78, "", "a.toml:1:");
+    check(&output, 78, "", "1 error, 0 warnings\n");
 }
 
 fn piped(args: &[&str], text: &str) -> Output {

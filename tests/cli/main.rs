@@ -8,6 +8,7 @@ mod examples;
 mod fmt;
 mod init;
 mod ladder_tests;
+mod lsp;
 mod man_and_completions;
 mod packaging;
 mod plants;
@@ -24,5 +25,6 @@ mod support {
     pub mod calm;
     pub mod masked;
     pub mod model;
+    pub mod needs;
     pub mod shown;
 }

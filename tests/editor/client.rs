@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use lsp_server::{Connection, Message, Notification, Request, RequestId, Response};
+use rungd::editor::EditorEnd;
 use serde_json::{Value, json};
 
 /// The longest wait for an answer: far longer than any takes.
@@ -16,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// An editor and its server, a thread of the test.
 pub struct Editor {
     connection: Option<Connection>,
-    server: Option<JoinHandle<()>>,
+    server: Option<JoinHandle<EditorEnd>>,
     folder: PathBuf,
     number: i32,
     versions: BTreeMap<String, i32>,
@@ -207,7 +208,8 @@ impl Drop for Editor {
         self.ask("shutdown", Value::Null);
         self.tell("exit", Value::Null);
         self.connection = None;
-        self.server.take().expect("it runs").join().expect("the server did not panic");
+        let end = self.server.take().expect("it runs").join().expect("the server did not panic");
+        assert_eq!(end, EditorEnd::Shutdown);
     }
 }
 

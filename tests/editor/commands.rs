@@ -142,6 +142,30 @@ fn a_simulation_is_a_picture_or_a_table() {
 }
 
 #[test]
+fn an_argument_that_cannot_be_meant_is_refused() {
+    let folder = folder();
+    let mut editor = editor(folder.path());
+    editor.open(LADDER);
+    editor.open(TEST);
+    let (ladder, test) = (editor.uri(LADDER), editor.uri(TEST));
+    let mut check = |command: &str, arguments: Value, why: &str| {
+        let params = json!({ "command": command, "arguments": arguments });
+        let response = editor.respond("workspace/executeCommand", params);
+        let error = response.response_result.expect_err(why);
+        assert!(error.message.contains(why), "{}", error.message);
+    };
+    let scans = "the second argument is a number of scans, 1 or more";
+    check("rungd.simulate", json!([ladder, 0]), scans);
+    check("rungd.simulate", json!([ladder, -3]), scans);
+    check("rungd.simulate", json!([ladder, "5"]), scans);
+    check("rungd.simulate", json!([ladder, 5, "svg"]), "the third argument is \"csv\": `svg`");
+    check("rungd.test", json!([ladder]), "no test file; its name would end in `.test.toml`");
+    check("rungd.test", json!([test, 7]), "the second argument is the name of a test: `7`");
+    check("rungd.test", json!(["untitled:1"]), "the first argument is the URI of a file");
+    check("rungd.tset", json!([test]), "there is no command `rungd.tset`");
+}
+
+#[test]
 fn without_documents_a_message_says_it() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());

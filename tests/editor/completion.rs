@@ -6,7 +6,7 @@ use crate::client::Editor;
 use crate::project::{self, CONTROLLER, LADDER, TEST};
 
 /// A ladder with a name of every kind.
-const RICH: &str = r#"[ladder]
+pub const RICH: &str = r#"[ladder]
 name = "rich"
 devices = ["remote"]
 
@@ -77,7 +77,7 @@ name = "Close"
 "#;
 
 /// An editor that shows the project.
-fn editor(capabilities: Value) -> (project::Folder, Editor) {
+pub fn editor(capabilities: Value) -> (project::Folder, Editor) {
     let folder = project::folder();
     let mut editor = Editor::with(folder.path(), capabilities);
     for name in [CONTROLLER, LADDER, TEST] {
@@ -87,7 +87,7 @@ fn editor(capabilities: Value) -> (project::Folder, Editor) {
 }
 
 /// The items at the `¦` of a text.
-fn items(editor: &mut Editor, name: &str, text: &str) -> Vec<Value> {
+pub fn items(editor: &mut Editor, name: &str, text: &str) -> Vec<Value> {
     let before = text.split('¦').next().expect("a cursor");
     let line = before.matches('\n').count();
     let column = before.rsplit('\n').next().unwrap_or_default().encode_utf16().count();
@@ -104,10 +104,10 @@ fn labels(items: &[Value]) -> Vec<&str> {
 }
 
 /// A place, what is offered there, and what is not.
-type Case<'c> = (&'c str, &'c [&'c str], &'c [&'c str]);
+pub type Case<'c> = (&'c str, &'c [&'c str], &'c [&'c str]);
 
 /// Checks cases, each behind a text.
-fn check(name: &str, before: &str, cases: &[Case]) {
+pub fn check(name: &str, before: &str, cases: &[Case]) {
     let (_folder, mut editor) = editor(json!({}));
     let mut wrong = Vec::new();
     for (text, wanted, unwanted) in cases {
@@ -431,129 +431,6 @@ fn an_item_replaces_the_word_and_says_what_it_is() {
     let found = items(&mut editor, LADDER, &format!("{RICH}[[program.rung]]\nwhen = ¦"));
     let start = found.iter().find(|item| item["label"] == "start").expect("it is offered");
     assert_eq!(start["textEdit"]["newText"], "[\"start\"]");
-}
-
-#[test]
-fn parameters_in_texts_and_in_inline_uses() {
-    let template = "[[template]]\nname = \"Lamp\"\n[template.parameters]\non = { type = \"bit\" }\n\
-                    [template.tags]\n";
-    check(
-        LADDER,
-        template,
-        &[
-            ("late = { type = \"bit\", alarm = \"{¦}\" }", &["name", "on"], &["late"]),
-            ("late = { type = \"bit\", alarm = \"{name}: {o¦\" }", &["on"], &["name"]),
-            ("late = { type = \"bit\", doc = \"of ¦\" }", &[], &[]),
-            ("late = { type = \"bit\", alarm = \"{name} ¦\" }", &[], &[]),
-        ],
-    );
-    check(
-        LADDER,
-        RICH,
-        &[
-            (
-                "[[task]]\nname = \"T\"\nrung = [{ use = \"Pump\", with = { ¦ } }]",
-                &["wanted", "motor", "patience"],
-                &["amount"],
-            ),
-            (
-                "[[task]]\nname = \"T\"\nrung = [\n  { use = \"Pump\", with = { motor = \"Y3\", ¦",
-                &["wanted"],
-                &["motor"],
-            ),
-            (
-                "[[task]]\nname = \"T\"\nrung = [{ use = \"Pump\", with = { motor = \"¦\" } }]",
-                &["valve"],
-                &["start"],
-            ),
-        ],
-    );
-}
-
-#[test]
-fn points_of_devices() {
-    let plant = "ladder = [\"plant.toml\"]\n[[device]]\nname = \"plant\"\ndriver = \"simulated\"\n\
-                 part = [{ name = \"pump\", kind = \"motor\" }, { name = \"belt\", kind = \
-                 \"conveyor\", eyes = { infeed = 100 } }]\nfault = [{ name = \"worn\" }]\n";
-    check(
-        CONTROLLER,
-        plant,
-        &[
-            (
-                "map = [{ from = \"¦\", to = \"X0\" }]",
-                &["pump.running", "belt.infeed", "valve"],
-                &["fault.worn", "coil "],
-            ),
-            ("map = [{ from = \"Y0\", to = \"¦\" }]", &["pump.run", "fault.worn", "start"], &[]),
-            ("map = [{ from = \"Y0\", to = \"pump.r¦\" }]", &["pump.run"], &["start", "belt.run"]),
-            ("[[device.map]]\nfrom = \"Y0\"\nto = \"pu¦\"", &["pump.trip"], &[]),
-        ],
-    );
-    let line = "ladder = [\"plant.toml\"]\n[[device]]\nname = \"io\"\ndriver = \"modbus-tcp\"\n";
-    check(
-        CONTROLLER,
-        line,
-        &[
-            ("map = [{ from = \"¦\" }]", &["coil ", "input ", "valve"], &["pump.run"]),
-            ("map = [{ to = \"¦\" }]", &["holding "], &["input "]),
-        ],
-    );
-}
-
-/// What a snippet leaves to be typed is typed.
-fn typed_in(snippet: &str) -> String {
-    let mut text = snippet.replace("${1|true,false|}", "true").replace("${1:", "");
-    for number in 1..6 {
-        text = text.replace(&format!("= ${number}"), "= 1").replace(&format!("${{{number}:"), "");
-        text = text.replace(&format!("${number}"), "");
-    }
-    text
-}
-
-/// At every place of TOML, no item leaves what is no TOML; in strings that is a word's.
-#[test]
-fn items_leave_toml() {
-    let item = json!({ "snippetSupport": true });
-    let can = json!({ "textDocument": { "completion": { "completionItem": item } } });
-    let (_folder, mut editor) = editor(can);
-    let rung = "[[program]]\nname = \"Main\"\n\n[[program.rung]]\nname = \"a\"\n\
-                when = [\"start\", \"level > 3\"]\ndo = [ \"OUT valve\" ]\n\n\
-                [[task]]\nname = \"T\"\nrung = [\n    { when = [\"start\"], do = [] },\n]\n\
-                [tags]\nx = { at = \"X3\", count = 2, spare = true }\n";
-    let scan = "ladder = [\n    \"plant.toml\", # the one\n    \"b.toml\"\n]\n\n[scan]\n\
-                period = \"10ms\" # fast\n\n[outputs]\non = [\"valve\"]\n\n[[device]]\n\
-                name = \"io\"\nmap = [{ from = \"Y0\", to = \"coil 1\" }]\n";
-    let steps = "ladder = [\"plant.toml\"]\n[[scenario]]\nname = \"n\"\nset = { start = true }\n\
-                 steps = [\"set start 1\",\n  \"run 2 scans\" ]\n";
-    let (mut tried, mut wrong) = (0, Vec::new());
-    for (name, text) in [(LADDER, rung), (CONTROLLER, scan), (TEST, steps)] {
-        rungd::format::formatted(text).expect("it is TOML");
-        for at in (0..=text.len()).filter(|at| text[..*at].matches('"').count() % 2 == 0) {
-            let cursor = format!("{}¦{}", &text[..at], &text[at..]);
-            for item in items(&mut editor, name, &cursor).iter().step_by(3) {
-                let edit = &item["textEdit"];
-                let column = |of: &str| edit["range"][of]["character"].as_u64().unwrap() as usize;
-                let line = text[..at].rfind('\n').map_or(0, |end| end + 1);
-                let new = edit["newText"].as_str().unwrap();
-                let (start, end) = (line + column("start"), line + column("end"));
-                let after = format!("{}{}{}", &text[..start], typed_in(new), &text[end..]);
-                // A header without its first keys is one of a table, whoever's they are.
-                let is_toml = rungd::format::formatted(&after).is_ok() || is_only_twice(&after);
-                tried += 1;
-                if !is_toml && wrong.len() < 20 {
-                    wrong.push(format!("{new:?} at {cursor}"));
-                }
-            }
-        }
-    }
-    assert!(tried > 500, "{tried}");
-    assert!(wrong.is_empty(), "{}", wrong.join("\n---\n"));
-}
-
-/// Whether all that is wrong with a text is that a key or header stands twice.
-fn is_only_twice(text: &str) -> bool {
-    let Err(findings) = rungd::format::formatted(text) else { return true };
-    findings.iter().all(|finding| finding.message.contains("twice"))
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::client::Editor;
-use crate::project::empty;
+use crate::project::{LADDER, TEST, empty, folder};
 use rungd::load;
 use rungd::source::finding::Finding;
 use rungd::source::render::{Style, render};
@@ -260,5 +260,29 @@ fn a_wrong_byte_is_one_finding() {
         let (_, findings) = checked(&path);
         let told: Vec<&str> = findings.iter().map(|of| of.message.as_str()).collect();
         assert!(matches!(told[..], [one] if one.contains("is 0xFF")), "{told:?}");
+    }
+}
+
+/// A test that is open alone shows what is wrong with what it tests.
+#[test]
+fn a_test_brings_the_findings_of_its_project() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    let ladder = editor.disk(LADDER).replace("OUT valve", "OUT valev");
+    std::fs::write(folder.path().join(LADDER), ladder).expect("written");
+    editor.open(TEST);
+    assert_eq!(editor.diagnostics(TEST), Vec::<Value>::new());
+    let of_ladder = editor.diagnostics(LADDER);
+    let message = of_ladder[0]["message"].as_str().expect("a message");
+    assert!(message.contains("`valev`"), "{message}");
+}
+
+#[test]
+fn an_emptied_ladder_has_no_main() {
+    let folder = empty();
+    let mut editor = Editor::new(folder.path());
+    for text in ["", "# nothing yet\n"] {
+        editor.open_with("plant.toml", text);
+        assert_eq!(editor.diagnostics("plant.toml")[0]["code"], "no-main", "{text}");
     }
 }

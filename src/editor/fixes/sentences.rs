@@ -1,5 +1,5 @@
-//! Helps that say several things to do, or where something is to be written: a declaration with what
-//! names it, a row of a map, a pair under another header, a table of its own.
+//! Helps that say several things to do, or where to write: a declaration with what names it, a row
+//! of a map, a pair under another header, a table of its own.
 //!
 //! Called by `help`, which reads the texts of all other helps.
 

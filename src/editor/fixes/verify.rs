@@ -6,8 +6,9 @@
 //! - Behind the nearest name of a slip other mistakes can appear, since nothing judged what the slip
 //!   hid. They are taken where the change is, and the change is never the preferred one.
 //! - A constant that a rule has computed (`if it is meant, write …`) is another operation with the
-//!   same result, and `initial = 0` is what memory begins with. And a project with errors has no program. There the finding is proof enough if
-//!   its help says that the text reads as before, and no finding at all is new.
+//!   same result, and `initial = 0` is what memory begins with. A project with errors has no program.
+//!   In these cases the help is the proof, if it says that the text reads as before, and no finding
+//!   at all may be new.
 //! - Settings of a controller file, and tests, are no part of the program: nothing can compare what
 //!   they do. There no finding may be new, the program must be the same, and the help must name the
 //!   very text; such a change is never the preferred one.
@@ -32,8 +33,8 @@ use crate::lower::lower;
 use crate::resolve::program::Program;
 use crate::source::finding::{Code, Finding, Severity};
 
-/// Warnings whose help gives a text of the same value: one that a rule has computed, or the one that
-/// memory begins with.
+/// Warnings whose help gives a text of the same value: one that a rule has computed, or that memory
+/// begins with.
 const COMPUTED: [Code; 4] =
     [Code::ConstantCompare, Code::ConstantSaturates, Code::LostFraction, Code::NeverWritten];
 
@@ -80,7 +81,7 @@ impl<'w> FixTrial<'w> {
     /// What changes of an advice are worth; `None`: they repair nothing.
     pub fn repairs(&mut self, changes: &[TextChange], advice: &Advice) -> Option<FixWorth> {
         let after = self.tried(changes)?;
-        let has_error = after.new.iter().any(|finding| is_error(finding));
+        let has_error = after.new.iter().any(is_error);
         if self.finding.severity() == Severity::Error {
             let is_spelling =
                 advice.lead() == AdviceLead::Spelling || self.finding.code == Code::WrongCase;

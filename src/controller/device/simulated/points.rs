@@ -79,8 +79,8 @@ fn fixed(kind: PartKind) -> &'static [Fixed] {
     }
 }
 
-/// The points that every part of a kind has, for editors: each with what it holds, and whether it is
-/// a command. Empty for a word that is no kind.
+/// The points that every part of a kind has, for editors: name, what it holds, whether it is a
+/// command. Empty for a word that is no kind.
 pub fn points_of(kind: &str) -> Vec<(&'static str, &'static str, bool)> {
     let kind = PartKind::NAMES.iter().find(|(name, _)| *name == kind);
     let all = kind.map_or(&[][..], |(_, kind)| fixed(*kind));

@@ -1,0 +1,82 @@
+//! `rungd lsp` as an editor starts it: over standard input and output, by a client that is not
+//! always well-behaved.
+
+use std::io::Write;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::{Value, json};
+
+/// What the server writes and how it ends, after this input.
+fn serve(input: &[u8]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.arg("lsp").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("started");
+    child.stdin.take().expect("a pipe").write_all(input).expect("written");
+    child.wait_with_output().expect("ended")
+}
+
+fn framed(body: &str) -> String {
+    format!("Content-Length: {}\r\n\r\n{body}", body.len())
+}
+
+fn request(id: Value, method: &str) -> String {
+    let params = json!({ "capabilities": {} });
+    framed(&json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params }).to_string())
+}
+
+fn notification(method: &str) -> String {
+    framed(&json!({ "jsonrpc": "2.0", "method": method, "params": {} }).to_string())
+}
+
+/// Checks the exit code, the codes of the errors that the editor was sent, and what standard error
+/// says.
+fn check(input: &str, code: i32, errors: &[i64], stderr: &str) {
+    let output = serve(input.as_bytes());
+    let written = String::from_utf8(output.stdout).expect("text");
+    let bodies = written.split("Content-Length: ").filter_map(|part| part.split_once("\r\n\r\n"));
+    let codes: Vec<i64> = bodies
+        .filter_map(|(_, body)| {
+            serde_json::from_str::<Value>(body).expect("JSON")["error"]["code"].as_i64()
+        })
+        .collect();
+    assert_eq!(codes, errors, "{written}");
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(said, stderr);
+    assert_eq!(output.status.code(), Some(code));
+}
+
+fn begun() -> String {
+    request(json!(1), "initialize") + &notification("initialized")
+}
+
+#[test]
+fn the_end_is_told_by_the_exit_code() {
+    let ended = request(json!(2), "shutdown") + &notification("exit");
+    check(&(begun() + &ended), 0, &[], "");
+    check(&(begun() + &notification("exit")), 1, &[], "");
+    check(&begun(), 1, &[], "");
+}
+
+#[test]
+fn what_is_no_message_does_not_end_the_server() {
+    let ended = request(json!("end"), "shutdown") + &notification("exit");
+    let odd = [
+        framed("{"),
+        framed("[]"),
+        request(json!(1_u64 << 40), "textDocument/hover"),
+        request(json!(3), "textDocument/hover"),
+        request(json!(4), "textDocument/none"),
+    ];
+    let codes = [-32700, -32600, -32600, -32602, -32601];
+    check(&(begun() + &odd.concat() + &ended), 0, &codes, "");
+}
+
+#[test]
+fn a_broken_header_ends_the_server_with_its_reason() {
+    let broken = begun() + "Content-Length: many\r\n\r\n";
+    let why = "rungd: standard input: a header has no number behind Content-Length: \
+               `Content-Length: many`\n";
+    check(&broken, 74, &[], why);
+    let long = begun() + &format!("Content-Length: {}\r\n\r\n{{", u64::MAX);
+    check(&long, 1, &[-32600], "");
+}
