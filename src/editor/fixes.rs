@@ -36,6 +36,8 @@ mod verify;
 
 /// The most texts that are judged for a request.
 const TRIALS_MAX: usize = 24;
+/// The most advices of a finding that are one of several, each of which is judged.
+const CHOICES_MAX: usize = 3;
 /// The most findings that a request is answered for.
 const FINDINGS_MAX: usize = 8;
 
@@ -125,7 +127,12 @@ fn offers(
     let span = finding.span.start as usize..finding.span.end as usize;
     let mut offers = Vec::new();
     let help = finding.help_text().unwrap_or_default();
+    let mut choices = 0;
     for advice in help::read(&help) {
+        choices += usize::from(advice.is_choice());
+        if advice.is_choice() && choices > CHOICES_MAX {
+            continue;
+        }
         let taken = best(change::proposed(file, &span, &advice), left, |changes| {
             trial.repairs(changes, &advice)
         });

@@ -282,6 +282,21 @@ fn a_key_is_written_into_the_table_that_lacks_it() {
     assert_eq!(changed, [wanted], "{own:#?}");
 }
 
+/// A correction of a controller file: no finding is new, and it is not the preferred one.
+#[test]
+fn a_warning_about_a_setting_is_corrected() {
+    let text = "ladder = [\"a.toml\"]\n\n[scan]\nperiod = \"10s\"\nwatchdog = \"30s\"\n";
+    let folder = empty();
+    let mut editor = editor(folder.path());
+    std::fs::write(folder.path().join("a.toml"), LADDER).unwrap();
+    std::fs::write(folder.path().join("c.toml"), text).unwrap();
+    let told = tried(&mut editor, "c.toml", text);
+    expect_test::expect![[r#"
+        c.toml:4 long-period
+          - Write `period = "10ms"`
+    "#]].assert_eq(&told);
+}
+
 #[test]
 fn a_sum_in_contacts_gets_a_rung_and_a_tag() {
     let text = "[[program]]\nname = \"Main\"\n\n[[program.rung]]\nwhen = [\"X1\", \

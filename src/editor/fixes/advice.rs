@@ -62,6 +62,11 @@ impl Advice {
         }
     }
 
+    /// Whether it is one of several that can be meant.
+    pub fn is_choice(&self) -> bool {
+        matches!(self.lead(), AdviceLead::Spelling | AdviceLead::Example)
+    }
+
     /// The title of the action; `changed`: the place that it changes.
     pub fn title(&self, file: &EditorFile, changed: Range<usize>) -> String {
         match self {

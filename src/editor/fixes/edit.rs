@@ -1,5 +1,5 @@
-//! Changes of a text, and the parts of which all proposals are made: a pair in the place of one with
-//! its key, a further pair of a table, a declaration, an element with its comma.
+//! Changes of a text, and the parts of which all proposals are made: a pair in the place of one
+//! with its key, a further pair of a table, a declaration, an element with its comma.
 //!
 //! `change`, `tables` and `silence` use them, `verify` tries the proposals. Nothing here knows an
 //! advice.

@@ -3,12 +3,12 @@
 //!
 //! "The same" is the same engine program: operations, cells, initial values. Three limits of this:
 //!
-//! - Behind the nearest name of a slip other mistakes can appear, since nothing judged what the slip
-//!   hid. They are taken where the change is, and the change is never the preferred one.
+//! - Behind the nearest name of a slip other mistakes can appear, since nothing judged what the
+//!   slip hid. They are taken where the change is, and the change is never the preferred one.
 //! - A constant that a rule has computed (`if it is meant, write …`) is another operation with the
-//!   same result, and `initial = 0` is what memory begins with. A project with errors has no program.
-//!   In these cases the help is the proof, if it says that the text reads as before, and no finding
-//!   at all may be new.
+//!   same result, and `initial = 0` is what memory begins with. A project with errors has no
+//!   program. In these cases the help is the proof, if it says that the text reads as before, and
+//!   no finding at all may be new.
 //! - Settings of a controller file, and tests, are no part of the program: nothing can compare what
 //!   they do. There no finding may be new, the program must be the same, and the help must name the
 //!   very text; such a change is never the preferred one.
