@@ -294,7 +294,8 @@ fn a_warning_about_a_setting_is_corrected() {
     expect_test::expect![[r#"
         c.toml:4 long-period
           - Write `period = "10ms"`
-    "#]].assert_eq(&told);
+    "#]]
+    .assert_eq(&told);
 }
 
 #[test]

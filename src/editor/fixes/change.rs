@@ -13,7 +13,9 @@ use super::tables;
 use crate::isa::address_text::reads_as_address;
 
 /// The most proposals for an advice.
-const PROPOSALS_MAX: usize = 6;
+const PROPOSALS_MAX: usize = 8;
+/// The longest string whose spaces are looked at.
+const SPACED_MAX: usize = 1000;
 
 /// What an advice about a place can mean.
 pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, advice: &Advice) -> Vec<Proposal> {
@@ -96,8 +98,52 @@ fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<Proposal> 
         all.push(vec![one(span.clone(), text)]);
         all.push(vec![one(word_around(file, &string.inner, span), text)]);
     }
+    let parts = parts(file, &string.inner, (span, text));
+    all.extend(parts.into_iter().map(|place| vec![one(place, text)]));
     all.push(vec![one(string.inner.clone(), text)]);
     all
+}
+
+/// The parts of a string that a text can stand for: the same with other spaces, the words before a
+/// place that it repeats, the contacts of a step, the expression of a MATH.
+fn parts(
+    file: &EditorFile,
+    inner: &Range<usize>,
+    (span, text): (&Range<usize>, &str),
+) -> Vec<Range<usize>> {
+    let whole = file.slice(inner.clone());
+    let own = |part: Range<usize>| inner.start + part.start..inner.start + part.end;
+    let mut parts: Vec<Range<usize>> = spaced_otherwise(whole, text).into_iter().map(own).collect();
+    let first = text.split(' ').next().unwrap_or_default();
+    if first.len() < text.len() && inner.start <= span.start && span.end <= inner.end {
+        let word = word_around(file, inner, span);
+        let before = file.slice(inner.start..word.start).trim_end();
+        parts.extend(before.ends_with(first).then(|| {
+            let start = inner.start + before.len() - first.len();
+            start..word.end
+        }));
+    }
+    for sign in [": ", " = "] {
+        let at = whole.find(sign).map(|at| at + sign.len()..whole.len());
+        parts.extend(at.map(own));
+    }
+    parts
+}
+
+/// The part of a string that is a text but for spaces.
+fn spaced_otherwise(whole: &str, text: &str) -> Option<Range<usize>> {
+    if whole.len() > SPACED_MAX {
+        return None;
+    }
+    let plain = |text: &str| -> Vec<(usize, char)> {
+        text.char_indices().filter(|(_, c)| *c != ' ').collect()
+    };
+    let (all, wanted) = (plain(whole), plain(text));
+    let same = |at: &usize| all[*at..].iter().zip(&wanted).all(|(own, of)| own.1 == of.1);
+    let last = all.len().checked_sub(wanted.len().max(1))?;
+    let at = (0..=last).find(same)?;
+    let (end, c) = all[at + wanted.len() - 1];
+    Some(all[at].0..end + c.len_utf8())
 }
 
 /// A pair with a key: in the place of the one with the same key, of that at the place, or new.
