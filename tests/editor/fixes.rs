@@ -302,6 +302,7 @@ fn a_warning_about_a_setting_is_corrected() {
 fn a_sum_in_contacts_gets_a_rung_and_a_tag() {
     let text = "[[program]]\nname = \"Main\"\n\n[[program.rung]]\nwhen = [\"X1\", \
                 \"D0 / 2 == 1\"]\ndo = [\"OUT Y0\", \"MOVE 4 to=D0\"]\n";
+    let title = "Declare `result = { type = \"int\" }` and write `result == 1`";
     expect_test::expect![[r#"
         [tags]
         result = { type = "int" }
@@ -317,7 +318,7 @@ fn a_sum_in_contacts_gets_a_rung_and_a_tag() {
         when = ["X1", "result == 1"]
         do = ["OUT Y0", "MOVE 4 to=D0"]
     "#]]
-    .assert_eq(&repaired("b.toml", text, ("in a contact", "Write `result == 1`")));
+    .assert_eq(&repaired("b.toml", text, ("in a contact", title)));
 }
 
 #[test]

@@ -70,8 +70,9 @@ impl Advice {
     /// The title of the action; `changed`: the place that it changes.
     pub fn title(&self, file: &EditorFile, changed: Range<usize>) -> String {
         match self {
-            Advice::Write { text, tag: None, .. } | Advice::Here { text, .. } => {
-                format!("Write `{text}`")
+            Advice::Write { text, tag: None, .. } => format!("Write `{text}`"),
+            Advice::Here { declare, text, .. } => {
+                format!("Declare `{declare}` and write `{text}`")
             }
             Advice::Write { text, tag: Some(tag), .. } => format!("Write `{text}` in tag `{tag}`"),
             Advice::Declare(text) => format!("Declare `{text}` under [tags]"),

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use super::super::file::EditorFile;
 use super::super::outline::KeyPair;
+use super::super::words::names;
 use super::edit::{Proposal, TextChange, as_pair, declared, one, same_key, without_pair};
 use super::places::{end_of_table, is_inline, lines, object_at, pair_at, value_at};
 
@@ -110,9 +111,20 @@ pub(super) fn here(
         first.push(rung);
     }
     let string = value_at(file, span).filter(|value| value.is_string);
-    let places = [Some(span.clone()), string.map(|value| value.inner.clone())];
+    let string = string.map(|value| value.inner.clone());
+    let address = string.as_ref().and_then(|string| address_in(file, string, declare));
+    let places = [address, Some(span.clone()), string];
     let whole = |place| [first.as_slice(), &[one(place, text)]].concat();
     places.into_iter().flatten().map(whole).collect()
+}
+
+/// The address of a declaration, as a word of a string.
+fn address_in(file: &EditorFile, string: &Range<usize>, declare: &str) -> Option<Range<usize>> {
+    let (_, rest) = declare.split_once("at = \"")?;
+    let (address, _) = rest.split_once('"')?;
+    let mut words = names(file.slice(string.clone()), true).into_iter().map(|(word, _)| word);
+    let place = |word: Range<usize>| string.start + word.start..string.start + word.end;
+    words.find_map(|word| Some(place(word)).filter(|at| file.slice(at.clone()) == address))
 }
 
 fn rung_before(file: &EditorFile, span: &Range<usize>, instruction: &str) -> Option<TextChange> {
