@@ -14,8 +14,9 @@ use lsp_types::{
     Diagnostic, NumberOrString, TextEdit, WorkspaceEdit,
 };
 
-use self::change::TextChange;
-use self::verify::FixTrial;
+use self::advice::AdviceLead;
+use self::edit::{Proposal, TextChange};
+use self::verify::{FixTrial, FixWorth};
 use super::diagnostics::{path_of as judged_path, told};
 use super::file::EditorFile;
 use super::judge::Judgement;
@@ -23,14 +24,20 @@ use super::uri::path_of;
 use super::workspace::Workspace;
 use crate::source::finding::{Finding, Severity};
 
+mod advice;
 mod change;
+mod edit;
 mod help;
 mod places;
+mod sentences;
 mod silence;
+mod tables;
 mod verify;
 
 /// The most texts that are judged for a request.
 const TRIALS_MAX: usize = 24;
+/// The most advices of a finding that are one of several, each of which is judged.
+const CHOICES_MAX: usize = 3;
 /// The most findings that a request is answered for.
 const FINDINGS_MAX: usize = 8;
 
@@ -61,7 +68,7 @@ pub(super) fn actions(
     let mut left = TRIALS_MAX;
     let mut offered = Vec::new();
     for (judgement, finding) in findings(workspace, &path, &file, &within) {
-        let mut trial = FixTrial::of(workspace, (judgement, finding), (&path, &file.text));
+        let mut trial = FixTrial::of(workspace, (judgement, finding), &file);
         let offers = offers(&file, finding, &mut trial, &mut left);
         let is_clear = offers.iter().filter(|offer| offer.repairs).count() == 1;
         for offer in &offers {
@@ -120,22 +127,25 @@ fn offers(
     let span = finding.span.start as usize..finding.span.end as usize;
     let mut offers = Vec::new();
     let help = finding.help_text().unwrap_or_default();
+    let mut choices = 0;
     for advice in help::read(&help) {
-        let mut proposed = change::proposed(file, &span, &advice).into_iter();
-        let taken = proposed.find(|changes| {
-            let is_left = *left > 0;
-            *left -= usize::from(is_left);
-            is_left && trial.repairs(changes)
+        choices += usize::from(advice.is_choice());
+        if advice.is_choice() && choices > CHOICES_MAX {
+            continue;
+        }
+        let taken = best(change::proposed(file, &span, &advice), left, |changes| {
+            trial.repairs(changes, &advice)
         });
-        if let Some(changes) = taken {
+        if let Some((changes, worth)) = taken
+            && !offers.iter().any(|known: &Offer| known.changes == changes)
+        {
             let changed = changes.first().map_or(span.clone(), |change| change.range.clone());
             let title = advice.title(file, changed);
-            offers.push(Offer {
-                title,
-                changes,
-                repairs: true,
-                is_sure: !advice.is_example(&help),
-            });
+            let is_example = advice.lead() == AdviceLead::Example
+                || help.starts_with("give it ")
+                || help.starts_with("most ");
+            let is_sure = !is_example && worth == FixWorth::Whole;
+            offers.push(Offer { title, changes, repairs: true, is_sure });
         }
     }
     if finding.severity() == Severity::Warning {
@@ -147,6 +157,27 @@ fn offers(
         }
     }
     offers
+}
+
+/// The first proposal of which all is proved, else the first that repairs.
+fn best(
+    proposed: Vec<Proposal>,
+    left: &mut usize,
+    mut repairs: impl FnMut(&[TextChange]) -> Option<FixWorth>,
+) -> Option<(Proposal, FixWorth)> {
+    let mut first = None;
+    for changes in proposed {
+        if *left == 0 {
+            break;
+        }
+        *left -= 1;
+        match repairs(&changes) {
+            Some(FixWorth::Whole) => return Some((changes, FixWorth::Whole)),
+            Some(FixWorth::First) if first.is_none() => first = Some((changes, FixWorth::First)),
+            Some(FixWorth::First) | None => {}
+        }
+    }
+    first
 }
 
 /// The diagnostic of the editor that shows a finding.

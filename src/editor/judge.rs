@@ -129,14 +129,24 @@ pub(super) fn judge(change: u64, root: &JudgedRoot, texts: &OpenTexts) -> Judgem
     Judgement { change, root, files, findings, program, retained, failure }
 }
 
-/// A test file, without the findings of the files that it names: these have their own roots.
+/// A test file, without the findings of the ladders and controller files that it names: these have
+/// their own roots. That a test stands where a ladder belongs is found nowhere else.
 fn test(path: &Path, texts: &OpenTexts) -> anyhow::Result<Loaded> {
     let bytes = texts.read(path)?;
     let (text, undecoded) = decode(&bytes, FileId(0));
     let file = SourceFile { name: path.display().to_string(), text };
     let read = testing::read_among(path, (file, undecoded), texts);
-    let own = read.findings.into_iter().filter(|finding| finding.span.file == FileId(0));
+    let is_test = |finding: &Finding| {
+        let file = read.files.get(finding.span.file.0 as usize);
+        file.is_some_and(|file| file.name.ends_with(".test.toml"))
+    };
+    let own = read
+        .findings
+        .iter()
+        .filter(|finding| finding.span.file == FileId(0) || is_test(finding))
+        .cloned();
     let mut loaded = Loaded::default();
-    (loaded.files, loaded.findings) = (read.files, own.collect());
+    loaded.findings = own.collect();
+    loaded.files = read.files;
     Ok(loaded)
 }

@@ -149,7 +149,23 @@ impl Names {
             false => self.holder(number, file, object),
         };
         self.all[at].parent = parent;
+        if kind == DeclaredKind::Device {
+            self.unite(at);
+        }
         self.know(at, kind, name, parent);
+    }
+
+    /// Controller files that have one ladder each have the device that it names: these are one
+    /// thing, the first of them.
+    fn unite(&mut self, at: usize) {
+        let of = &self.all[at];
+        let place = (of.file, of.span.start);
+        let same = self.global(&of.name).filter(|first| {
+            self.all[*first].kind == DeclaredKind::Device && self.all[*first].file != of.file
+        });
+        if let Some(first) = same {
+            self.places.insert(place, first);
+        }
     }
 
     fn know(&mut self, at: usize, kind: DeclaredKind, name: String, parent: Option<usize>) {

@@ -1,19 +1,20 @@
 //! Go to definition, and find references: the declaration of a name, and all words that mean it.
 
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context, Result, bail};
 use lsp_types::{
     DocumentHighlight, DocumentHighlightKind, DocumentHighlightParams, GotoDefinitionParams,
-    GotoDefinitionResponse, Location, ReferenceParams,
+    GotoDefinitionResponse, Location, ReferenceParams, Uri,
 };
 
 use super::names::Meaning;
-use super::project::{Project, named_file};
+use super::project::{Project, is_library, named_file};
 use super::uri::uri_of;
 use super::words::Role;
 use super::workspace::{Cursor, Workspace, location};
+use crate::load::library;
 
 /// The part of a name at a cursor.
 pub(super) fn part_at(cursor: &Cursor) -> Option<(Range<usize>, Meaning)> {
@@ -46,26 +47,32 @@ pub(super) fn definition(
         return Ok(None);
     };
     if let Some(path) = file_at(&cursor) {
-        let start = Location { range: lsp_types::Range::default(), ..file_location(&path)? };
+        let start = Location::new(shown(workspace, &path)?, lsp_types::Range::default());
         return Ok(Some(GotoDefinitionResponse::Scalar(start)));
     }
     let Some((_, Meaning::Declared(at))) = part_at(&cursor) else { return Ok(None) };
     let declared = &cursor.project.names.all[at];
     let file = &cursor.project.files[declared.file];
-    let location = location(file, declared.span.clone());
-    Ok(location.map(GotoDefinitionResponse::Scalar))
+    let place = file.place(declared.span.clone());
+    let location = Location::new(shown(workspace, &file.path)?, place);
+    Ok(Some(GotoDefinitionResponse::Scalar(location)))
 }
 
 /// The file that the name at the cursor is of, if it is there.
 fn file_at(cursor: &Cursor) -> Option<PathBuf> {
     let word = cursor.word().filter(|word| word.role == Role::File)?;
     let path = named_file(cursor.file(), cursor.file().slice(word.span.clone()));
-    path.is_file().then_some(path)
+    (is_library(&path) || path.is_file()).then_some(path)
 }
 
-fn file_location(path: &std::path::Path) -> Result<Location> {
-    let uri = uri_of(path).ok_or_else(|| anyhow::anyhow!("no file on disk"))?;
-    Ok(Location::new(uri, lsp_types::Range::default()))
+/// The URI under which an editor can open a file; one of the library is written to be looked at.
+fn shown(workspace: &Workspace, path: &Path) -> Result<Uri> {
+    let own = match path.to_str().and_then(library::named) {
+        Some(Ok(file)) => Some(workspace.jobs.scratch().library(file)?),
+        Some(Err((message, help))) => bail!("{message}: {help}"),
+        None => None,
+    };
+    uri_of(own.as_deref().unwrap_or(path)).context("no file on disk")
 }
 
 /// All places where the name at the cursor is meant, in all files of the project.

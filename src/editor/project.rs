@@ -138,7 +138,9 @@ impl Library {
         let root_file = self.file(&root)?;
         let mut files = vec![root_file.clone()];
         self.add(&mut files, named_files(&root_file));
-        let of_root: Vec<PathBuf> = files.iter().map(|file| file.path.clone()).collect();
+        // The library is everybody's: to name it makes no project.
+        let own = files.iter().map(|file| file.path.clone());
+        let of_root: Vec<PathBuf> = own.filter(|path| !is_library(path)).collect();
         if file.kind == FileKind::Test {
             self.add(&mut files, named_files(&file));
         }

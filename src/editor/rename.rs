@@ -19,7 +19,7 @@ use super::judge::{JudgedRoot, judge};
 use super::names::{Declared, Meaning, Names};
 use super::navigate::{part_at, places_of};
 use super::project::{Project, is_library};
-use super::slots::DeclaredKind;
+use super::slots::{DeclaredKind, FileKind};
 use super::uri::uri_of;
 use super::workspace::{Cursor, Workspace};
 use crate::load::OpenTexts;
@@ -166,9 +166,14 @@ fn same_judgement(
     let after = on_disk.map(|file| (file.path.clone(), file.text.clone()));
     let after: Vec<(PathBuf, Arc<str>)> = before.iter().cloned().chain(after).collect();
     let (before, after) = (OpenTexts::new(before), OpenTexts::new(after));
-    let tests = project.files.iter().filter(|file| file.kind == super::slots::FileKind::Test);
-    let tests = tests.map(|file| JudgedRoot::Test(file.path.clone()));
-    for root in std::iter::once(JudgedRoot::of(project)).chain(tests) {
+    let others = project.files.iter().filter_map(|file| match file.kind {
+        FileKind::Test => Some(JudgedRoot::Test(file.path.clone())),
+        FileKind::Controller if file.path != project.root => {
+            Some(JudgedRoot::Controller(file.path.clone()))
+        }
+        FileKind::Controller | FileKind::Ladder => None,
+    });
+    for root in std::iter::once(JudgedRoot::of(project)).chain(others) {
         let (was, is) = (judge(0, &root, &before), judge(0, &root, &after));
         let errors = |of: &super::judge::Judgement| {
             let errors = of.findings.iter().filter(|of| of.severity() == Severity::Error);
@@ -178,7 +183,11 @@ fn same_judgement(
         };
         if errors(&was) != errors(&is) {
             let new = is.findings.iter().find(|of| of.severity() == Severity::Error);
-            let why = new.map_or_else(String::new, |finding| format!(": {}", finding.message));
+            let why = new.map_or_else(String::new, |finding| {
+                let file = is.files.get(finding.span.file.0 as usize);
+                let file = file.map_or("", |file| file.name.as_str());
+                format!(": {} ({file})", finding.message)
+            });
             bail!("the new name is refused{why}");
         }
         if was.retained != is.retained {

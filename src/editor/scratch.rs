@@ -1,21 +1,22 @@
-//! The folder for files that the server makes to be looked at: pictures and texts.
+//! The folder for files that the server makes to be looked at: pictures, texts, copies of the
+//! library's files.
 //!
 //! Made at the first file, for its owner alone, and gone with the server. A server that is killed
 //! leaves its folder: the next one takes it away, since nobody holds its lock.
 
-use std::fs::{self, DirBuilder, File, OpenOptions};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result};
 use rustix::fs::{FlockOperation, OFlags, flock};
 
+use super::uri::{SCRATCH, shown_name};
+use crate::load::library::LibraryFile;
+
 /// How often a name is tried that may be another's.
 const TRIES_MAX: u32 = 1000;
-
-/// What the names of these folders begin with.
-const PREFIX: &str = "rungd-editor-files-";
 
 /// The file that says, by its lock, that the server lives.
 const LOCK: &str = ".lock";
@@ -44,6 +45,19 @@ impl Scratch {
         Ok(path)
     }
 
+    /// The file that shows one of the library, which nobody can write; its path.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn library(&self, file: &LibraryFile) -> Result<PathBuf> {
+        let path = self.folder()?.join(shown_name(file.name));
+        if !path.exists() {
+            fs::write(&path, file.text).with_context(|| path.display().to_string())?;
+            fs::set_permissions(&path, Permissions::from_mode(0o444))?;
+        }
+        Ok(path)
+    }
+
     fn folder(&self) -> Result<PathBuf> {
         let mut folder = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = &*folder {
@@ -61,7 +75,7 @@ impl Scratch {
 fn made(temp: &Path) -> Result<ScratchFolder> {
     let own = std::process::id();
     for number in 0..TRIES_MAX {
-        let path = temp.join(format!("{PREFIX}{own}-{number}"));
+        let path = temp.join(format!("{SCRATCH}{own}-{number}"));
         match DirBuilder::new().mode(0o700).create(&path) {
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => continue,
             made => made.with_context(|| path.display().to_string())?,
@@ -80,7 +94,7 @@ fn made(temp: &Path) -> Result<ScratchFolder> {
 fn remove_abandoned(temp: &Path) {
     let entries = fs::read_dir(temp).into_iter().flatten().flatten();
     let of_servers =
-        entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(PREFIX));
+        entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(SCRATCH));
     for path in of_servers.map(|entry| entry.path()) {
         // A link, or a FIFO, in the place of the lock leads nowhere.
         let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
@@ -106,7 +120,6 @@ mod tests {
 
     #[test]
     fn the_folder_is_the_owners_and_goes() {
-        use std::os::unix::fs::PermissionsExt;
         let scratch = Scratch::default();
         let path = scratch.write("why ../a.txt", b"x").unwrap();
         let folder = path.parent().unwrap().to_owned();
@@ -123,7 +136,7 @@ mod tests {
         let lives = made(&temp).unwrap();
         let ScratchFolder { path: abandoned, _lock } = made(&temp).unwrap();
         drop(_lock);
-        let unmade = temp.join(format!("{PREFIX}1-0"));
+        let unmade = temp.join(format!("{SCRATCH}1-0"));
         fs::create_dir(&unmade).unwrap();
         remove_abandoned(&temp);
         assert!(lives.path.exists() && unmade.exists() && !abandoned.exists());

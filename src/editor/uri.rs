@@ -1,4 +1,8 @@
 //! Paths as the URIs of the protocol, and back.
+//!
+//! A file of the library is no file on disk. `scratch` writes its text where an editor can show it,
+//! and the name of that file says which one it is: so it is read as the library's wherever it is
+//! asked about.
 
 use std::fmt::Write as _;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
@@ -7,7 +11,27 @@ use std::str::FromStr;
 
 use lsp_types::Uri;
 
-use crate::load::identity;
+use crate::load::{identity, library};
+use crate::source::file_kind::LIBRARY;
+
+/// How the names of folders begin that the server makes.
+pub(super) const SCRATCH: &str = "rungd-editor-files-";
+/// How the names of files begin that show one of the library.
+const SHOWN: &str = "lib-";
+
+/// The name of the file that shows one of the library.
+pub(super) fn shown_name(name: &str) -> String {
+    format!("{SHOWN}{name}.toml")
+}
+
+/// The name of the library's file that a file shows.
+fn shown(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent()?.file_name()?.to_str()?;
+    let name = path.file_name()?.to_str()?.strip_prefix(SHOWN)?.strip_suffix(".toml")?;
+    let name = format!("{LIBRARY}{name}");
+    let is_known = folder.starts_with(SCRATCH) && library::named(&name)?.is_ok();
+    is_known.then(|| PathBuf::from(name))
+}
 
 /// The identity of the file that a URI names; `None` for one that is no file's.
 pub(super) fn path_of(uri: &Uri) -> Option<PathBuf> {
@@ -27,7 +51,8 @@ pub(super) fn path_of(uri: &Uri) -> Option<PathBuf> {
             byte => byte,
         });
     }
-    Some(identity(Path::new(&std::ffi::OsString::from_vec(bytes))))
+    let path = identity(Path::new(&std::ffi::OsString::from_vec(bytes)));
+    Some(shown(&path).unwrap_or(path))
 }
 
 /// The URI of a file; `None` for a file of the library, which is not on disk.
@@ -49,6 +74,15 @@ pub(super) fn uri_of(path: &Path) -> Option<Uri> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_that_shows_the_library_is_the_librarys() {
+        let path = |text: &str| path_of(&Uri::from_str(text).unwrap()).unwrap();
+        assert_eq!(path("file:///tmp/rungd-editor-files-7-0/lib-pid.toml"), Path::new("lib:pid"));
+        for own in ["/home/me/lib-pid.toml", "/tmp/rungd-editor-files-7-0/lib-none.toml"] {
+            assert_eq!(path(&format!("file://{own}")), Path::new(own));
+        }
+    }
 
     #[test]
     fn paths_go_there_and_back() {

@@ -112,7 +112,7 @@ impl WordReader<'_> {
             match of_key(outline, kind, pair, at) {
                 KeySlot::Declares(declared) => self.push(span.clone(), Role::Declares(declared)),
                 KeySlot::Parameter => self.push(span.clone(), Role::Parameter),
-                KeySlot::Operand => self.push(span.clone(), Role::Names),
+                KeySlot::Operand => self.contacts(span.clone(), Role::Names),
                 KeySlot::Word => {}
             }
         }
@@ -393,7 +393,7 @@ mod tests {
     #[test]
     fn tests_and_controllers() {
         let text = "ladder = [\"a.toml\"]\nalways = [\"!(a & b)\"]\n[[scenario]]\nname = \"n\"\n\
-                    set = { \"p1.x\" = true }\n\
+                    set = { \"p1.x\" = true, \"r[2]\" = 1 }\n\
                     steps = [\"set a 1\", \"within 2s: b + 1 == 3\", \"lose d\"]\n";
         let wanted = [
             "a.toml File",
@@ -401,6 +401,7 @@ mod tests {
             "b Reads",
             "n Declares(Test)",
             "p1.x Names",
+            "r Names",
             "a Names",
             "b Reads",
             "d Device",

@@ -186,6 +186,10 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
     let mut loaded = Loaded { progress, texts, ..Loaded::default() };
     let path = &input.path;
     let id = loaded.add(path.display().to_string(), &input.bytes);
+    // Of wrong bytes nothing else is said: what is read of them is not what the author wrote.
+    if loaded.has_error() {
+        return loaded;
+    }
     if let Some(finding) = file_kind::of_test(&loaded.files[0].text, id, "a controller file") {
         loaded.findings.push(finding);
         return loaded;
@@ -267,7 +271,7 @@ impl Loaded {
     /// Reads the ladder files that a file of this kind names; true if all could be read.
     fn named_files(&mut self, (naming, kind): (&Path, &str), names: &[Text]) -> bool {
         let mut seen: HashMap<PathBuf, Span> = HashMap::new();
-        let mut whole = true;
+        let (mut whole, own) = (true, files::identity(naming));
         for name in names {
             if self.progress.is_over() {
                 return false;
@@ -280,6 +284,13 @@ impl Loaded {
             let path = naming.parent().unwrap_or(Path::new("")).join(&name.text);
             self.progress.begin(Step::Reading(path.display().to_string()));
             let real = files::identity(&path);
+            if real == own {
+                let message = format!("the {kind} names itself as its ladder");
+                let finding = Finding::new(Code::Controller, name.span, message);
+                self.findings.push(finding.help("name a file with `[[program]]`"));
+                whole = false;
+                continue;
+            }
             if let Some(first) = seen.get(&real) {
                 let message = format!("`{}` is named twice", name.text);
                 let finding = Finding::new(Code::Controller, name.span, message);

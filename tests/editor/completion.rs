@@ -6,7 +6,7 @@ use crate::client::Editor;
 use crate::project::{self, CONTROLLER, LADDER, TEST};
 
 /// A ladder with a name of every kind.
-const RICH: &str = r#"[ladder]
+pub const RICH: &str = r#"[ladder]
 name = "rich"
 devices = ["remote"]
 
@@ -77,7 +77,7 @@ name = "Close"
 "#;
 
 /// An editor that shows the project.
-fn editor(capabilities: Value) -> (project::Folder, Editor) {
+pub fn editor(capabilities: Value) -> (project::Folder, Editor) {
     let folder = project::folder();
     let mut editor = Editor::with(folder.path(), capabilities);
     for name in [CONTROLLER, LADDER, TEST] {
@@ -87,7 +87,7 @@ fn editor(capabilities: Value) -> (project::Folder, Editor) {
 }
 
 /// The items at the `¦` of a text.
-fn items(editor: &mut Editor, name: &str, text: &str) -> Vec<Value> {
+pub fn items(editor: &mut Editor, name: &str, text: &str) -> Vec<Value> {
     let before = text.split('¦').next().expect("a cursor");
     let line = before.matches('\n').count();
     let column = before.rsplit('\n').next().unwrap_or_default().encode_utf16().count();
@@ -104,10 +104,10 @@ fn labels(items: &[Value]) -> Vec<&str> {
 }
 
 /// A place, what is offered there, and what is not.
-type Case<'c> = (&'c str, &'c [&'c str], &'c [&'c str]);
+pub type Case<'c> = (&'c str, &'c [&'c str], &'c [&'c str]);
 
 /// Checks cases, each behind a text.
-fn check(name: &str, before: &str, cases: &[Case]) {
+pub fn check(name: &str, before: &str, cases: &[Case]) {
     let (_folder, mut editor) = editor(json!({}));
     let mut wrong = Vec::new();
     for (text, wanted, unwanted) in cases {

@@ -193,6 +193,76 @@ fn files_of_other_programs_have_no_findings() {
     assert_eq!(editor.diagnostics("Cargo.toml"), Vec::<Value>::new());
 }
 
+/// The places and words of all diagnostics, by the name of the file.
+fn shown_of(editor: &mut Editor, names: &[&str]) -> Vec<String> {
+    let mut all = Vec::new();
+    for name in names {
+        for diagnostic in editor.diagnostics(name) {
+            let told = shown(&diagnostic);
+            all.push(format!("{name}:{} {}", told.line, told.headline));
+        }
+    }
+    all
+}
+
+/// `rungd test` refuses them.
+#[test]
+fn tests_that_name_tests_have_findings() {
+    let folder = empty();
+    let rest = "[[scenario]]\nname = \"x\"\nsteps = [\"run 1s\", \"expect: !Y0\"]\n";
+    let texts = [("a.test.toml", "a"), ("b.test.toml", "c"), ("c.test.toml", "b")]
+        .map(|(name, other)| (name, format!("ladder = [\"{other}.test.toml\"]\n{rest}")));
+    let mut editor = Editor::new(folder.path());
+    for (name, text) in &texts {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    for (name, text) in &texts {
+        editor.open_with(name, text);
+        editor.diagnostics(name);
+    }
+    assert_eq!(
+        shown_of(&mut editor, &["a.test.toml", "b.test.toml", "c.test.toml"]),
+        [
+            "a.test.toml:1 error[test-file]: the test file names itself as its ladder",
+            "b.test.toml:2 error[test-file]: this is a test file, not a ladder file",
+            "c.test.toml:2 error[test-file]: this is a test file, not a ladder file",
+        ]
+    );
+}
+
+#[test]
+fn a_controller_file_that_names_itself_is_told_so() {
+    let folder = empty();
+    let mut editor = Editor::new(folder.path());
+    let text = "ladder = [\"rungd.toml\"]\n";
+    std::fs::write(folder.path().join("rungd.toml"), text).unwrap();
+    editor.open_with("rungd.toml", text);
+    assert_eq!(
+        shown_of(&mut editor, &["rungd.toml"]),
+        ["rungd.toml:1 error[controller]: the controller file names itself as its ladder"]
+    );
+}
+
+/// A byte that is no UTF-8 is told once, in every kind of file.
+#[test]
+fn a_wrong_byte_is_one_finding() {
+    let folder = empty();
+    let main = b"[[program]]\nname = \"Main\"\nrung = [{ when = [\"X0\"], do = [\"OUT Y0\"] }]\n";
+    std::fs::write(folder.path().join("a.toml"), main).unwrap();
+    let cases: [&[u8]; 3] = [
+        b"ladder = [\"a.toml\"]\n[scan]\nperiod = \"\xff\"\n",
+        b"ladder = [\"a.toml\"]\nperiod\xff = \"10ms\"\n[outputs]\non = [\"Y\xff\"]\n",
+        b"ladder = [\"\xff.toml\"]\n",
+    ];
+    for bytes in cases {
+        let path = folder.path().join("rungd.toml");
+        std::fs::write(&path, bytes).unwrap();
+        let (_, findings) = checked(&path);
+        let told: Vec<&str> = findings.iter().map(|of| of.message.as_str()).collect();
+        assert!(matches!(told[..], [one] if one.contains("is 0xFF")), "{told:?}");
+    }
+}
+
 /// A test that is open alone shows what is wrong with what it tests.
 #[test]
 fn a_test_brings_the_findings_of_its_project() {

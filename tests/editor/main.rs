@@ -4,6 +4,8 @@ mod client;
 mod commands;
 mod completion;
 mod completion_shipped;
+mod completion_uses;
+mod completion_written;
 mod findings;
 mod fixes;
 mod formatting;

@@ -1,9 +1,9 @@
 //! Go to definition, references and symbols, on a project of several files.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::client::{Editor, place_of};
-use crate::project::{CONTROLLER, LADDER, TEST, folder};
+use crate::project::{CONTROLLER, LADDER, TEST, empty, folder};
 
 /// `file:line:column` of a location, lines and columns from 0.
 fn at(location: &Value) -> String {
@@ -92,4 +92,38 @@ fn symbols_are_a_tree() {
     for name in wanted {
         assert!(lines.iter().any(|line| line == name), "{name:?} in {lines:#?}");
     }
+}
+
+/// A file of the library is written where an editor can show it, and is the library's there.
+#[test]
+fn a_name_of_the_library_leads_into_its_file() {
+    let folder = empty();
+    let (rungd, plant) = ("rungd.toml", "plant.toml");
+    let text = "ladder = [\"lib:pid\", \"plant.toml\"]\n";
+    std::fs::write(folder.path().join(rungd), text).unwrap();
+    let ladder = "[[program]]\nname = \"Main\"\n\n[[program.rung]]\nuse = \"Pid\"\nname = \"p\"\n";
+    std::fs::write(folder.path().join(plant), ladder).unwrap();
+    let mut editor = Editor::new(folder.path());
+    editor.open(rungd);
+    editor.open(plant);
+    assert_eq!(definition(&mut editor, rungd, "lib:pid", 2), "lib-pid.toml:0:0");
+    let (line, column) = place_of(ladder, "Pid");
+    let place = editor.ask_at("textDocument/definition", (plant, line, column));
+    let path = place["uri"].as_str().unwrap().strip_prefix("file://").unwrap().to_owned();
+    let shown = std::fs::read_to_string(&path).unwrap();
+    assert!(std::fs::metadata(&path).unwrap().permissions().readonly(), "{path}");
+    assert_eq!(place["range"]["start"]["line"], place_of(&shown, "\"Pid\"").0);
+    // The client's names are below its folder: this path is a whole one.
+    editor.open_with(&path, &shown);
+    let (line, column) = place_of(&shown, "\"Pid\"");
+    let hover = editor.ask_at("textDocument/hover", (&path, line, column + 1));
+    assert!(hover["contents"]["value"].as_str().unwrap().contains("Pid"), "{hover}");
+    let position = json!({ "line": line, "character": column + 1 });
+    let document = json!({ "uri": editor.uri(&path) });
+    let params = json!({ "textDocument": document, "position": position, "newName": "Other" });
+    let refused = editor.respond("textDocument/rename", params).response_result.unwrap_err();
+    assert!(refused.message.contains("belongs to the library"), "{refused:?}");
+    editor.diagnostics(plant);
+    let uri = editor.uri(&path);
+    assert!(editor.all_diagnostics().get(&uri).is_none_or(Vec::is_empty));
 }

@@ -35,7 +35,10 @@ pub(super) fn add(scene: &CompletionScene, rank: u8, into: &mut Proposals) {
         let path = header.path.join(".");
         let depth = open.iter().position(|(_, kind)| *kind == header.around);
         let Some(depth) = depth else { continue };
-        if !header.is_array && is_present(scene, open[depth].0, header) {
+        let object = open[depth].0;
+        if !header.is_array && is_present(scene, object, header)
+            || header.is_array && is_written_inline(scene, object, header)
+        {
             continue;
         }
         let label = if header.is_array { format!("[[{path}]]") } else { format!("[{path}]") };
@@ -60,6 +63,12 @@ fn open(scene: &CompletionScene) -> Vec<(usize, String)> {
         }
         at = objects[at].parent;
     }
+}
+
+/// Whether an object has an array of tables in brackets, to which no header adds.
+fn is_written_inline(scene: &CompletionScene, object: usize, header: &KnownHeader) -> bool {
+    let depth = header.around.split('.').filter(|part| !part.is_empty()).count();
+    scene.file.outline.pair(object, &header.path[depth..]).is_some()
 }
 
 /// Whether an object has a table of this header: its header, or keys in it.

@@ -38,7 +38,10 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
             return found;
         }
         KeySlot::Operand if scene.file.kind == FileKind::Test || is_open(scene) => {
-            return contacts::offer(scene, typed, Wish::Anything);
+            let mut found = contacts::offer(scene, typed, Wish::Anything);
+            // `$` is no letter of a key without quotes, and nobody sets what rungd says.
+            found.retain(|of| !of.label.starts_with('$'));
+            return found;
         }
         KeySlot::Operand | KeySlot::Declares(_) | KeySlot::Word => {}
     }
@@ -47,7 +50,12 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
     }
     legs(scene, &present, &mut found);
     known(scene, &present, &mut found);
-    if kind.is_empty() && keys.is_empty() || typed.is_empty() && scene.site.brace.is_none() {
+    let line = scene.file.line(scene.offset);
+    let rest = scene.file.slice(scene.offset + scene.tail("_-")..line.end).trim_start();
+    let is_last = rest.is_empty() || rest.starts_with('#');
+    let is_first = scene.file.slice(line.start..scene.offset - typed.len()).trim().is_empty();
+    let is_head = kind.is_empty() && keys.is_empty();
+    if is_last && is_first && (is_head || typed.is_empty() && scene.site.brace.is_none()) {
         headers::add(scene, TABLES, &mut found);
     }
     found
@@ -68,11 +76,7 @@ fn is_open(scene: &CompletionScene) -> bool {
 /// The keys that the table has, without the one at the cursor.
 fn present<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
     let outline = &scene.file.outline;
-    let braced = scene
-        .site
-        .brace
-        .and_then(|brace| outline.objects.iter().position(|object| object.extent.start == brace));
-    let object = braced.unwrap_or(scene.site.object);
+    let object = scene.table();
     let keys = scene.keys();
     let next = |pair: &usize| {
         let of = &outline.pairs[*pair].keys;
@@ -152,7 +156,7 @@ fn legs(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
     let wanted = first.and_then(Mnemonic::from_name).map(|of| of.spec().legs);
     let outline = &scene.file.outline;
     let has = |leg: &LegName| {
-        let pair = outline.pair(scene.site.object, &["leg", leg.key()]);
+        let pair = outline.pair(scene.table(), &["leg", leg.key()]);
         pair.is_some_and(|pair| {
             let span = &outline.pairs[pair].key().span;
             !(span.start <= scene.offset && scene.offset <= span.end)

@@ -5,6 +5,7 @@
 //! `headers` what fits there, `proposal` makes items of it.
 
 mod addresses;
+mod behind;
 mod contacts;
 mod describe;
 mod files;
@@ -14,6 +15,7 @@ mod keys;
 mod lists;
 mod nature;
 mod operands;
+mod points;
 pub(super) mod proposal;
 mod scene;
 mod shapes;
@@ -24,6 +26,7 @@ mod texts;
 use anyhow::Result;
 use lsp_types::{CompletionItemKind, CompletionOptions, CompletionParams, CompletionResponse};
 
+use self::behind::ItemEnd;
 use self::proposal::{ItemPlace, Proposal, Proposals};
 use self::scene::CompletionScene;
 use self::shapes::entry;
@@ -32,7 +35,7 @@ use super::workspace::Workspace;
 use crate::source::shape::ValueForm;
 
 /// The characters that ask for completion.
-const TRIGGERS: [&str; 11] = ["\"", ".", " ", "[", "=", "(", "!", "&", "|", "$", ":"];
+const TRIGGERS: [&str; 12] = ["\"", ".", " ", "[", "=", "(", "!", "&", "|", "$", ":", "{"];
 
 /// What the server tells of it at the start.
 pub(super) fn options() -> CompletionOptions {
@@ -47,24 +50,49 @@ pub(super) fn completion(
 ) -> Result<Option<CompletionResponse>> {
     let Some(cursor) = workspace.cursor(&params.text_document_position) else { return Ok(None) };
     let scene = CompletionScene::new(&workspace.library, &cursor);
-    let (found, wrap) = match scene.site.place {
+    let (found, wrap, end) = match scene.site.place {
         SitePlace::Nowhere => return Ok(None),
-        SitePlace::Header(start) => (headers::offer(&scene, scene.typed(start)), ("", "")),
-        SitePlace::Key { start, quoted } => {
-            (keys::offer(&scene, scene.typed(start), quoted), ("", ""))
+        SitePlace::Header(start) => {
+            let Some(end) = behind::header(&scene, start) else { return Ok(None) };
+            (headers::offer(&scene, scene.typed(start)), ("", ""), Some(end))
         }
-        SitePlace::Text(start) => (texts::offer(&scene, scene.typed(start)), ("", "")),
-        SitePlace::Bare(start) => bare(&scene, scene.typed(start)),
+        SitePlace::Text(start) => plain(texts::offer(&scene, scene.typed(start))),
+        SitePlace::Key { start, quoted } => {
+            let found = keys::offer(&scene, scene.typed(start), quoted);
+            match (quoted, behind::key(&scene, &found.typed)) {
+                (true, _) => plain(found),
+                (false, None) => return Ok(None),
+                (false, Some(end)) => (found, ("", ""), Some(end)),
+            }
+        }
+        SitePlace::Bare(start) => {
+            let (found, wrap) = bare(&scene, scene.typed(start));
+            let Some(end) = behind::value(&scene, start) else { return Ok(None) };
+            // Quotes can stand around the whole word alone.
+            if found.typed.len() < scene.offset - start {
+                return Ok(None);
+            }
+            (found, wrap, Some(end))
+        }
     };
     let start = scene.offset - found.typed.len();
     let tail = if found.typed.is_empty() { 0 } else { scene.tail(found.signs) };
-    let range = start..scene.offset + tail;
-    let place = ItemPlace { file: scene.file, range, wrap, can: workspace.can };
+    let end = end.unwrap_or(ItemEnd { end: scene.offset + tail, comma: false });
+    let (file, range, comma, can) = (scene.file, start..end.end, end.comma, workspace.can);
+    let place = ItemPlace { file, range, wrap, comma, can };
     Ok(Some(CompletionResponse::List(found.items(&place))))
 }
 
+/// What stands around each item.
+type Wrap = (&'static str, &'static str);
+
+/// Words of a string or header, which end with their last letter.
+fn plain(found: Proposals) -> (Proposals, Wrap, Option<ItemEnd>) {
+    (found, ("", ""), None)
+}
+
 /// What fits a value that has no quotes yet, and the quotes.
-fn bare(scene: &CompletionScene, typed: &str) -> (Proposals, (&'static str, &'static str)) {
+fn bare(scene: &CompletionScene, typed: &str) -> (Proposals, Wrap) {
     let form = entry(&scene.shape(), &keys::path(scene)).map(|(_, form)| form);
     match form {
         Some(ValueForm::Flag) => (switches(typed), ("", "")),

@@ -122,6 +122,11 @@ impl Proposals {
         }
     }
 
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
     /// Keeps some.
     pub fn retain(&mut self, keeps: impl FnMut(&Proposal) -> bool) {
         self.all.retain(keeps);
@@ -150,6 +155,8 @@ pub(super) struct ItemPlace<'f> {
     pub range: Range<usize>,
     /// What stands around each: quotes that are not typed yet.
     pub wrap: (&'static str, &'static str),
+    /// Whether a comma stands behind each.
+    pub comma: bool,
     /// What the editor can do.
     pub can: ItemAbilities,
 }
@@ -157,10 +164,11 @@ pub(super) struct ItemPlace<'f> {
 impl ItemPlace<'_> {
     fn item(&self, of: Proposal) -> CompletionItem {
         let (before, behind) = self.wrap;
+        let comma = if self.comma { ", " } else { "" };
         let plain = of.text.unwrap_or_else(|| of.label.clone());
         let snippet = of.snippet.filter(|_| self.can.snippets);
         let is_snippet = snippet.is_some();
-        let text = format!("{before}{}{behind}", snippet.unwrap_or(plain));
+        let text = format!("{before}{}{behind}{comma}", snippet.unwrap_or(plain));
         let kind = if self.can.markdown { MarkupKind::Markdown } else { MarkupKind::PlainText };
         let doc = Some(of.doc).filter(|doc| !doc.is_empty());
         let edit = TextEdit::new(self.file.place(self.range.clone()), text);

@@ -84,16 +84,23 @@ impl<'c> CompletionScene<'c> {
         }
     }
 
-    /// The first value of a pair of the site's object.
+    /// The object with the pairs beside the cursor: of a row of an array that in its braces.
+    pub fn table(&self) -> usize {
+        let objects = &self.file.outline.objects;
+        let is_row = |brace| objects.iter().position(|object| object.extent.start == brace);
+        self.site.brace.and_then(is_row).unwrap_or(self.site.object)
+    }
+
+    /// The first value of a pair of the site's table.
     pub fn value(&self, keys: &[&str]) -> Option<&'c str> {
-        let value = self.file.outline.value(self.site.object, keys)?;
+        let value = self.file.outline.value(self.table(), keys)?;
         Some(self.file.slice(value.inner.clone()))
     }
 
-    /// All values of a pair of the site's object, but the one at the cursor.
+    /// All values of a pair of the site's table, but the one at the cursor.
     pub fn other_values(&self, keys: &[&str]) -> Vec<&'c str> {
         let outline = &self.file.outline;
-        let Some(pair) = outline.pair(self.site.object, keys) else { return Vec::new() };
+        let Some(pair) = outline.pair(self.table(), keys) else { return Vec::new() };
         let first = outline.value_of[pair].unwrap_or(outline.values.len());
         let of_pair = outline.values[first..].iter().take_while(|value| value.pair == pair);
         let others =

@@ -4,16 +4,18 @@ use lsp_types::CompletionItemKind;
 
 use super::addresses;
 use super::contacts;
+use super::describe::{detail, doc, symbol};
 use super::files;
 use super::instructions;
 use super::keys;
 use super::lists;
 use super::nature::{Wish, facts};
+use super::points;
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use super::shapes::{entry, words};
 use super::steps;
-use crate::editor::slots::Slot;
+use crate::editor::slots::{DeclaredKind, Slot};
 use crate::source::shape::ValueForm;
 
 /// What fits behind `before` in the string at the site.
@@ -29,9 +31,11 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
         Slot::File => files::offer(scene, before),
         Slot::Device => lists::devices(scene, before),
         Slot::Address => place(scene, before),
-        Slot::Operand | Slot::Point => operand(scene, before),
+        Slot::Operand => operand(scene, before),
+        Slot::Point => point(scene, before),
         Slot::Step => steps::offer(scene, before),
-        Slot::Declares(_) | Slot::Placeholders => Proposals::of(before),
+        Slot::Placeholders => placeholders(scene, before),
+        Slot::Declares(_) => Proposals::of(before),
         Slot::Type | Slot::Other => words_of(scene, before),
     }
 }
@@ -69,6 +73,47 @@ fn operand(scene: &CompletionScene, before: &str) -> Proposals {
         (true, ValueForm::Duration) => Proposals::of(before),
         (true, _) => contacts::offer(scene, before, Wish::Anything),
     }
+}
+
+/// A point of the device around, or a name of the program.
+fn point(scene: &CompletionScene, before: &str) -> Proposals {
+    let mut found = operand(scene, before);
+    let mut points = Proposals::of(before);
+    points::offer(scene, &mut points);
+    // A point has its dot in it: behind the dot of a part nothing else is meant.
+    let is_part = before.contains(['.', ' ']) && !points.is_empty();
+    if is_part || found.typed != before {
+        points.signs = "_.";
+        return if is_part { points } else { found };
+    }
+    points::offer(scene, &mut found);
+    found
+}
+
+/// The words in braces of a text: the use's name, and the parameters of the template around.
+fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
+    let typed = before.rsplit_once('{').map(|(_, typed)| typed);
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let Some(typed) = typed.filter(|typed| typed.chars().all(is_letter)) else {
+        return Proposals::of(before);
+    };
+    let mut found = Proposals::of(typed);
+    let is_closed = scene.file.text[scene.offset + scene.tail("_")..].starts_with('}');
+    let closed = |of: Proposal| match is_closed {
+        true => of,
+        false => {
+            let text = format!("{}}}", of.label);
+            of.writes(text, None)
+        }
+    };
+    let name = Proposal::new("name", CompletionItemKind::VARIABLE, 0).detail("the use's name");
+    found.add(closed(name));
+    let all = scene.names().all.iter().filter(|of| of.kind == DeclaredKind::Parameter);
+    for of in all.filter(|of| of.parent.is_some() && of.parent == scene.template()) {
+        let proposal = Proposal::new(&of.name, symbol(of.kind), 1);
+        found.add(closed(proposal.detail(detail(of, scene.project)).doc(doc(of, scene.project))));
+    }
+    found
 }
 
 /// The words that the key is limited to.

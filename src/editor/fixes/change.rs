@@ -4,38 +4,38 @@ use std::ops::Range;
 
 use super::super::file::EditorFile;
 use super::super::outline::KeyPair;
-use super::super::outline_reader::read;
-use super::help::Advice;
+use super::advice::Advice;
+use super::edit::{Proposal, added, as_pair, declared, one, same_key, with_comma, without_pair};
 use super::places::{
-    end_in_braces, end_of_table, header_at, is_inline, lines, object_at, pair_at, value_at,
+    end_in_braces, header_at, is_inline, lines, object_at, pair_at, value_at, word_around,
 };
+use super::tables;
 use crate::isa::address_text::reads_as_address;
 
-/// A part of a text, and what replaces it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct TextChange {
-    pub range: Range<usize>,
-    pub text: String,
-}
-
-/// The changes of one proposal, which overlap nowhere.
-pub(super) type Proposal = Vec<TextChange>;
-
 /// The most proposals for an advice.
-const PROPOSALS_MAX: usize = 6;
+const PROPOSALS_MAX: usize = 8;
+/// The longest string whose spaces are looked at.
+const SPACED_MAX: usize = 1000;
 
 /// What an advice about a place can mean.
 pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, advice: &Advice) -> Vec<Proposal> {
     let mut all = match advice {
         Advice::Write { text, .. } if names_others(file, span, text) => Vec::new(),
-        Advice::Write { text, tag: Some(tag) } => into_tag(file, tag, text),
-        Advice::Write { text, tag: None } => written(file, span, text),
+        Advice::Write { text, tag: Some(tag), .. } => into_tag(file, tag, text),
+        Advice::Write { text, tag: None, .. } => written(file, span, text),
         Advice::Declare(text) => vec![declared(file, text)],
         Advice::Lines { lines, instead } => of_lines(file, span, (lines, instead.as_deref())),
         Advice::Delete => deleted(file, span),
         Advice::Drop(sign) => {
             let rest = file.slice(span.clone()).replacen(sign.as_str(), "", 1);
             vec![vec![one(span.clone(), rest)]]
+        }
+        Advice::Row(row) => tables::row(file, span, row),
+        Advice::Under { table, text } => tables::under(file, span, (table, text)),
+        Advice::Table { header, line } => tables::table(file, span, (header, line)),
+        Advice::Remove(key) => tables::removed(file, span, key),
+        Advice::Here { declare, before, text } => {
+            tables::here(file, span, (declare, before.as_deref(), text))
         }
     };
     let mut known: Vec<Proposal> = Vec::new();
@@ -64,20 +64,6 @@ fn names_others(file: &EditorFile, span: &Range<usize>, text: &str) -> bool {
         let is_spelt = is_name && own.contains(digits);
         !is_spelt && !words.contains(&word.to_ascii_lowercase().as_str())
     })
-}
-
-pub(super) fn one(range: Range<usize>, text: impl Into<String>) -> TextChange {
-    TextChange { range, text: text.into() }
-}
-
-/// The keys of a text that is one pair.
-fn as_pair(text: &str) -> Option<Vec<String>> {
-    let outline = read(text);
-    let pair = outline.pairs.first().filter(|pair| {
-        pair.object == 0 && !pair.value.is_empty() && text[pair.value.end..].trim().is_empty()
-    })?;
-    let is_spaced = text.contains(" = ") || text.contains(" =") || text.contains("= ");
-    is_spaced.then(|| pair.keys.iter().map(|key| key.text.clone()).collect())
 }
 
 /// The places at which a text can stand instead of what is there.
@@ -112,15 +98,52 @@ fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<Proposal> 
         all.push(vec![one(span.clone(), text)]);
         all.push(vec![one(word_around(file, &string.inner, span), text)]);
     }
+    let parts = parts(file, &string.inner, (span, text));
+    all.extend(parts.into_iter().map(|place| vec![one(place, text)]));
     all.push(vec![one(string.inner.clone(), text)]);
     all
 }
 
-/// The word of an instruction or step that a place lies in.
-fn word_around(file: &EditorFile, within: &Range<usize>, span: &Range<usize>) -> Range<usize> {
-    let before = file.slice(within.start..span.start).rfind(' ').map_or(0, |at| at + 1);
-    let behind = file.slice(span.end..within.end).find(' ');
-    within.start + before..behind.map_or(within.end, |at| span.end + at)
+/// The parts of a string that a text can stand for: the same with other spaces, the words before a
+/// place that it repeats, the contacts of a step, the expression of a MATH.
+fn parts(
+    file: &EditorFile,
+    inner: &Range<usize>,
+    (span, text): (&Range<usize>, &str),
+) -> Vec<Range<usize>> {
+    let whole = file.slice(inner.clone());
+    let own = |part: Range<usize>| inner.start + part.start..inner.start + part.end;
+    let mut parts: Vec<Range<usize>> = spaced_otherwise(whole, text).into_iter().map(own).collect();
+    let first = text.split(' ').next().unwrap_or_default();
+    if first.len() < text.len() && inner.start <= span.start && span.end <= inner.end {
+        let word = word_around(file, inner, span);
+        let before = file.slice(inner.start..word.start).trim_end();
+        parts.extend(before.ends_with(first).then(|| {
+            let start = inner.start + before.len() - first.len();
+            start..word.end
+        }));
+    }
+    for sign in [": ", " = "] {
+        let at = whole.find(sign).map(|at| at + sign.len()..whole.len());
+        parts.extend(at.map(own));
+    }
+    parts
+}
+
+/// The part of a string that is a text but for spaces.
+fn spaced_otherwise(whole: &str, text: &str) -> Option<Range<usize>> {
+    if whole.len() > SPACED_MAX {
+        return None;
+    }
+    let plain = |text: &str| -> Vec<(usize, char)> {
+        text.char_indices().filter(|(_, c)| *c != ' ').collect()
+    };
+    let (all, wanted) = (plain(whole), plain(text));
+    let same = |at: &usize| all[*at..].iter().zip(&wanted).all(|(own, of)| own.1 == of.1);
+    let last = all.len().checked_sub(wanted.len().max(1))?;
+    let at = (0..=last).find(same)?;
+    let (end, c) = all[at + wanted.len() - 1];
+    Some(all[at].0..end + c.len_utf8())
 }
 
 /// A pair with a key: in the place of the one with the same key, of that at the place, or new.
@@ -130,6 +153,7 @@ fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Ve
     let at = pair_at(file, span);
     let object = object_at(file, span);
     if let Some(same) = same_key(file, object, (at, keys)) {
+        all.extend(into_braces(file, same, text));
         all.push(vec![one(same.extent(), text)]);
     }
     if let Some(at) = at {
@@ -143,51 +167,13 @@ fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Ve
     all
 }
 
-/// The pair of an object with the same key, beside a pair.
-fn same_key<'f>(
-    file: &'f EditorFile,
-    object: usize,
-    (beside, keys): (Option<&KeyPair>, &[String]),
-) -> Option<&'f KeyPair> {
-    let of = |pair: &KeyPair, count: usize| -> Vec<String> {
-        pair.keys[..count].iter().map(|key| key.text.clone()).collect()
-    };
-    let outer = beside.map_or(Vec::new(), |pair| of(pair, pair.outer));
-    let pairs = file.outline.pairs_of[object].iter().map(|pair| &file.outline.pairs[*pair]);
-    let mut same = pairs.filter(|pair| {
-        let all = of(pair, pair.keys.len());
-        all == [outer.as_slice(), keys].concat()
-    });
-    same.next()
-}
-
-/// A further pair of the table that a place is in.
-pub(super) fn added(file: &EditorFile, span: &Range<usize>, text: &str) -> TextChange {
-    let object = object_at(file, span);
-    let braces = file.outline.objects[object].extent.clone();
-    if is_inline(file, object)
-        && let Some(end) = end_in_braces(file, &braces)
-    {
-        let comma = if end > braces.start + 1 { ", " } else { " " };
-        return one(end..end, format!("{comma}{text}"));
-    }
-    let end = end_of_table(file, span.start);
-    match end {
-        0 => one(0..0, format!("{text}\n")),
-        end => one(end..end, format!("\n{text}")),
-    }
-}
-
-/// A declaration, at the end of `[tags]`.
-fn declared(file: &EditorFile, text: &str) -> Proposal {
-    let headers = &file.outline.headers;
-    if let Some(tags) = headers.iter().find(|header| header.path == "tags") {
-        let end = end_of_table(file, tags.span.start);
-        return vec![one(end..end, format!("\n{text}"))];
-    }
-    let first = headers.iter().find(|header| header.is_array);
-    let at = first.map_or(file.text.len(), |header| file.line(header.span.start).start);
-    vec![one(at..at, format!("[tags]\n{text}\n\n"))]
+/// The pairs of an inline table, added to those of one that is there.
+fn into_braces(file: &EditorFile, same: &KeyPair, text: &str) -> Option<Proposal> {
+    let (_, inner) = text.split_once('{')?;
+    let inner = inner.strip_suffix('}')?.trim();
+    let end = end_in_braces(file, &same.value)?;
+    let comma = if end > same.value.start + 1 { "," } else { "" };
+    Some(vec![one(end..end, format!("{comma} {inner}"))])
 }
 
 /// A key of a tag.
@@ -222,7 +208,9 @@ fn of_lines(
     let mut fresh = Vec::new();
     for line in all {
         let Some(keys) = as_pair(line) else { return Vec::new() };
-        match same_key(file, object, (None, &keys)) {
+        let beside = pair_at(file, span);
+        let same = same_key(file, object, (beside, &keys));
+        match same.or_else(|| same_key(file, object, (None, &keys))) {
             Some(same) => proposal.push(one(same.extent(), line.as_str())),
             None => fresh.push(line.as_str()),
         }
@@ -250,13 +238,7 @@ fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<Proposal> {
         all.push(vec![one(with_comma(file, &value.span), "")]);
     }
     if let Some(pair) = pair_at(file, span) {
-        let extent = pair.extent();
-        let line = file.line(extent.start);
-        let is_own = file.slice(line.start..extent.start).trim().is_empty();
-        all.push(match is_own {
-            true => vec![one(lines(file, &extent), "")],
-            false => vec![one(with_comma(file, &extent), "")],
-        });
+        all.push(vec![without_pair(file, pair)]);
     }
     let object = object_at(file, span);
     let extent = file.outline.objects[object].extent.clone();
@@ -266,20 +248,4 @@ fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<Proposal> {
         all.push(vec![one(with_comma(file, &extent), "")]);
     }
     all
-}
-
-/// An element with the comma behind it, else with that before it.
-fn with_comma(file: &EditorFile, span: &Range<usize>) -> Range<usize> {
-    let behind = &file.text[span.end..];
-    let spaces = behind.len() - behind.trim_start_matches([' ', '\t']).len();
-    if behind[spaces..].starts_with(',') {
-        let rest = &behind[spaces + 1..];
-        let more = rest.len() - rest.trim_start_matches([' ', '\t']).len();
-        return span.start..span.end + spaces + 1 + more;
-    }
-    let before = file.text[..span.start].trim_end();
-    match before.strip_suffix(',') {
-        Some(before) => before.len()..span.end,
-        None => span.clone(),
-    }
 }

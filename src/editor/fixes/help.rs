@@ -1,26 +1,12 @@
 //! What a help advises: the texts in it that are to be written, and whether something is to go.
 //!
-//! A help is a sentence for people; texts in backticks are advice behind certain words only
-//! (`write`, `did you mean`), because others are examples and forms.
+//! Called by `fixes`; `sentences` reads the helps that say more than one thing to do. A help is a
+//! sentence for people: texts in backticks are what is meant behind certain words (`write`, `did
+//! you mean`), and examples behind a colon. Forms (`OUT b`) are neither.
 
-use std::ops::Range;
-
-use super::super::file::EditorFile;
-
-/// An advice of a help.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Advice {
-    /// To write this in the place of what is there, or into its table; perhaps of another tag.
-    Write { text: String, tag: Option<String> },
-    /// To declare this under `[tags]`.
-    Declare(String),
-    /// To write these lines; `instead`: a key that goes.
-    Lines { lines: Vec<String>, instead: Option<String> },
-    /// To delete what the finding is about.
-    Delete,
-    /// To take this sign out of it.
-    Drop(String),
-}
+use super::advice::{Advice, AdviceLead};
+use super::edit::as_pairs;
+use super::sentences;
 
 /// The words behind which a text is to be written.
 const LEADS: [&str; 31] = [
@@ -57,6 +43,22 @@ const LEADS: [&str; 31] = [
     "a moving index would leave bits behind: give",
 ];
 
+/// Of these, the words behind which a text says what is there already.
+const AS_READ: [&str; 5] = [
+    "as it is read now:",
+    "it is read as",
+    "say so by",
+    "say that it is meant:",
+    "if it is meant, write",
+];
+/// Of these, the words behind which a name is the nearest.
+const NEAREST: [&str; 3] = ["did you mean", "there is", "the nearest is"];
+/// The ends of words behind which texts are examples.
+const EXAMPLES: [&str; 8] = [":", " as", "element,", "keeps,", " give", " is", " add", " then"];
+/// The words behind which texts are forms, or names that cannot be meant.
+const FORMS: [&str; 7] =
+    ["for example", "form is", "forms are", "keys here are", "it has", " are:", "are a"];
+
 /// The words of a help that says to delete.
 const DELETIONS: [&str; 6] = [
     "delete it",
@@ -70,7 +72,10 @@ const DELETIONS: [&str; 6] = [
 /// The advice in a help, in its order.
 pub(super) fn read(help: &str) -> Vec<Advice> {
     let (head, lines) = help.split_once('\n').unwrap_or((help, ""));
-    let mut all = texts(head);
+    let mut all = sentences::read(head);
+    if all.is_empty() {
+        all = texts(head);
+    }
     let lines: Vec<String> = lines.lines().map(|line| line.trim().to_owned()).collect();
     let are_toml = lines.iter().all(|line| !line.contains('`') && !line.contains('…'));
     if !lines.is_empty() && are_toml {
@@ -102,58 +107,102 @@ fn texts(head: &str) -> Vec<Advice> {
     let tag = pieces.windows(2).find(|pair| pair[0].trim_end().ends_with("in tag"));
     let tag = tag.map(|pair| pair[1].to_owned());
     let mut advised = Vec::new();
-    let mut follows = false;
+    let mut last = None;
     for (at, text) in pieces.iter().enumerate().filter(|(at, _)| at % 2 == 1) {
         let before = pieces[..at].join("`").to_lowercase();
         let before = before.trim_end();
-        let near = pieces[at - 1].trim();
         let behind = pieces.get(at + 1).copied().unwrap_or_default();
-        let is_led = LEADS.iter().any(|lead| before.ends_with(lead))
-            || behind.starts_with(", as it is read now")
-            || behind.starts_with(" as it is read now");
-        // `X`, as it is read now, or `Y`
-        let is_next = follows
-            && (near == "," || near == "or" || near.ends_with(", or") || near.ends_with("; or"));
-        let is_example = is_led
-            && text.starts_with(|first: char| first.is_ascii_digit() || first == '-')
-            && matches!(behind, ", " | " or " | ", or ");
-        follows = (is_led || is_next) && !is_example;
         let text = text.trim();
-        if text.is_empty() || text.contains('…') || near.contains("for example") {
+        last = lead(&pieces, at, last);
+        if text.is_empty() || text.contains('…') {
             continue;
         }
         if before.ends_with("declare it under [tags]:") {
-            advised.push(Advice::Declare(text.to_owned()));
-        } else if follows {
-            advised.push(Advice::Write { text: text.to_owned(), tag: tag.clone() });
+            advised.extend(declarations(text, behind));
+        } else if let Some(lead) = last {
+            advised.push(match as_pairs(text) {
+                Some(lines) => Advice::Lines { lines, instead: None },
+                None => Advice::Write { text: text.to_owned(), tag: tag.clone(), lead },
+            });
         }
     }
     advised
 }
 
-impl Advice {
-    /// Whether its text is an example, of which another value may be meant.
-    pub fn is_example(&self, help: &str) -> bool {
-        match self {
-            Advice::Write { .. } => help.starts_with("give it ") || help.starts_with("most "),
-            Advice::Declare(_) | Advice::Lines { .. } | Advice::Delete | Advice::Drop(_) => false,
-        }
+/// How a help leads to the text at a place; `last`: to the one before it.
+fn lead(pieces: &[&str], at: usize, last: Option<AdviceLead>) -> Option<AdviceLead> {
+    let (near, text) = (pieces[at - 1].trim(), pieces[at]);
+    let before = pieces[..at].join("`").to_lowercase();
+    let before = before.trim_end();
+    let behind = pieces.get(at + 1).copied().unwrap_or_default();
+    let ends = |words: &[&str]| words.iter().any(|words| before.ends_with(words));
+    let is_next = near == "," || near == "or" || near.ends_with(", or") || near.ends_with("; or");
+    let numbers = Numbers::of(pieces, at);
+    if FORMS.iter().any(|words| near.contains(words)) {
+        return None;
     }
+    if ends(&AS_READ) || behind.trim_start_matches([',', ' ']).starts_with("as it is read now") {
+        return Some(AdviceLead::AsRead);
+    }
+    if ends(&LEADS) {
+        return match numbers {
+            Numbers::Forms => None,
+            Numbers::Choice => Some(AdviceLead::Example),
+            Numbers::None if ends(&NEAREST) => Some(AdviceLead::Spelling),
+            Numbers::None => Some(AdviceLead::Told),
+        };
+    }
+    // `X`, as it is read now, or `Y`
+    if at > 1 && is_next {
+        return match last? {
+            AdviceLead::AsRead | AdviceLead::Told => Some(AdviceLead::Told),
+            AdviceLead::Spelling => Some(AdviceLead::Spelling),
+            AdviceLead::Example => Some(AdviceLead::Example),
+        };
+    }
+    if numbers == Numbers::Forms {
+        return None;
+    }
+    let is_instruction = at == 1 && near.is_empty() && text.contains(' ');
+    (is_instruction || ends(&EXAMPLES)).then_some(AdviceLead::Example)
+}
 
-    /// The title of the action; `changed`: the place that it changes.
-    pub fn title(&self, file: &EditorFile, changed: Range<usize>) -> String {
-        match self {
-            Advice::Write { text, tag: None } => format!("Write `{text}`"),
-            Advice::Write { text, tag: Some(tag) } => format!("Write `{text}` in tag `{tag}`"),
-            Advice::Declare(text) => format!("Declare `{text}` under [tags]"),
-            Advice::Lines { lines, .. } => format!("Write `{}`", lines.join("`, `")),
-            Advice::Delete => {
-                let text = file.slice(changed).trim().lines().next().unwrap_or_default();
-                format!("Delete `{}`", text.chars().take(40).collect::<String>())
-            }
-            Advice::Drop(sign) => format!("Take `{sign}` away"),
+/// Whether a list of texts in backticks that begins with a number shows how numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Numbers {
+    /// It begins with no number, or is no list.
+    None,
+    /// Two that can both be meant: `2ms` or `2s`.
+    Choice,
+    /// Three and more.
+    Forms,
+}
+
+impl Numbers {
+    fn of(pieces: &[&str], at: usize) -> Numbers {
+        let is_digit = |first: char| first.is_ascii_digit() || first == '-';
+        let behind = pieces.get(at + 1).copied().unwrap_or_default();
+        let is_list = matches!(behind, ", " | " or " | ", or ");
+        let next = pieces.get(at + 3).copied().unwrap_or_default();
+        match is_list && pieces[at].starts_with(is_digit) {
+            false => Numbers::None,
+            true if matches!(next, ", " | " or " | ", or ") => Numbers::Forms,
+            true if next.starts_with(", or a ") => Numbers::Forms,
+            true => Numbers::Choice,
         }
     }
+}
+
+/// A declaration, and the same with the other types that are named: `…`, or "int", "real".
+fn declarations(text: &str, behind: &str) -> Vec<Advice> {
+    let mut all = vec![Advice::Declare(text.to_owned())];
+    let others = behind.split(';').next().unwrap_or_default().split('"');
+    let Some((before, rest)) = text.split_once("type = \"") else { return all };
+    let Some((_, rest)) = rest.split_once('"') else { return all };
+    for other in others.skip(1).step_by(2) {
+        all.push(Advice::Declare(format!("{before}type = \"{other}\"{rest}")));
+    }
+    all
 }
 
 #[cfg(test)]
@@ -162,12 +211,18 @@ mod tests {
 
     fn told(help: &str) -> Vec<String> {
         let one = |advice: &Advice| match advice {
-            Advice::Write { text, tag: None } => text.clone(),
-            Advice::Write { text, tag: Some(tag) } => format!("{text} in {tag}"),
+            Advice::Write { text, lead: AdviceLead::Example, .. } => format!("as {text}"),
+            Advice::Write { text, tag: None, .. } => text.clone(),
+            Advice::Write { text, tag: Some(tag), .. } => format!("{text} in {tag}"),
             Advice::Declare(text) => format!("declare {text}"),
             Advice::Lines { lines, instead } => format!("{lines:?} {instead:?}"),
             Advice::Delete => "delete".to_owned(),
             Advice::Drop(sign) => format!("drop {sign}"),
+            Advice::Row(row) => format!("row {row}"),
+            Advice::Under { table, text } => format!("{text} under {table}"),
+            Advice::Table { header, line } => format!("{header} {line}"),
+            Advice::Remove(key) => format!("without {key}"),
+            Advice::Here { declare, before, text } => format!("{declare}, {before:?}, {text}"),
         };
         read(help).iter().map(one).collect()
     }
@@ -195,6 +250,34 @@ mod tests {
     }
 
     #[test]
+    fn sentences_say_several_things_to_do() {
+        assert_eq!(
+            told("exchange them: `min = 5, max = 10`"),
+            ["[\"min = 5\", \"max = 10\"] None"]
+        );
+        assert_eq!(
+            told("add a row to the map: `{ from = \"Y0\", to = \"belt.run\" }`; or take it out"),
+            ["row { from = \"Y0\", to = \"belt.run\" }", "delete"]
+        );
+        assert_eq!(
+            told("write it in `[outputs]`: `on = [\"Y0\"]`"),
+            ["on = [\"Y0\"] under outputs"]
+        );
+        assert_eq!(
+            told("declare it: a `[[program.stage]]` with `name = \"A\"`"),
+            ["[[program.stage]] name = \"A\""]
+        );
+        assert_eq!(told("take `[prove]` away"), ["without [prove]"]);
+        assert_eq!(
+            told(
+                "contacts compute nothing: declare `r = { type = \"int\" }` under [tags], write \
+                 `MATH r = a / 2` in a rung before, and `r == 1` here"
+            ),
+            ["r = { type = \"int\" }, Some(\"MATH r = a / 2\"), r == 1"]
+        );
+    }
+
+    #[test]
     fn a_sign_is_taken_away() {
         assert_eq!(told("take the comma away"), ["drop ,"]);
         assert_eq!(told("take the `+` away"), ["drop +"]);
@@ -211,7 +294,7 @@ mod tests {
             "what may stand here has `type = \"output\"`",
         ] {
             let texts = told(help);
-            assert!(texts.iter().all(|text| text == "OUT"), "{help}: {texts:?}");
+            assert!(texts.iter().all(|text| text.starts_with("as ")), "{help}: {texts:?}");
         }
     }
 }

@@ -72,3 +72,14 @@ pub(super) fn lines(file: &EditorFile, span: &Range<usize>) -> Range<usize> {
     let length = if rest.starts_with("\r\n") { 2 } else { usize::from(rest.starts_with('\n')) };
     start..end + length
 }
+
+/// The word of an instruction or step that a place lies in.
+pub(super) fn word_around(
+    file: &EditorFile,
+    within: &Range<usize>,
+    span: &Range<usize>,
+) -> Range<usize> {
+    let before = file.slice(within.start..span.start).rfind(' ').map_or(0, |at| at + 1);
+    let behind = file.slice(span.end..within.end).find(' ');
+    within.start + before..behind.map_or(within.end, |at| span.end + at)
+}

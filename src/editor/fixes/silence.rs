@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::super::file::EditorFile;
 use super::super::slots::FileKind;
-use super::change::{Proposal, added, one};
+use super::edit::{Proposal, added, one};
 use super::places::{end_of_table, object_at};
 
 /// The actions that silence a warning, with their titles.
@@ -41,7 +41,7 @@ fn added_to(
     rung: usize,
     place: Range<usize>,
     code: &str,
-) -> super::change::TextChange {
+) -> super::edit::TextChange {
     let text = format!("allow = [\"{code}\"]");
     if !super::places::is_inline(file, rung) {
         let end = end_of_table(file, place.start);

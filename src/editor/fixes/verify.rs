@@ -1,36 +1,67 @@
 //! Tries a change: the changed text is judged, and the change is good if its finding is gone, no
 //! error is new and, for a warning, the program does the same.
 //!
-//! "The same" is the same engine program: operations, cells, initial values. Settings of a
-//! controller file are no part of it, so nothing but `allow` repairs a warning there.
+//! "The same" is the same engine program: operations, cells, initial values. Three limits of this:
+//!
+//! - Behind the nearest name of a slip other mistakes can appear, since nothing judged what the
+//!   slip hid. They are taken where the change is, and the change is never the preferred one.
+//! - A constant that a rule has computed (`if it is meant, write …`) is another operation with the
+//!   same result, and `initial = 0` is what memory begins with. A project with errors has no
+//!   program. In these cases the help is the proof, if it says that the text reads as before, and
+//!   no finding at all may be new.
+//! - Settings of a controller file, and tests, are no part of the program: nothing can compare what
+//!   they do. There no finding may be new, the program must be the same, and the help must name the
+//!   very text; such a change is never the preferred one.
 
 use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
 use std::fmt::{self, Write as _};
 use std::hash::Hasher;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::super::diagnostics::path_of;
+use super::super::file::EditorFile;
 use super::super::judge::{Judgement, judge};
 use super::super::slots::FileKind;
 use super::super::workspace::Workspace;
-use super::change::TextChange;
+use super::advice::{Advice, AdviceLead};
+use super::edit::TextChange;
+use super::places::object_at;
 use crate::load::OpenTexts;
 use crate::lower::lower;
 use crate::resolve::program::Program;
 use crate::source::finding::{Code, Finding, Severity};
+
+/// Warnings whose help gives a text of the same value: one that a rule has computed, or that memory
+/// begins with.
+const COMPUTED: [Code; 4] =
+    [Code::ConstantCompare, Code::ConstantSaturates, Code::LostFraction, Code::NeverWritten];
 
 /// A finding, and the text that changes are tried on.
 pub(super) struct FixTrial<'w> {
     judgement: &'w Judgement,
     finding: &'w Finding,
     texts: OpenTexts,
-    path: &'w Path,
-    text: &'w str,
-    /// Whether the file decides what the program does.
-    is_ladder: bool,
+    file: &'w Arc<EditorFile>,
     /// The program as it is.
     program: Option<Option<u64>>,
+}
+
+/// What a change is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FixWorth {
+    /// All is proved.
+    Whole,
+    /// The finding is gone; the rest is the author's to judge.
+    First,
+}
+
+/// A changed text, judged.
+struct TriedText {
+    judgement: Judgement,
+    /// Its findings that the text before had not.
+    new: Vec<Finding>,
 }
 
 /// A finding, wherever it stands: the file, its name, its message.
@@ -41,49 +72,112 @@ impl<'w> FixTrial<'w> {
     pub fn of(
         workspace: &Workspace,
         (judgement, finding): (&'w Judgement, &'w Finding),
-        (path, text): (&'w Path, &'w str),
+        file: &'w Arc<EditorFile>,
     ) -> FixTrial<'w> {
-        let is_ladder =
-            workspace.library.file(path).is_some_and(|file| file.kind == FileKind::Ladder);
         let texts = workspace.library.texts();
-        FixTrial { judgement, finding, texts, path, text, is_ladder, program: None }
+        FixTrial { judgement, finding, texts, file, program: None }
     }
 
-    /// Whether changes repair the finding.
-    pub fn repairs(&mut self, changes: &[TextChange]) -> bool {
-        let Some(after) = self.better(changes) else { return false };
-        match self.finding.severity() {
-            Severity::Error => true,
-            Severity::Warning if self.finding.code == Code::UnknownAllow => true,
-            Severity::Warning => {
-                let before = *self.program.get_or_insert_with(|| digest(self.judgement));
-                self.is_ladder && before.is_some() && digest(&after) == before
+    /// What changes of an advice are worth; `None`: they repair nothing.
+    pub fn repairs(&mut self, changes: &[TextChange], advice: &Advice) -> Option<FixWorth> {
+        let after = self.tried(changes)?;
+        let has_error = after.new.iter().any(is_error);
+        if self.finding.severity() == Severity::Error {
+            let is_spelling =
+                advice.lead() == AdviceLead::Spelling || self.finding.code == Code::WrongCase;
+            return match has_error {
+                false => Some(FixWorth::Whole),
+                true => (is_spelling && self.are_near(&after, changes)).then_some(FixWorth::First),
+            };
+        }
+        if has_error {
+            return None;
+        }
+        if self.finding.code == Code::UnknownAllow {
+            return Some(FixWorth::Whole);
+        }
+        let before = *self.program.get_or_insert_with(|| digest(self.judgement));
+        let is_same = digest(&after.judgement) == before;
+        let is_clean = after.new.is_empty();
+        let is_as_read = advice.lead() == AdviceLead::AsRead && is_clean;
+        match self.file.kind {
+            FileKind::Controller | FileKind::Test => {
+                (is_clean && is_same).then_some(FixWorth::First)
+            }
+            FileKind::Ladder if before.is_some() && is_same => Some(FixWorth::Whole),
+            FileKind::Ladder => {
+                let is_computed = COMPUTED.contains(&self.finding.code) || before.is_none();
+                (is_as_read && is_computed).then_some(FixWorth::First)
             }
         }
     }
 
     /// Whether changes of `allow` silence the finding.
     pub fn silences(&mut self, changes: &[TextChange]) -> bool {
-        self.better(changes).is_some()
+        self.tried(changes).is_some_and(|after| !after.new.iter().any(is_error))
     }
 
-    /// The judgement of the changed text, if the finding is gone and no error is new.
-    fn better(&self, changes: &[TextChange]) -> Option<Judgement> {
-        let changed = applied(self.text, changes)?;
-        let texts = self.texts.with(self.path, changed.into());
-        let after = judge(0, &self.judgement.root, &texts);
-        if after.failure.is_some() {
+    /// The judgement of the changed text, if the finding is gone.
+    fn tried(&self, changes: &[TextChange]) -> Option<TriedText> {
+        let changed = applied(&self.file.text, changes)?;
+        let texts = self.texts.with(&self.file.path, changed.into());
+        let judgement = judge(0, &self.judgement.root, &texts);
+        if judgement.failure.is_some() {
             return None;
         }
-        let (old, new) = (counted(self.judgement), counted(&after));
+        let mut old = counted(self.judgement);
         let own = named(self.judgement, self.finding);
         let count = |of: &HashMap<Named, usize>, name: &Named| of.get(name).copied().unwrap_or(0);
-        let is_gone = count(&new, &own) < count(&old, &own);
-        let has_new = new.iter().any(|(name, count_now)| {
-            name.1.severity() == Severity::Error && *count_now > count(&old, name)
+        let still = self.moved(changes).is_some_and(|at| {
+            let same = |of: &&Finding| of.span.start as usize == at;
+            judgement.findings.iter().filter(same).any(|of| named(&judgement, of) == own)
         });
-        (is_gone && !has_new).then_some(after)
+        if still || count(&counted(&judgement), &own) >= count(&old, &own) {
+            return None;
+        }
+        let mut new = Vec::new();
+        for finding in &judgement.findings {
+            let known = old.entry(named(&judgement, finding)).or_default();
+            match known.checked_sub(1) {
+                Some(left) => *known = left,
+                None => new.push(finding.clone()),
+            }
+        }
+        Some(TriedText { judgement, new })
     }
+
+    /// Where the finding stands after changes; `None` if they change its place.
+    fn moved(&self, changes: &[TextChange]) -> Option<usize> {
+        let at = self.finding.span.start as usize;
+        let is_changed = |of: &TextChange| of.range.start <= at && at < of.range.end;
+        if changes.iter().any(is_changed) {
+            return None;
+        }
+        let before = changes.iter().filter(|change| change.range.end <= at);
+        let moved = before.fold(at + 1, |at, change| at + change.text.len() - change.range.len());
+        Some(moved - 1)
+    }
+
+    /// Whether all that is new stands in the table, or the line, of the changes.
+    fn are_near(&self, after: &TriedText, changes: &[TextChange]) -> bool {
+        let Some(first) = changes.first() else { return false };
+        let around = match object_at(self.file, &first.range) {
+            0 => self.file.line(first.range.start),
+            object => self.file.outline.objects[object].extent.clone(),
+        };
+        let (more, less) = changes.iter().fold((0, 0), |(more, less), change| {
+            (more + change.text.len(), less + change.range.len())
+        });
+        let end = (around.end + more).saturating_sub(less);
+        after.new.iter().all(|finding| {
+            let at = finding.span.start as usize;
+            named(&after.judgement, finding).0 == self.file.path && around.start <= at && at <= end
+        })
+    }
+}
+
+fn is_error(finding: &Finding) -> bool {
+    finding.severity() == Severity::Error
 }
 
 /// A text with changes; `None` if they overlap.

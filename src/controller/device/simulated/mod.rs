@@ -19,6 +19,8 @@ mod parts;
 mod points;
 mod wires;
 
+pub(crate) use points::points_of;
+
 use keys::Keys;
 
 use super::driver::{DriverKeys, ResolvedRow, WrittenDevice};

@@ -79,6 +79,26 @@ fn fixed(kind: PartKind) -> &'static [Fixed] {
     }
 }
 
+/// The points that every part of a kind has, for editors: name, what it holds, whether it is a
+/// command. Empty for a word that is no kind.
+pub fn points_of(kind: &str) -> Vec<(&'static str, &'static str, bool)> {
+    let kind = PartKind::NAMES.iter().find(|(name, _)| *name == kind);
+    let all = kind.map_or(&[][..], |(_, kind)| fixed(*kind));
+    all.iter().map(|of| (of.name, of.holds.words(), of.role != PointRole::Told)).collect()
+}
+
+impl Holds {
+    /// What a point has, for people.
+    fn words(self) -> &'static str {
+        match self {
+            Holds::Bit => "a bit",
+            Holds::Opening => "thousandths, or a bit",
+            Holds::Word => "a number",
+            Holds::Either => "a bit or a number",
+        }
+    }
+}
+
 const DELAY: [Fixed; 2] =
     [point("in", Holds::Bit, PointRole::Needed), point("out", Holds::Bit, PointRole::Told)];
 

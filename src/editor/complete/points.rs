@@ -1,0 +1,78 @@
+//! The points of a field device, for one side of its map: those of the parts of a simulated plant,
+//! the tables of a Modbus device, the lines of a chip.
+//!
+//! `texts` offers them beside the names of the program. Made of the file as it is typed: of a part
+//! without a kind it knows no points.
+
+use lsp_types::CompletionItemKind;
+
+use super::proposal::{Proposal, Proposals};
+use super::scene::CompletionScene;
+use crate::controller::device::simulated;
+
+/// Where points of Modbus devices are, with what they hold, and whether outputs go there.
+const TABLES: [(&str, &str, bool); 4] = [
+    ("coil ", "a bit, read and written", true),
+    ("discrete ", "a bit, read alone", false),
+    ("holding ", "a word, read and written", true),
+    ("input ", "a word, read alone", false),
+];
+
+/// Offers the points of the device around.
+pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
+    let outline = &scene.file.outline;
+    let Some(device) = outline.enclosing(scene.site.object, &["device"]) else { return };
+    let text = |object: usize, key: &str| {
+        let value = outline.value(object, &[key]);
+        value.map(|value| scene.file.slice(value.inner.clone()))
+    };
+    let is_target = scene.site.keys.last().is_some_and(|key| key == "to");
+    match text(device, "driver") {
+        Some("simulated") => plant(scene, device, is_target, into),
+        Some("gpio") => add(("line ", "a line of the chip", 0), into),
+        Some("modbus-tcp" | "modbus-rtu") => {
+            for (table, about, is_written) in TABLES {
+                if is_written || !is_target {
+                    add((table, about, 0), into);
+                }
+            }
+        }
+        Some(_) | None => {}
+    }
+}
+
+/// The points of the parts of a plant, and the commands of its faults.
+fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut Proposals) {
+    let (file, outline) = (scene.file, &scene.file.outline);
+    let text = |object: usize, key: &str| {
+        let value = outline.value(object, &[key]);
+        value.map(|value| file.slice(value.inner.clone()))
+    };
+    for (object, of) in outline.objects.iter().enumerate().filter(|(_, of)| of.parent == device) {
+        let Some(name) = text(object, "name") else { continue };
+        if of.kind == "device.fault" && is_target {
+            add((&format!("fault.{name}"), "a bit, causes the fault", 0), into);
+        }
+        if of.kind != "device.part" {
+            continue;
+        }
+        let points = text(object, "kind").map(simulated::points_of).unwrap_or_default();
+        for (point, holds, is_command) in points {
+            let about = if is_command { "drives the part" } else { "told by the part" };
+            let (label, about) = (format!("{name}.{point}"), format!("{holds}, {about}"));
+            add((&label, &about, u8::from(is_command != is_target)), into);
+        }
+        let pairs = outline.pairs_of[object].iter().map(|pair| &outline.pairs[*pair]);
+        let places = pairs.filter(|pair| {
+            pair.keys.len() == 2 && matches!(pair.keys[0].text.as_str(), "eyes" | "switches")
+        });
+        for place in places {
+            let label = format!("{name}.{}", place.key().text);
+            add((&label, "a bit, told by the part", u8::from(is_target)), into);
+        }
+    }
+}
+
+fn add((label, about, rank): (&str, &str, u8), into: &mut Proposals) {
+    into.add(Proposal::new(label, CompletionItemKind::INTERFACE, rank).detail(about));
+}

@@ -1,0 +1,119 @@
+//! Changes of a text, and the parts of which all proposals are made: a pair in the place of one
+//! with its key, a further pair of a table, a declaration, an element with its comma.
+//!
+//! `change`, `tables` and `silence` use them, `verify` tries the proposals. Nothing here knows an
+//! advice.
+
+use std::ops::Range;
+
+use super::super::file::EditorFile;
+use super::super::outline::KeyPair;
+use super::super::outline_reader::read;
+use super::places::{end_in_braces, end_of_table, is_inline, lines, object_at};
+
+/// A part of a text, and what replaces it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct TextChange {
+    pub range: Range<usize>,
+    pub text: String,
+}
+
+/// The changes of one proposal, which overlap nowhere.
+pub(super) type Proposal = Vec<TextChange>;
+
+pub(super) fn one(range: Range<usize>, text: impl Into<String>) -> TextChange {
+    TextChange { range, text: text.into() }
+}
+
+/// The keys of a text that is one pair.
+pub(super) fn as_pair(text: &str) -> Option<Vec<String>> {
+    let outline = read(text);
+    let pair = outline.pairs.first().filter(|pair| {
+        pair.object == 0 && !pair.value.is_empty() && text[pair.value.end..].trim().is_empty()
+    })?;
+    let is_spaced = text.contains(" = ") || text.contains(" =") || text.contains("= ");
+    is_spaced.then(|| pair.keys.iter().map(|key| key.text.clone()).collect())
+}
+
+/// The pairs of a text that is several: `min = 5, max = 10`.
+pub(super) fn as_pairs(text: &str) -> Option<Vec<String>> {
+    let whole = format!("x = {{ {text} }}");
+    let outline = read(&whole);
+    let inner = outline.pairs.iter().filter(|pair| pair.outer == 1 && pair.keys.len() == 2);
+    let pairs: Vec<String> = inner.map(|pair| whole[pair.extent()].to_owned()).collect();
+    (pairs.len() > 1 && pairs.join(", ") == text).then_some(pairs)
+}
+
+/// The pair of an object with the same key, beside a pair.
+pub(super) fn same_key<'f>(
+    file: &'f EditorFile,
+    object: usize,
+    (beside, keys): (Option<&KeyPair>, &[String]),
+) -> Option<&'f KeyPair> {
+    let of = |pair: &KeyPair, count: usize| -> Vec<String> {
+        pair.keys[..count].iter().map(|key| key.text.clone()).collect()
+    };
+    let outer = beside.map_or(Vec::new(), |pair| of(pair, pair.outer));
+    let pairs = file.outline.pairs_of[object].iter().map(|pair| &file.outline.pairs[*pair]);
+    let mut same = pairs.filter(|pair| {
+        let all = of(pair, pair.keys.len());
+        all == [outer.as_slice(), keys].concat()
+    });
+    same.next()
+}
+
+/// A further pair of the table that a place is in.
+pub(super) fn added(file: &EditorFile, span: &Range<usize>, text: &str) -> TextChange {
+    let object = object_at(file, span);
+    let braces = file.outline.objects[object].extent.clone();
+    if is_inline(file, object)
+        && let Some(end) = end_in_braces(file, &braces)
+    {
+        let comma = if end > braces.start + 1 { ", " } else { " " };
+        return one(end..end, format!("{comma}{text}"));
+    }
+    let end = end_of_table(file, span.start);
+    match end {
+        0 => one(0..0, format!("{text}\n")),
+        end => one(end..end, format!("\n{text}")),
+    }
+}
+
+/// A declaration, at the end of `[tags]`.
+pub(super) fn declared(file: &EditorFile, text: &str) -> Proposal {
+    let headers = &file.outline.headers;
+    if let Some(tags) = headers.iter().find(|header| header.path == "tags") {
+        let end = end_of_table(file, tags.span.start);
+        return vec![one(end..end, format!("\n{text}"))];
+    }
+    let first = headers.iter().find(|header| header.is_array);
+    let at = first.map_or(file.text.len(), |header| file.line(header.span.start).start);
+    vec![one(at..at, format!("[tags]\n{text}\n\n"))]
+}
+
+/// An element with the comma behind it, else with that before it.
+pub(super) fn with_comma(file: &EditorFile, span: &Range<usize>) -> Range<usize> {
+    let behind = &file.text[span.end..];
+    let spaces = behind.len() - behind.trim_start_matches([' ', '\t']).len();
+    if behind[spaces..].starts_with(',') {
+        let rest = &behind[spaces + 1..];
+        let more = rest.len() - rest.trim_start_matches([' ', '\t']).len();
+        return span.start..span.end + spaces + 1 + more;
+    }
+    let before = file.text[..span.start].trim_end();
+    match before.strip_suffix(',') {
+        Some(before) => before.len()..span.end,
+        None => span.clone(),
+    }
+}
+
+/// A pair deleted: with its line, if it has one of its own.
+pub(super) fn without_pair(file: &EditorFile, pair: &KeyPair) -> TextChange {
+    let extent = pair.extent();
+    let line = file.line(extent.start);
+    let is_own = file.slice(line.start..extent.start).trim().is_empty();
+    match is_own {
+        true => one(lines(file, &extent), ""),
+        false => one(with_comma(file, &extent), ""),
+    }
+}

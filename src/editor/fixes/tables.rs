@@ -1,0 +1,144 @@
+//! Changes of other tables than that of the finding: a row of a map, a pair under a header, a table
+//! of its own, a declaration and a rung before.
+//!
+//! Called by `change`, for the advices that `sentences` reads.
+
+use std::ops::Range;
+
+use super::super::file::EditorFile;
+use super::super::outline::KeyPair;
+use super::super::words::names;
+use super::edit::{Proposal, TextChange, as_pair, declared, one, same_key, without_pair};
+use super::places::{end_of_table, is_inline, lines, object_at, pair_at, value_at};
+
+/// The kinds of tables that are rungs.
+const RUNGS: [&str; 5] =
+    ["program.rung", "program.stage.rung", "task.rung", "template.rung", "template.stage.rung"];
+
+/// One more row of a map: of the device that the place is in, else of any.
+pub(super) fn row(file: &EditorFile, span: &Range<usize>, row: &str) -> Vec<Proposal> {
+    let is_map = |pair: &&KeyPair| pair.keys.len() == 1 && pair.key().text == "map";
+    let mut maps: Vec<&KeyPair> = file.outline.pairs.iter().filter(is_map).collect();
+    let extent = |pair: &KeyPair| &file.outline.objects[pair.object].extent;
+    maps.sort_by_key(|pair| !extent(pair).contains(&span.start));
+    maps.into_iter().filter_map(|pair| Some(vec![element(file, pair, row)?])).collect()
+}
+
+/// One more element of the array of a pair.
+fn element(file: &EditorFile, pair: &KeyPair, text: &str) -> Option<TextChange> {
+    let inner = file.slice(pair.value.clone()).strip_suffix(']')?.trim_end();
+    let end = pair.value.start + inner.len();
+    let comma = if inner.ends_with(['[', ',']) { "" } else { "," };
+    if !inner.contains('\n') {
+        let space = if inner.ends_with('[') { "" } else { " " };
+        return Some(one(end..end, format!("{comma}{space}{text}")));
+    }
+    let line = file.slice(file.line(end));
+    let indent = &line[..line.len() - line.trim_start().len()];
+    Some(one(end..end, format!("{comma}\n{indent}{text},")))
+}
+
+/// A pair under a header, with the pair of the place away, and without.
+pub(super) fn under(
+    file: &EditorFile,
+    span: &Range<usize>,
+    (table, text): (&str, &str),
+) -> Vec<Proposal> {
+    let Some(new) = new_pair(file, table, text) else { return Vec::new() };
+    let moved = pair_at(file, span).map(|pair| vec![new.clone(), without_pair(file, pair)]);
+    std::iter::once(vec![new]).chain(moved).collect()
+}
+
+fn new_pair(file: &EditorFile, table: &str, text: &str) -> Option<TextChange> {
+    let headers = &file.outline.headers;
+    let Some(header) = headers.iter().find(|header| header.path == table) else {
+        let end = file.text.trim_end().len();
+        return Some(one(end..end, format!("\n\n[{table}]\n{text}")));
+    };
+    let names: Vec<String> = table.split('.').map(str::to_owned).collect();
+    let keys = [names, as_pair(text)?].concat();
+    match same_key(file, 0, (None, &keys)) {
+        Some(same) => {
+            let (_, value) = text.split_once('=')?;
+            let added = value.trim().strip_prefix('[')?.strip_suffix(']')?;
+            element(file, same, added)
+        }
+        None => {
+            let end = end_of_table(file, header.span.start);
+            Some(one(end..end, format!("\n{text}")))
+        }
+    }
+}
+
+/// A table of its own, at the end of that which it belongs to, or of the file.
+pub(super) fn table(
+    file: &EditorFile,
+    span: &Range<usize>,
+    (header, line): (&str, &str),
+) -> Vec<Proposal> {
+    let path = header.trim_matches(['[', ']']);
+    let outer = path.rsplit_once('.').map(|(outer, _)| outer);
+    let around = outer.and_then(|outer| file.outline.enclosing(object_at(file, span), &[outer]));
+    let end = around.map_or(file.text.len(), |object| file.outline.objects[object].extent.end);
+    let end = file.line(file.text[..end].trim_end().len()).end;
+    vec![vec![one(end..end, format!("\n\n{header}\n{line}"))]]
+}
+
+/// A key of the table of a place away, or a table with this header.
+pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<Proposal> {
+    if key.starts_with('[') {
+        let path = key.trim_matches(['[', ']']);
+        let of = file.outline.headers.iter().filter(|header| header.path == path);
+        let table = |at: usize| lines(file, &(at..end_of_table(file, at)));
+        return of.map(|header| vec![one(table(header.span.start), "")]).collect();
+    }
+    let keys = [key.to_owned()];
+    let object = object_at(file, span);
+    let same = same_key(file, object, (pair_at(file, span), &keys));
+    let same = same.or_else(|| same_key(file, object, (None, &keys)));
+    same.map(|pair| vec![without_pair(file, pair)]).into_iter().collect()
+}
+
+/// A declaration, an instruction in a rung before that of a place, and a text in its place.
+pub(super) fn here(
+    file: &EditorFile,
+    span: &Range<usize>,
+    (declare, before, text): (&str, Option<&str>, &str),
+) -> Vec<Proposal> {
+    let mut first = declared(file, declare);
+    if let Some(instruction) = before {
+        let Some(rung) = rung_before(file, span, instruction) else { return Vec::new() };
+        first.push(rung);
+    }
+    let string = value_at(file, span).filter(|value| value.is_string);
+    let string = string.map(|value| value.inner.clone());
+    let address = string.as_ref().and_then(|string| address_in(file, string, declare));
+    let places = [address, Some(span.clone()), string];
+    let whole = |place| [first.as_slice(), &[one(place, text)]].concat();
+    places.into_iter().flatten().map(whole).collect()
+}
+
+/// The address of a declaration, as a word of a string.
+fn address_in(file: &EditorFile, string: &Range<usize>, declare: &str) -> Option<Range<usize>> {
+    let (_, rest) = declare.split_once("at = \"")?;
+    let (address, _) = rest.split_once('"')?;
+    let mut words = names(file.slice(string.clone()), true).into_iter().map(|(word, _)| word);
+    let place = |word: Range<usize>| string.start + word.start..string.start + word.end;
+    words.find_map(|word| Some(place(word)).filter(|at| file.slice(at.clone()) == address))
+}
+
+fn rung_before(file: &EditorFile, span: &Range<usize>, instruction: &str) -> Option<TextChange> {
+    let rung = file.outline.enclosing(object_at(file, span), &RUNGS)?;
+    let of = &file.outline.objects[rung];
+    let start = of.extent.start;
+    if instruction.contains(['"', '\\']) {
+        return None;
+    }
+    if is_inline(file, rung) {
+        let text = format!("{{ when = [\"$On\"], do = [\"{instruction}\"] }}, ");
+        return Some(one(start..start, text));
+    }
+    let start = file.line(start).start;
+    let text = format!("[[{}]]\nwhen = [\"$On\"]\ndo   = [\"{instruction}\"]\n\n", of.kind);
+    Some(one(start..start, text))
+}

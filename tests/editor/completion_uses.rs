@@ -1,0 +1,72 @@
+//! Completion of what a use and a device have: parameters in the braces of texts and in uses of one
+//! line, points in the map of a device.
+
+use crate::completion::{RICH, check};
+use crate::project::{CONTROLLER, LADDER};
+
+#[test]
+fn parameters_in_texts_and_in_inline_uses() {
+    let template = "[[template]]\nname = \"Lamp\"\n[template.parameters]\non = { type = \"bit\" }\n\
+                    [template.tags]\n";
+    check(
+        LADDER,
+        template,
+        &[
+            ("late = { type = \"bit\", alarm = \"{¦}\" }", &["name", "on"], &["late"]),
+            ("late = { type = \"bit\", alarm = \"{name}: {o¦\" }", &["on"], &["name"]),
+            ("late = { type = \"bit\", doc = \"of ¦\" }", &[], &[]),
+            ("late = { type = \"bit\", alarm = \"{name} ¦\" }", &[], &[]),
+        ],
+    );
+    check(
+        LADDER,
+        RICH,
+        &[
+            (
+                "[[task]]\nname = \"T\"\nrung = [{ use = \"Pump\", with = { ¦ } }]",
+                &["wanted", "motor", "patience"],
+                &["amount"],
+            ),
+            (
+                "[[task]]\nname = \"T\"\nrung = [\n  { use = \"Pump\", with = { motor = \"Y3\", ¦",
+                &["wanted"],
+                &["motor"],
+            ),
+            (
+                "[[task]]\nname = \"T\"\nrung = [{ use = \"Pump\", with = { motor = \"¦\" } }]",
+                &["valve"],
+                &["start"],
+            ),
+        ],
+    );
+}
+
+#[test]
+fn points_of_devices() {
+    let plant = "ladder = [\"plant.toml\"]\n[[device]]\nname = \"plant\"\ndriver = \"simulated\"\n\
+                 part = [{ name = \"pump\", kind = \"motor\" }, { name = \"belt\", kind = \
+                 \"conveyor\", eyes = { infeed = 100 } }]\nfault = [{ name = \"worn\" }]\n";
+    check(
+        CONTROLLER,
+        plant,
+        &[
+            (
+                "map = [{ from = \"¦\", to = \"X0\" }]",
+                &["pump.running", "belt.infeed", "valve"],
+                &["fault.worn", "coil "],
+            ),
+            ("map = [{ from = \"Y0\", to = \"¦\" }]", &["pump.run", "fault.worn", "start"], &[]),
+            ("map = [{ from = \"Y0\", to = \"pump.r¦\" }]", &["pump.run"], &["start", "belt.run"]),
+            ("[[device.map]]\nfrom = \"Y0\"\nto = \"pu¦\"", &["pump.trip"], &[]),
+        ],
+    );
+    let line = "ladder = [\"plant.toml\"]\n[[device]]\nname = \"io\"\ndriver = \"modbus-tcp\"\n";
+    check(
+        CONTROLLER,
+        line,
+        &[
+            ("map = [{ from = \"¦\" }]", &["coil ", "input ", "valve"], &["pump.run"]),
+            ("map = [{ to = \"¦\" }]", &["holding "], &["input "]),
+        ],
+    );
+}
