@@ -29,16 +29,27 @@ function makeClient() {
     return new LanguageClient('rungd', 'rungd', server, options);
 }
 
+// `rungd.path` belongs to the machine where rungd runs: in a remote window it is no setting of the
+// user, and the search among those finds nothing.
+function showPathSetting() {
+    const [command, query] = vscode.env.remoteName
+        ? ['workbench.action.openRemoteSettings', { query: 'rungd.path' }]
+        : ['workbench.action.openSettings', 'rungd.path'];
+    vscode.commands.executeCommand(command, query);
+}
+
 async function start() {
     const starting = makeClient();
     client = starting;
     try {
         await starting.start();
     } catch (failure) {
-        const text = `rungd: the language server does not start: ${failure.message}`;
+        // The client fails with a text if the program is not there, else with an error.
+        const reason = failure?.message ?? failure;
+        const text = `rungd: the language server does not start: ${reason}`;
         const choice = await vscode.window.showErrorMessage(text, 'Set rungd.path');
         if (choice) {
-            vscode.commands.executeCommand('workbench.action.openSettings', 'rungd.path');
+            showPathSetting();
         }
     }
 }

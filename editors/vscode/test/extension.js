@@ -21,9 +21,10 @@ function anything() {
 }
 
 // VS Code, as far as the extension uses it.
-function stub(settings, seen, shown) {
+function stub(settings, seen, shown, remoteName) {
     const event = (name) => (hear) => { seen.events[name] = hear; return { dispose() {} }; };
     return Object.assign(anything(), {
+        env: { remoteName },
         workspace: Object.assign(anything(), {
             getConfiguration: () => ({ get: (key) => settings[key] }),
             createFileSystemWatcher: (pattern) => ({ pattern }),
@@ -33,7 +34,10 @@ function stub(settings, seen, shown) {
             textDocuments: shown,
         }),
         window: Object.assign(anything(), {
-            showErrorMessage: async (text) => { seen.errors.push(text); },
+            showErrorMessage: async (text, choice) => {
+                seen.errors.push(text);
+                return choice;
+            },
             activeTextEditor: {
                 document: { uri: { toString: () => 'file:///x/a.toml' } },
                 selection: { active: { line: 3, character: 7 } },
@@ -59,7 +63,7 @@ function shows(languageId, text, scheme = 'file') {
 
 const LADDER = shows('rungd-ladder', '[[program]]\n');
 
-function loaded(settings, shown = [LADDER], fails = false) {
+function loaded(settings, shown = [LADDER], failure = undefined, remoteName = undefined) {
     const seen = { events: {}, commands: {}, executed: [], languages: [], errors: [], clients: [] };
     class LanguageClient {
         constructor(id, name, server, options) {
@@ -69,7 +73,7 @@ function loaded(settings, shown = [LADDER], fails = false) {
 
         async start() {
             this.calls.push('start');
-            if (fails) throw new Error('ENOENT');
+            if (failure) throw failure;
         }
 
         async stop() {
@@ -77,7 +81,7 @@ function loaded(settings, shown = [LADDER], fails = false) {
         }
     }
     const own = Module._load;
-    const code = stub(settings, seen, shown);
+    const code = stub(settings, seen, shown, remoteName);
     Module._load = (name, ...rest) => {
         if (name === 'vscode') return code;
         if (name === 'vscode-languageclient/node') return { LanguageClient };
@@ -111,12 +115,21 @@ tests['it starts `rungd lsp` for the files of rungd, with its settings'] = async
 };
 
 tests['a program that is not there is said, with the setting'] = async () => {
-    const { seen, extension } = loaded({}, [LADDER], true);
-    await extension.activate({ subscriptions: [] });
-    assert.match(seen.errors[0], /does not start: ENOENT/);
-    seen.events.open(LADDER);
-    assert.strictEqual(seen.errors.length, 1);
-    await extension.deactivate();
+    const settings = (remote) => remote
+        ? ['workbench.action.openRemoteSettings', { query: 'rungd.path' }]
+        : ['workbench.action.openSettings', 'rungd.path'];
+    // The client rejects with a text where the program is not there.
+    for (const failure of [new Error('spawn rungd ENOENT'), 'spawn rungd ENOENT']) {
+        for (const remote of [undefined, 'ssh-remote']) {
+            const { seen, extension } = loaded({}, [LADDER], failure, remote);
+            await extension.activate({ subscriptions: [] });
+            assert.match(seen.errors[0], /does not start: spawn rungd ENOENT/);
+            assert.deepStrictEqual(seen.executed, [settings(remote)]);
+            seen.events.open(LADDER);
+            assert.strictEqual(seen.errors.length, 1);
+            await extension.deactivate();
+        }
+    }
 };
 
 tests['it gives files their language, once'] = async () => {
