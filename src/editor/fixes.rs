@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 use lsp_types::{
@@ -22,6 +22,7 @@ use super::judge::Judgement;
 use super::uri::path_of;
 use super::workspace::Workspace;
 use crate::source::finding::{Finding, Severity};
+use crate::source::span::SourceFile;
 
 mod change;
 mod help;
@@ -31,8 +32,29 @@ mod verify;
 
 /// The most texts that are judged for a request.
 const TRIALS_MAX: usize = 24;
+/// As many are judged of any project.
+const TRIALS_MIN: usize = 2;
+/// The most bytes that further texts have together: a large project takes long to judge.
+const TRIED_BYTES_MAX: usize = 4 << 20;
 /// The most findings that a request is answered for.
 const FINDINGS_MAX: usize = 8;
+
+/// The trials that are left for a request.
+struct TrialBudget {
+    trials: usize,
+    bytes: usize,
+}
+
+impl TrialBudget {
+    /// Takes a trial of texts of so many bytes; `false` if none is left.
+    fn take(&mut self, bytes: usize) -> bool {
+        let is_granted = TRIALS_MAX - self.trials < TRIALS_MIN;
+        let may = self.trials > 0 && (is_granted || self.bytes >= bytes);
+        self.trials -= usize::from(may);
+        self.bytes = if may { self.bytes.saturating_sub(bytes) } else { self.bytes };
+        may
+    }
+}
 
 /// A change that is offered.
 struct Offer {
@@ -58,7 +80,7 @@ pub(super) fn actions(
     };
     let Some(file) = workspace.library.file(&path) else { return Ok(None) };
     let within = file.offset(params.range.start)..file.offset(params.range.end);
-    let mut left = TRIALS_MAX;
+    let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
     let mut offered = Vec::new();
     for (judgement, finding) in findings(workspace, &path, &file, &within) {
         let mut trial = FixTrial::of(workspace, (judgement, finding), (&path, &file.text));
@@ -81,30 +103,39 @@ fn takes_literals(workspace: &Workspace) -> bool {
     of.is_some_and(|of| of.code_action_literal_support.is_some())
 }
 
-/// The findings of the present text of a file in a range, each once.
+/// The findings of the present text of a file in a range, each once, the nearest to its start
+/// first.
 fn findings<'w>(
     workspace: &'w Workspace,
     path: &Path,
     file: &EditorFile,
     within: &Range<usize>,
 ) -> Vec<(&'w Judgement, &'w Finding)> {
-    let mut found: Vec<(&Judgement, &Finding)> = Vec::new();
+    let mut near: Vec<(&Judgement, &Finding)> = Vec::new();
     for judgement in workspace.judged.values() {
-        let paths: Vec<PathBuf> = judgement.files.iter().map(judged_path).collect();
-        for finding in &judgement.findings {
-            let number = finding.span.file.0 as usize;
-            let is_here = paths.get(number).is_some_and(|of| of == path)
-                && *judgement.files[number].text == *file.text
-                && finding.span.start as usize <= within.end
-                && within.start <= finding.span.end as usize;
-            let is_known = |known: &(&Judgement, &Finding)| {
-                let (known, of) = (known.1, finding);
-                (known.code, known.span.start, &known.message)
-                    == (of.code, of.span.start, &of.message)
-            };
-            if is_here && found.len() < FINDINGS_MAX && !found.iter().any(is_known) {
-                found.push((judgement, finding));
-            }
+        let is_here = |of: &SourceFile| judged_path(of) == path && *of.text == *file.text;
+        let here: Vec<bool> = judgement.files.iter().map(is_here).collect();
+        let asked = judgement.findings.iter().filter(|finding| {
+            finding.span.start as usize <= within.end
+                && within.start <= finding.span.end as usize
+                && here.get(finding.span.file.0 as usize) == Some(&true)
+        });
+        near.extend(asked.map(|finding| (judgement, finding)));
+    }
+    near.sort_by_key(|(_, Finding { span, .. })| {
+        ((span.start as usize).saturating_sub(within.start), span.end - span.start)
+    });
+    let mut found: Vec<(&Judgement, &Finding)> = Vec::new();
+    for (judgement, finding) in near {
+        let is_known = found.iter().any(|(_, known)| {
+            (known.code, known.span.start, &known.message)
+                == (finding.code, finding.span.start, &finding.message)
+        });
+        if !is_known {
+            found.push((judgement, finding));
+        }
+        if found.len() == FINDINGS_MAX {
+            break;
         }
     }
     found
@@ -115,18 +146,14 @@ fn offers(
     file: &EditorFile,
     finding: &Finding,
     trial: &mut FixTrial,
-    left: &mut usize,
+    left: &mut TrialBudget,
 ) -> Vec<Offer> {
     let span = finding.span.start as usize..finding.span.end as usize;
     let mut offers = Vec::new();
     let help = finding.help_text().unwrap_or_default();
     for advice in help::read(&help) {
         let mut proposed = change::proposed(file, &span, &advice).into_iter();
-        let taken = proposed.find(|changes| {
-            let is_left = *left > 0;
-            *left -= usize::from(is_left);
-            is_left && trial.repairs(changes)
-        });
+        let taken = proposed.find(|changes| left.take(trial.bytes()) && trial.repairs(changes));
         if let Some(changes) = taken {
             let changed = changes.first().map_or(span.clone(), |change| change.range.clone());
             let title = advice.title(file, changed);
@@ -140,10 +167,9 @@ fn offers(
     }
     if finding.severity() == Severity::Warning {
         for (title, changes) in silence::proposed(file, &span, finding.code.name()) {
-            if *left > 0 && trial.silences(&changes) {
+            if left.take(trial.bytes()) && trial.silences(&changes) {
                 offers.push(Offer { title, changes, repairs: false, is_sure: false });
             }
-            *left = left.saturating_sub(1);
         }
     }
     offers
@@ -177,5 +203,21 @@ fn action(params: &CodeActionParams, file: &EditorFile, offer: &Offer) -> CodeAc
         kind: Some(CodeActionKind::QUICKFIX),
         edit: Some(WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }),
         ..CodeAction::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_project_has_few_trials_and_each_project_some() {
+        let tried = |bytes: usize| {
+            let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
+            (0..100).filter(|_| left.take(bytes)).count()
+        };
+        assert_eq!(tried(1_000), TRIALS_MAX);
+        assert_eq!(tried(1 << 20), 4);
+        assert_eq!(tried(100 << 20), TRIALS_MIN);
     }
 }

@@ -34,7 +34,7 @@ pub(super) struct FixTrial<'w> {
 }
 
 /// A finding, wherever it stands: the file, its name, its message.
-type Named = (PathBuf, Code, String);
+type Named<'j> = (&'j Path, Code, &'j str);
 
 impl<'w> FixTrial<'w> {
     /// A finding of a judgement, in a file with this text.
@@ -47,6 +47,11 @@ impl<'w> FixTrial<'w> {
             workspace.library.file(path).is_some_and(|file| file.kind == FileKind::Ladder);
         let texts = workspace.library.texts();
         FixTrial { judgement, finding, texts, path, text, is_ladder, program: None }
+    }
+
+    /// The bytes that a trial judges.
+    pub fn bytes(&self) -> usize {
+        self.judgement.files.iter().map(|file| file.text.len()).sum()
     }
 
     /// Whether changes repair the finding.
@@ -75,8 +80,9 @@ impl<'w> FixTrial<'w> {
         if after.failure.is_some() {
             return None;
         }
-        let (old, new) = (counted(self.judgement), counted(&after));
-        let own = named(self.judgement, self.finding);
+        let (old_paths, new_paths) = (paths(self.judgement), paths(&after));
+        let (old, new) = (counted(self.judgement, &old_paths), counted(&after, &new_paths));
+        let own = named(&old_paths, self.finding);
         let count = |of: &HashMap<Named, usize>, name: &Named| of.get(name).copied().unwrap_or(0);
         let is_gone = count(&new, &own) < count(&old, &own);
         let has_new = new.iter().any(|(name, count_now)| {
@@ -101,15 +107,20 @@ fn applied(text: &str, changes: &[TextChange]) -> Option<String> {
     Some(changed)
 }
 
-fn named(judgement: &Judgement, finding: &Finding) -> Named {
-    let file = judgement.files.get(finding.span.file.0 as usize);
-    (file.map(path_of).unwrap_or_default(), finding.code, finding.message.clone())
+/// The paths of the judged files: each costs calls of the system, so once for all findings.
+fn paths(judgement: &Judgement) -> Vec<PathBuf> {
+    judgement.files.iter().map(path_of).collect()
 }
 
-fn counted(judgement: &Judgement) -> HashMap<Named, usize> {
+fn named<'j>(paths: &'j [PathBuf], finding: &'j Finding) -> Named<'j> {
+    let path = paths.get(finding.span.file.0 as usize).map_or(Path::new(""), PathBuf::as_path);
+    (path, finding.code, &finding.message)
+}
+
+fn counted<'j>(judgement: &'j Judgement, paths: &'j [PathBuf]) -> HashMap<Named<'j>, usize> {
     let mut counted = HashMap::new();
     for finding in &judgement.findings {
-        *counted.entry(named(judgement, finding)).or_default() += 1;
+        *counted.entry(named(paths, finding)).or_default() += 1;
     }
     counted
 }
