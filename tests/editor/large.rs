@@ -123,3 +123,30 @@ fn thousands_of_changes_in_a_message_cost_in_proportion() {
     let (small, large) = (cost_of_taking_edits(SIZE), cost_of_taking_edits(TIMES * SIZE));
     assert!(large < small * RATIO_MAX + little(), "{small:?}, {large:?}");
 }
+
+/// The work for a change of one of so many open ladders of a controller file.
+fn cost_among_open_files(ladders: usize) -> Duration {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    let names: Vec<String> = (0..ladders).map(|at| format!("l{at}.toml")).collect();
+    let all: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+    let controller = format!("ladder = [{}]\n", all.join(", "));
+    std::fs::write(folder.path().join("all.toml"), controller).expect("a file");
+    for (at, name) in names.iter().enumerate() {
+        let tags: String =
+            (0..20).map(|tag| format!("t{at}_{tag} = {{ type = \"bit\" }}\n")).collect();
+        editor.open_with(name, &format!("[tags]\n{tags}"));
+    }
+    editor.diagnostics(&names[0]);
+    let began = editor.server_time();
+    let start = json!({ "line": 0, "character": 0 });
+    editor.edit(&names[0], json!([{ "range": { "start": start, "end": start }, "text": "" }]));
+    editor.diagnostics(&names[0]);
+    editor.server_time() - began
+}
+
+#[test]
+fn many_open_files_cost_in_proportion() {
+    let (small, large) = (cost_among_open_files(10), cost_among_open_files(10 * TIMES));
+    assert!(large < small * RATIO_MAX + little(), "{small:?}, {large:?}");
+}
