@@ -82,7 +82,7 @@ mod tests {
         scratch.write("a.toml", b"a").unwrap();
         assert_eq!((view.toml_files(folder).len(), view.stamp(&path)), (0, None));
         let view = DiskView::default();
-        assert_eq!(*view.toml_files(folder), [path.clone()]);
+        assert_eq!(view.toml_files(folder).to_vec(), [path.as_path()]);
         assert_eq!(view.stamp(&path).map(|stamp| stamp.1), Some(1));
     }
 }
