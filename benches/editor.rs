@@ -146,6 +146,9 @@ fn main() {
         if edit % 20 == 19 {
             editor.findings();
         }
+        if edit % (edits / 10).max(1) == 0 {
+            println!("memory: {} MB after {edit} more keystrokes", resident_mb());
+        }
     }
     println!("memory: {before} MB, after {edits} more keystrokes {} MB", resident_mb());
     let _ = std::fs::remove_dir_all(&folder);

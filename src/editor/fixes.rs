@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 use lsp_types::{
@@ -23,6 +23,7 @@ use super::judge::Judgement;
 use super::uri::path_of;
 use super::workspace::Workspace;
 use crate::source::finding::{Finding, Severity};
+use crate::source::span::SourceFile;
 
 mod advice;
 mod change;
@@ -38,8 +39,29 @@ mod verify;
 const TRIALS_MAX: usize = 24;
 /// The most advices of a finding that are one of several, each of which is judged.
 const CHOICES_MAX: usize = 3;
+/// As many are judged of any project.
+const TRIALS_MIN: usize = 2;
+/// The most bytes that further texts have together: a large project takes long to judge.
+const TRIED_BYTES_MAX: usize = 4 << 20;
 /// The most findings that a request is answered for.
 const FINDINGS_MAX: usize = 8;
+
+/// The trials that are left for a request.
+struct TrialBudget {
+    trials: usize,
+    bytes: usize,
+}
+
+impl TrialBudget {
+    /// Takes a trial of texts of so many bytes; `false` if none is left.
+    fn take(&mut self, bytes: usize) -> bool {
+        let is_granted = TRIALS_MAX - self.trials < TRIALS_MIN;
+        let may = self.trials > 0 && (is_granted || self.bytes >= bytes);
+        self.trials -= usize::from(may);
+        self.bytes = if may { self.bytes.saturating_sub(bytes) } else { self.bytes };
+        may
+    }
+}
 
 /// A change that is offered.
 struct Offer {
@@ -65,7 +87,7 @@ pub(super) fn actions(
     };
     let Some(file) = workspace.library.file(&path) else { return Ok(None) };
     let within = file.offset(params.range.start)..file.offset(params.range.end);
-    let mut left = TRIALS_MAX;
+    let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
     let mut offered = Vec::new();
     for (judgement, finding) in findings(workspace, &path, &file, &within) {
         let mut trial = FixTrial::of(workspace, (judgement, finding), &file);
@@ -88,30 +110,39 @@ fn takes_literals(workspace: &Workspace) -> bool {
     of.is_some_and(|of| of.code_action_literal_support.is_some())
 }
 
-/// The findings of the present text of a file in a range, each once.
+/// The findings of the present text of a file in a range, each once, the nearest to its start
+/// first.
 fn findings<'w>(
     workspace: &'w Workspace,
     path: &Path,
     file: &EditorFile,
     within: &Range<usize>,
 ) -> Vec<(&'w Judgement, &'w Finding)> {
-    let mut found: Vec<(&Judgement, &Finding)> = Vec::new();
+    let mut near: Vec<(&Judgement, &Finding)> = Vec::new();
     for judgement in workspace.judged.values() {
-        let paths: Vec<PathBuf> = judgement.files.iter().map(judged_path).collect();
-        for finding in &judgement.findings {
-            let number = finding.span.file.0 as usize;
-            let is_here = paths.get(number).is_some_and(|of| of == path)
-                && *judgement.files[number].text == *file.text
-                && finding.span.start as usize <= within.end
-                && within.start <= finding.span.end as usize;
-            let is_known = |known: &(&Judgement, &Finding)| {
-                let (known, of) = (known.1, finding);
-                (known.code, known.span.start, &known.message)
-                    == (of.code, of.span.start, &of.message)
-            };
-            if is_here && found.len() < FINDINGS_MAX && !found.iter().any(is_known) {
-                found.push((judgement, finding));
-            }
+        let is_here = |of: &SourceFile| judged_path(of) == path && *of.text == *file.text;
+        let here: Vec<bool> = judgement.files.iter().map(is_here).collect();
+        let asked = judgement.findings.iter().filter(|finding| {
+            finding.span.start as usize <= within.end
+                && within.start <= finding.span.end as usize
+                && here.get(finding.span.file.0 as usize) == Some(&true)
+        });
+        near.extend(asked.map(|finding| (judgement, finding)));
+    }
+    near.sort_by_key(|(_, Finding { span, .. })| {
+        ((span.start as usize).saturating_sub(within.start), span.end - span.start)
+    });
+    let mut found: Vec<(&Judgement, &Finding)> = Vec::new();
+    for (judgement, finding) in near {
+        let is_known = found.iter().any(|(_, known)| {
+            (known.code, known.span.start, &known.message)
+                == (finding.code, finding.span.start, &finding.message)
+        });
+        if !is_known {
+            found.push((judgement, finding));
+        }
+        if found.len() == FINDINGS_MAX {
+            break;
         }
     }
     found
@@ -122,7 +153,7 @@ fn offers(
     file: &EditorFile,
     finding: &Finding,
     trial: &mut FixTrial,
-    left: &mut usize,
+    left: &mut TrialBudget,
 ) -> Vec<Offer> {
     let span = finding.span.start as usize..finding.span.end as usize;
     let mut offers = Vec::new();
@@ -133,8 +164,8 @@ fn offers(
         if advice.is_choice() && choices > CHOICES_MAX {
             continue;
         }
-        let taken = best(change::proposed(file, &span, &advice), left, |changes| {
-            trial.repairs(changes, &advice)
+        let taken = best(change::proposed(file, &span, &advice), |changes| {
+            left.take(trial.bytes()).then(|| trial.repairs(changes, &advice))
         });
         if let Some((changes, worth)) = taken
             && !offers.iter().any(|known: &Offer| known.changes == changes)
@@ -150,31 +181,29 @@ fn offers(
     }
     if finding.severity() == Severity::Warning {
         for (title, changes) in silence::proposed(file, &span, finding.code.name()) {
-            if *left > 0 && trial.silences(&changes) {
+            if left.take(trial.bytes()) && trial.silences(&changes) {
                 offers.push(Offer { title, changes, repairs: false, is_sure: false });
             }
-            *left = left.saturating_sub(1);
         }
     }
     offers
 }
 
-/// The first proposal of which all is proved, else the first that repairs.
+/// The first proposal of which all is proved, else the first that repairs. `repairs`: what a
+/// proposal is worth; `None` when no more may be tried.
 fn best(
     proposed: Vec<Proposal>,
-    left: &mut usize,
-    mut repairs: impl FnMut(&[TextChange]) -> Option<FixWorth>,
+    mut repairs: impl FnMut(&[TextChange]) -> Option<Option<FixWorth>>,
 ) -> Option<(Proposal, FixWorth)> {
     let mut first = None;
     for changes in proposed {
-        if *left == 0 {
-            break;
-        }
-        *left -= 1;
         match repairs(&changes) {
-            Some(FixWorth::Whole) => return Some((changes, FixWorth::Whole)),
-            Some(FixWorth::First) if first.is_none() => first = Some((changes, FixWorth::First)),
-            Some(FixWorth::First) | None => {}
+            Some(Some(FixWorth::Whole)) => return Some((changes, FixWorth::Whole)),
+            Some(Some(FixWorth::First)) if first.is_none() => {
+                first = Some((changes, FixWorth::First));
+            }
+            Some(Some(FixWorth::First) | None) => {}
+            None => break,
         }
     }
     first
@@ -208,5 +237,21 @@ fn action(params: &CodeActionParams, file: &EditorFile, offer: &Offer) -> CodeAc
         kind: Some(CodeActionKind::QUICKFIX),
         edit: Some(WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }),
         ..CodeAction::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_project_has_few_trials_and_each_project_some() {
+        let tried = |bytes: usize| {
+            let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
+            (0..100).filter(|_| left.take(bytes)).count()
+        };
+        assert_eq!(tried(1_000), TRIALS_MAX);
+        assert_eq!(tried(1 << 20), 4);
+        assert_eq!(tried(100 << 20), TRIALS_MIN);
     }
 }

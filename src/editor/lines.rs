@@ -33,10 +33,24 @@ impl Columns {
     }
 }
 
+/// The bytes between two marks of a text that is not ASCII.
+const MARKED_BYTES: usize = 256;
+
 /// Where the lines of a text begin. A line ends with `\n`, `\r\n` or `\r`.
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
     starts: Vec<usize>,
+    /// The UTF-16 units before every 256th byte, so that a position in a line of a megabyte costs
+    /// no more than one in a short line. Empty if every unit is a byte.
+    marks: Vec<UnitMark>,
+}
+
+/// A byte at the start of a character.
+#[derive(Clone, Copy, Debug)]
+struct UnitMark {
+    offset: usize,
+    /// The units of the text before it.
+    units: usize,
 }
 
 impl Lines {
@@ -50,7 +64,16 @@ impl Lines {
             starts.extend(lone);
             starts.sort_unstable();
         }
-        Lines { starts }
+        let marks = if text.is_ascii() { Vec::new() } else { marks(text) };
+        Lines { starts, marks }
+    }
+
+    /// The units of a text before a byte at the start of a character.
+    fn units(&self, text: &str, offset: usize) -> usize {
+        match self.marks.get(offset / MARKED_BYTES) {
+            None => offset,
+            Some(mark) => mark.units + text[mark.offset..offset].encode_utf16().count(),
+        }
     }
 
     /// The number of the line that a byte stands in.
@@ -65,6 +88,14 @@ impl Lines {
         start..start + text[start..end.max(start)].trim_end_matches(['\r', '\n']).len()
     }
 
+    /// The lines with their ends; an empty one behind the last end is none.
+    pub fn whole<'t>(&self, text: &'t str) -> impl DoubleEndedIterator<Item = &'t str> {
+        let ends = self.starts.iter().skip(1).copied().chain([text.len()]);
+        let bounds: Vec<(usize, usize)> = self.starts.iter().copied().zip(ends).collect();
+        let lines = bounds.into_iter().map(|(start, end)| &text[start..end]);
+        lines.filter(|line| !line.is_empty())
+    }
+
     /// The position of a byte; of one within a character, the character's.
     pub fn position(&self, text: &str, columns: Columns, offset: usize) -> Position {
         let mut offset = offset.min(text.len());
@@ -72,10 +103,10 @@ impl Lines {
             offset -= 1;
         }
         let line = self.line(offset);
-        let before = &text[self.starts[line]..offset];
+        let start = self.starts[line];
         let column = match columns {
-            Columns::Utf8 => before.len(),
-            Columns::Utf16 => before.encode_utf16().count(),
+            Columns::Utf8 => offset - start,
+            Columns::Utf16 => self.units(text, offset) - self.units(text, start),
         };
         Position::new(line as u32, column as u32)
     }
@@ -90,18 +121,40 @@ impl Lines {
     pub fn offset(&self, text: &str, columns: Columns, position: Position) -> usize {
         let line = self.span(text, position.line as usize);
         let wanted = position.character as usize;
-        let mut column = 0;
-        for (at, c) in text[line.clone()].char_indices() {
-            if column >= wanted {
-                return line.start + at;
-            }
-            column += match columns {
-                Columns::Utf8 => c.len_utf8(),
-                Columns::Utf16 => c.len_utf16(),
-            };
-        }
-        line.end
+        let is_bytes = columns == Columns::Utf8 || self.marks.is_empty();
+        let offset = match is_bytes {
+            true => line.start.saturating_add(wanted),
+            false => self.offset_of_unit(text, self.units(text, line.start) + wanted),
+        };
+        (offset.min(line.end)..=line.end).find(|at| text.is_char_boundary(*at)).unwrap_or(line.end)
     }
+
+    /// The first character that has no fewer units before it.
+    fn offset_of_unit(&self, text: &str, wanted: usize) -> usize {
+        let behind = self.marks.partition_point(|mark| mark.units <= wanted);
+        let mark = self.marks[behind.saturating_sub(1)];
+        let mut units = mark.units;
+        for (at, c) in text[mark.offset..].char_indices() {
+            if units >= wanted {
+                return mark.offset + at;
+            }
+            units += c.len_utf16();
+        }
+        text.len()
+    }
+}
+
+/// The marks of a text, the first one at its start.
+fn marks(text: &str) -> Vec<UnitMark> {
+    let mut marks = Vec::with_capacity(text.len() / MARKED_BYTES + 1);
+    let (mut units, mut offset) = (0, 0);
+    for due in (0..=text.len()).step_by(MARKED_BYTES) {
+        let start = (0..=due).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0);
+        units += text[offset..start].encode_utf16().count();
+        offset = start;
+        marks.push(UnitMark { offset, units });
+    }
+    marks
 }
 
 #[cfg(test)]

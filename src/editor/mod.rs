@@ -9,6 +9,7 @@ mod capabilities;
 mod commands;
 mod complete;
 mod diagnostics;
+mod disk;
 mod edits;
 mod file;
 mod fixes;

@@ -5,8 +5,12 @@
 //! or a header, so a value that is being typed hides nothing behind its own line. `words` makes
 //! names of its values, `complete` asks it where the cursor is. It judges nothing: `load` does.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
+use std::hash::{BuildHasher, Hash, Hasher, RandomState};
 use std::ops::Range;
+
+/// The most pairs of an object that are looked through for a key.
+const FEW_PAIRS: usize = 16;
 
 /// What a file contains, in order of place.
 #[derive(Debug, Default)]
@@ -23,6 +27,15 @@ pub(super) struct Outline {
     pub pairs_of: Vec<Vec<usize>>,
     /// The number of the first value of each pair.
     pub value_of: Vec<Option<usize>>,
+    /// The first pair of each path of keys, in objects that have many.
+    paths: PairPaths,
+}
+
+/// Pairs by their object and the hash of their keys.
+#[derive(Debug, Default)]
+struct PairPaths {
+    first: HashMap<(usize, u64), usize>,
+    hasher: RandomState,
 }
 
 /// A table that may stand several times.
@@ -84,6 +97,25 @@ pub(super) struct OutlineValue {
 }
 
 impl Outline {
+    /// Made of its parts, with what finds them.
+    pub fn indexed(mut self) -> Outline {
+        self.pairs_of = vec![Vec::new(); self.objects.len()];
+        self.value_of = vec![None; self.pairs.len()];
+        for (number, pair) in self.pairs.iter().enumerate() {
+            self.pairs_of[pair.object].push(number);
+        }
+        for (number, value) in self.values.iter().enumerate().rev() {
+            self.value_of[value.pair] = Some(number);
+        }
+        for (number, pair) in self.pairs.iter().enumerate() {
+            if self.pairs_of[pair.object].len() > FEW_PAIRS {
+                let hash = self.paths.hash(pair.keys.iter().map(|key| key.text.as_str()));
+                self.paths.first.entry((pair.object, hash)).or_insert(number);
+            }
+        }
+        self
+    }
+
     /// The keys of the root.
     pub fn root_keys(&self) -> HashSet<&str> {
         let first = |path: &'_ str| path.split('.').next().unwrap_or_default().len();
@@ -125,7 +157,15 @@ impl Outline {
             let path = self.pairs[**number].keys.iter().map(|key| key.text.as_str());
             path.eq(keys.iter().copied())
         };
-        self.pairs_of[object].iter().find(has).copied()
+        let all = &self.pairs_of[object];
+        if all.len() > FEW_PAIRS {
+            let hash = self.paths.hash(keys.iter().copied());
+            let first = self.paths.first.get(&(object, hash))?;
+            if has(&first) {
+                return Some(*first);
+            }
+        }
+        all.iter().find(has).copied()
     }
 
     /// The first value of a key below a pair: of an inline table, or of a header's.
@@ -147,6 +187,14 @@ impl Outline {
     /// The first value of the pair of an object with this path.
     pub fn value(&self, object: usize, keys: &[&str]) -> Option<&OutlineValue> {
         self.value_of[self.pair(object, keys)?].map(|value| &self.values[value])
+    }
+}
+
+impl PairPaths {
+    fn hash<'k>(&self, keys: impl Iterator<Item = &'k str>) -> u64 {
+        let mut hasher = self.hasher.build_hasher();
+        keys.for_each(|key| key.hash(&mut hasher));
+        hasher.finish()
     }
 }
 

@@ -21,25 +21,14 @@ const PARTS_MAX: usize = 16;
 pub(super) fn read(text: &str) -> Outline {
     let tokens: Vec<Token> = Source::new(text).lex().collect();
     let root = TableObject { kind: String::new(), parent: 0, extent: 0..text.len() };
-    let outline = Outline { objects: vec![root], ..Outline::default() };
+    let mut outline = Outline::default();
+    outline.objects.push(root);
     let open = TableHeader { path: String::new(), span: 0..0, is_array: false };
     let (prefix, latest) = (Vec::new(), HashMap::new());
     let mut reader = OutlineReader { text, tokens, at: 0, outline, open, prefix, into: 0, latest };
     reader.document();
     reader.close(text.trim_end().len());
-    indexed(reader.outline)
-}
-
-fn indexed(mut outline: Outline) -> Outline {
-    outline.pairs_of = vec![Vec::new(); outline.objects.len()];
-    outline.value_of = vec![None; outline.pairs.len()];
-    for (number, pair) in outline.pairs.iter().enumerate() {
-        outline.pairs_of[pair.object].push(number);
-    }
-    for (number, value) in outline.values.iter().enumerate().rev() {
-        outline.value_of[value.pair] = Some(number);
-    }
-    outline
+    reader.outline.indexed()
 }
 
 /// A text on its way to an outline.

@@ -4,21 +4,21 @@
 //! `workspace` asks for the project of a file. A project is what one command judges: `rungd check`
 //! of its controller file or its ladder.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::disk::{DiskView, FileStamp};
 use super::file::EditorFile;
 use super::lines::Columns;
 use super::names::Names;
 use super::slots::FileKind;
+use super::words::Role;
 use crate::load::{OpenTexts, identity, library};
 use crate::source::file_kind::LIBRARY;
 
 /// The most folders above a ladder in which its controller file is searched.
 const FOLDERS_MAX: usize = 4;
-/// The most TOML files of a folder that are looked at.
-const FILES_MAX: usize = 500;
 
 /// The texts of files: those that the editor has open, else those on disk.
 #[derive(Debug, Default)]
@@ -27,12 +27,23 @@ pub(super) struct Library {
     /// Files that are not open, with the time of their last change and their size.
     read: Mutex<HashMap<PathBuf, ReadFile>>,
     columns: Columns,
+    disk: DiskView,
+    found: Mutex<FoundFiles>,
+}
+
+/// What was found since the last change.
+#[derive(Debug, Default)]
+struct FoundFiles {
+    /// The files of a kind, by their folder.
+    of_kind: HashMap<(PathBuf, FileKind), Arc<[PathBuf]>>,
+    /// The identities of the files that a file names.
+    named: HashMap<PathBuf, Arc<HashSet<PathBuf>>>,
 }
 
 /// A file on disk, as it was when it was read.
 #[derive(Clone, Debug)]
 struct ReadFile {
-    stamp: (Option<std::time::SystemTime>, u64),
+    stamp: FileStamp,
     file: Arc<EditorFile>,
 }
 
@@ -43,6 +54,8 @@ pub(super) struct Project {
     pub root: PathBuf,
     /// The root, the ladders in the order of the controller file, the tests.
     pub files: Vec<Arc<EditorFile>>,
+    /// How many of them are the root and what it names.
+    own: usize,
     /// What their names stand for.
     pub names: Names,
 }
@@ -62,11 +75,19 @@ impl Library {
     pub fn open(&mut self, path: &Path, text: Arc<str>) {
         let file = Arc::new(EditorFile::new(path, text, self.columns));
         self.open.insert(path.to_owned(), file);
+        self.changed();
     }
 
     /// The editor shows a file no more.
     pub fn close(&mut self, path: &Path) {
         self.open.remove(path);
+        self.changed();
+    }
+
+    /// Something changed, perhaps on disk: it is looked at anew.
+    pub fn changed(&mut self) {
+        self.disk = DiskView::default();
+        self.found = Mutex::default();
     }
 
     /// The paths of the files that the editor shows.
@@ -102,10 +123,7 @@ impl Library {
         let named = path.to_str().and_then(library::named);
         let stamp = match named {
             Some(_) => (None, 0),
-            None => {
-                let about = std::fs::metadata(path).ok()?;
-                (about.modified().ok(), about.len())
-            }
+            None => self.disk.stamp(path)?,
         };
         let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = read.get(path).filter(|known| known.stamp == stamp) {
@@ -123,10 +141,10 @@ impl Library {
         Some(file)
     }
 
-    /// The project of a file.
-    pub fn project(&self, path: &Path) -> Option<Project> {
+    /// The root of the project of a file.
+    pub fn root(&self, path: &Path) -> Option<PathBuf> {
         let file = self.file(path)?;
-        let root = match file.kind {
+        Some(match file.kind {
             FileKind::Controller => path.to_owned(),
             FileKind::Ladder => self.controller_of(path).unwrap_or_else(|| path.to_owned()),
             FileKind::Test => {
@@ -134,13 +152,19 @@ impl Library {
                 let tested = self.tested(&file).filter(|root| self.file(root).is_some());
                 tested.unwrap_or_else(|| path.to_owned())
             }
-        };
+        })
+    }
+
+    /// The project of a file.
+    pub fn project(&self, path: &Path) -> Option<Project> {
+        let (file, root) = (self.file(path)?, self.root(path)?);
         let root_file = self.file(&root)?;
         let mut files = vec![root_file.clone()];
         self.add(&mut files, named_files(&root_file));
+        let own = files.len();
         // The library is everybody's: to name it makes no project.
-        let own = files.iter().map(|file| file.path.clone());
-        let of_root: Vec<PathBuf> = own.filter(|path| !is_library(path)).collect();
+        let of_root = files.iter().map(|file| file.path.clone());
+        let of_root: Vec<PathBuf> = of_root.filter(|path| !is_library(path)).collect();
         if file.kind == FileKind::Test {
             self.add(&mut files, named_files(&file));
         }
@@ -151,13 +175,27 @@ impl Library {
         self.add(&mut files, tests);
         self.add(&mut files, vec![path.to_owned()]);
         let names = Names::of(&files);
-        Some(Project { root, files, names })
+        Some(Project { root, files, own, names })
+    }
+
+    /// Whether the project of a root is the project of a file too: if it is among its files and, as
+    /// a test, names none but those of the root.
+    pub fn is_of(&self, path: &Path, project: &Project) -> bool {
+        let Some(number) = project.number(path) else { return false };
+        let own: HashSet<&PathBuf> =
+            project.files[..project.own].iter().map(|file| &file.path).collect();
+        let file = &project.files[number];
+        file.kind != FileKind::Test || self.named(file).iter().all(|named| own.contains(named))
     }
 
     fn add(&self, files: &mut Vec<Arc<EditorFile>>, paths: Vec<PathBuf>) {
+        let mut known: HashSet<PathBuf> = files.iter().map(|file| file.path.clone()).collect();
         for path in paths {
-            if !files.iter().any(|file| file.path == path) {
-                files.extend(self.file(&path));
+            if !known.contains(&path)
+                && let Some(file) = self.file(&path)
+            {
+                known.insert(path);
+                files.push(file);
             }
         }
     }
@@ -176,10 +214,9 @@ impl Library {
     /// The controller file that names a ladder: in its folder, or in one above it; of several the
     /// one that the editor shows, else the first.
     fn controller_of(&self, ladder: &Path) -> Option<PathBuf> {
-        let ladders = [ladder.to_owned()];
-        let names = |path: &PathBuf| self.names(path, FileKind::Controller, &ladders);
         let folders = ladder.ancestors().skip(1).take(FOLDERS_MAX);
-        let mut naming = folders.flat_map(|folder| self.toml_files(folder, false)).filter(names);
+        let all = folders.flat_map(|folder| self.of_kind(folder, FileKind::Controller).to_vec());
+        let mut naming = all.filter(|path| self.names(path, |named| named.contains(ladder)));
         let first = naming.next()?;
         let open = [first.clone()].into_iter().chain(naming).find(|path| self.is_open(path));
         Some(open.unwrap_or(first))
@@ -191,41 +228,72 @@ impl Library {
         let above = files.iter().flat_map(|path| path.ancestors().skip(1).take(FOLDERS_MAX));
         let mut folders: Vec<PathBuf> = above.map(Path::to_path_buf).collect();
         folders.extend(files.iter().flat_map(|path| beside(path)));
-        folders.sort_unstable();
-        folders.dedup();
-        let all = folders.iter().flat_map(|folder| self.toml_files(folder, false));
-        all.filter(|path| self.names(path, FileKind::Controller, files)).collect()
-    }
-
-    /// Whether a file is of a kind, and names one of these.
-    fn names(&self, path: &Path, kind: FileKind, files: &[PathBuf]) -> bool {
-        let file = self.file(path).filter(|file| file.kind == kind);
-        file.is_some_and(|file| named_files(&file).iter().any(|named| files.contains(named)))
+        self.naming_in(folders, FileKind::Controller, files)
     }
 
     /// The tests of some files: in their folders, and in folders `tests` there.
     fn tests(&self, files: &[PathBuf]) -> Vec<PathBuf> {
-        let mut folders: Vec<PathBuf> = files.iter().flat_map(|path| beside(path)).collect();
-        folders.sort_unstable();
-        folders.dedup();
-        let tests = folders.iter().flat_map(|folder| self.toml_files(folder, true));
-        tests.filter(|path| self.names(path, FileKind::Test, files)).collect()
+        let folders = files.iter().flat_map(|path| beside(path)).collect();
+        self.naming_in(folders, FileKind::Test, files)
     }
 
-    /// The TOML files of a folder, in order; of tests only those, else none of them.
-    fn toml_files(&self, folder: &Path, tests: bool) -> Vec<PathBuf> {
-        let entries = std::fs::read_dir(folder).into_iter().flatten();
-        let paths = entries.filter_map(|of| Some(of.ok()?.path()));
-        let is_toml = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
-        let mut paths: Vec<PathBuf> = paths.filter(is_toml).take(FILES_MAX).collect();
+    /// The files of a kind in some folders that name one of these.
+    fn naming_in(
+        &self,
+        mut folders: Vec<PathBuf>,
+        kind: FileKind,
+        files: &[PathBuf],
+    ) -> Vec<PathBuf> {
+        folders.sort_unstable();
+        folders.dedup();
+        let files: HashSet<&PathBuf> = files.iter().collect();
+        let all = folders.iter().flat_map(|folder| self.of_kind(folder, kind).to_vec());
+        let is_one = |named: &HashSet<PathBuf>| named.iter().any(|path| files.contains(path));
+        all.filter(|path| self.names(path, is_one)).collect()
+    }
+
+    /// Whether the files that a file names are such.
+    fn names(&self, path: &Path, are_such: impl Fn(&HashSet<PathBuf>) -> bool) -> bool {
+        self.file(path).is_some_and(|file| are_such(&self.named(&file)))
+    }
+
+    /// The identities of the files that a file names.
+    fn named(&self, file: &EditorFile) -> Arc<HashSet<PathBuf>> {
+        if let Some(known) = self.found().named.get(&file.path) {
+            return known.clone();
+        }
+        let names = named_paths(file).map(|path| match is_library(&path) {
+            true => path,
+            false => self.disk.identity(&path),
+        });
+        let named: Arc<HashSet<PathBuf>> = Arc::new(names.collect());
+        self.found().named.insert(file.path.clone(), named.clone());
+        named
+    }
+
+    /// The controller files or tests of a folder, in order: those on disk and those that are open.
+    fn of_kind(&self, folder: &Path, kind: FileKind) -> Arc<[PathBuf]> {
+        let key = (folder.to_owned(), kind);
+        if let Some(known) = self.found().of_kind.get(&key) {
+            return known.clone();
+        }
+        let mut paths = self.disk.toml_files(folder).to_vec();
         paths.extend(self.open.keys().filter(|path| path.parent() == Some(folder)).cloned());
         paths.retain(|path| {
             let name = path.to_string_lossy();
-            name.ends_with(".toml") && name.ends_with(".test.toml") == tests
+            let is_test = name.ends_with(".test.toml");
+            name.ends_with(".toml") && is_test == (kind == FileKind::Test)
         });
         paths.sort_unstable();
         paths.dedup();
+        paths.retain(|path| self.file(path).is_some_and(|file| file.kind == kind));
+        let paths: Arc<[PathBuf]> = paths.into();
+        self.found().of_kind.insert(key, paths.clone());
         paths
+    }
+
+    fn found(&self) -> std::sync::MutexGuard<'_, FoundFiles> {
+        self.found.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -252,15 +320,24 @@ pub(super) fn is_library(path: &Path) -> bool {
 
 /// The identities of the files that a controller file or a test names, reloads included.
 pub(super) fn named_files(file: &EditorFile) -> Vec<PathBuf> {
-    use super::words::Role;
-    let words = file.words.all.iter().filter(|word| word.role == Role::File);
-    words.map(|word| named_file(file, file.slice(word.span.clone()))).collect()
+    named_paths(file).map(|path| if is_library(&path) { path } else { identity(&path) }).collect()
 }
 
 /// The identity of a file that another file names.
 pub(super) fn named_file(naming: &EditorFile, name: &str) -> PathBuf {
-    if name.starts_with(LIBRARY) {
-        return PathBuf::from(name);
+    let path = named_path(naming, name);
+    if is_library(&path) { path } else { identity(&path) }
+}
+
+/// The paths of the files that a file names; of the library their names.
+fn named_paths(file: &EditorFile) -> impl Iterator<Item = PathBuf> {
+    let words = file.words.all.iter().filter(|word| word.role == Role::File);
+    words.map(|word| named_path(file, file.slice(word.span.clone())))
+}
+
+fn named_path(naming: &EditorFile, name: &str) -> PathBuf {
+    match name.starts_with(LIBRARY) {
+        true => PathBuf::from(name),
+        false => naming.path.parent().unwrap_or(Path::new("")).join(name),
     }
-    identity(&naming.path.parent().unwrap_or(Path::new("")).join(name))
 }

@@ -6,7 +6,7 @@ use super::outline::{KeyPair, Outline};
 use crate::source::file_kind;
 
 /// The kind of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum FileKind {
     Ladder,
     Controller,

@@ -4,9 +4,10 @@
 //! [`FileWords::of`] needs no parser that could fail: it splits texts as the lexers of `source` do,
 //! so that a text that is being typed still has its names. `names` says what a word stands for.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
-use super::outline::{KeyPair, KeyPart, Outline, OutlineValue};
+use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableObject};
 use super::slots::{DeclaredKind, FileKind, KeySlot, Slot, of_key, of_value};
 use crate::isa::{Function, Mnemonic, OperandKind, OperandSpec};
 
@@ -66,7 +67,8 @@ pub(super) struct FileWords {
 impl FileWords {
     /// The words of a file.
     pub fn of(text: &str, outline: &Outline, kind: FileKind) -> FileWords {
-        let mut reader = WordReader { text, words: Vec::new(), object: 0, pair: 0 };
+        let parts = parts(text, outline);
+        let mut reader = WordReader { text, words: Vec::new(), object: 0, pair: 0, parts };
         for (number, pair) in outline.pairs.iter().enumerate() {
             (reader.object, reader.pair) = (pair.object, number);
             reader.keys(outline, kind, pair);
@@ -96,6 +98,19 @@ struct WordReader<'t> {
     words: Vec<FileWord>,
     object: usize,
     pair: usize,
+    /// The parts of simulated devices: the device's object, and the name.
+    parts: HashSet<(usize, &'t str)>,
+}
+
+/// The parts of the devices of a file.
+fn parts<'t>(text: &'t str, outline: &Outline) -> HashSet<(usize, &'t str)> {
+    let objects = outline.objects.iter().enumerate();
+    let parts = objects.filter(|(_, object)| object.kind == "device.part");
+    let named = |(at, object): (usize, &TableObject)| {
+        let name = outline.value(at, &["name"])?;
+        Some((object.parent, &text[name.inner.clone()]))
+    };
+    parts.filter_map(named).collect()
 }
 
 impl WordReader<'_> {
@@ -122,16 +137,9 @@ impl WordReader<'_> {
     /// part `belt`.
     fn is_point(&self, outline: &Outline, value: &OutlineValue) -> bool {
         let text = &self.text[value.inner.clone()];
-        let part = text.split_once('.').map(|(part, _)| part);
         let device = outline.objects[self.object].parent;
-        let is_part = |object: usize| {
-            let of = &outline.objects[object];
-            of.parent == device && of.kind == "device.part" && {
-                let name = outline.value(object, &["name"]);
-                name.is_some_and(|name| Some(&self.text[name.inner.clone()]) == part)
-            }
-        };
-        text.contains(' ') || (part.is_some() && (0..outline.objects.len()).any(is_part))
+        let is_part = |(part, _)| self.parts.contains(&(device, part));
+        text.contains(' ') || text.split_once('.').is_some_and(is_part)
     }
 
     fn value(&mut self, value: &OutlineValue, slot: Slot) {

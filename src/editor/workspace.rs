@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lsp_types::{ClientCapabilities, Location, Position, TextDocumentPositionParams, Uri};
 use serde_json::Value;
@@ -102,6 +102,7 @@ impl Workspace {
         self.change += 1;
         self.projects.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
         self.live.changed();
+        self.library.changed();
         let library = &self.library;
         self.tests.keep(|path| Some(library.file(path)?.text.clone()));
     }
@@ -111,15 +112,26 @@ impl Workspace {
         self.live.configure(settings, &mut self.outbox);
     }
 
-    /// The project of a file.
+    /// The project of a file. Files of one project share it: it is as large as all of them.
     pub fn project(&self, path: &Path) -> Option<Arc<Project>> {
-        let mut projects = self.projects.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = projects.get(path) {
+        if let Some(known) = self.known().get(path) {
             return Some(known.clone());
         }
-        let project = Arc::new(self.library.project(path)?);
-        projects.insert(path.to_owned(), project.clone());
+        let root = self.library.root(path)?;
+        // Tests may name each other in a circle.
+        let is_test = self.library.file(&root).is_none_or(|file| file.kind == FileKind::Test);
+        let of_root = if is_test || root == path { None } else { self.project(&root) };
+        let shared = of_root.filter(|of| of.root == root && self.library.is_of(path, of));
+        let project = match shared {
+            Some(shared) => shared,
+            None => Arc::new(self.library.project(path)?),
+        };
+        self.known().insert(path.to_owned(), project.clone());
         Some(project)
+    }
+
+    fn known(&self) -> MutexGuard<'_, HashMap<PathBuf, Arc<Project>>> {
+        self.projects.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The place of a request.

@@ -21,9 +21,14 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
         errors.iter().map(|error| (error.span().unwrap_or(0..0), error)).collect();
     places.sort_by_key(|(range, _)| range.start);
     let mut last: Option<(usize, &str)> = None;
+    // The end of the line of the last error. A line of a megabyte may have an error at each byte.
+    let mut line_end = None;
     for (range, error) in places {
-        let rest = doc.slice(range.start..doc.len());
-        let line_end = range.start + rest.find('\n').unwrap_or(rest.len());
+        let known = line_end.filter(|end| range.start <= *end);
+        let line_end = *line_end.insert(known.unwrap_or_else(|| {
+            let rest = doc.slice(range.start..doc.len());
+            range.start + rest.find('\n').unwrap_or(rest.len())
+        }));
         // It follows from an earlier error: it is on the same line, or the same error further down.
         let echo = last.is_some_and(|(end, message)| {
             range.start <= end || (message == error.message() && message.contains("missing"))

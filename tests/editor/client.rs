@@ -18,6 +18,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub struct Editor {
     connection: Option<Connection>,
     server: Option<JoinHandle<EditorEnd>>,
+    /// What the kernel keeps of the server's thread.
+    thread: PathBuf,
     folder: PathBuf,
     number: i32,
     versions: BTreeMap<String, i32>,
@@ -39,10 +41,16 @@ impl Editor {
     /// An editor with these capabilities.
     pub fn with(folder: &Path, capabilities: Value) -> Editor {
         let (connection, server) = Connection::memory();
-        let serve = move || rungd::editor::serve(&server).expect("the server ends well");
+        let (tell_thread, thread) = std::sync::mpsc::channel();
+        let serve = move || {
+            let of = std::fs::read_link("/proc/thread-self").expect("the kernel knows the thread");
+            tell_thread.send(Path::new("/proc").join(of)).expect("the editor waits for it");
+            rungd::editor::serve(&server).expect("the server ends well")
+        };
         let mut editor = Editor {
             connection: Some(connection),
             server: Some(std::thread::spawn(serve)),
+            thread: thread.recv().expect("the server has begun"),
             folder: folder.canonicalize().expect("the folder is there"),
             number: 0,
             versions: BTreeMap::new(),
@@ -158,6 +166,13 @@ impl Editor {
     /// Tells the server something.
     pub fn tell(&mut self, method: &str, params: Value) {
         self.send(Notification { method: method.to_owned(), params }.into());
+    }
+
+    /// The processor time that the server's thread has taken, without those that judge and work.
+    pub fn server_time(&self) -> Duration {
+        let told = std::fs::read_to_string(self.thread.join("schedstat")).expect("the thread runs");
+        let ran = told.split(' ').next().and_then(|ns| ns.parse().ok()).expect("nanoseconds");
+        Duration::from_nanos(ran)
     }
 
     fn connection(&self) -> &Connection {

@@ -10,6 +10,8 @@ mod findings;
 mod fixes;
 mod formatting;
 mod hover;
+mod large;
+mod large_texts;
 mod live;
 mod navigation;
 mod neovim;

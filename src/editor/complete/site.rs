@@ -43,12 +43,15 @@ pub(super) enum SitePlace {
     Nowhere,
 }
 
-/// Arrays and inline tables around a place.
+/// An array or inline table around a place, with what holds again behind it. It copies no keys:
+/// thousands of brackets in each other cost no more than as many behind each other.
 #[derive(Debug)]
 struct TableFrame {
     is_table: bool,
-    kind: String,
-    keys: Vec<String>,
+    /// The length of `path` before it.
+    length: usize,
+    /// How many of `path` belonged to the kind before it.
+    inner: usize,
     brace: Option<usize>,
 }
 
@@ -76,12 +79,18 @@ struct SiteReader<'f> {
     at: usize,
     end: usize,
     object: usize,
-    /// The path of the object at the last header, and what the header adds to keys.
-    base: (String, Vec<String>),
+    /// The path of the object at the last header.
     kind: String,
-    keys: Vec<String>,
+    /// How many of `path` the header adds to keys.
+    prefix: usize,
+    /// The keys from the object on; within a table of an array those around it too.
+    path: Vec<String>,
+    /// How many of `path` belong to the path of the table.
+    inner: usize,
     brace: Option<usize>,
     stack: Vec<TableFrame>,
+    /// How many of `stack` are tables.
+    tables: usize,
     /// Whether a `=` was read, and then a whole value.
     state: SiteState,
 }
@@ -103,7 +112,7 @@ impl<'f> SiteReader<'f> {
     fn new(file: &'f EditorFile, behind: usize, end: usize) -> SiteReader<'f> {
         let outline = &file.outline;
         let header = behind.checked_sub(1).and_then(|number| outline.headers.get(number));
-        let (mut object, mut prefix, mut at) = (0, Vec::new(), 0);
+        let (mut object, mut path, mut at) = (0, Vec::new(), 0);
         if let Some(header) = header {
             at = header.span.end.min(end);
             let names: Vec<&str> = header.path.split('.').collect();
@@ -122,28 +131,34 @@ impl<'f> SiteReader<'f> {
                 None => around().unwrap_or((0, 0)),
             };
             object = of;
-            prefix = names[length..].iter().map(|name| (*name).to_owned()).collect();
+            path = names[length..].iter().map(|name| (*name).to_owned()).collect();
         }
-        let kind = outline.objects[object].kind.clone();
-        let base = (kind.clone(), prefix.clone());
-        let (stack, brace, state) = (Vec::new(), None, SiteState::Key);
         SiteReader {
             text: &file.text,
             at,
             end,
             object,
-            base,
-            kind,
-            keys: prefix,
-            brace,
-            stack,
-            state,
+            kind: outline.objects[object].kind.clone(),
+            prefix: path.len(),
+            path,
+            inner: 0,
+            brace: None,
+            stack: Vec::new(),
+            tables: 0,
+            state: SiteState::Key,
         }
     }
 
-    fn site(self, place: SitePlace) -> CompletionSite {
+    fn site(mut self, place: SitePlace) -> CompletionSite {
         let in_array = self.stack.last().is_some_and(|frame| !frame.is_table);
-        let SiteReader { object, kind, keys, brace, .. } = self;
+        let keys = self.path.split_off(self.inner);
+        let SiteReader { object, mut kind, path, brace, .. } = self;
+        for key in path {
+            if !kind.is_empty() {
+                kind.push('.');
+            }
+            kind.push_str(&key);
+        }
         CompletionSite { object, kind, keys, place, brace, in_array }
     }
 
@@ -190,8 +205,10 @@ impl<'f> SiteReader<'f> {
 
     /// Begins a new statement, at the table of the header.
     fn begin(&mut self) {
-        (self.kind, self.keys) = self.base.clone();
+        self.path.truncate(self.prefix);
+        self.inner = 0;
         self.stack.clear();
+        self.tables = 0;
         self.brace = None;
         self.state = SiteState::Key;
     }
@@ -232,7 +249,7 @@ impl<'f> SiteReader<'f> {
             if *byte == b'\n' || (*byte == quote && !escaped) {
                 let is_key = matches!(self.state, SiteState::Key | SiteState::KeyRead);
                 if is_key {
-                    self.keys.push(self.text[start..start + length].to_owned());
+                    self.path.push(self.text[start..start + length].to_owned());
                 }
                 self.state = if is_key { SiteState::KeyRead } else { SiteState::ValueRead };
                 self.at = start + length + usize::from(*byte == quote);
@@ -249,15 +266,11 @@ impl<'f> SiteReader<'f> {
 
     fn opened(&mut self, is_table: bool) -> Option<SitePlace> {
         let in_array = self.stack.last().is_some_and(|frame| !frame.is_table);
-        let (kind, keys) = (self.kind.clone(), self.keys.clone());
-        self.stack.push(TableFrame { is_table, kind, keys, brace: self.brace });
+        let (length, inner, brace) = (self.path.len(), self.inner, self.brace);
+        self.stack.push(TableFrame { is_table, length, inner, brace });
+        self.tables += usize::from(is_table);
         if is_table && in_array {
-            for key in self.keys.drain(..) {
-                if !self.kind.is_empty() {
-                    self.kind.push('.');
-                }
-                self.kind.push_str(&key);
-            }
+            self.inner = length;
             self.brace = Some(self.at);
         }
         self.goes_on(if is_table { SiteState::Key } else { SiteState::Value })
@@ -265,14 +278,17 @@ impl<'f> SiteReader<'f> {
 
     fn close(&mut self) {
         if let Some(frame) = self.stack.pop() {
-            (self.kind, self.keys, self.brace) = (frame.kind, frame.keys, frame.brace);
+            self.path.truncate(frame.length);
+            (self.inner, self.brace) = (frame.inner, frame.brace);
+            self.tables -= usize::from(frame.is_table);
             self.state = SiteState::ValueRead;
         }
     }
 
     /// A bracket closes what it opened, and what stands open in it.
     fn closed(&mut self, is_table: bool) -> Option<SitePlace> {
-        if self.stack.iter().any(|frame| frame.is_table == is_table) {
+        let open = if is_table { self.tables } else { self.stack.len() - self.tables };
+        if open > 0 {
             while self.stack.last().is_some_and(|frame| frame.is_table != is_table) {
                 self.close();
             }
@@ -286,9 +302,7 @@ impl<'f> SiteReader<'f> {
             None => self.skip(1),
             Some(frame) if !frame.is_table => self.goes_on(SiteState::Value),
             Some(frame) => {
-                // An inline table in an array begins at its own keys.
-                let length = if self.kind == frame.kind { frame.keys.len() } else { 0 };
-                self.keys.truncate(length);
+                self.path.truncate(frame.length);
                 self.goes_on(SiteState::Key)
             }
         }
@@ -314,7 +328,7 @@ impl<'f> SiteReader<'f> {
             return self.skip(rest.chars().next().map_or(1, char::len_utf8));
         }
         if self.state == SiteState::Key {
-            self.keys.push(rest[..length].to_owned());
+            self.path.push(rest[..length].to_owned());
         }
         self.state = if is_key { SiteState::KeyRead } else { SiteState::ValueRead };
         self.skip(length)

@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
 use std::fmt::{self, Write as _};
 use std::hash::Hasher;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::diagnostics::path_of;
@@ -65,7 +65,7 @@ struct TriedText {
 }
 
 /// A finding, wherever it stands: the file, its name, its message.
-type Named = (PathBuf, Code, String);
+type Named<'j> = (&'j Path, Code, &'j str);
 
 impl<'w> FixTrial<'w> {
     /// A finding of a judgement, in a file with this text.
@@ -76,6 +76,11 @@ impl<'w> FixTrial<'w> {
     ) -> FixTrial<'w> {
         let texts = workspace.library.texts();
         FixTrial { judgement, finding, texts, file, program: None }
+    }
+
+    /// The bytes that a trial judges.
+    pub fn bytes(&self) -> usize {
+        self.judgement.files.iter().map(|file| file.text.len()).sum()
     }
 
     /// What changes of an advice are worth; `None`: they repair nothing.
@@ -125,24 +130,26 @@ impl<'w> FixTrial<'w> {
         if judgement.failure.is_some() {
             return None;
         }
-        let mut old = counted(self.judgement);
-        let own = named(self.judgement, self.finding);
+        let (old_paths, new_paths) = (paths(self.judgement), paths(&judgement));
+        let own = named(&old_paths, self.finding);
         let count = |of: &HashMap<Named, usize>, name: &Named| of.get(name).copied().unwrap_or(0);
         let still = self.moved(changes).is_some_and(|at| {
             let same = |of: &&Finding| of.span.start as usize == at;
-            judgement.findings.iter().filter(same).any(|of| named(&judgement, of) == own)
+            judgement.findings.iter().filter(same).any(|of| named(&new_paths, of) == own)
         });
-        if still || count(&counted(&judgement), &own) >= count(&old, &own) {
+        let mut old = counted(self.judgement, &old_paths);
+        if still || count(&counted(&judgement, &new_paths), &own) >= count(&old, &own) {
             return None;
         }
         let mut new = Vec::new();
         for finding in &judgement.findings {
-            let known = old.entry(named(&judgement, finding)).or_default();
+            let known = old.entry(named(&new_paths, finding)).or_default();
             match known.checked_sub(1) {
                 Some(left) => *known = left,
                 None => new.push(finding.clone()),
             }
         }
+        drop(old);
         Some(TriedText { judgement, new })
     }
 
@@ -169,9 +176,10 @@ impl<'w> FixTrial<'w> {
             (more + change.text.len(), less + change.range.len())
         });
         let end = (around.end + more).saturating_sub(less);
+        let paths = paths(&after.judgement);
         after.new.iter().all(|finding| {
             let at = finding.span.start as usize;
-            named(&after.judgement, finding).0 == self.file.path && around.start <= at && at <= end
+            named(&paths, finding).0 == self.file.path && around.start <= at && at <= end
         })
     }
 }
@@ -195,15 +203,20 @@ fn applied(text: &str, changes: &[TextChange]) -> Option<String> {
     Some(changed)
 }
 
-fn named(judgement: &Judgement, finding: &Finding) -> Named {
-    let file = judgement.files.get(finding.span.file.0 as usize);
-    (file.map(path_of).unwrap_or_default(), finding.code, finding.message.clone())
+/// The paths of the judged files: each costs calls of the system, so once for all findings.
+fn paths(judgement: &Judgement) -> Vec<PathBuf> {
+    judgement.files.iter().map(path_of).collect()
 }
 
-fn counted(judgement: &Judgement) -> HashMap<Named, usize> {
+fn named<'j>(paths: &'j [PathBuf], finding: &'j Finding) -> Named<'j> {
+    let path = paths.get(finding.span.file.0 as usize).map_or(Path::new(""), PathBuf::as_path);
+    (path, finding.code, &finding.message)
+}
+
+fn counted<'j>(judgement: &'j Judgement, paths: &'j [PathBuf]) -> HashMap<Named<'j>, usize> {
     let mut counted = HashMap::new();
     for finding in &judgement.findings {
-        *counted.entry(named(judgement, finding)).or_default() += 1;
+        *counted.entry(named(paths, finding)).or_default() += 1;
     }
     counted
 }

@@ -1,0 +1,88 @@
+//! The disk as it was since the last change of the workspace: the TOML files of folders, the stamps
+//! of files, the identities of paths.
+//!
+//! `project` asks here at each keystroke, for each open file and for whatever it searches; so that
+//! each folder is read once, and each file asked once. `workspace` has it forget at each change:
+//! nothing here is older. It reads no content of a file.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
+
+use crate::load::identity;
+
+/// The most TOML files of a folder that are looked at.
+const FILES_MAX: usize = 500;
+
+/// What tells one content of a file from the next: the time of its last change, and its size.
+pub(super) type FileStamp = (Option<SystemTime>, u64);
+
+/// Answers by path.
+type ByPath<V> = Mutex<HashMap<PathBuf, V>>;
+
+/// What the system answered since the last change.
+#[derive(Debug, Default)]
+pub(super) struct DiskView {
+    folders: ByPath<Arc<[PathBuf]>>,
+    stamps: ByPath<Option<FileStamp>>,
+    identities: ByPath<PathBuf>,
+}
+
+impl DiskView {
+    /// The TOML files of a folder, in order; none of one that cannot be read.
+    pub fn toml_files(&self, folder: &Path) -> Arc<[PathBuf]> {
+        once(&self.folders, folder, || {
+            let entries = std::fs::read_dir(folder).into_iter().flatten();
+            let paths = entries.filter_map(|of| Some(of.ok()?.path()));
+            let is_toml = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
+            let mut paths: Vec<PathBuf> = paths.filter(is_toml).take(FILES_MAX).collect();
+            paths.sort_unstable();
+            paths.into()
+        })
+    }
+
+    /// The stamp of a file; `None` if there is none.
+    pub fn stamp(&self, path: &Path) -> Option<FileStamp> {
+        once(&self.stamps, path, || {
+            let about = std::fs::metadata(path).ok()?;
+            Some((about.modified().ok(), about.len()))
+        })
+    }
+
+    /// The identity of a file, the same for all spellings of its path.
+    pub fn identity(&self, path: &Path) -> PathBuf {
+        once(&self.identities, path, || identity(path))
+    }
+}
+
+/// The answer that is known, or that is asked for now.
+fn once<V: Clone>(known: &ByPath<V>, path: &Path, ask: impl FnOnce() -> V) -> V {
+    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(answer) = known.get(path) {
+        return answer.clone();
+    }
+    let answer = ask();
+    known.insert(path.to_owned(), answer.clone());
+    answer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scratch::Scratch;
+    use super::*;
+
+    #[test]
+    fn the_system_is_asked_once_by_each_view() {
+        let scratch = Scratch::default();
+        let other = scratch.write("a.txt", b"a").unwrap();
+        let (folder, path) = (other.parent().unwrap(), other.with_file_name("a.toml"));
+        let view = DiskView::default();
+        assert_eq!((view.toml_files(folder).len(), view.stamp(&path)), (0, None));
+        scratch.write("a.toml", b"a").unwrap();
+        assert_eq!((view.toml_files(folder).len(), view.stamp(&path)), (0, None));
+        let view = DiskView::default();
+        assert_eq!(view.toml_files(folder).to_vec(), [path.as_path()]);
+        assert_eq!(view.stamp(&path).map(|stamp| stamp.1), Some(1));
+    }
+}
