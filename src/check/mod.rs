@@ -6,6 +6,7 @@
 //! the text to write instead). All rules run, whatever others find.
 
 pub use context::Around;
+pub(crate) use context::Context;
 pub use outside::Outside;
 pub(crate) use outside::Read;
 

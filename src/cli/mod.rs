@@ -7,6 +7,7 @@ mod check;
 mod compared;
 mod completions;
 mod default_files;
+mod draw;
 mod events;
 mod exit;
 mod explain;
@@ -71,6 +72,7 @@ struct Cli {
 enum Command {
     Check(check::CheckArgs),
     Completions(completions::CompletionsArgs),
+    Draw(draw::DrawArgs),
     Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
     Fmt(fmt::FmtArgs),
@@ -125,6 +127,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
     match command {
         Command::Check(args) => check::check(args),
         Command::Completions(args) => completions::completions(args),
+        Command::Draw(args) => draw::draw(args),
         Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
         Command::Fmt(args) => fmt::fmt(args),

@@ -1,7 +1,15 @@
-//! A ladder as people look things up in it: the cross-reference. Pure: programs and settings in,
-//! data and texts out.
+//! A ladder as people look at it: rungs as circuits, and the cross-reference. Pure: programs and
+//! settings in, data and texts out.
 //!
-//! Called by `cli`. What touches a cell comes from `observe`, so that `rungd why` and these pages
-//! never differ.
+//! Called by `cli`. A rung becomes a `circuit`, a circuit gets its places on a `grid`, and `text`
+//! and `svg` draw the grid; `page` puts them together. What touches a cell comes from `observe`, so
+//! that `rungd why` and these pages never differ.
 
+pub mod circuit;
+pub mod flow;
+pub mod grid;
+pub mod ladder;
+pub mod listing;
+pub mod text;
+mod wording;
 pub mod xref;

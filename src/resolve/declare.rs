@@ -196,7 +196,8 @@ impl Resolver<'_> {
                 }
                 None => (String::new(), stage.span),
             };
-            stages.push(Stage { id: stage_id, name: text, span, rungs: Vec::new() });
+            let doc = stage.doc.clone();
+            stages.push(Stage { id: stage_id, name: text, doc, span, rungs: Vec::new() });
         }
         if block.name.is_some() {
             self.scope.add_block(name, BlockNames::new(id, kind, ids));
@@ -204,6 +205,7 @@ impl Resolver<'_> {
         program.blocks.push(Block {
             id,
             name: kept(name),
+            doc: block.doc.clone(),
             span: block.name.as_ref().map_or(block.span, |name| name.span),
             kind,
             autostart: self.autostart(block, name),

@@ -190,6 +190,13 @@ impl Layers {
         self.uses(self.stands_at(span).file).any(|of| of.is_trial)
     }
 
+    /// The whole name of the outermost use of a template that a place stands in, with the place of
+    /// that use in its file.
+    pub(crate) fn outermost(&self, span: Span) -> Option<(&str, Span)> {
+        let of = self.uses(self.stands_at(span).file).last()?;
+        Some((&of.name, of.at))
+    }
+
     /// The use that a layer is, then the uses that it stands in.
     fn uses(&self, file: FileId) -> impl Iterator<Item = &UsePlace> {
         let mut file = file;

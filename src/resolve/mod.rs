@@ -21,7 +21,7 @@ pub mod layers;
 pub(crate) mod mistake;
 mod operand;
 mod operand_array;
-mod operand_list;
+pub(crate) mod operand_list;
 pub(crate) mod operands;
 mod order;
 mod placement;

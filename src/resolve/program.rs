@@ -76,6 +76,8 @@ pub struct Block {
     pub(crate) id: BlockId,
     /// Its name.
     pub name: String,
+    /// `doc`.
+    pub(crate) doc: Option<String>,
     /// The place of its name.
     pub(crate) span: Span,
     /// Its kind.
@@ -102,6 +104,8 @@ pub(crate) struct Stage {
     pub id: StageId,
     /// Its name, unique in its Program.
     pub name: String,
+    /// `doc`.
+    pub doc: Option<String>,
     /// The place of its name.
     pub(crate) span: Span,
     /// Its rungs.
@@ -113,6 +117,8 @@ pub(crate) struct Stage {
 pub(crate) struct Rung {
     /// `name`.
     pub name: Option<String>,
+    /// `doc`.
+    pub doc: Option<String>,
     /// Names of the warnings silenced in this rung.
     pub allow: Vec<String>,
     /// From its header to the end of its last value; findings within belong to the rung.

@@ -89,6 +89,7 @@ impl Resolver<'_> {
         Rung {
             branches: branches.collect(),
             name: rung.name.as_ref().map(|name| kept(&name.text)),
+            doc: rung.doc.clone(),
             allow: rung.allow.iter().map(|name| self.allowed(name)).collect(),
             extent: rung.extent,
             legs,

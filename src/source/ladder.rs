@@ -75,6 +75,8 @@ pub struct Block<R = Rung> {
     pub span: Span,
     /// `name`.
     pub name: Option<Text>,
+    /// `doc`.
+    pub doc: Option<String>,
     /// `autostart`, of a Program.
     pub autostart: Option<Located<bool>>,
     /// `use`: the template whose rungs and stages are its own.
@@ -177,7 +179,7 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
 
 fn read_block(mut table: Table<'_>, form: BlockForm) -> Block<Entry> {
     let name = table.required_string(key("name", "Its name.").limited(BLOCK_NAME));
-    table.string(key("doc", "What it does."));
+    let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
     let program = form == BlockForm::Program;
     let autostart = if program {
         table.boolean(key("autostart", "Runs from the first scan on."))
@@ -207,7 +209,7 @@ fn read_block(mut table: Table<'_>, form: BlockForm) -> Block<Entry> {
     let stages = rung::read_stages(stages);
     let span = table.span();
     table.finish();
-    Block { form, span, name, autostart, body, rungs, stages }
+    Block { form, span, name, doc, autostart, body, rungs, stages }
 }
 
 /// Reads the use that is a Program's body.

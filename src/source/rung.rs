@@ -19,6 +19,8 @@ pub struct Stage<R = Rung> {
     pub span: Span,
     /// `name`.
     pub name: Option<Text>,
+    /// `doc`.
+    pub doc: Option<String>,
     /// Its rungs.
     pub rungs: Vec<R>,
 }
@@ -55,6 +57,8 @@ pub struct Rung {
     pub extent: Span,
     /// `name`.
     pub name: Option<Text>,
+    /// `doc`.
+    pub doc: Option<String>,
     /// `allow`.
     pub allow: Vec<Text>,
     /// `when`.
@@ -119,11 +123,11 @@ pub(super) fn read_arguments(table: &mut Table<'_>) -> Vec<(Text, Option<Text>)>
 fn read_stage(mut table: Table<'_>) -> Stage<Entry> {
     let name =
         table.required_string(key("name", "Its name, unique in its program.").limited(BLOCK_NAME));
-    table.string(key("doc", "What it does."));
+    let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
     let rungs = read_entries(&mut table, key("rung", "Its rungs, executed while the stage is ON."));
     let span = table.span();
     table.finish();
-    Stage { span, name, rungs }
+    Stage { span, name, doc, rungs }
 }
 
 /// `None` when the load is to end.
@@ -166,7 +170,7 @@ fn read_rung(mut table: Table<'_>) -> Rung {
     table.together(ONE_KIND_OF_LEGS);
     let name =
         table.string(key("name", "A name in kebab-case, unique in its block.").limited(RUNG_NAME));
-    table.string(key("doc", "Why the rung is there."));
+    let doc = table.string(key("doc", "Why the rung is there.")).map(|doc| doc.text);
     let allow = read_allow(&mut table);
     if let (None, Some(span)) = (table.string(USE), table.key_span("with")) {
         let finding = Finding::new(Code::TemplateRule, span, "`with` without `use`");
@@ -201,7 +205,7 @@ fn read_rung(mut table: Table<'_>) -> Rung {
         table.find(no_instruction("a rung", span));
     }
     table.finish();
-    Rung { extent, name, allow, when, legs, body, branches }
+    Rung { extent, name, doc, allow, when, legs, body, branches }
 }
 
 fn check_legs(table: &Table<'_>) {

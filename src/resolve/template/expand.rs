@@ -79,13 +79,13 @@ impl<'t> Expansion<'t> {
     }
 
     fn block(&mut self, block: Block<Entry>, used: &mut [bool]) -> Block {
-        let Block { form, span, name, autostart, body, rungs, stages } = block;
+        let Block { form, span, name, doc, autostart, body, rungs, stages } = block;
         let mut rungs = self.entries(rungs, used);
         let mut stages: Vec<Stage> = stages
             .into_iter()
             .map(|stage| {
                 let rungs = self.entries(stage.rungs, used);
-                Stage { span: stage.span, name: stage.name, rungs }
+                Stage { span: stage.span, name: stage.name, doc: stage.doc, rungs }
             })
             .collect();
         if let Some(of) = &body {
@@ -96,7 +96,7 @@ impl<'t> Expansion<'t> {
                 self.end_if_over(of);
             }
         }
-        Block { form, span, name, autostart, body: None, rungs, stages }
+        Block { form, span, name, doc, autostart, body: None, rungs, stages }
     }
 
     /// A Program with the body of a template has the name of a use: without `-`.
@@ -312,7 +312,8 @@ impl<'t> Expansion<'t> {
         self.trial = false;
         let name = Some(Text { text: whole, span, exact: true });
         let (form, autostart) = (BlockForm::Program, None);
-        let block = Block { form, span, name, autostart, body: None, rungs, stages };
+        let doc = None;
+        let block = Block { form, span, name, doc, autostart, body: None, rungs, stages };
         let arguments = std::mem::replace(&mut self.arguments, of_ladders);
         Some(Trial { block, tags: std::mem::take(&mut self.tags), arguments })
     }
@@ -328,7 +329,7 @@ impl<'t> Expansion<'t> {
             let place = |span: Span| Span { file: instance.layer, ..span };
             let name = stage.name.as_ref();
             let name = name.map(|name| Text { span: place(name.span), ..name.clone() });
-            Stage { span: place(stage.span), name, rungs }
+            Stage { span: place(stage.span), name, doc: stage.doc.clone(), rungs }
         });
         let stages = stages.collect();
         (rungs, stages)
@@ -378,7 +379,8 @@ impl<'t> Expansion<'t> {
         });
         let branches = branches.collect();
         let allow = rung.allow.iter().map(moved).chain(instance.allow.iter().cloned()).collect();
-        Rung { extent: place(rung.extent), name, allow, when, legs, body: own, branches }
+        let (extent, doc) = (place(rung.extent), rung.doc.clone());
+        Rung { extent, name, doc, allow, when, legs, body: own, branches }
     }
 
     /// Adds the own tags of a use, with what stands in its texts.

@@ -39,11 +39,17 @@ impl Resolver<'_> {
 
 /// The names of a ladder.
 fn without_rungs(ladder: &Ladder) -> Ladder {
-    let stage = |stage: &Stage| Stage { span: stage.span, name: stage.name.clone(), rungs: vec![] };
+    let stage = |stage: &Stage| Stage {
+        span: stage.span,
+        name: stage.name.clone(),
+        doc: None,
+        rungs: Vec::new(),
+    };
     let block = |block: &Block| Block {
         form: block.form,
         span: block.span,
         name: block.name.clone(),
+        doc: None,
         autostart: None,
         body: None,
         rungs: Vec::new(),

@@ -1,0 +1,152 @@
+//! A whole ladder to be drawn: blocks and Stages with their rungs, in file order.
+//!
+//! Made of a program by [`Picture::of`]; `listing` and `page` draw it.
+
+use super::circuit::RungCircuit;
+use super::flow::{StageJump, jumps};
+use super::grid::RungGrid;
+use super::wording::Wording;
+use crate::resolve::program::{Block, BlockKind, Program, Rung, Stage};
+use crate::source::span::{SourceFile, Span};
+
+/// A ladder.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Its name.
+    pub name: String,
+    /// Its `doc`.
+    pub doc: Option<String>,
+    /// Its Programs and Tasks.
+    pub blocks: Vec<BlockPicture>,
+}
+
+/// A Program or Task.
+#[derive(Clone, Debug)]
+pub struct BlockPicture {
+    /// Its name.
+    pub name: String,
+    /// `Program`, `Task`, and when it runs.
+    pub kind: &'static str,
+    /// Its `doc`.
+    pub doc: Option<String>,
+    /// Its own rungs.
+    pub rungs: Vec<RungPicture>,
+    /// Its Stages; the first is the initial one.
+    pub stages: Vec<StagePicture>,
+    /// The ways between its Stages.
+    pub jumps: Vec<StageJump>,
+}
+
+/// A Stage.
+#[derive(Clone, Debug)]
+pub struct StagePicture {
+    /// Its name.
+    pub name: String,
+    /// Its `doc`.
+    pub doc: Option<String>,
+    /// Its rungs.
+    pub rungs: Vec<RungPicture>,
+}
+
+/// A rung.
+#[derive(Clone, Debug)]
+pub struct RungPicture {
+    /// Its number in its block or Stage, from 1.
+    pub number: usize,
+    /// Its name.
+    pub name: Option<String>,
+    /// Its `doc`.
+    pub doc: Option<String>,
+    /// The file and line where it is written; of a template, in the template.
+    pub place: (String, u32),
+    /// The use of a template that it comes from.
+    pub of_use: Option<UseOfRung>,
+    /// Its contacts and instructions, placed.
+    pub grid: RungGrid,
+}
+
+/// A use of a template.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UseOfRung {
+    /// Its name.
+    pub name: String,
+    /// The file and line where it is written.
+    pub place: (String, u32),
+}
+
+impl Picture {
+    /// The picture of a program without an error. `files`: those of its load, by the numbers of
+    /// places.
+    pub fn of(program: &Program, files: &[SourceFile]) -> Picture {
+        let painter = Painter { program, files, wording: Wording::of(program) };
+        // Tasks that are built in and have no rungs are not in the file.
+        let is_written = |block: &&Block| !block.rungs.is_empty() || block.span != Span::default();
+        let blocks = program.blocks.iter().filter(is_written).map(|block| painter.block(block));
+        Picture { name: program.name.clone(), doc: program.doc.clone(), blocks: blocks.collect() }
+    }
+}
+
+struct Painter<'p> {
+    program: &'p Program,
+    files: &'p [SourceFile],
+    wording: Wording<'p>,
+}
+
+impl Painter<'_> {
+    fn block(&self, block: &Block) -> BlockPicture {
+        BlockPicture {
+            name: block.name.clone(),
+            kind: kind(block),
+            doc: block.doc.clone(),
+            rungs: self.rungs(&block.rungs),
+            stages: block.stages.iter().map(|stage| self.stage(stage)).collect(),
+            jumps: jumps(self.program, block),
+        }
+    }
+
+    fn stage(&self, stage: &Stage) -> StagePicture {
+        let (name, doc) = (stage.name.clone(), stage.doc.clone());
+        StagePicture { name, doc, rungs: self.rungs(&stage.rungs) }
+    }
+
+    fn rungs(&self, rungs: &[Rung]) -> Vec<RungPicture> {
+        (1..).zip(rungs).map(|(number, rung)| self.rung(number, rung)).collect()
+    }
+
+    fn rung(&self, number: usize, rung: &Rung) -> RungPicture {
+        let of_use = self
+            .program
+            .layers
+            .outermost(rung.extent)
+            .map(|(name, at)| UseOfRung { name: name.to_owned(), place: self.place(at) });
+        RungPicture {
+            number,
+            name: rung.name.clone(),
+            doc: rung.doc.clone(),
+            place: self.place(rung.extent),
+            of_use,
+            grid: RungGrid::of(&RungCircuit::of(rung, &self.wording)),
+        }
+    }
+
+    fn place(&self, span: Span) -> (String, u32) {
+        let span = self.program.layers.in_file(span);
+        let file = self.files.get(span.file.0 as usize);
+        file.map_or_else(Default::default, |file| {
+            (file.name.clone(), file.line_column(span.start).0)
+        })
+    }
+}
+
+fn kind(block: &Block) -> &'static str {
+    match block.kind {
+        BlockKind::Program if block.is_main() => "Program, always runs",
+        BlockKind::Program if block.autostart => "Program, runs from the first scan on",
+        BlockKind::Program => "Program",
+        BlockKind::Task => "Task",
+        BlockKind::FirstScan => "Task of the first scan",
+        BlockKind::TopOfScan => "Task at the top of each scan",
+        BlockKind::BottomOfScan => "Task at the bottom of each scan",
+        BlockKind::LastScan => "Task of the last scan",
+    }
+}

@@ -1,0 +1,89 @@
+//! A whole ladder as text: headings, explanations, rungs.
+
+use std::fmt::Write as _;
+
+use super::flow::StageJump;
+use super::ladder::{BlockPicture, Picture, RungPicture};
+use super::text::{self, WireStyle};
+
+/// The text of a ladder.
+pub fn listing(picture: &Picture, style: WireStyle) -> String {
+    let mut list = Listing { style, text: String::new() };
+    list.head('=', &format!("Ladder {}", picture.name), picture.doc.as_deref());
+    picture.blocks.iter().for_each(|block| list.block(block));
+    list.text
+}
+
+struct Listing {
+    style: WireStyle,
+    text: String,
+}
+
+impl Listing {
+    fn head(&mut self, line: char, title: &str, doc: Option<&str>) {
+        let under: String = title.chars().map(|_| line).collect();
+        let _ = writeln!(self.text, "{title}\n{under}");
+        self.doc(doc);
+        self.text.push('\n');
+    }
+
+    fn doc(&mut self, doc: Option<&str>) {
+        for line in doc.unwrap_or_default().lines() {
+            let _ = writeln!(self.text, "{line}");
+        }
+    }
+
+    fn block(&mut self, block: &BlockPicture) {
+        self.head('-', &format!("{} ({})", block.name, block.kind), block.doc.as_deref());
+        self.rungs(&block.rungs);
+        if !block.stages.is_empty() {
+            let names: Vec<&str> = block.stages.iter().map(|stage| stage.name.as_str()).collect();
+            let _ = writeln!(self.text, "Stages of {}: {}", block.name, names.join(", "));
+            for jump in &block.jumps {
+                let _ = writeln!(self.text, "  {}", way(jump));
+            }
+            self.text.push('\n');
+        }
+        for stage in &block.stages {
+            let title = format!("Stage {}.{}", block.name, stage.name);
+            self.head('-', &title, stage.doc.as_deref());
+            self.rungs(&stage.rungs);
+        }
+    }
+
+    fn rungs(&mut self, rungs: &[RungPicture]) {
+        let mut last_use = None;
+        for rung in rungs {
+            if rung.of_use != last_use
+                && let Some(of) = &rung.of_use
+            {
+                let (file, line) = &of.place;
+                let _ = writeln!(self.text, "Use {}, {file}:{line}\n", of.name);
+            }
+            last_use.clone_from(&rung.of_use);
+            self.rung(rung);
+        }
+    }
+
+    fn rung(&mut self, rung: &RungPicture) {
+        let (file, line) = &rung.place;
+        let name = rung.name.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
+        let _ = writeln!(self.text, "{}.{name}  {file}:{line}", rung.number);
+        self.doc(rung.doc.as_deref());
+        for line in text::lines(&rung.grid, self.style) {
+            let _ = writeln!(self.text, "{line}");
+        }
+        self.text.push('\n');
+    }
+}
+
+/// `Open -> Close: JMP, rung 1`.
+pub(super) fn way(jump: &StageJump) -> String {
+    let from = match (&jump.from, jump.waits_for.is_empty()) {
+        (_, false) => jump.waits_for.join(" & "),
+        (Some(from), true) => from.clone(),
+        (None, true) => "the Program's rungs".to_owned(),
+    };
+    let to = if jump.to.is_empty() { "the end".to_owned() } else { jump.to.join(" & ") };
+    format!("{from} -> {to}: {}, rung {}", jump.by, jump.rung)
+}
