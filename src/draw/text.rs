@@ -20,6 +20,12 @@ const RIGHT: u8 = 2;
 const UP: u8 = 4;
 const DOWN: u8 = 8;
 
+/// A space that hides the wire under it: within a contact.
+const BLANK: char = '\0';
+
+/// The wire before an instruction.
+const LEAD: usize = 2;
+
 /// Characters, and the wires under them.
 struct Canvas {
     chars: Vec<Vec<char>>,
@@ -58,7 +64,7 @@ pub fn lines(grid: &RungGrid, style: WireStyle) -> Vec<String> {
     for instruction in &grid.instructions {
         canvas.instruction(instruction, (&lay, at));
     }
-    canvas.rail(&lay.lines);
+    canvas.rail();
     canvas.lines(style)
 }
 
@@ -149,7 +155,7 @@ impl Lay {
             lines.push(next);
             next += 2 + usize::from(has_address);
         }
-        let width = boundaries.last().unwrap_or(&0) + last + 3;
+        let width = boundaries.last().unwrap_or(&0) + LEAD + last + 3;
         Lay { boundaries, lines, width, height: next - 1 }
     }
 }
@@ -173,18 +179,16 @@ impl Canvas {
         }
     }
 
-    /// The rail on the left, along all rows that begin there.
-    fn rail(&mut self, lines: &[usize]) {
-        let first = lines.first().copied().unwrap_or(0);
-        let begins = |line: &&usize| self.wires[**line][0] & RIGHT != 0;
-        let last = lines.iter().rfind(begins).copied().unwrap_or(first);
-        self.down(0, (first, last));
+    /// The rail on the left, beside all lines.
+    fn rail(&mut self) {
+        self.down(0, (0, self.wires.len().saturating_sub(1)));
+        self.wires.iter_mut().for_each(|line| line[0] |= UP | DOWN);
     }
 
     fn put(&mut self, (line, at): (usize, usize), text: &str) {
         let Some(row) = self.chars.get_mut(line) else { return };
         for (cell, c) in row.iter_mut().skip(at).zip(text.chars()) {
-            *cell = c;
+            *cell = if c == ' ' { BLANK } else { c };
         }
     }
 
@@ -202,28 +206,31 @@ impl Canvas {
         let face = Face::of_instruction(&placed.symbol);
         let line = lay.lines[placed.row];
         if placed.legs.is_empty() {
-            self.along(line, (at, at + 1));
-            let symbol = at + 1 + face.width().saturating_sub(face.symbol.chars().count()) / 2;
-            self.along(line, (at, symbol));
-            let to = at + 1 + face.width();
-            return self.put_face(&face, (line, at + 1, to));
+            let symbol = face.width().saturating_sub(face.symbol.chars().count()) / 2;
+            self.along(line, (at, at + LEAD + symbol));
+            let to = at + LEAD + face.width();
+            return self.put_face(&face, (line, at + LEAD, to));
         }
         let name = placed.legs.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
         let text = plain(&boxed(&placed.symbol));
         let width = text.chars().count() + name + 1;
         let last = lay.lines[placed.legs.last().map_or(placed.row, |(_, row)| *row)];
         for line in line..=last {
-            self.put((line, at + 1), &format!("[{:width$}]", ""));
+            self.put((line, at + LEAD), &format!("[{:width$}]", ""));
         }
         for (leg, row) in &placed.legs {
-            self.along(lay.lines[*row], (at, at + 1));
-            self.put((lay.lines[*row], at + 2), leg);
+            self.along(lay.lines[*row], (at, at + LEAD));
+            self.put((lay.lines[*row], at + LEAD + 1), leg);
         }
-        self.put((line, at + 3 + name), &text);
+        self.put((line, at + LEAD + 2 + name), &text);
     }
 
     fn lines(&self, style: WireStyle) -> Vec<String> {
-        let cell = |(c, wire): (&char, &u8)| if *c == ' ' { wire_char(*wire, style) } else { *c };
+        let cell = |(c, wire): (&char, &u8)| match *c {
+            ' ' => wire_char(*wire, style),
+            BLANK => ' ',
+            other => other,
+        };
         let line = |(chars, wires): (&Vec<char>, &Vec<u8>)| {
             let text: String = chars.iter().zip(wires).map(cell).collect();
             text.trim_end().to_owned()
