@@ -1,28 +1,46 @@
 //! `rungd draw`: a ladder as ladder people draw it, as text, SVG or HTML.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 
-use super::check::style;
-use super::exit::Exit;
-use super::terminal::{print, say_drawn};
+use super::exit::{CommandLine, Exit};
+use super::terminal::print;
+use super::xref::{AskedProgram, ProgramArgs};
+use crate::draw::coverage::CoverageMarks;
 use crate::draw::ladder::Picture;
 use crate::draw::listing::listing;
+use crate::draw::page::{page, picture};
 use crate::draw::text::WireStyle;
-use crate::load;
-use crate::source::render::render;
 
 /// Draws a ladder: contacts, branches, coils and boxes
+///
+/// Without `-o` it prints text. A page (`-o plant.html`) has contents, a search and the
+/// cross-reference, and needs no other file.
 #[derive(Args, Debug)]
 pub struct DrawArgs {
     /// A controller file, or ladder files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Draw wires with `-`, `|` and `+`
+    /// The file to write: its ending is the form: .svg, .html or .txt
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// In text, draw wires with `-`, `|` and `+`
     #[arg(long)]
     ascii: bool,
+    /// Mark the contacts that tests have not seen ON and OFF: the output of `rungd test --coverage
+    /// --json`
+    #[arg(long, value_name = "REPORT")]
+    coverage: Option<PathBuf>,
+}
+
+/// The form of a drawing.
+#[derive(Clone, Copy)]
+enum DrawingForm {
+    Text,
+    Svg,
+    Html,
 }
 
 /// Draws.
@@ -30,16 +48,49 @@ pub struct DrawArgs {
 /// # Errors
 /// A file that cannot be read; an output that cannot be written.
 pub fn draw(args: &DrawArgs) -> Result<Exit> {
-    let loaded = match args.files.as_slice() {
-        [one] if load::is_controller_file(one)? => load::controller_file(one)?,
-        files => load::ladder_files(files)?,
-    };
-    let Some(program) = &loaded.program else {
-        say_drawn(&render(&loaded.findings, &loaded.files, style(false)));
-        return Ok(Exit::Config);
-    };
-    let picture = Picture::of(program, &loaded.files);
-    let style = if args.ascii { WireStyle::Ascii } else { WireStyle::Lines };
-    print(&listing(&picture, style))?;
+    let form = form(args.output.as_deref())?;
+    let marks = args.coverage.as_deref().map(marks).transpose()?;
+    let program = ProgramArgs::of(args.files.clone());
+    let Some(asked) = program.load()? else { return Ok(Exit::Config) };
+    let text = drawn(args, form, (&asked, marks.as_ref()));
+    match &args.output {
+        Some(path) => std::fs::write(path, text).with_context(|| path.display().to_string())?,
+        None => print(&text)?,
+    }
     Ok(Exit::Ok)
+}
+
+fn drawn(
+    args: &DrawArgs,
+    form: DrawingForm,
+    (asked, marks): (&AskedProgram, Option<&CoverageMarks>),
+) -> String {
+    let ladder = Picture::of(asked.subject.program(), &asked.loaded.files);
+    match form {
+        DrawingForm::Text => {
+            let style = if args.ascii { WireStyle::Ascii } else { WireStyle::Lines };
+            listing(&ladder, style, marks)
+        }
+        DrawingForm::Svg => picture(&ladder, marks),
+        DrawingForm::Html => page(&ladder, &asked.index().all(), marks),
+    }
+}
+
+fn form(output: Option<&Path>) -> Result<DrawingForm> {
+    let Some(path) = output else { return Ok(DrawingForm::Text) };
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("txt") => Ok(DrawingForm::Text),
+        Some("svg") => Ok(DrawingForm::Svg),
+        Some("html" | "htm") => Ok(DrawingForm::Html),
+        Some(_) | None => {
+            let message = format!("{}: a drawing is .svg, .html or .txt", path.display());
+            Err(CommandLine(message).into())
+        }
+    }
+}
+
+fn marks(path: &Path) -> Result<CoverageMarks> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let marks = CoverageMarks::read(&text);
+    marks.map_err(|why| CommandLine(format!("{}: {why}", path.display())).into())
 }

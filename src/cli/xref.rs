@@ -95,6 +95,11 @@ impl AskedProgram {
 }
 
 impl ProgramArgs {
+    /// Of files that a command names in its own way.
+    pub fn of(files: Vec<PathBuf>) -> ProgramArgs {
+        ProgramArgs { files }
+    }
+
     /// Loads the program and its tests; `None` if it has errors, which are printed.
     ///
     /// # Errors

@@ -5,7 +5,7 @@
 //! exactly when the other has none.
 
 use super::wording::{OperandLabel, Wording};
-use crate::isa::{Address, LegName};
+use crate::isa::{Address, Bit, LegName};
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{Action, Contact, Edge, Instruction, Rung};
 
@@ -27,6 +27,10 @@ pub struct ContactSymbol {
     pub form: ContactForm,
     /// The bit; of a compare and of an edge of several contacts: its text.
     pub label: OperandLabel,
+    /// The branch that it belongs to, from 1; `None`: the rung's own legs.
+    pub branch: Option<u32>,
+    /// Its number among the contacts of its rung or branch, as `observe` counts them.
+    pub leaf: usize,
 }
 
 /// The form of a contact.
@@ -84,91 +88,104 @@ pub enum RungCircuit {
 impl RungCircuit {
     /// The circuit of a rung.
     pub(super) fn of(rung: &Rung, wording: &Wording) -> RungCircuit {
-        let series = |contacts: &[Contact]| series(contacts.iter().map(|of| circuit(of, wording)));
+        let mut legs = CircuitMaker { wording, branch: None, leaf: 0 };
         let symbol = |of: &Instruction| symbol(of, wording);
         if let ([instruction], [leg, ..], []) = (&*rung.body, &*rung.legs, &*rung.branches)
             && leg.name != LegName::When
         {
-            let legs = rung.legs.iter().map(|leg| (leg.name.key(), series(&leg.contacts)));
+            let legs = rung.legs.iter().map(|leg| (leg.name.key(), legs.series(&leg.contacts)));
             return RungCircuit::Legs(legs.collect(), symbol(instruction));
         }
-        let contacts =
-            rung.legs.first().map_or(Circuit::Series(Vec::new()), |leg| series(&leg.contacts));
-        let own = rung.body.iter().map(|of| Outlet::Instruction(symbol(of)));
-        let branches = rung.branches.iter().map(|branch| {
+        let contacts = rung.legs.first();
+        let contacts = contacts.map_or(series(Vec::new()), |leg| legs.series(&leg.contacts));
+        let body = rung.body.iter().map(|of| Outlet::Instruction(symbol(of)));
+        let branches = (1..).zip(&rung.branches).map(|(number, branch)| {
             let body = branch.body.iter().map(symbol).collect();
-            Outlet::Branch(series(&branch.contacts), body)
+            let mut maker = CircuitMaker { wording, branch: Some(number), leaf: 0 };
+            Outlet::Branch(maker.series(&branch.contacts), body)
         });
-        RungCircuit::Plain(contacts, own.chain(branches).collect())
+        RungCircuit::Plain(contacts, body.chain(branches).collect())
     }
 }
 
-fn series(parts: impl Iterator<Item = Circuit>) -> Circuit {
-    let flat = parts.flat_map(|part| match part {
+fn series(parts: Vec<Circuit>) -> Circuit {
+    let flat = parts.into_iter().flat_map(|part| match part {
         Circuit::Series(parts) => parts,
         Circuit::Contact(_) | Circuit::Parallel(_) => vec![part],
     });
     Circuit::Series(flat.collect())
 }
 
-fn parallel(parts: impl Iterator<Item = Circuit>) -> Circuit {
-    let flat = parts.flat_map(|part| match part {
+fn parallel(parts: Vec<Circuit>) -> Circuit {
+    let flat = parts.into_iter().flat_map(|part| match part {
         Circuit::Parallel(parts) => parts,
         Circuit::Contact(_) | Circuit::Series(_) => vec![part],
     });
     Circuit::Parallel(flat.collect())
 }
 
-fn circuit(contact: &Contact, wording: &Wording) -> Circuit {
-    match contact {
-        Contact::All(parts, _) => series(parts.iter().map(|of| circuit(of, wording))),
-        Contact::Any(parts, _) => parallel(parts.iter().map(|of| circuit(of, wording))),
-        Contact::Not(inner, _) => opposite(inner, wording),
-        Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) | Contact::Compare(..) => {
-            leaf(contact, true, wording)
-        }
-    }
+struct CircuitMaker<'w, 'p> {
+    wording: &'w Wording<'p>,
+    branch: Option<u32>,
+    /// The number of the next contact.
+    leaf: usize,
 }
 
-/// A circuit that has power while a contact has none.
-fn opposite(contact: &Contact, wording: &Wording) -> Circuit {
-    match contact {
-        Contact::All(parts, _) => parallel(parts.iter().map(|of| opposite(of, wording))),
-        Contact::Any(parts, _) => series(parts.iter().map(|of| opposite(of, wording))),
-        Contact::Not(inner, _) => circuit(inner, wording),
-        Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) | Contact::Compare(..) => {
-            leaf(contact, false, wording)
+impl CircuitMaker<'_, '_> {
+    fn series(&mut self, contacts: &[Contact]) -> Circuit {
+        series(contacts.iter().map(|contact| self.circuit(contact, true)).collect())
+    }
+
+    /// The circuit of a contact; with `is_plain` = false one that has power while it has none.
+    fn circuit(&mut self, contact: &Contact, is_plain: bool) -> Circuit {
+        let mut all = |parts: &[Contact]| -> Vec<Circuit> {
+            parts.iter().map(|part| self.circuit(part, is_plain)).collect()
+        };
+        match contact {
+            Contact::All(parts, _) if is_plain => series(all(parts)),
+            Contact::All(parts, _) => parallel(all(parts)),
+            Contact::Any(parts, _) if is_plain => parallel(all(parts)),
+            Contact::Any(parts, _) => series(all(parts)),
+            Contact::Not(inner, _) => self.circuit(inner, !is_plain),
+            Contact::Edge(_, inner, _) => {
+                // The contacts within an edge have numbers of their own.
+                let _ = self.circuit(inner, true);
+                self.leaf(contact, is_plain)
+            }
+            Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {
+                self.leaf(contact, is_plain)
+            }
         }
     }
-}
 
-/// A contact that is drawn as one; with `is_plain` = false its opposite.
-fn leaf(contact: &Contact, is_plain: bool, wording: &Wording) -> Circuit {
-    let text = || OperandLabel { name: wording.contact(contact), ..OperandLabel::default() };
-    let either = |plain, opposite| if is_plain { plain } else { opposite };
-    let (form, label) = match contact {
-        Contact::Bit(bit, _) => {
-            (either(ContactForm::Open, ContactForm::Closed), wording.label(Address::Bit(*bit)))
-        }
-        Contact::Element(..) => (either(ContactForm::Open, ContactForm::Closed), text()),
-        Contact::Edge(edge, inner, _) => match (&**inner, edge) {
-            (Contact::Bit(bit, _), Edge::Rise) => {
-                let form = either(ContactForm::Rising, ContactForm::NotRising);
-                (form, wording.label(Address::Bit(*bit)))
-            }
-            (Contact::Bit(bit, _), Edge::Fall) => {
-                let form = either(ContactForm::Falling, ContactForm::NotFalling);
-                (form, wording.label(Address::Bit(*bit)))
-            }
-            (_, Edge::Rise | Edge::Fall) => {
+    /// A contact that is drawn as one; with `is_plain` = false its opposite.
+    fn leaf(&mut self, contact: &Contact, is_plain: bool) -> Circuit {
+        let wording = self.wording;
+        let text = || OperandLabel { name: wording.contact(contact), ..OperandLabel::default() };
+        let bit = |bit: &Bit| wording.label(Address::Bit(*bit));
+        let either = |plain, opposite| if is_plain { plain } else { opposite };
+        let (form, label) = match contact {
+            Contact::Bit(of, _) => (either(ContactForm::Open, ContactForm::Closed), bit(of)),
+            Contact::Element(..) => (either(ContactForm::Open, ContactForm::Closed), text()),
+            Contact::Edge(edge, inner, _) => match (&**inner, edge) {
+                (Contact::Bit(of, _), Edge::Rise) => {
+                    (either(ContactForm::Rising, ContactForm::NotRising), bit(of))
+                }
+                (Contact::Bit(of, _), Edge::Fall) => {
+                    (either(ContactForm::Falling, ContactForm::NotFalling), bit(of))
+                }
+                (_, Edge::Rise | Edge::Fall) => {
+                    (either(ContactForm::Boxed, ContactForm::NotBoxed), text())
+                }
+            },
+            Contact::Compare(..) | Contact::Not(..) | Contact::All(..) | Contact::Any(..) => {
                 (either(ContactForm::Boxed, ContactForm::NotBoxed), text())
             }
-        },
-        Contact::Compare(..) => (either(ContactForm::Boxed, ContactForm::NotBoxed), text()),
-        // These are circuits.
-        Contact::Not(..) | Contact::All(..) | Contact::Any(..) => (ContactForm::Boxed, text()),
-    };
-    Circuit::Contact(ContactSymbol { form, label })
+        };
+        let leaf = self.leaf;
+        self.leaf += 1;
+        Circuit::Contact(ContactSymbol { form, label, branch: self.branch, leaf })
+    }
 }
 
 fn symbol(instruction: &Instruction, wording: &Wording) -> InstructionSymbol {

@@ -86,6 +86,32 @@ impl Picture {
     }
 }
 
+impl Picture {
+    /// The rungs of each block and Stage that has some: its name, its heading, its rungs.
+    pub(super) fn elements(&self) -> Vec<(String, String, &[RungPicture])> {
+        let mut all = Vec::new();
+        for block in &self.blocks {
+            let heading = format!("{} ({})", block.name, block.kind);
+            all.push((block.name.clone(), heading, &*block.rungs));
+            for stage in &block.stages {
+                let whole = format!("{}.{}", block.name, stage.name);
+                all.push((whole.clone(), format!("Stage {whole}"), &*stage.rungs));
+            }
+        }
+        all.retain(|(_, _, rungs)| !rungs.is_empty());
+        all
+    }
+}
+
+impl RungPicture {
+    /// `3. fill  plant.toml:12`.
+    pub(super) fn title(&self) -> String {
+        let (file, line) = &self.place;
+        let name = self.name.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
+        format!("{}.{name}  {file}:{line}", self.number)
+    }
+}
+
 struct Painter<'p> {
     program: &'p Program,
     files: &'p [SourceFile],

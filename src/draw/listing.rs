@@ -2,24 +2,26 @@
 
 use std::fmt::Write as _;
 
+use super::coverage::CoverageMarks;
 use super::flow::StageJump;
 use super::ladder::{BlockPicture, Picture, RungPicture};
 use super::text::{self, WireStyle};
 
-/// The text of a ladder.
-pub fn listing(picture: &Picture, style: WireStyle) -> String {
-    let mut list = Listing { style, text: String::new() };
+/// The text of a ladder. `coverage`: what tests have seen of its contacts.
+pub fn listing(picture: &Picture, style: WireStyle, coverage: Option<&CoverageMarks>) -> String {
+    let mut list = Listing { style, coverage, text: String::new() };
     list.head('=', &format!("Ladder {}", picture.name), picture.doc.as_deref());
     picture.blocks.iter().for_each(|block| list.block(block));
     list.text
 }
 
-struct Listing {
+struct Listing<'a> {
     style: WireStyle,
+    coverage: Option<&'a CoverageMarks>,
     text: String,
 }
 
-impl Listing {
+impl Listing<'_> {
     fn head(&mut self, line: char, title: &str, doc: Option<&str>) {
         let under: String = title.chars().map(|_| line).collect();
         let _ = writeln!(self.text, "{title}\n{under}");
@@ -35,7 +37,7 @@ impl Listing {
 
     fn block(&mut self, block: &BlockPicture) {
         self.head('-', &format!("{} ({})", block.name, block.kind), block.doc.as_deref());
-        self.rungs(&block.rungs);
+        self.rungs(&block.name, &block.rungs);
         if !block.stages.is_empty() {
             let names: Vec<&str> = block.stages.iter().map(|stage| stage.name.as_str()).collect();
             let _ = writeln!(self.text, "Stages of {}: {}", block.name, names.join(", "));
@@ -47,11 +49,11 @@ impl Listing {
         for stage in &block.stages {
             let title = format!("Stage {}.{}", block.name, stage.name);
             self.head('-', &title, stage.doc.as_deref());
-            self.rungs(&stage.rungs);
+            self.rungs(&format!("{}.{}", block.name, stage.name), &stage.rungs);
         }
     }
 
-    fn rungs(&mut self, rungs: &[RungPicture]) {
+    fn rungs(&mut self, element: &str, rungs: &[RungPicture]) {
         let mut last_use = None;
         for rung in rungs {
             if rung.of_use != last_use
@@ -61,17 +63,23 @@ impl Listing {
                 let _ = writeln!(self.text, "Use {}, {file}:{line}\n", of.name);
             }
             last_use.clone_from(&rung.of_use);
-            self.rung(rung);
+            self.rung(element, rung);
         }
     }
 
-    fn rung(&mut self, rung: &RungPicture) {
-        let (file, line) = &rung.place;
-        let name = rung.name.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
-        let _ = writeln!(self.text, "{}.{name}  {file}:{line}", rung.number);
+    fn rung(&mut self, element: &str, rung: &RungPicture) {
+        let _ = writeln!(self.text, "{}", rung.title());
         self.doc(rung.doc.as_deref());
         for line in text::lines(&rung.grid, self.style) {
             let _ = writeln!(self.text, "{line}");
+        }
+        for contact in &rung.grid.contacts {
+            let symbol = &contact.symbol;
+            let part = (element.to_owned(), rung.number as u32, symbol.branch);
+            let mark = self.coverage.and_then(|of| of.mark(&part, symbol.leaf));
+            if let Some((_, said)) = mark {
+                let _ = writeln!(self.text, "  tests: {} {said}", symbol.label.name);
+            }
         }
         self.text.push('\n');
     }

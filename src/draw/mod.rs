@@ -6,10 +6,14 @@
 //! that `rungd why` and these pages never differ.
 
 pub mod circuit;
+pub mod coverage;
 pub mod flow;
+mod flow_drawing;
 pub mod grid;
 pub mod ladder;
 pub mod listing;
+pub mod page;
+mod svg;
 pub mod text;
 mod wording;
 pub mod xref;

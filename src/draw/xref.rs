@@ -117,6 +117,7 @@ impl<'a> Index<'a> {
         WritePlace {
             text: of.place.text.clone(),
             rung: of.rung.text(),
+            anchor: anchor(&of.rung),
             place: self.place(&of.place),
             reset_at_end_of: of.reset_at_end.clone(),
         }
@@ -124,7 +125,7 @@ impl<'a> Index<'a> {
 
     fn read(&self, of: &observe::ReadUse) -> ReadPlace {
         let (text, rung) = (of.place.text.clone(), of.rung.text());
-        ReadPlace { text, rung, place: self.place(&of.place) }
+        ReadPlace { text, rung, anchor: anchor(&of.rung), place: self.place(&of.place) }
     }
 
     fn place(&self, place: &observe::Place) -> FileLine {
@@ -135,6 +136,11 @@ impl<'a> Index<'a> {
 fn cells_of(subject: &Subject, wanted: &AskedOperand) -> Vec<Cell> {
     let layout = &subject.symbols().layout;
     wanted.addresses.iter().filter_map(|address| layout.cell(*address)).collect()
+}
+
+/// A rung in a page.
+fn anchor(rung: &observe::RungName) -> String {
+    format!("{}-{}", rung.element.name, rung.number)
 }
 
 fn test(of: &TestTouch) -> TestPlace {

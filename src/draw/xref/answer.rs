@@ -52,6 +52,9 @@ pub struct WritePlace {
     pub text: String,
     /// Its rung: `Main, rung fill`.
     pub rung: String,
+    /// The rung in a page: its block or Stage, and its number.
+    #[serde(skip)]
+    pub anchor: String,
     /// Its place; of a rung of a template, in the template.
     #[serde(flatten)]
     pub place: FileLine,
@@ -67,6 +70,9 @@ pub struct ReadPlace {
     pub text: String,
     /// Its rung.
     pub rung: String,
+    /// The rung in a page: its block or Stage, and its number.
+    #[serde(skip)]
+    pub anchor: String,
     /// Its place.
     #[serde(flatten)]
     pub place: FileLine,

@@ -1,0 +1,55 @@
+//! What tests have seen of the contacts of a ladder: the report of `rungd test --coverage --json`.
+
+use std::collections::HashMap;
+
+use serde_json::Value;
+
+/// A rung or branch: its block or Stage, its number, its branch.
+type PartKey = (String, u32, Option<u32>);
+
+/// What was seen, by rung.
+#[derive(Debug, Default)]
+pub struct CoverageMarks {
+    /// Of each contact whether it was ON, and whether it was OFF.
+    contacts: HashMap<PartKey, Vec<(bool, bool)>>,
+}
+
+impl CoverageMarks {
+    /// Of a report. Files of several suites are one.
+    ///
+    /// # Errors
+    /// A sentence for people: the text is no such report.
+    pub fn read(report: &str) -> Result<CoverageMarks, String> {
+        let what = "this is no report of `rungd test --coverage --json`";
+        let report: Value =
+            serde_json::from_str(report).map_err(|error| format!("{what}: {error}"))?;
+        let files = report["coverage"].as_array().ok_or(what)?;
+        let mut marks = CoverageMarks::default();
+        for rung in files.iter().flat_map(|file| file["rungs"].as_array()).flatten() {
+            let (Some(block), Some(number)) = (rung["block"].as_str(), rung["number"].as_u64())
+            else {
+                return Err(what.to_owned());
+            };
+            let branch = rung["branch"].as_u64().map(|branch| branch as u32);
+            let contacts = rung["contacts"].as_array().map(Vec::as_slice).unwrap_or_default();
+            let seen = marks.contacts.entry((block.to_owned(), number as u32, branch)).or_default();
+            seen.resize(seen.len().max(contacts.len()), (false, false));
+            for (known, contact) in seen.iter_mut().zip(contacts) {
+                let seen = |way: &str| contact["seen"][way].as_bool().unwrap_or(false);
+                *known = (known.0 || seen("on"), known.1 || seen("off"));
+            }
+        }
+        Ok(marks)
+    }
+
+    /// What is said at a contact, with its class; `None` if it was seen both ways.
+    pub(super) fn mark(&self, part: &PartKey, leaf: usize) -> Option<(&'static str, &'static str)> {
+        let seen = self.contacts.get(part).and_then(|contacts| contacts.get(leaf));
+        match seen.copied().unwrap_or_default() {
+            (true, true) => None,
+            (true, false) => Some(("half", "never OFF")),
+            (false, true) => Some(("half", "never ON")),
+            (false, false) => Some(("unseen", "not tested")),
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! A whole ladder as one HTML file: contents, rungs, Stages, search, and the cross-reference. It
+//! asks for nothing outside of itself, and says what it says without its script too.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+
+use super::circuit::ContactSymbol;
+use super::coverage::CoverageMarks;
+use super::flow_drawing;
+use super::ladder::{BlockPicture, Picture, RungPicture};
+use super::svg::{self, Decoration, escaped};
+use super::xref::answer::CrossReference;
+
+/// The page of a ladder. `references`: all its operands. `coverage`: what tests have seen.
+pub fn page(
+    picture: &Picture,
+    references: &[CrossReference],
+    coverage: Option<&CoverageMarks>,
+) -> String {
+    let names = references.iter().map(|of| of.name.as_str()).collect();
+    let mut page = PageMaker { names, coverage, text: String::new() };
+    page.head(picture);
+    page.contents(picture);
+    page.text.push_str("<main>\n");
+    picture.blocks.iter().for_each(|block| page.block(block));
+    page.references(references);
+    page.text.push_str("</main>\n<script>\n");
+    page.text.push_str(include_str!("page/script.js"));
+    page.text.push_str("</script>\n</body>\n</html>\n");
+    page.text
+}
+
+/// The ladder as one picture, without links.
+pub fn picture(picture: &Picture, coverage: Option<&CoverageMarks>) -> String {
+    let (mut body, mut width, mut y) = (String::new(), 400, 30);
+    let mut title = |body: &mut String, y: &mut usize, text: &str| {
+        let _ = writeln!(body, "<text x=\"12\" y=\"{y}\">{}</text>", escaped(text));
+        *y += 12;
+        width = width.max(24 + text.chars().count() * 8);
+    };
+    title(&mut body, &mut y, &format!("Ladder {}", picture.name));
+    let mut widest = 0;
+    for (element, heading, rungs) in picture.elements() {
+        y += 24;
+        title(&mut body, &mut y, &heading);
+        for rung in rungs {
+            y += 14;
+            title(&mut body, &mut y, &rung.title());
+            let marks = RungMarks { names: None, coverage, element: &element, rung };
+            let drawing = svg::rung(&rung.grid, &marks);
+            let _ = writeln!(body, "<g transform=\"translate(0 {y})\">\n{}</g>", drawing.body);
+            y += drawing.height;
+            widest = widest.max(drawing.width);
+        }
+    }
+    let (width, height) = (width.max(widest), y + 20);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\">\n<style>\n{}svg {{ background: var(--paper); }}\n\
+         </style>\n{body}</svg>\n",
+        include_str!("page/style.css")
+    )
+}
+
+struct PageMaker<'a> {
+    /// The operands with a row of the cross-reference.
+    names: HashSet<&'a str>,
+    coverage: Option<&'a CoverageMarks>,
+    text: String,
+}
+
+/// Links and marks of a rung.
+struct RungMarks<'a> {
+    names: Option<&'a HashSet<&'a str>>,
+    coverage: Option<&'a CoverageMarks>,
+    element: &'a str,
+    rung: &'a RungPicture,
+}
+
+impl Decoration for RungMarks<'_> {
+    fn link(&self, name: &str) -> Option<String> {
+        let known = |names: &HashSet<&str>| names.contains(name).then(|| name.to_owned());
+        let names = self.names?;
+        // A member leads to its structure.
+        let base = name.rsplit_once('.').map_or(name, |(base, _)| base);
+        let found = known(names).or_else(|| names.contains(base).then(|| base.to_owned()))?;
+        Some(format!("#x-{found}"))
+    }
+
+    fn mark(&self, contact: &ContactSymbol) -> Option<(&'static str, &'static str)> {
+        let rung = (self.element.to_owned(), self.rung.number as u32, contact.branch);
+        self.coverage?.mark(&rung, contact.leaf)
+    }
+}
+
+impl PageMaker<'_> {
+    fn head(&mut self, picture: &Picture) {
+        let name = escaped(&picture.name);
+        let _ = write!(
+            self.text,
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{name}</title>\n<style>\n{}</style>\n</head>\n<body>\n\
+             <header><h1>{name}</h1>\n",
+            include_str!("page/style.css")
+        );
+        self.doc(picture.doc.as_deref());
+        self.text.push_str(
+            "</header>\n<div class=\"search\"><label>Search <input id=\"search\" type=\"search\" \
+             autocomplete=\"off\"></label> <span id=\"found\" role=\"status\"></span></div>\n",
+        );
+    }
+
+    fn doc(&mut self, doc: Option<&str>) {
+        if let Some(doc) = doc {
+            let _ = writeln!(self.text, "<p>{}</p>", escaped(doc));
+        }
+    }
+
+    fn contents(&mut self, picture: &Picture) {
+        self.text.push_str("<nav aria-label=\"Contents\"><ul>\n");
+        for block in &picture.blocks {
+            let name = escaped(&block.name);
+            let _ = write!(self.text, "<li><a href=\"#b-{name}\">{name}</a>");
+            if !block.stages.is_empty() {
+                self.text.push_str("<ul>");
+                for stage in &block.stages {
+                    let stage = escaped(&stage.name);
+                    let _ = write!(self.text, "<li><a href=\"#b-{name}.{stage}\">{stage}</a></li>");
+                }
+                self.text.push_str("</ul>");
+            }
+            self.text.push_str("</li>\n");
+        }
+        self.text.push_str("<li><a href=\"#names\">Cross-reference</a></li>\n</ul></nav>\n");
+    }
+
+    fn block(&mut self, block: &BlockPicture) {
+        let name = escaped(&block.name);
+        let kind = block.kind;
+        let _ = writeln!(self.text, "<h2 id=\"b-{name}\">{name} <small>({kind})</small></h2>");
+        self.doc(block.doc.as_deref());
+        if !block.stages.is_empty() {
+            let flow = flow_drawing::flow(block);
+            let _ = writeln!(self.text, "<div class=\"scroll\">{flow}</div>");
+        }
+        self.rungs(&block.name, &block.rungs);
+        for stage in &block.stages {
+            let whole = format!("{}.{}", block.name, stage.name);
+            let shown = escaped(&whole);
+            let _ = writeln!(self.text, "<h3 id=\"b-{shown}\">Stage {shown}</h3>");
+            self.doc(stage.doc.as_deref());
+            self.rungs(&whole, &stage.rungs);
+        }
+    }
+
+    /// Rungs; those of one use of a template unfold together.
+    fn rungs(&mut self, element: &str, rungs: &[RungPicture]) {
+        for of_use in rungs.chunk_by(|a, b| a.of_use == b.of_use) {
+            let of = of_use.first().and_then(|rung| rung.of_use.as_ref());
+            if let Some(of) = of {
+                let (name, (file, line)) = (escaped(&of.name), &of.place);
+                let file = escaped(file);
+                let _ = writeln!(
+                    self.text,
+                    "<details class=\"use\" open><summary>Use <b>{name}</b> of a template, \
+                     {file}:{line}</summary>"
+                );
+            }
+            of_use.iter().for_each(|rung| self.rung(element, rung));
+            if of.is_some() {
+                self.text.push_str("</details>\n");
+            }
+        }
+    }
+
+    fn rung(&mut self, element: &str, rung: &RungPicture) {
+        let names = Some(&self.names);
+        let marks = RungMarks { names, coverage: self.coverage, element, rung };
+        let drawing = svg::rung(&rung.grid, &marks);
+        let id = escaped(&format!("{element}-{}", rung.number));
+        let (file, line) = &rung.place;
+        let name = rung.name.as_ref().map(|name| format!(" <b>{}</b>", escaped(name)));
+        let _ = writeln!(
+            self.text,
+            "<div class=\"rung\" id=\"r-{id}\" data-words=\"{id}\">\
+             <p class=\"head\">{}.{} {}:{line}</p>",
+            rung.number,
+            name.unwrap_or_default(),
+            escaped(file)
+        );
+        self.doc(rung.doc.as_deref());
+        let (width, height) = (drawing.width, drawing.height);
+        let _ = writeln!(
+            self.text,
+            "<div class=\"scroll\"><svg role=\"img\" aria-label=\"Rung {id}\" width=\"{width}\" \
+             height=\"{height}\">\n{}</svg></div></div>",
+            drawing.body
+        );
+    }
+
+    fn references(&mut self, references: &[CrossReference]) {
+        self.text.push_str(
+            "<h2 id=\"names\">Cross-reference</h2>\n<div id=\"names-table\" class=\"scroll\">\
+             <table id=\"names\"><thead><tr><th>Name</th><th>Address</th><th>Meaning</th>\
+             <th>Written by</th><th>Read by</th><th>Outside</th></tr></thead><tbody>\n",
+        );
+        references.iter().for_each(|of| self.reference(of));
+        self.text.push_str("</tbody></table></div>\n");
+    }
+
+    fn reference(&mut self, of: &CrossReference) {
+        let name = escaped(&of.name);
+        let address = of.address.as_deref().map(escaped).unwrap_or_default();
+        let doc = of.doc.as_deref().map(escaped).unwrap_or_default();
+        let mut outside: Vec<String> = of.outside.iter().map(|of| escaped(&of.text)).collect();
+        outside.extend(of.retained.then(|| "retained".to_owned()));
+        let written = links(of.written.iter().map(|of| (of.anchor.as_str(), of.text.as_str())));
+        let read = links(of.read.iter().map(|of| (of.anchor.as_str(), of.text.as_str())));
+        let _ = writeln!(
+            self.text,
+            "<tr id=\"x-{name}\" data-words=\"\"><td class=\"name\">{name}</td><td>{address}</td>\
+             <td>{doc}</td><td>{written}</td><td>{read}</td><td>{}</td></tr>",
+            outside.join("<br>")
+        );
+    }
+}
+
+/// Links to rungs, each once, with what stands there.
+fn links<'a>(uses: impl Iterator<Item = (&'a str, &'a str)>) -> String {
+    let mut seen = HashSet::new();
+    let link = |(anchor, text): (&str, &str)| {
+        let (anchor, text) = (escaped(anchor), escaped(text));
+        format!("<a href=\"#r-{anchor}\" title=\"{text}\">{anchor}</a>")
+    };
+    let links: Vec<String> = uses.filter(|(anchor, _)| seen.insert(*anchor)).map(link).collect();
+    links.join(", ")
+}

@@ -1,0 +1,330 @@
+//! A rung as SVG, to stand in a page or a picture of its own.
+//!
+//! Contacts, coils and boxes are groups with the class of their form and with their name in
+//! `data-name`; `style.css` colours them. A mark on a contact says in words what tests have not
+//! seen, since a colour alone says nothing to many.
+
+use std::fmt::Write as _;
+
+use super::circuit::{ContactForm, ContactSymbol};
+use super::grid::{PlacedInstruction, RungGrid};
+use super::text::boxed;
+
+/// The width of a character, in pixels.
+const CHAR: usize = 8;
+/// The height of a row.
+const ROW: usize = 58;
+/// From the upper edge of a row to its wire.
+const WIRE: usize = 30;
+/// From the rail to the first wire, and around the whole.
+const MARGIN: usize = 12;
+/// Half of the gap in a contact, and half of its height.
+const GAP: usize = 6;
+const HALF: usize = 10;
+
+/// What is added to a drawing.
+pub(super) trait Decoration {
+    /// Where a name leads to; `None`: it is no link.
+    fn link(&self, name: &str) -> Option<String>;
+    /// What is said at a contact, with its class.
+    fn mark(&self, contact: &ContactSymbol) -> Option<(&'static str, &'static str)>;
+}
+
+/// The width and height of a drawing, and its elements.
+pub(super) struct Drawing {
+    pub width: usize,
+    pub height: usize,
+    pub body: String,
+}
+
+/// The elements of a rung.
+pub(super) fn rung(grid: &RungGrid, with: &dyn Decoration) -> Drawing {
+    let mut pen = Pen::new(grid, with);
+    pen.wires(grid);
+    grid.contacts.iter().for_each(|of| pen.contact(&of.symbol, (of.row, of.column)));
+    grid.instructions.iter().for_each(|of| pen.instruction(of));
+    let height = grid.rows.max(1) * ROW;
+    Drawing { width: pen.width + MARGIN, height, body: pen.body }
+}
+
+/// A text for HTML and SVG.
+pub(super) fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            c if c.is_control() && c != '\n' => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+struct Pen<'a> {
+    with: &'a dyn Decoration,
+    /// By boundary between columns: its place.
+    boundaries: Vec<usize>,
+    width: usize,
+    body: String,
+}
+
+/// A name at a symbol: its place and class.
+struct Label<'t> {
+    text: &'t str,
+    at: (usize, usize),
+    class: &'static str,
+}
+
+impl<'a> Pen<'a> {
+    fn new(grid: &RungGrid, with: &'a dyn Decoration) -> Pen<'a> {
+        let mut widths = vec![3; grid.columns];
+        for contact in &grid.contacts {
+            let width = &mut widths[contact.column];
+            *width = (*width).max(chars(&contact.symbol) + 2);
+        }
+        let mut boundaries = vec![MARGIN];
+        for width in widths {
+            boundaries.push(boundaries.last().unwrap_or(&0) + width * CHAR);
+        }
+        Pen { with, boundaries, width: MARGIN, body: String::new() }
+    }
+
+    fn x(&self, boundary: usize) -> usize {
+        self.boundaries.get(boundary).copied().unwrap_or(MARGIN)
+    }
+
+    fn wires(&mut self, grid: &RungGrid) {
+        let mut path = String::new();
+        for (row, from, to) in &grid.along {
+            let _ = write!(path, "M{} {}H{}", self.x(*from), wire(*row), self.x(*to));
+        }
+        for (column, from, to) in &grid.down {
+            let _ = write!(path, "M{} {}V{}", self.x(*column), wire(*from), wire(*to));
+        }
+        let height = grid.rows.max(1) * ROW;
+        let _ = writeln!(self.body, "<path class=\"rail\" d=\"M{MARGIN} 0V{height}\"/>");
+        if !path.is_empty() {
+            let _ = writeln!(self.body, "<path class=\"wire\" d=\"{path}\"/>");
+        }
+    }
+
+    fn contact(&mut self, symbol: &ContactSymbol, (row, column): (usize, usize)) {
+        let (left, right, y) = (self.x(column), self.x(column + 1), wire(row));
+        let middle = usize::midpoint(left, right);
+        let mark = self.with.mark(symbol);
+        let class = mark.map(|(class, _)| format!(" {class}")).unwrap_or_default();
+        let name = escaped(&symbol.label.name);
+        let form = form(symbol.form);
+        let (branch, leaf) = (symbol.branch.unwrap_or(0), symbol.leaf);
+        let _ = write!(
+            self.body,
+            "<g class=\"contact {form}{class}\" data-name=\"{name}\" data-leaf=\"{branch}.{leaf}\">"
+        );
+        self.title(symbol.label.doc.as_deref(), mark.map(|(_, said)| said));
+        match symbol.form {
+            ContactForm::Boxed | ContactForm::NotBoxed => {
+                let (from, width) = (left + CHAR / 2, right - left - CHAR);
+                let _ = write!(self.body, "<path class=\"wire\" d=\"M{left} {y}H{from}\"/>");
+                let _ =
+                    write!(self.body, "<path class=\"wire\" d=\"M{} {y}H{right}\"/>", from + width);
+                self.boxed((from, y, width), &said(symbol));
+            }
+            ContactForm::Open
+            | ContactForm::Closed
+            | ContactForm::Rising
+            | ContactForm::Falling
+            | ContactForm::NotRising
+            | ContactForm::NotFalling => {
+                let (from, to) = (middle - GAP, middle + GAP);
+                let (top, bottom) = (y - HALF, y + HALF);
+                let _ = write!(
+                    self.body,
+                    "<path class=\"wire\" d=\"M{left} {y}H{from}\"/>\
+                     <path class=\"wire\" d=\"M{to} {y}H{right}\"/>\
+                     <path class=\"symbol\" d=\"M{from} {top}V{bottom}M{to} {top}V{bottom}\"/>"
+                );
+                self.inside(symbol.form, (middle, y));
+                let text = symbol.label.name.as_str();
+                self.label(&Label { text, at: (middle, y - HALF - 6), class: "name" });
+                if let Some(address) = &symbol.label.address {
+                    self.label(&Label {
+                        text: address,
+                        at: (middle, y + HALF + 13),
+                        class: "address",
+                    });
+                }
+            }
+        }
+        if let Some((_, said)) = mark {
+            self.label(&Label { text: said, at: (middle, y + HALF + 13), class: "mark" });
+        }
+        self.body.push_str("</g>\n");
+    }
+
+    /// What stands in the gap of a contact.
+    fn inside(&mut self, form: ContactForm, (x, y): (usize, usize)) {
+        let (slash, letter) = match form {
+            ContactForm::Open | ContactForm::Boxed | ContactForm::NotBoxed => (false, ""),
+            ContactForm::Closed => (true, ""),
+            ContactForm::Rising => (false, "P"),
+            ContactForm::Falling => (false, "N"),
+            ContactForm::NotRising => (true, "P"),
+            ContactForm::NotFalling => (true, "N"),
+        };
+        if slash {
+            let (from, to) = (x - GAP - 2, x + GAP + 2);
+            let (top, bottom) = (y - HALF + 1, y + HALF - 1);
+            let _ = write!(self.body, "<path class=\"symbol\" d=\"M{from} {bottom}L{to} {top}\"/>");
+        }
+        if !letter.is_empty() {
+            self.label(&Label { text: letter, at: (x, y + 4), class: "letter" });
+        }
+    }
+
+    fn instruction(&mut self, placed: &PlacedInstruction) {
+        let symbol = &placed.symbol;
+        let x = self.x(self.boundaries.len() - 1);
+        let y = wire(placed.row);
+        let name = match symbol.coil {
+            Some(_) => &symbol.label.name,
+            None => &boxed(symbol),
+        };
+        let class = if symbol.coil.is_some() { "coil" } else { "box" };
+        let (mnemonic, name) = (symbol.mnemonic, escaped(name));
+        let _ = write!(
+            self.body,
+            "<g class=\"{class}\" data-mnemonic=\"{mnemonic}\" data-name=\"{name}\">"
+        );
+        self.title(symbol.label.doc.as_deref(), None);
+        let end = match symbol.coil {
+            Some(letter) => self.coil(placed, letter, (x, y)),
+            None => self.legs(placed, (x, y)),
+        };
+        self.width = self.width.max(end);
+        self.body.push_str("</g>\n");
+    }
+
+    /// A coil; where it ends.
+    fn coil(&mut self, placed: &PlacedInstruction, letter: &str, (x, y): (usize, usize)) -> usize {
+        let label = &placed.symbol.label;
+        let wide = label.name.chars().count().max(label.address.as_deref().map_or(0, str::len));
+        let middle = x + CHAR * 2 + (wide * CHAR / 2).max(HALF);
+        let (from, to) = (middle - HALF, middle + HALF);
+        let (top, bottom) = (y - HALF, y + HALF);
+        let _ = write!(
+            self.body,
+            "<path class=\"wire\" d=\"M{x} {y}H{from}\"/>\
+             <path class=\"symbol\" d=\"M{} {top}Q{} {y} {} {bottom}M{} {top}Q{} {y} {} {bottom}\"/>",
+            from + 5,
+            from - 5,
+            from + 5,
+            to - 5,
+            to + 5,
+            to - 5
+        );
+        if !letter.is_empty() {
+            self.label(&Label { text: letter, at: (middle, y + 4), class: "letter" });
+        }
+        self.label(&Label { text: &label.name, at: (middle, y - HALF - 6), class: "name" });
+        if let Some(address) = &label.address {
+            self.label(&Label { text: address, at: (middle, y + HALF + 13), class: "address" });
+        }
+        middle + (wide * CHAR / 2).max(HALF) + CHAR
+    }
+
+    /// A box with its legs; where it ends.
+    fn legs(&mut self, placed: &PlacedInstruction, (x, y): (usize, usize)) -> usize {
+        let text = boxed(&placed.symbol);
+        let names = placed.legs.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0);
+        let from = x + CHAR * 2;
+        let width = (text.chars().count() + names + 2) * CHAR;
+        let last = placed.legs.last().map_or(placed.row, |(_, row)| *row);
+        let (top, height) = (y - HALF - 2, (last - placed.row) * ROW + 2 * HALF + 4);
+        let _ = write!(
+            self.body,
+            "<rect class=\"symbol\" x=\"{from}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>"
+        );
+        let rows: Vec<usize> = match placed.legs.is_empty() {
+            true => vec![placed.row],
+            false => placed.legs.iter().map(|(_, row)| *row).collect(),
+        };
+        for row in rows {
+            let _ = write!(self.body, "<path class=\"wire\" d=\"M{x} {}H{from}\"/>", wire(row));
+        }
+        for (name, row) in &placed.legs {
+            let at = (from + CHAR, wire(*row) + 4);
+            self.label(&Label { text: name, at, class: "leg" });
+        }
+        let at = (from + CHAR + names * CHAR, y + 4);
+        self.label(&Label { text: &text, at, class: "text" });
+        from + width
+    }
+
+    fn boxed(&mut self, (x, y, width): (usize, usize, usize), text: &str) {
+        let (top, height) = (y - HALF - 2, 2 * HALF + 4);
+        let _ = write!(
+            self.body,
+            "<rect class=\"symbol\" x=\"{x}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>"
+        );
+        self.label(&Label { text, at: (x + width / 2, y + 4), class: "inner" });
+    }
+
+    fn title(&mut self, doc: Option<&str>, mark: Option<&str>) {
+        let texts: Vec<&str> = doc.into_iter().chain(mark).collect();
+        if !texts.is_empty() {
+            let _ = write!(self.body, "<title>{}</title>", escaped(&texts.join("; ")));
+        }
+    }
+
+    fn label(&mut self, Label { text, at: (x, y), class }: &Label) {
+        let link = self.with.link(text).filter(|_| *class == "name");
+        let text = format!("<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{}</text>", escaped(text));
+        match link {
+            Some(link) => {
+                let _ = write!(self.body, "<a href=\"{}\">{text}</a>", escaped(&link));
+            }
+            None => self.body.push_str(&text),
+        }
+    }
+}
+
+fn wire(row: usize) -> usize {
+    row * ROW + WIRE
+}
+
+/// What a contact in a box says.
+fn said(symbol: &ContactSymbol) -> String {
+    match symbol.form {
+        ContactForm::NotBoxed => format!("!({})", symbol.label.name),
+        ContactForm::Boxed
+        | ContactForm::Open
+        | ContactForm::Closed
+        | ContactForm::Rising
+        | ContactForm::Falling
+        | ContactForm::NotRising
+        | ContactForm::NotFalling => symbol.label.name.clone(),
+    }
+}
+
+/// The characters that a contact is wide.
+fn chars(symbol: &ContactSymbol) -> usize {
+    let address = symbol.label.address.as_deref().map_or(0, str::len);
+    said(symbol).chars().count().max(address) + 1
+}
+
+fn form(form: ContactForm) -> &'static str {
+    match form {
+        ContactForm::Open => "open",
+        ContactForm::Closed => "closed",
+        ContactForm::Rising => "rising",
+        ContactForm::Falling => "falling",
+        ContactForm::NotRising => "not-rising",
+        ContactForm::NotFalling => "not-falling",
+        ContactForm::Boxed => "boxed",
+        ContactForm::NotBoxed => "not-boxed",
+    }
+}
