@@ -13,7 +13,11 @@ pub mod grid;
 pub mod ladder;
 pub mod listing;
 pub mod page;
+#[cfg(test)]
+mod read_back;
 mod svg;
+#[cfg(test)]
+mod tests;
 pub mod text;
 mod wording;
 pub mod xref;
