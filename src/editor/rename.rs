@@ -18,12 +18,12 @@ use super::file::EditorFile;
 use super::judge::{JudgedRoot, judge};
 use super::names::{Declared, Meaning, Names};
 use super::navigate::{part_at, places_of};
-use super::project::{Project, is_library};
+use super::project::{Project, is_library, named_files};
 use super::slots::{DeclaredKind, FileKind};
 use super::uri::uri_of;
 use super::workspace::{Cursor, Workspace};
 use crate::load::OpenTexts;
-use crate::source::finding::{Code, Severity};
+use crate::source::finding::{Code, Finding, Severity};
 
 /// Whether the name at a place can be changed: its place and its present text.
 pub(super) fn prepare(
@@ -73,6 +73,7 @@ pub(super) fn rename(
         places.entry(number).or_default().push(span);
     }
     let changed = changed_files(project, &places, new);
+    joined_here(project, &places)?;
     same_meanings(project, &changed, new)?;
     same_judgement(workspace, project, &changed)?;
     // The type is the protocol's.
@@ -133,6 +134,26 @@ fn changed_files(
     project.files.iter().enumerate().map(changed).collect()
 }
 
+/// Refuses a rename in a ladder that a test joins with one outside of the project: that one may
+/// have the name, and nobody would see it.
+fn joined_here(project: &Project, places: &BTreeMap<usize, Vec<Range<usize>>>) -> Result<()> {
+    let is_changed =
+        |path: &PathBuf| project.number(path).is_some_and(|at| places.contains_key(&at));
+    for test in project.files.iter().filter(|file| file.kind == FileKind::Test) {
+        let named = named_files(test);
+        let outside = named.iter().find(|path| !is_library(path) && project.number(path).is_none());
+        if let Some(outside) = outside.filter(|_| named.iter().any(is_changed)) {
+            bail!(
+                "{} joins this ladder with {}, which is not of this project: a controller file \
+                 that names both would make them one",
+                test.path.display(),
+                outside.display()
+            );
+        }
+    }
+    Ok(())
+}
+
 /// Refuses a rename after which a word would mean something else.
 fn same_meanings(project: &Project, changed: &[Arc<EditorFile>], new: &str) -> Result<()> {
     let names = Names::of(changed);
@@ -182,7 +203,11 @@ fn same_judgement(
             codes
         };
         if errors(&was) != errors(&is) {
-            let new = is.findings.iter().find(|of| of.severity() == Severity::Error);
+            let known = |of: &&Finding| {
+                was.findings.iter().any(|old| (old.code, &old.message) == (of.code, &of.message))
+            };
+            let mut new = is.findings.iter().filter(|of| of.severity() == Severity::Error);
+            let new = new.clone().find(|of| !known(of)).or_else(|| new.next());
             let why = new.map_or_else(String::new, |finding| {
                 let file = is.files.get(finding.span.file.0 as usize);
                 let file = file.map_or("", |file| file.name.as_str());

@@ -9,12 +9,12 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, Sender, select};
-use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
+use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{
     DidChangeConfiguration, DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument,
     DidOpenTextDocument, DidSaveTextDocument, Exit, Notification as _, PublishDiagnostics,
 };
-use lsp_types::request::{Request as _, Shutdown};
+use lsp_types::request::{Initialize, Request as _, Shutdown};
 use lsp_types::{
     DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
     InitializeParams, PublishDiagnosticsParams,
@@ -44,11 +44,11 @@ pub enum EditorEnd {
 /// # Errors
 /// The connection breaks, or the editor does not follow the protocol.
 pub fn serve(connection: &Connection) -> Result<EditorEnd> {
-    let (id, params) = connection.initialize_start().context("initialize")?;
-    let params: InitializeParams = serde_json::from_value(params).context("initialize")?;
+    let Some((id, params)) = begun(connection)? else { return Ok(EditorEnd::Gone) };
     let general = params.capabilities.general.as_ref();
     let columns = Columns::of(general.and_then(|general| general.position_encodings.as_ref()));
-    connection.initialize_finish(id, capabilities::of(columns)).context("initialize")?;
+    let told = capabilities::of(columns);
+    connection.sender.send(Response::new_ok(id, told).into()).context("the editor has gone")?;
     let (orders, judgements) = judge::start();
     let (live, news) = live::start();
     let (jobs, reports) = Jobs::new();
@@ -69,6 +69,34 @@ pub fn serve(connection: &Connection) -> Result<EditorEnd> {
         server.workspace.configure(&settings);
     }
     server.run(connection, &ServerNews { judgements, news, reports })
+}
+
+/// The request that begins all; `None`: the editor has gone before. What comes earlier is refused.
+fn begun(connection: &Connection) -> Result<Option<(RequestId, InitializeParams)>> {
+    let refuse = |id: RequestId, code: ErrorCode, why: String| {
+        let message = Response::new_err(id, code as i32, why).into();
+        connection.sender.send(message).context("the editor has gone")
+    };
+    for message in &connection.receiver {
+        match message {
+            Message::Request(request) if request.method == Initialize::METHOD => {
+                match serde_json::from_value(request.params) {
+                    Ok(params) => return Ok(Some((request.id, params))),
+                    Err(error) => {
+                        let why = format!("the parameters of `initialize`: {error}");
+                        refuse(request.id, ErrorCode::InvalidParams, why)?;
+                    }
+                }
+            }
+            Message::Request(request) => {
+                let why = format!("`{}` comes before `initialize`", request.method);
+                refuse(request.id, ErrorCode::ServerNotInitialized, why)?;
+            }
+            Message::Notification(told) if told.method == Exit::METHOD => break,
+            Message::Notification(_) | Message::Response(_) => {}
+        }
+    }
+    Ok(None)
 }
 
 /// A server and its editor.

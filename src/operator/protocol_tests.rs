@@ -38,6 +38,20 @@ fn requests_read_as_the_page_shows_them() {
     }
 }
 
+/// A number is the one that is written, to its last bit: the next number would be another value
+/// for a real.
+#[test]
+fn a_number_is_read_to_its_last_bit() {
+    for number in ["199919999919.42652713", "0.1", "1.7976931348623157e308", "2.5e-7"] {
+        let line = format!(r#"{{"do":"write","operand":"R0","value":{number}}}"#);
+        let Ok(Request::Write { value: GivenValue::Real(read), .. }) = serde_json::from_str(&line)
+        else {
+            panic!("{line}");
+        };
+        assert_eq!(read.to_bits(), number.parse::<f64>().unwrap().to_bits(), "{number}");
+    }
+}
+
 #[test]
 fn replies_say_ok_or_error() {
     let ok: Reply<LevelChange> =

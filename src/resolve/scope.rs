@@ -431,6 +431,7 @@ fn of_block(
         (Code::UnknownMember, format!("task `{base}` has no `.{member}`"))
     };
     let known = block.known_members();
-    let near = Some(Near::new(member, known).searching_at_most(searched_max));
+    let near = Near::new(member, known).searching_at_most(searched_max);
+    let near = Some(near.behind(&format!("{base}.")));
     Err(Mistake::New { code, message, help: Some(members_of(base, known)), near })
 }

@@ -58,13 +58,16 @@ pub struct Near {
     name: Box<str>,
     known: KnownNames,
     searched_max: usize,
+    /// What stands before the names where they are written.
+    before: Box<str>,
 }
 
 impl Near {
     /// For the help of a finding about `name`.
     pub fn new(name: &str, known: &KnownNames) -> Near {
         let end = name.char_indices().nth(COMPARED_MAX).map_or(name.len(), |(at, _)| at);
-        Near { name: name[..end].into(), known: known.clone(), searched_max: usize::MAX }
+        let (name, before) = (name[..end].into(), "".into());
+        Near { name, known: known.clone(), searched_max: usize::MAX, before }
     }
 
     /// Searches at most this number of names, those next to it in the order. A slip in a later
@@ -73,9 +76,15 @@ impl Near {
         Near { searched_max: names, ..self }
     }
 
+    /// The names are members: the help has the text before them, too (`Day.`).
+    pub(crate) fn behind(self, before: &str) -> Near {
+        Near { before: before.into(), ..self }
+    }
+
     /// `did you mean …?`, if a name is near.
     pub fn help(&self) -> Option<String> {
-        did_you_mean(&self.name, self.known.around(&self.name, self.searched_max))
+        let near = nearest(&self.name, self.known.around(&self.name, self.searched_max))?;
+        Some(bounded(format!("did you mean `{}{near}`?", self.before)))
     }
 }
 

@@ -55,6 +55,24 @@ fn the_end_is_told_by_the_exit_code() {
     check(&(begun() + &ended), 0, &[], "");
     check(&(begun() + &notification("exit")), 1, &[], "");
     check(&begun(), 1, &[], "");
+    check(&notification("exit"), 1, &[], "");
+}
+
+#[test]
+fn the_beginning_tells_what_the_server_can() {
+    let output = serve(begun().as_bytes());
+    let written = String::from_utf8(output.stdout).expect("text");
+    let (_, body) = written.split_once("\r\n\r\n").expect("a body");
+    let answer: Value = serde_json::from_str(body).expect("JSON");
+    assert_eq!(answer["result"]["capabilities"]["hoverProvider"], true, "{body}");
+}
+
+#[test]
+fn what_comes_before_the_beginning_is_refused() {
+    let early = request(json!(0), "textDocument/hover") + &notification("textDocument/didOpen");
+    let odd = framed(r#"{"jsonrpc":"2.0","id":0,"method":"initialize","params":7}"#);
+    let ended = request(json!(2), "shutdown") + &notification("exit");
+    check(&(early + &odd + &begun() + &ended), 0, &[-32002, -32602], "");
 }
 
 #[test]

@@ -338,6 +338,8 @@ fn keys_and_headers() {
             ("[¦", &["[scan]", "[outputs]", "[[device]]"], &["[tags]"]),
             ("sc¦", &["[scan]"], &["[outputs]"]),
             ("[scan]\n¦", &["period", "watchdog"], &["ladder"]),
+            ("[scan]\n¦", &["[outputs]"], &[]),
+            ("[scan]\n¦\nperiod = \"10ms\"\n", &["watchdog"], &["period", "[outputs]"]),
             ("[scan]\nperiod = \"10ms\"\n¦", &["watchdog"], &["period"]),
             ("[[device]]\n¦", &["name", "driver", "map"], &[]),
             ("[[device]]\ndriver = \"¦\"", &["simulated", "modbus-tcp"], &["start"]),
@@ -372,6 +374,7 @@ fn tests_of_ladders() {
             ("set = { ¦ }", &["start", "level"], &["steps"]),
             ("set = { \"p1.¦\" = true }", &["failed"], &[]),
             ("set = { start = ¦ }", &["true", "false"], &[]),
+            ("set = { level = 1, ¦ }", &["start"], &["level"]),
         ],
     );
     check(

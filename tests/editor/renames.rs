@@ -304,6 +304,50 @@ fn a_rename_never_changes_a_trace() {
     assert!(renamed > 60, "{renamed} names");
 }
 
+/// Only a test joins two ladders: each is a project of its own, and half a rename would break the
+/// test without a word.
+#[test]
+fn half_of_what_a_test_joins_is_not_renamed() {
+    let folder = empty();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let template = "[[template]]\nname = \"Seal\"\n[template.parameters]\ngo = { type = \"contact\" }\n\
+                    [[template.rung]]\nwhen = [\"go\"]\ndo = [\"SET C0\"]\n";
+    write("a.toml", template);
+    write(
+        "b.toml",
+        "[tags]\nlamp = { at = \"Y0\" }\n[[program]]\nname = \"Main\"\n[[program.rung]]\nuse = \"Seal\"\n\
+         name = \"s\"\nwith = { go = \"X0\" }\n[[program.rung]]\nwhen = [\"C0\"]\ndo = [\"OUT lamp\", \"RST C0\"]\n",
+    );
+    write(
+        "t.test.toml",
+        "ladder = [\"a.toml\", \"b.toml\"]\n[[scenario]]\nname = \"x\"\nsteps = [\"run 1s\"]\n",
+    );
+    let mut editor = Editor::new(folder.path());
+    editor.open("a.toml");
+    for (name, wanted) in [("Seal", "Seal"), ("go", "go = {")] {
+        let (line, column) = place(&editor, "a.toml", wanted, 0);
+        let why = rename(&mut editor, ("a.toml", line, column), "renamed").unwrap_err();
+        assert!(why.contains("t.test.toml joins this ladder with"), "{name}: {why}");
+    }
+    write("rungd.toml", "ladder = [\"a.toml\", \"b.toml\"]\n");
+    editor.tell("workspace/didChangeWatchedFiles", json!({ "changes": [] }));
+    let (line, column) = place(&editor, "a.toml", "Seal", 0);
+    let edits = rename(&mut editor, ("a.toml", line, column), "Renamed").unwrap();
+    assert_eq!(edits.len(), 2, "{edits:?}");
+}
+
+/// A refusal names the error that is new, not one that stands there already.
+#[test]
+fn a_refusal_names_what_the_new_name_would_break() {
+    let folder = folder();
+    let mut editor = Editor::new(folder.path());
+    let text = editor.disk(LADDER).replace("EXIT", "EXIT now");
+    editor.open_with(LADDER, &text);
+    let (line, column) = place_of(&text, "start = {");
+    let why = rename(&mut editor, (LADDER, line, column), "x1").unwrap_err();
+    assert!(why.contains("x1"), "{why}");
+}
+
 /// The names of symbols, with the places where these stand.
 fn names_in(symbols: &Value) -> Vec<(String, usize, usize)> {
     let mut found = Vec::new();

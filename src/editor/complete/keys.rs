@@ -40,7 +40,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
         KeySlot::Operand if scene.file.kind == FileKind::Test || is_open(scene) => {
             let mut found = contacts::offer(scene, typed, Wish::Anything);
             // `$` is no letter of a key without quotes, and nobody sets what rungd says.
-            found.retain(|of| !of.label.starts_with('$'));
+            found.retain(|of| !of.label.starts_with('$') && !present.contains(&of.label.as_str()));
             return found;
         }
         KeySlot::Operand | KeySlot::Declares(_) | KeySlot::Word => {}
@@ -55,7 +55,8 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
     let is_last = rest.is_empty() || rest.starts_with('#');
     let is_first = scene.file.slice(line.start..scene.offset - typed.len()).trim().is_empty();
     let is_head = kind.is_empty() && keys.is_empty();
-    if is_last && is_first && (is_head || typed.is_empty() && scene.site.brace.is_none()) {
+    let is_place = is_head || typed.is_empty() && scene.site.brace.is_none();
+    if is_last && is_first && is_place && !is_above_keys(scene) {
         headers::add(scene, TABLES, &mut found);
     }
     found
@@ -86,6 +87,23 @@ fn present<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
         (!at_cursor).then_some(next.text.as_str())
     };
     outline.pairs_of[object].iter().filter_map(next).collect()
+}
+
+/// Whether keys of the table stand behind the cursor: a header would take them away.
+fn is_above_keys(scene: &CompletionScene) -> bool {
+    let (outline, keys) = (&scene.file.outline, scene.keys());
+    let line = scene.file.line(scene.offset);
+    let in_header = |at: usize| {
+        let behind = outline.headers.partition_point(|header| header.span.start <= at);
+        let header = behind.checked_sub(1).map(|header| &outline.headers[header]);
+        header.is_some_and(|header| header.span.contains(&at))
+    };
+    outline.pairs_of[scene.table()].iter().any(|pair| {
+        let of = &outline.pairs[*pair].keys;
+        let is_same = of.iter().zip(&keys).all(|(a, b)| a.text == *b);
+        let own = of.get(keys.len()).map(|key| key.span.start).filter(|_| is_same);
+        own.is_some_and(|own| own >= line.end && !in_header(own))
+    })
 }
 
 /// Whether the key at the cursor has its `=`.
