@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::exit::{CommandLine, Exit};
 use super::terminal::print;
-use super::xref::{AskedProgram, ProgramArgs};
+use super::xref::ProgramArgs;
 use crate::draw::coverage::CoverageMarks;
 use crate::draw::ladder::Picture;
 use crate::draw::listing::listing;
@@ -52,28 +52,24 @@ pub fn draw(args: &DrawArgs) -> Result<Exit> {
     let marks = args.coverage.as_deref().map(marks).transpose()?;
     let program = ProgramArgs::of(args.files.clone());
     let Some(asked) = program.load()? else { return Ok(Exit::Config) };
-    let text = drawn(args, form, (&asked, marks.as_ref()));
+    let ladder = Picture::of(asked.subject.program(), &asked.loaded.files);
+    if let (Some(marks), Some(path)) = (&marks, &args.coverage) {
+        let of_path = |why| CommandLine(format!("{}: {why}", path.display()));
+        marks.fits(&ladder).map_err(of_path)?;
+    }
+    let text = match form {
+        DrawingForm::Text => {
+            let style = if args.ascii { WireStyle::Ascii } else { WireStyle::Lines };
+            listing(&ladder, style, marks.as_ref())
+        }
+        DrawingForm::Svg => picture(&ladder, marks.as_ref()),
+        DrawingForm::Html => page(&ladder, &asked.index().all(), marks.as_ref()),
+    };
     match &args.output {
         Some(path) => std::fs::write(path, text).with_context(|| path.display().to_string())?,
         None => print(&text)?,
     }
     Ok(Exit::Ok)
-}
-
-fn drawn(
-    args: &DrawArgs,
-    form: DrawingForm,
-    (asked, marks): (&AskedProgram, Option<&CoverageMarks>),
-) -> String {
-    let ladder = Picture::of(asked.subject.program(), &asked.loaded.files);
-    match form {
-        DrawingForm::Text => {
-            let style = if args.ascii { WireStyle::Ascii } else { WireStyle::Lines };
-            listing(&ladder, style, marks)
-        }
-        DrawingForm::Svg => picture(&ladder, marks),
-        DrawingForm::Html => page(&ladder, &asked.index().all(), marks),
-    }
 }
 
 fn form(output: Option<&Path>) -> Result<DrawingForm> {

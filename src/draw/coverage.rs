@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use serde_json::Value;
 
+use super::ladder::Picture;
+
 /// A rung or branch: its block or Stage, its number, its branch.
 type PartKey = (String, u32, Option<u32>);
 
@@ -12,6 +14,8 @@ type PartKey = (String, u32, Option<u32>);
 pub struct CoverageMarks {
     /// Of each contact whether it was ON, and whether it was OFF.
     contacts: HashMap<PartKey, Vec<(bool, bool)>>,
+    /// The rungs of the report: name of their file without folders, and line.
+    places: HashMap<(String, u32), (String, u64)>,
 }
 
 impl CoverageMarks {
@@ -30,6 +34,9 @@ impl CoverageMarks {
             else {
                 return Err(what.to_owned());
             };
+            let file = rung["file"].as_str().unwrap_or_default();
+            let place = (own_name(file).to_owned(), rung["line"].as_u64().unwrap_or_default());
+            marks.places.insert((block.to_owned(), number as u32), place);
             let branch = rung["branch"].as_u64().map(|branch| branch as u32);
             let contacts = rung["contacts"].as_array().map(Vec::as_slice).unwrap_or_default();
             let seen = marks.contacts.entry((block.to_owned(), number as u32, branch)).or_default();
@@ -42,6 +49,36 @@ impl CoverageMarks {
         Ok(marks)
     }
 
+    /// Whether the report is of this very text of a ladder.
+    ///
+    /// # Errors
+    /// A sentence for people: a rung is another one, or elsewhere.
+    pub fn fits(&self, ladder: &Picture) -> Result<(), String> {
+        let mut found = 0;
+        for (element, _, rungs) in ladder.elements() {
+            for rung in rungs {
+                let (file, line) = &rung.place;
+                let Some(place) = self.places.get(&(element.clone(), rung.number as u32)) else {
+                    continue;
+                };
+                if *place != (own_name(file).to_owned(), u64::from(*line)) {
+                    let (their_file, their_line) = place;
+                    return Err(format!(
+                        "the report is of another text: {element}, rung {} is at {file}:{line}, \
+                         and was at {their_file}:{their_line}; run `rungd test --coverage --json` \
+                         again",
+                        rung.number
+                    ));
+                }
+                found += 1;
+            }
+        }
+        match found {
+            0 => Err("the report has no rung of this ladder".to_owned()),
+            _ => Ok(()),
+        }
+    }
+
     /// What is said at a contact, with its class; `None` if it was seen both ways.
     pub(super) fn mark(&self, part: &PartKey, leaf: usize) -> Option<(&'static str, &'static str)> {
         let seen = self.contacts.get(part).and_then(|contacts| contacts.get(leaf));
@@ -52,4 +89,9 @@ impl CoverageMarks {
             (false, false) => Some(("unseen", "not tested")),
         }
     }
+}
+
+/// The name of a file without its folders: a report may be made in another one.
+fn own_name(path: &str) -> &str {
+    path.rsplit('/').next().unwrap_or(path)
 }

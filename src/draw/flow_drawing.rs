@@ -18,58 +18,76 @@ const LANE: usize = 10;
 pub(super) fn flow(block: &BlockPicture) -> String {
     let names: Vec<&str> = block.stages.iter().map(|stage| stage.name.as_str()).collect();
     let widest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-    let width = widest * CHAR + 24;
-    let y = |at: usize| 8 + at * (HEIGHT + GAP);
-    let (mut body, mut lanes) = (String::new(), 0);
+    let mut graph = Graph { width: widest * CHAR + 24, lanes: 0, body: String::new() };
     for (at, name) in names.iter().enumerate() {
-        let whole = escaped(&format!("{}.{name}", block.name));
-        let stroke = if at == 0 { 3 } else { 1 };
-        let _ = writeln!(
-            body,
-            "<a href=\"#b-{whole}\"><rect class=\"stage\" x=\"8\" y=\"{}\" width=\"{width}\" \
-             height=\"{HEIGHT}\" rx=\"4\" stroke-width=\"{stroke}\"/>\
-             <text class=\"name\" x=\"{}\" y=\"{}\">{}</text></a>",
-            y(at),
-            8 + width / 2,
-            y(at) + 18,
-            escaped(name)
-        );
+        graph.stage(at, name, &format!("{}.{name}", block.name));
     }
+    let place = |name: &String| names.iter().position(|of| of == name);
     for jump in &block.jumps {
         let from = match jump.waits_for.is_empty() {
-            true => jump.from.iter().collect::<Vec<_>>(),
-            false => jump.waits_for.iter().collect(),
+            true => jump.from.as_slice(),
+            false => &jump.waits_for,
         };
-        let place = |name: &String| names.iter().position(|of| of == name);
-        for (from, to) in from.into_iter().flat_map(|from| jump.to.iter().map(move |to| (from, to)))
-        {
-            let (Some(from), Some(to)) = (place(from), place(to)) else { continue };
-            let told = escaped(&way(jump));
-            let path = match to == from + 1 {
-                true => format!("M{x} {}V{}", y(from) + HEIGHT, y(to), x = 8 + width / 2),
-                false => {
-                    lanes += 1;
-                    let (right, side) = (8 + width, 8 + width + lanes * LANE);
-                    let (start, end) = (y(from) + HEIGHT / 2, y(to) + HEIGHT / 2);
-                    format!("M{right} {start}H{side}V{end}H{right}")
-                }
-            };
-            let (x, tip) = match to == from + 1 {
-                true => (8 + width / 2, format!("m-4 -6l4 6l4 -6z")),
-                false => (8 + width, "m6 -4l-6 4l6 4z".to_owned()),
-            };
-            let end = if to == from + 1 { y(to) } else { y(to) + HEIGHT / 2 };
-            let _ = writeln!(
-                body,
-                "<g><title>{told}</title><path class=\"way\" d=\"{path}\"/>\
-                 <path class=\"tip\" d=\"M{x} {end}{tip}\"/></g>"
-            );
+        let ways = from.iter().flat_map(|from| jump.to.iter().map(move |to| (from, to)));
+        for (from, to) in ways {
+            if let (Some(from), Some(to)) = (place(from), place(to)) {
+                graph.way((from, to), &way(jump));
+            }
         }
     }
-    let (wide, high) = (24 + width + (lanes + 1) * LANE, y(names.len()));
+    let Graph { width, lanes, body } = graph;
+    let (wide, high) = (24 + width + (lanes + 1) * LANE, top(names.len()));
     let name = escaped(&block.name);
     format!(
         "<svg role=\"img\" aria-label=\"Stages of {name}\" width=\"{wide}\" height=\"{high}\">\n\
          {body}</svg>"
     )
+}
+
+struct Graph {
+    /// Of a Stage.
+    width: usize,
+    /// The ways at the side.
+    lanes: usize,
+    body: String,
+}
+
+impl Graph {
+    /// A Stage; the first one, which is the initial one, has a thicker edge.
+    fn stage(&mut self, at: usize, name: &str, whole: &str) {
+        let (whole, name, width) = (escaped(whole), escaped(name), self.width);
+        let (stroke, y) = (if at == 0 { 3 } else { 1 }, top(at));
+        let _ = writeln!(
+            self.body,
+            "<a href=\"#b-{whole}\"><rect class=\"stage\" x=\"8\" y=\"{y}\" width=\"{width}\" \
+             height=\"{HEIGHT}\" rx=\"4\" stroke-width=\"{stroke}\"/>\
+             <text class=\"name\" x=\"{}\" y=\"{}\">{name}</text></a>",
+            8 + width / 2,
+            y + 18
+        );
+    }
+
+    /// A way: to the next Stage straight down, else at the side.
+    fn way(&mut self, (from, to): (usize, usize), told: &str) {
+        let told = escaped(told);
+        let (path, x, end, tip) = if to == from + 1 {
+            let x = 8 + self.width / 2;
+            (format!("M{x} {}V{}", top(from) + HEIGHT, top(to)), x, top(to), "m-4 -6l4 6l4 -6z")
+        } else {
+            self.lanes += 1;
+            let (right, side) = (8 + self.width, 8 + self.width + self.lanes * LANE);
+            let (start, end) = (top(from) + HEIGHT / 2, top(to) + HEIGHT / 2);
+            (format!("M{right} {start}H{side}V{end}H{right}"), right, end, "m6 -4l-6 4l6 4z")
+        };
+        let _ = writeln!(
+            self.body,
+            "<g><title>{told}</title><path class=\"way\" d=\"{path}\"/>\
+             <path class=\"tip\" d=\"M{x} {end}{tip}\"/></g>"
+        );
+    }
+}
+
+/// The upper edge of a Stage.
+fn top(at: usize) -> usize {
+    8 + at * (HEIGHT + GAP)
 }

@@ -201,8 +201,8 @@ impl PageMaker<'_> {
 
     fn references(&mut self, references: &[CrossReference]) {
         self.text.push_str(
-            "<h2 id=\"names\">Cross-reference</h2>\n<div id=\"names-table\" class=\"scroll\">\
-             <table id=\"names\"><thead><tr><th>Name</th><th>Address</th><th>Meaning</th>\
+            "<h2 id=\"names\">Cross-reference</h2>\n<div class=\"scroll\">\
+             <table id=\"rows\"><thead><tr><th>Name</th><th>Address</th><th>Meaning</th>\
              <th>Written by</th><th>Read by</th><th>Outside</th></tr></thead><tbody>\n",
         );
         references.iter().for_each(|of| self.reference(of));

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
+use crate::isa::LegName;
 use crate::random::SplitMix64;
 use crate::resolve::program::{Contact, Edge, Program, Rung};
 
@@ -81,8 +82,9 @@ fn expected(
         [&[mnemonic.to_owned()], &*operands].concat().join(" ")
     };
     let mut powers = Vec::new();
-    if let ([instruction], [first, _, ..]) = (&*rung.body, &*rung.legs) {
-        let _ = first;
+    if let ([instruction], [first, ..]) = (&*rung.body, &*rung.legs)
+        && first.name != LegName::When
+    {
         for leg in &rung.legs {
             powers.push((leg.name.key().to_owned(), text(instruction), all(&leg.contacts)));
         }
@@ -121,7 +123,7 @@ pub(super) fn compare(read: &ReadRung, of: (&Program, &Rung, &Wording), drawn: &
         let mut known: BTreeMap<String, bool> = BTreeMap::new();
         let statements = read.contacts.iter().map(|(_, _, statement, _)| statement.clone());
         for statement in statements {
-            known.entry(statement).or_insert_with(|| random.next() % 3 > 0);
+            known.entry(statement).or_insert_with(|| !random.next().is_multiple_of(3));
         }
         let truth = |statement: &str| {
             *known.get(statement).unwrap_or_else(|| panic!("`{statement}` is not in\n{drawn}"))

@@ -150,17 +150,19 @@ impl<'a> Pen<'a> {
                 self.inside(symbol.form, (middle, y));
                 let text = symbol.label.name.as_str();
                 self.label(&Label { text, at: (middle, y - HALF - 6), class: "name" });
-                if let Some(address) = &symbol.label.address {
-                    self.label(&Label {
-                        text: address,
-                        at: (middle, y + HALF + 13),
-                        class: "address",
-                    });
-                }
             }
         }
-        if let Some((_, said)) = mark {
-            self.label(&Label { text: said, at: (middle, y + HALF + 13), class: "mark" });
+        let below = (middle, y + HALF + 13);
+        let address = symbol.label.address.as_deref().unwrap_or_default();
+        match mark {
+            Some((_, said)) => {
+                let text = format!("{address} {said}");
+                self.label(&Label { text: text.trim_start(), at: below, class: "mark" });
+            }
+            None if !address.is_empty() => {
+                self.label(&Label { text: address, at: below, class: "address" });
+            }
+            None => {}
         }
         self.body.push_str("</g>\n");
     }
@@ -215,17 +217,14 @@ impl<'a> Pen<'a> {
         let middle = x + CHAR * 2 + (wide * CHAR / 2).max(HALF);
         let (from, to) = (middle - HALF, middle + HALF);
         let (top, bottom) = (y - HALF, y + HALF);
-        let _ = write!(
-            self.body,
-            "<path class=\"wire\" d=\"M{x} {y}H{from}\"/>\
-             <path class=\"symbol\" d=\"M{} {top}Q{} {y} {} {bottom}M{} {top}Q{} {y} {} {bottom}\"/>",
-            from + 5,
-            from - 5,
-            from + 5,
-            to - 5,
-            to + 5,
-            to - 5
-        );
+        let _ = write!(self.body, "<path class=\"wire\" d=\"M{x} {y}H{from}\"/>");
+        // Two arcs: their ends, and the point that pulls each.
+        for (end, pull) in [(from + 5, from - 5), (to - 5, to + 5)] {
+            let _ = write!(
+                self.body,
+                "<path class=\"symbol\" d=\"M{end} {top}Q{pull} {y} {end} {bottom}\"/>"
+            );
+        }
         if !letter.is_empty() {
             self.label(&Label { text: letter, at: (middle, y + 4), class: "letter" });
         }
@@ -246,7 +245,8 @@ impl<'a> Pen<'a> {
         let (top, height) = (y - HALF - 2, (last - placed.row) * ROW + 2 * HALF + 4);
         let _ = write!(
             self.body,
-            "<rect class=\"symbol\" x=\"{from}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>"
+            "<rect class=\"symbol\" x=\"{from}\" y=\"{top}\" width=\"{width}\" \
+             height=\"{height}\"/>"
         );
         let rows: Vec<usize> = match placed.legs.is_empty() {
             true => vec![placed.row],
@@ -268,7 +268,8 @@ impl<'a> Pen<'a> {
         let (top, height) = (y - HALF - 2, 2 * HALF + 4);
         let _ = write!(
             self.body,
-            "<rect class=\"symbol\" x=\"{x}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>"
+            "<rect class=\"symbol\" x=\"{x}\" y=\"{top}\" width=\"{width}\" \
+             height=\"{height}\"/>"
         );
         self.label(&Label { text, at: (x + width / 2, y + 4), class: "inner" });
     }

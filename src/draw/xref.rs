@@ -17,8 +17,10 @@ use super::xref::answer::{CrossReference, FileLine, ReadPlace, TestPlace, WriteP
 use super::xref::wanted::AskedOperand;
 use crate::controller::Controller;
 use crate::engine::Cell;
+use crate::isa::Address;
 use crate::observe::{self, ProgramUses, Subject};
 use crate::resolve::program::{Program, TagMeaning};
+use crate::resolve::scope::Scope;
 use crate::source::span::SourceFile;
 use crate::testing::TestTouch;
 
@@ -26,6 +28,7 @@ use crate::testing::TestTouch;
 #[derive(Debug)]
 pub struct Index<'a> {
     subject: &'a Subject,
+    scope: Scope,
     uses: ProgramUses<'a>,
     controller: Option<&'a Controller>,
     files: &'a [SourceFile],
@@ -41,15 +44,16 @@ impl<'a> Index<'a> {
         (controller, files): (Option<&'a Controller>, &'a [SourceFile]),
         tests: &'a [TestTouch],
     ) -> Index<'a> {
+        let scope = Scope::of(subject.program());
         let cells = |touch: &TestTouch| {
             let names = touch.names.iter().filter_map(|name| {
-                let wanted = AskedOperand::named(subject.program(), name).ok()?;
+                let wanted = AskedOperand::named((subject.program(), &scope), name).ok()?;
                 Some(cells_of(subject, &wanted))
             });
             names.flatten().collect()
         };
         let tests = tests.iter().map(|touch| (touch, cells(touch))).collect();
-        Index { subject, uses: subject.uses(), controller, files, tests }
+        Index { subject, scope, uses: subject.uses(), controller, files, tests }
     }
 
     /// The cross-reference of an operand: a tag, an address, a member, a structure, an array, a
@@ -58,7 +62,7 @@ impl<'a> Index<'a> {
     /// # Errors
     /// A sentence for people: the name stands for nothing.
     pub fn of(&self, name: &str) -> Result<CrossReference, String> {
-        Ok(self.of_wanted(&AskedOperand::named(self.program(), name)?))
+        Ok(self.of_wanted(&AskedOperand::named((self.program(), &self.scope), name)?))
     }
 
     /// The cross-references of all tags, of all other operands that the ladder names, and of all
@@ -67,9 +71,18 @@ impl<'a> Index<'a> {
         let program = self.program();
         let tags = program.tags.iter().filter(|tag| tag.of_array.is_none_or(|of| of.at == 0));
         let names = tags.map(|tag| tag.array_name());
-        let tagged = |address| program.tags.iter().any(|tag| tag.meaning == address);
+        let meant = program.tags.iter().filter_map(|tag| match tag.meaning {
+            TagMeaning::Address(address) => Some(address),
+            TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
+        });
+        let tagged: HashSet<Address> = meant.collect();
+        let known: HashSet<&str> = program.tags.iter().map(|tag| tag.name.as_str()).collect();
+        // A member stands in the reference of its structure.
+        let is_member =
+            |name: &str| name.rsplit_once('.').is_some_and(|(base, _)| known.contains(base));
         let operands = program.operands.iter();
-        let untagged = operands.filter(|named| !tagged(TagMeaning::Address(named.address)));
+        let untagged =
+            operands.filter(|named| !tagged.contains(&named.address) && !is_member(&named.name));
         let names = names.chain(untagged.map(|named| named.name.as_str()));
         let names = names.chain(program.blocks.iter().map(|block| block.name.as_str()));
         let mut seen = HashSet::new();

@@ -1,5 +1,5 @@
 //! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/record.md`, `docs/black-box.md`,
-//! `docs/testing.md` and `docs/xref.md`, executed:
+//! `docs/testing.md`, `docs/xref.md` and `docs/draw.md`, executed:
 //! each command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`, and
 //! prints what the page shows.
 //!
@@ -187,6 +187,11 @@ fn the_scan_logs_commands_print_what_the_page_shows() {
 #[test]
 fn the_page_about_tests_shows_what_they_find() {
     run_page("docs/testing.md");
+}
+
+#[test]
+fn the_drawing_is_what_the_page_shows() {
+    run_page("docs/draw.md");
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod addresses;
 mod commands;
 mod differential;
 mod docs_commands;
+mod draw;
 mod examples;
 mod fmt;
 mod init;

@@ -54,6 +54,8 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
             "src/observe/idle.rs",
             "src/observe/operands.rs",
             "src/resolve/reads.rs",
+            "src/draw/circuit.rs",
+            "src/draw/flow.rs",
             "src/testing/mutants/instructions.rs",
             "src/testing/mutants/values.rs",
         ],

@@ -2,7 +2,7 @@
 "use strict";
 const field = document.getElementById("search");
 const count = document.getElementById("found");
-const items = Array.from(document.querySelectorAll(".rung, #names tbody tr"));
+const items = Array.from(document.querySelectorAll(".rung, #rows tbody tr"));
 const words = items.map((item) => item.dataset.words + " " + item.textContent.toLowerCase());
 field.addEventListener("input", () => {
   const wanted = field.value.toLowerCase().split(/\s+/).filter(Boolean);

@@ -28,9 +28,9 @@ impl AskedOperand {
     ///
     /// # Errors
     /// A sentence for people.
-    pub fn named(program: &Program, name: &str) -> Result<AskedOperand, String> {
+    pub fn named((program, scope): (&Program, &Scope), name: &str) -> Result<AskedOperand, String> {
         let plain = AskedOperand { name: name.to_owned(), ..AskedOperand::default() };
-        let LookUp { thing, tag, .. } = match Scope::of(program).look_up(name) {
+        let LookUp { thing, tag, .. } = match scope.look_up(name) {
             Ok(found) => found,
             Err(mistake) => {
                 let of_use = of_use(program, name);
