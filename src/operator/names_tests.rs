@@ -34,7 +34,7 @@ fn a_wrong_name_costs_no_search_of_many_names() {
         assert!(counted::take_candidates() <= 2 * SEARCHED_MAX, "{wrong}");
     }
     // A slip behind the beginning is still mended.
-    for (wrong, near) in [("tag_1x99", "tag_1"), ("Main.Stage_19999", "Stage_1999")] {
+    for (wrong, near) in [("tag_1x99", "tag_1"), ("Main.Stage_19999", "Main.Stage_1999")] {
         let message = many.find(wrong).unwrap_err().message;
         assert!(message.contains(&format!("did you mean `{near}")), "{message}");
     }
