@@ -9,6 +9,7 @@ use std::thread;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
+use super::file::EditorFile;
 use super::project::Project;
 use super::slots::FileKind;
 use crate::load::{self, Loaded, OpenTexts, decode};
@@ -61,8 +62,13 @@ pub(super) struct Judgement {
 impl JudgedRoot {
     /// The root of a project.
     pub fn of(project: &Project) -> JudgedRoot {
-        let path = project.root.clone();
-        match project.files[0].kind {
+        JudgedRoot::of_root(&project.files[0])
+    }
+
+    /// The root of the project of this controller file or ladder.
+    pub fn of_root(root: &EditorFile) -> JudgedRoot {
+        let path = root.path.clone();
+        match root.kind {
             FileKind::Controller => JudgedRoot::Controller(path),
             FileKind::Ladder | FileKind::Test => JudgedRoot::Ladder(path),
         }

@@ -153,12 +153,11 @@ impl Workspace {
         self.library.file(&path_of(uri)?)
     }
 
-    /// What is judged because of an open file; nothing for a file of another program.
+    /// What is judged because of an open file; nothing for a file of another program. It needs no
+    /// names, which a judgement would have to share the processor with.
     pub fn roots_of(&self, path: &Path) -> Vec<JudgedRoot> {
-        let Some((file, project)) = self.library.file(path).zip(self.project(path)) else {
-            return Vec::new();
-        };
-        let root = &project.files[0];
+        let root = self.library.root(path).and_then(|root| self.library.file(&root));
+        let Some((file, root)) = self.library.file(path).zip(root) else { return Vec::new() };
         let is_judged = match root.kind {
             FileKind::Controller => true,
             FileKind::Ladder => !is_library(&root.path) && !FileKind::is_of_others(&root.outline),
@@ -167,7 +166,7 @@ impl Workspace {
         };
         let is_test = file.kind == FileKind::Test;
         let of_test = is_test.then(|| JudgedRoot::Test(path.to_owned()));
-        let of_project = is_judged.then(|| JudgedRoot::of(&project));
+        let of_project = is_judged.then(|| JudgedRoot::of_root(&root));
         of_test.into_iter().chain(of_project).collect()
     }
 
