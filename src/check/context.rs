@@ -291,33 +291,8 @@ impl<'a> Placed<'a> {
 
     /// The Stages that it turns ON.
     pub fn stages_entered(&self) -> impl Iterator<Item = StageId> + use<'a> {
-        let stages: &[Located<StageId>] = match self.action() {
-            Action::Jump { stages } => stages,
-            Action::StageOn { stage } | Action::Converge { stages: _, to: stage } => {
-                std::slice::from_ref(stage)
-            }
-            Action::StageOff { .. }
-            | Action::Coil { .. }
-            | Action::SetElement { .. }
-            | Action::Counter { .. }
-            | Action::UpDownCounter { .. }
-            | Action::DelayTimer { .. }
-            | Action::Timer { .. }
-            | Action::Sensaphone { .. }
-            | Action::Reset { .. }
-            | Action::Store { .. }
-            | Action::Math { .. }
-            | Action::Copy { .. }
-            | Action::Fill { .. }
-            | Action::Shift { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Entask { .. }
-            | Action::Stop => &[],
-        };
-        stages.iter().map(|stage| stage.value)
+        let on = self.action().stage_move().on;
+        on.iter().map(|stage| stage.value)
     }
 }
 

@@ -3,7 +3,7 @@
 //! `controller` makes an [`Outside`] of its settings. Without a controller file only the ladder is
 //! known ([`may_be_moved`]). Called by `writers`, which adds what the ladder says.
 
-use crate::isa::{Address, Bit, BitSpace, NumberSet, Space, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, NumberSet, Word, WordSpace};
 use crate::resolve::operands::Operands;
 use crate::resolve::range::Range;
 use crate::source::span::Span;
@@ -45,7 +45,7 @@ impl Outside {
     pub(super) fn writes(&self, address: Address) -> bool {
         self.moved.contains(&address)
             || self.listed.iter().any(|listed| listed.hold(address))
-            || self.image.iter().any(|range| holds(range, address))
+            || self.image.iter().any(|range| range.holds(address))
     }
 }
 
@@ -69,10 +69,4 @@ pub(super) fn may_be_moved(address: Address, has_devices: bool) -> bool {
         | Address::Word(Word::Acc(_) | Word::Pre(_))
         | Address::Structure(_) => false,
     }
-}
-
-/// Whether an address is in a range.
-pub(super) fn holds(range: &Range, address: Address) -> bool {
-    Space::of(address)
-        .is_some_and(|(space, n)| space == range.space && (range.first..=range.last).contains(&n))
 }

@@ -8,12 +8,12 @@
 use crate::isa::Address;
 
 use super::context::Context;
-use super::outside::{holds, may_be_moved};
+use super::outside::may_be_moved;
 
 /// Whether something other than an instruction may write an address.
 pub fn is_writable(context: &Context, address: Address) -> bool {
     context.settings.contains(&address)
-        || context.retained.iter().any(|range| holds(range, address))
+        || context.retained.iter().any(|range| range.holds(address))
         || match context.outside {
             Some(outside) => outside.writes(address),
             None => may_be_moved(address, !context.program.devices.is_empty()),

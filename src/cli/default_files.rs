@@ -24,24 +24,21 @@ pub(super) fn given_or_default(given: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if own.is_file() {
         return Ok(vec![own.to_owned()]);
     }
-    let mut here = controllers(Path::new("."));
-    match here.len() {
-        0 if Path::new(OF_SERVICE).is_file() => Ok(vec![PathBuf::from(OF_SERVICE)]),
-        0 => {
-            let message = "no controller file in this folder, and no service's: name the files \
-                           with `--in`";
-            Err(CommandLine(message.to_owned()).into())
+    let here = controllers(Path::new("."));
+    let message = match here.as_slice() {
+        [_] => return Ok(here),
+        [] if Path::new(OF_SERVICE).is_file() => return Ok(vec![PathBuf::from(OF_SERVICE)]),
+        [] => format!(
+            "no controller file in this folder, and no {OF_SERVICE}: name the files with `--in`"
+        ),
+        several => {
+            let names: Vec<String> =
+                several.iter().map(|path| path.display().to_string()).collect();
+            let names = names.join(", ");
+            format!("{names} are controller files in this folder: name one with `--in`")
         }
-        1 => Ok(here.split_off(0)),
-        _ => {
-            let names: Vec<String> = here.iter().map(|path| path.display().to_string()).collect();
-            let message = format!(
-                "{} are controller files in this folder: name one with `--in`",
-                names.join(", ")
-            );
-            Err(CommandLine(message).into())
-        }
-    }
+    };
+    Err(CommandLine(message).into())
 }
 
 /// The controller files of a folder, in order of their names.

@@ -52,7 +52,7 @@ pub fn draw(args: &DrawArgs) -> Result<Exit> {
     let marks = args.coverage.as_deref().map(marks).transpose()?;
     let program = ProgramArgs::of(args.files.clone());
     let Some(asked) = program.load()? else { return Ok(Exit::Config) };
-    let ladder = Picture::of(asked.subject.program(), &asked.loaded.files);
+    let ladder = Picture::of(&asked.subject);
     if let (Some(marks), Some(path)) = (&marks, &args.coverage) {
         let of_path = |why| CommandLine(format!("{}: {why}", path.display()));
         marks.fits(&ladder).map_err(of_path)?;
@@ -63,7 +63,8 @@ pub fn draw(args: &DrawArgs) -> Result<Exit> {
             listing(&ladder, style, marks.as_ref())
         }
         DrawingForm::Svg => picture(&ladder, marks.as_ref()),
-        DrawingForm::Html => page(&ladder, &asked.index().all(), marks.as_ref()),
+        // The page says what the ladder does; tests are no part of it.
+        DrawingForm::Html => page(&ladder, &asked.index(&[]).all(), marks.as_ref()),
     };
     match &args.output {
         Some(path) => std::fs::write(path, text).with_context(|| path.display().to_string())?,

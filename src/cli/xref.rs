@@ -3,6 +3,7 @@
 //!
 //! Loads the files and finds their tests; `draw::xref` answers.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +13,6 @@ use clap::Args;
 use super::check::style;
 use super::default_files::given_or_default;
 use super::exit::Exit;
-use super::folders::search;
 use super::terminal::{plain_json, print, say, say_drawn, say_line};
 use crate::draw::xref::{Index, text};
 use crate::load::{self, Loaded, identity};
@@ -50,11 +50,10 @@ pub struct ProgramArgs {
     files: Vec<PathBuf>,
 }
 
-/// A program that was loaded, with its tests.
+/// A program that was loaded.
 pub(super) struct AskedProgram {
-    pub(super) loaded: Loaded,
+    loaded: Loaded,
     pub(super) subject: Subject,
-    pub(super) tests: Vec<TestTouch>,
 }
 
 /// Prints the cross-references.
@@ -63,7 +62,8 @@ pub(super) struct AskedProgram {
 /// A file that cannot be read; standard output cannot be written.
 pub fn xref(args: &XrefArgs) -> Result<Exit> {
     let Some(program) = args.program.load()? else { return Ok(Exit::Config) };
-    let index = program.index();
+    let tests = program.tests();
+    let index = program.index(&tests);
     let mut found = Vec::new();
     if args.all {
         found = index.all();
@@ -87,10 +87,20 @@ pub fn xref(args: &XrefArgs) -> Result<Exit> {
 }
 
 impl AskedProgram {
+    fn of(mut loaded: Loaded) -> Option<AskedProgram> {
+        let program = loaded.program.take()?;
+        let subject = Subject::new(Arc::new(program), loaded.files.clone());
+        Some(AskedProgram { loaded, subject })
+    }
+
+    /// What tests touch of it. Reads them.
+    pub fn tests(&self) -> Vec<TestTouch> {
+        tests(&self.loaded)
+    }
+
     /// The program, to be asked.
-    pub fn index(&self) -> Index<'_> {
-        let controller = self.loaded.controller.as_ref();
-        Index::new(&self.subject, (controller, &self.loaded.files), &self.tests)
+    pub fn index<'a>(&'a self, tests: &'a [TestTouch]) -> Index<'a> {
+        Index::new(&self.subject, self.loaded.controller.as_ref(), tests)
     }
 }
 
@@ -100,23 +110,32 @@ impl ProgramArgs {
         ProgramArgs { files }
     }
 
-    /// Loads the program and its tests; `None` if it has errors, which are printed.
+    /// Loads the program; `None` if it has errors, which are printed.
     ///
     /// # Errors
     /// A file that cannot be read.
     pub fn load(&self) -> Result<Option<AskedProgram>> {
-        let files = given_or_default(&self.files)?;
-        let mut loaded = match files.as_slice() {
-            [one] if load::is_controller_file(one)? => load::controller_file(one)?,
-            _ => load::ladder_files(&files)?,
-        };
-        let Some(program) = loaded.program.take() else {
+        let loaded = self.read()?;
+        if loaded.program.is_none() {
             say_drawn(&render(&loaded.findings, &loaded.files, style(false)));
-            return Ok(None);
-        };
-        let subject = Subject::new(Arc::new(program), loaded.files.clone());
-        let tests = tests(&loaded);
-        Ok(Some(AskedProgram { loaded, subject, tests }))
+        }
+        Ok(AskedProgram::of(loaded))
+    }
+
+    /// As [`ProgramArgs::load`], without a word about errors.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn load_quietly(&self) -> Result<Option<AskedProgram>> {
+        Ok(AskedProgram::of(self.read()?))
+    }
+
+    fn read(&self) -> Result<Loaded> {
+        let files = given_or_default(&self.files)?;
+        match files.as_slice() {
+            [one] if load::is_controller_file(one)? => load::controller_file(one),
+            _ => load::ladder_files(&files),
+        }
     }
 }
 
@@ -128,13 +147,9 @@ fn tests(loaded: &Loaded) -> Vec<TestTouch> {
     let mut folders: Vec<PathBuf> = names.flat_map(beside).collect();
     folders.sort_unstable();
     folders.dedup();
-    let mut paths: Vec<PathBuf> = Vec::new();
-    for path in folders.iter().flat_map(|folder| in_folder(folder)) {
-        let path = path.strip_prefix(".").map(Path::to_owned).unwrap_or(path);
-        if !paths.iter().any(|known| identity(known) == identity(&path)) {
-            paths.push(path);
-        }
-    }
+    let mut seen = HashSet::new();
+    let paths = folders.iter().flat_map(|folder| in_folder(folder));
+    let paths = paths.filter(|path| seen.insert(identity(path)));
     let (mut touches, mut broken) = (Vec::new(), 0);
     for path in paths {
         let Ok(read) = testing::read_suite(&path) else {
@@ -168,13 +183,13 @@ fn beside(path: &Path) -> Vec<PathBuf> {
     all.into_iter().filter(|folder| folder.is_dir()).collect()
 }
 
-/// The test files of a folder, not those of the folders in it.
+/// The test files of a folder in order of their names, not those of the folders in it.
 fn in_folder(folder: &Path) -> Vec<PathBuf> {
-    let mut found = search(folder, ".test.toml").unwrap_or_default();
-    let here = |path: &PathBuf| {
-        let of = path.parent().unwrap_or(Path::new(""));
-        of == folder || (folder == Path::new(".") && of == Path::new(""))
-    };
-    found.retain(here);
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.map(|entry| entry.path());
+    let is_test = |path: &PathBuf| path.to_string_lossy().ends_with(".test.toml");
+    let own = |path: PathBuf| path.strip_prefix(".").map(Path::to_owned).unwrap_or(path);
+    let mut found: Vec<PathBuf> = names.filter(is_test).map(own).collect();
+    found.sort_unstable();
     found
 }

@@ -188,42 +188,24 @@ impl CircuitMaker<'_, '_> {
     }
 }
 
+/// A coil; every instruction that is none is a box.
 fn symbol(instruction: &Instruction, wording: &Wording) -> InstructionSymbol {
     let (mnemonic, operands) = wording.instruction(instruction);
-    let (coil, label) = match &instruction.action {
-        Action::Coil { coil, bit } => {
-            let letter = match coil {
-                Coil::Out => Some(""),
-                Coil::Set => Some("S"),
-                Coil::Rst => Some("R"),
-                Coil::Pd => Some("P"),
-                Coil::Nd => Some("N"),
-                Coil::Ponoff => None,
-            };
-            (letter, wording.label(Address::Bit(bit.value)))
-        }
-        Action::SetElement { .. }
-        | Action::Counter { .. }
-        | Action::UpDownCounter { .. }
-        | Action::DelayTimer { .. }
-        | Action::Timer { .. }
-        | Action::Sensaphone { .. }
-        | Action::Reset { .. }
-        | Action::Store { .. }
-        | Action::Math { .. }
-        | Action::Copy { .. }
-        | Action::Fill { .. }
-        | Action::Shift { .. }
-        | Action::Run { .. }
-        | Action::Restart { .. }
-        | Action::Halt { .. }
-        | Action::Exit
-        | Action::Entask { .. }
-        | Action::Jump { .. }
-        | Action::StageOn { .. }
-        | Action::StageOff { .. }
-        | Action::Converge { .. }
-        | Action::Stop => (None, OperandLabel::default()),
-    };
+    let (mut coil, mut label) = (None, OperandLabel::default());
+    if let Action::Coil { coil: of, bit } = &instruction.action {
+        (coil, label) = (letter(*of), wording.label(Address::Bit(bit.value)));
+    }
     InstructionSymbol { mnemonic, coil, label, operands }
+}
+
+/// The letter in a coil; `None`: it is a box.
+fn letter(coil: Coil) -> Option<&'static str> {
+    match coil {
+        Coil::Out => Some(""),
+        Coil::Set => Some("S"),
+        Coil::Rst => Some("R"),
+        Coil::Pd => Some("P"),
+        Coil::Nd => Some("N"),
+        Coil::Ponoff => None,
+    }
 }

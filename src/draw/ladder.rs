@@ -6,8 +6,9 @@ use super::circuit::RungCircuit;
 use super::flow::{StageJump, jumps};
 use super::grid::RungGrid;
 use super::wording::Wording;
-use crate::resolve::program::{Block, BlockKind, Program, Rung, Stage};
-use crate::source::span::{SourceFile, Span};
+use crate::observe::Subject;
+use crate::resolve::program::{Block, BlockKind, Rung, Stage};
+use crate::source::span::Span;
 
 /// A ladder.
 #[derive(Clone, Debug)]
@@ -75,10 +76,10 @@ pub struct UseOfRung {
 }
 
 impl Picture {
-    /// The picture of a program without an error. `files`: those of its load, by the numbers of
-    /// places.
-    pub fn of(program: &Program, files: &[SourceFile]) -> Picture {
-        let painter = Painter { program, files, wording: Wording::of(program) };
+    /// The picture of a program without an error.
+    pub fn of(subject: &Subject) -> Picture {
+        let program = subject.program();
+        let painter = Painter { subject, wording: Wording::of(program) };
         // Tasks that are built in and have no rungs are not in the file.
         let is_written = |block: &&Block| !block.rungs.is_empty() || block.span != Span::default();
         let blocks = program.blocks.iter().filter(is_written).map(|block| painter.block(block));
@@ -113,8 +114,7 @@ impl RungPicture {
 }
 
 struct Painter<'p> {
-    program: &'p Program,
-    files: &'p [SourceFile],
+    subject: &'p Subject,
     wording: Wording<'p>,
 }
 
@@ -126,7 +126,7 @@ impl Painter<'_> {
             doc: block.doc.clone(),
             rungs: self.rungs(&block.rungs),
             stages: block.stages.iter().map(|stage| self.stage(stage)).collect(),
-            jumps: jumps(self.program, block),
+            jumps: jumps(self.subject.program(), block),
         }
     }
 
@@ -140,11 +140,9 @@ impl Painter<'_> {
     }
 
     fn rung(&self, number: usize, rung: &Rung) -> RungPicture {
-        let of_use = self
-            .program
-            .layers
-            .outermost(rung.extent)
-            .map(|(name, at)| UseOfRung { name: name.to_owned(), place: self.place(at) });
+        let of_use = self.subject.program().layers.outermost(rung.extent);
+        let of_use =
+            of_use.map(|(name, at)| UseOfRung { name: name.to_owned(), place: self.place(at) });
         RungPicture {
             number,
             name: rung.name.clone(),
@@ -156,11 +154,8 @@ impl Painter<'_> {
     }
 
     fn place(&self, span: Span) -> (String, u32) {
-        let span = self.program.layers.in_file(span);
-        let file = self.files.get(span.file.0 as usize);
-        file.map_or_else(Default::default, |file| {
-            (file.name.clone(), file.line_column(span.start).0)
-        })
+        let place = self.subject.place(span);
+        (place.file, place.line)
     }
 }
 

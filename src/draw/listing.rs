@@ -92,6 +92,10 @@ pub(super) fn way(jump: &StageJump) -> String {
         (Some(from), true) => from.clone(),
         (None, true) => "the Program's rungs".to_owned(),
     };
-    let to = if jump.to.is_empty() { "the end".to_owned() } else { jump.to.join(" & ") };
-    format!("{from} -> {to}: {}, rung {}", jump.by, jump.rung)
+    let (by, rung) = (jump.by, &jump.rung);
+    match (jump.to.is_empty(), jump.off.is_empty()) {
+        (false, _) => format!("{from} -> {}: {by}, rung {rung}", jump.to.join(" & ")),
+        (true, false) => format!("{from} turns {} OFF: {by}, rung {rung}", jump.off.join(" & ")),
+        (true, true) => format!("{from} -> the end: {by}, rung {rung}"),
+    }
 }

@@ -8,6 +8,7 @@ use super::circuit::ContactSymbol;
 use super::coverage::CoverageMarks;
 use super::flow_drawing;
 use super::ladder::{BlockPicture, Picture, RungPicture};
+use super::listing::way;
 use super::svg::{self, Decoration, escaped};
 use super::xref::answer::CrossReference;
 
@@ -143,6 +144,11 @@ impl PageMaker<'_> {
         if !block.stages.is_empty() {
             let flow = flow_drawing::flow(block);
             let _ = writeln!(self.text, "<div class=\"scroll\">{flow}</div>");
+            self.text.push_str("<details><summary>The ways between the Stages</summary><ul>\n");
+            for jump in &block.jumps {
+                let _ = writeln!(self.text, "<li>{}</li>", escaped(&way(jump)));
+            }
+            self.text.push_str("</ul></details>\n");
         }
         self.rungs(&block.name, &block.rungs);
         for stage in &block.stages {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use crate::isa::LegName;
 use crate::random::SplitMix64;
-use crate::resolve::program::{Contact, Edge, Program, Rung};
+use crate::resolve::program::{Contact, Edge, Rung};
 
 use super::wording::Wording;
 
@@ -30,9 +30,8 @@ impl ReadRung {
     /// The powers of the outlets, in the order of their points.
     fn powers(&self, truth: Truth) -> Vec<(String, String, bool)> {
         let mut reached: HashSet<Point> = HashSet::new();
-        let mut all = self.points();
-        all.retain(|point| point.0 == 0);
-        let mut todo = all;
+        let mut todo = self.points();
+        todo.retain(|point| point.0 == 0);
         while let Some(point) = todo.pop() {
             if !reached.insert(point) {
                 continue;
@@ -71,11 +70,7 @@ fn lies_on(point: Point, (a, b): (Point, Point)) -> bool {
 }
 
 /// The powers that a rung gives, by what is written.
-fn expected(
-    (program, rung, wording): (&Program, &Rung, &Wording),
-    truth: Truth,
-) -> Vec<(String, String, bool)> {
-    let _ = program;
+fn expected((rung, wording): (&Rung, &Wording), truth: Truth) -> Vec<(String, String, bool)> {
     let all = |contacts: &[Contact]| contacts.iter().all(|of| is_on(of, wording, truth));
     let text = |of| {
         let (mnemonic, operands) = wording.instruction(of);
@@ -91,11 +86,10 @@ fn expected(
         return powers;
     }
     let own = rung.legs.first().is_none_or(|leg| all(&leg.contacts));
-    let leg = |_: &Rung| String::new();
-    powers.extend(rung.body.iter().map(|of| (leg(rung), text(of), own)));
+    powers.extend(rung.body.iter().map(|of| (String::new(), text(of), own)));
     for branch in &rung.branches {
         let on = own && all(&branch.contacts);
-        powers.extend(branch.body.iter().map(|of| (leg(rung), text(of), on)));
+        powers.extend(branch.body.iter().map(|of| (String::new(), text(of), on)));
     }
     powers
 }
@@ -117,7 +111,7 @@ fn is_on(contact: &Contact, wording: &Wording, truth: Truth) -> bool {
 }
 
 /// Checks a drawing that was read against its rung, with statements true and false at random.
-pub(super) fn compare(read: &ReadRung, of: (&Program, &Rung, &Wording), drawn: &str) {
+pub(super) fn compare(read: &ReadRung, of: (&Rung, &Wording), drawn: &str) {
     let mut random = SplitMix64(7);
     for _ in 0..60 {
         let mut known: BTreeMap<String, bool> = BTreeMap::new();
@@ -316,8 +310,7 @@ fn attribute(tag: &str, name: &str) -> String {
 
 /// The straight lines of a path: `M12 30H40M40 30V88`.
 fn paths(tag: &str) -> Vec<(Point, Point)> {
-    let path = attribute(tag, " d").to_owned() + &attribute(tag, "\nd");
-    let path = if path.is_empty() { attribute(tag, "d") } else { path };
+    let path = attribute(tag, " d");
     let number = |text: &str| text.trim().parse::<usize>().expect("a number");
     path.split('M')
         .filter(|of| !of.is_empty())

@@ -31,9 +31,9 @@ fn drawn_and_read(program: &Program) -> usize {
     for rung in &rungs {
         let grid = RungGrid::of(&RungCircuit::of(rung, &wording));
         let lines = text::lines(&grid, WireStyle::Lines);
-        compare(&of_text(&lines), (program, rung, &wording), &lines.join("\n"));
+        compare(&of_text(&lines), (rung, &wording), &lines.join("\n"));
         let body = svg::rung(&grid, &Plain).body;
-        compare(&of_svg(&body), (program, rung, &wording), &body);
+        compare(&of_svg(&body), (rung, &wording), &body);
     }
     rungs.len()
 }

@@ -3,7 +3,7 @@
 //! Three lines a row: names, wires with their symbols, addresses. Rows without addresses have two.
 
 use super::circuit::{ContactForm, ContactSymbol, InstructionSymbol};
-use super::grid::RungGrid;
+use super::grid::{PlacedInstruction, RungGrid};
 
 /// The characters of wires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +38,6 @@ struct Lay {
     boundaries: Vec<usize>,
     /// By row: its line of wires.
     lines: Vec<usize>,
-    /// By row: whether it has a line of addresses.
     width: usize,
     height: usize,
 }
@@ -202,7 +201,7 @@ impl Canvas {
         }
     }
 
-    fn instruction(&mut self, placed: &super::grid::PlacedInstruction, (lay, at): (&Lay, usize)) {
+    fn instruction(&mut self, placed: &PlacedInstruction, (lay, at): (&Lay, usize)) {
         let face = Face::of_instruction(&placed.symbol);
         let line = lay.lines[placed.row];
         if placed.legs.is_empty() {

@@ -21,7 +21,6 @@ use crate::isa::Address;
 use crate::observe::{self, ProgramUses, Subject};
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::scope::Scope;
-use crate::source::span::SourceFile;
 use crate::testing::TestTouch;
 
 /// A program whose operands can be looked up.
@@ -31,17 +30,15 @@ pub struct Index<'a> {
     scope: Scope,
     uses: ProgramUses<'a>,
     controller: Option<&'a Controller>,
-    files: &'a [SourceFile],
     /// With the cells that each touches.
     tests: Vec<(&'a TestTouch, Vec<Cell>)>,
 }
 
 impl<'a> Index<'a> {
-    /// Walks a program. `files`: those of its load, by the numbers of places. `tests`: what test
-    /// files touch, in their order.
+    /// Walks a program. `tests`: what test files touch, in their order.
     pub fn new(
         subject: &'a Subject,
-        (controller, files): (Option<&'a Controller>, &'a [SourceFile]),
+        controller: Option<&'a Controller>,
         tests: &'a [TestTouch],
     ) -> Index<'a> {
         let scope = Scope::of(subject.program());
@@ -53,7 +50,7 @@ impl<'a> Index<'a> {
             names.flatten().collect()
         };
         let tests = tests.iter().map(|touch| (touch, cells(touch))).collect();
-        Index { subject, scope, uses: subject.uses(), controller, files, tests }
+        Index { subject, scope, uses: subject.uses(), controller, tests }
     }
 
     /// The cross-reference of an operand: a tag, an address, a member, a structure, an array, a
@@ -101,14 +98,14 @@ impl<'a> Index<'a> {
         let tests = self.tests.iter().filter(|(_, of)| touches(of)).map(|(touch, _)| *touch);
         let (mut outside, mut kept) = (Vec::new(), false);
         if let Some(controller) = self.controller {
-            outside = outside::of(controller, &wanted.addresses, self.files);
+            outside = outside::of(controller, &wanted.addresses, self.subject);
             kept = outside::is_retained(controller, &wanted.addresses);
         }
         CrossReference {
             name: wanted.name.clone(),
             address: wanted.address.clone(),
             doc: wanted.doc.clone(),
-            declared: wanted.span.map(|span| self.place(&self.subject.place(span))),
+            declared: wanted.span.map(|span| FileLine::of(&self.subject.place(span))),
             constants: self.constants(wanted),
             written: uses.writes.iter().map(|of| self.write(of)).collect(),
             turned: uses.turns.iter().map(|of| of.name.clone()).collect(),
@@ -123,7 +120,7 @@ impl<'a> Index<'a> {
     fn constants(&self, wanted: &AskedOperand) -> Vec<FileLine> {
         let Some(constant) = wanted.constant else { return Vec::new() };
         let named = self.program().constants.iter().filter(|(_, tag)| *tag == constant);
-        named.map(|(span, _)| self.place(&self.subject.place(*span))).collect()
+        named.map(|(span, _)| FileLine::of(&self.subject.place(*span))).collect()
     }
 
     fn write(&self, of: &observe::WriteUse) -> WritePlace {
@@ -131,18 +128,14 @@ impl<'a> Index<'a> {
             text: of.place.text.clone(),
             rung: of.rung.text(),
             anchor: anchor(&of.rung),
-            place: self.place(&of.place),
+            place: FileLine::of(&of.place),
             reset_at_end_of: of.reset_at_end.clone(),
         }
     }
 
     fn read(&self, of: &observe::ReadUse) -> ReadPlace {
         let (text, rung) = (of.place.text.clone(), of.rung.text());
-        ReadPlace { text, rung, anchor: anchor(&of.rung), place: self.place(&of.place) }
-    }
-
-    fn place(&self, place: &observe::Place) -> FileLine {
-        FileLine { file: place.file.clone(), line: place.line }
+        ReadPlace { text, rung, anchor: anchor(&of.rung), place: FileLine::of(&of.place) }
     }
 }
 

@@ -28,6 +28,8 @@ pub struct Subject {
     /// Memory after a cold start.
     pub(super) initial: EngineState,
     files: Vec<SourceFile>,
+    /// By file: where its lines end.
+    line_ends: Vec<Vec<u32>>,
     /// By batch: the cells that it may write.
     pub(super) batches: Vec<Stretches>,
     /// By step of the passes.
@@ -60,6 +62,11 @@ impl Subject {
         ready.sort_unstable();
         let from = |batch: u32| ready.partition_point(|(at, _)| *at < batch) as u32;
         let ready_from = (0..=sites.batches.len() as u32 + 1).map(from).collect();
+        let line_ends = files.iter().map(|file| {
+            let ends = file.text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+            ends.map(|(at, _)| at as u32).collect()
+        });
+        let line_ends = line_ends.collect();
         let mut subject = Subject {
             program,
             seen,
@@ -68,6 +75,7 @@ impl Subject {
             names,
             initial,
             files,
+            line_ends,
             batches,
             passes,
             turns,
@@ -118,11 +126,15 @@ impl Subject {
     /// An instruction, by its number, and the part that it stands in.
     pub(super) fn instruction(&self, part: u32, number: u32) -> Option<&Instruction> {
         let at = number.checked_sub(self.part(part).instructions.start)?;
-        let body = match self.branch(part) {
+        self.body(part).get(at as usize)
+    }
+
+    /// The instructions of a part.
+    pub(super) fn body(&self, part: u32) -> &[Instruction] {
+        match self.branch(part) {
             Some(branch) => &branch.body,
             None => &self.rung(part).body,
-        };
-        body.get(at as usize)
+        }
     }
 
     /// Where a step comes from; of a turn nothing does.
@@ -158,10 +170,10 @@ impl Subject {
         let file = self.files.get(span.file.0 as usize);
         let text = file.map_or("", |file| file.text.as_str());
         let (start, end) = (span.start as usize, span.end as usize);
-        let before = text.as_bytes().get(..start).unwrap_or_default();
+        let ends = self.line_ends.get(span.file.0 as usize).map_or(&[][..], Vec::as_slice);
         Place {
             file: file.map_or_else(String::new, |file| file.name.clone()),
-            line: before.iter().filter(|byte| **byte == b'\n').count() as u32 + 1,
+            line: ends.partition_point(|end| *end < span.start) as u32 + 1,
             start: span.start,
             end: span.end,
             text: text.get(start..end).unwrap_or_default().to_owned(),

@@ -4,8 +4,11 @@
 //! `draw::xref` makes the cross-reference of it. The writers are those that `why` knows, so the two
 //! never differ; the readers come from the program as it is written.
 
+use std::collections::{BTreeSet, HashSet};
+
 use super::answer::{BlockPlace, Place, RungName};
 use super::cell_index::CellIndex;
+use super::leaves::own_contacts;
 use super::subject::Subject;
 use crate::engine::{Cell, Deed, Stretches};
 use crate::isa::ElementId;
@@ -81,30 +84,24 @@ impl ProgramUses<'_> {
         sites.sort_unstable();
         sites.dedup();
         uses.reads = sites.into_iter().map(|at| self.read(self.sites[at as usize])).collect();
-        let mut written = Vec::new();
-        for deed in &deeds {
+        let (mut written, mut reset) = (BTreeSet::new(), HashSet::new());
+        for deed in deeds {
             match deed {
                 Deed::Turn(block) => {
-                    let element = ElementId { block: *block, stage: None };
+                    let element = ElementId { block, stage: None };
                     uses.turns.push(self.subject.element(element));
                 }
-                Deed::Batch(_) | Deed::Pass(_) => written.extend(self.subject.site(*deed)),
+                Deed::Batch(_) | Deed::Pass(_) => {
+                    let site = self.subject.site(deed);
+                    let at = site.and_then(|site| Some((site.part, site.instruction?)));
+                    written.extend(at);
+                    reset.extend(at.filter(|_| matches!(deed, Deed::Pass(_))));
+                }
                 Deed::Element(_) => {}
             }
         }
-        let is_reset = |part: u32, number: u32| {
-            let passes = deeds.iter().filter(|deed| matches!(deed, Deed::Pass(_)));
-            let sites = passes.filter_map(|deed| self.subject.site(*deed));
-            sites.into_iter().any(|site| site.part == part && site.instruction == Some(number))
-        };
-        let mut known: Vec<(u32, u32)> =
-            written.iter().filter_map(|site| Some((site.part, site.instruction?))).collect();
-        known.sort_unstable();
-        known.dedup();
-        uses.writes = known
-            .into_iter()
-            .filter_map(|(part, number)| self.write((part, number), is_reset(part, number)))
-            .collect();
+        let write = |at| self.write(at, reset.contains(&at));
+        uses.writes = written.into_iter().filter_map(write).collect();
         uses
     }
 
@@ -161,15 +158,10 @@ struct ReadList<'s> {
 impl ReadList<'_> {
     fn part(&mut self, part: u32) {
         let subject = self.subject;
-        let (contacts, body): (Vec<&Contact>, _) = match subject.branch(part) {
-            Some(branch) => (branch.contacts.iter().collect(), &branch.body),
-            None => {
-                let rung = subject.rung(part);
-                (rung.legs.iter().flat_map(|leg| &leg.contacts).collect(), &rung.body)
-            }
-        };
-        contacts.into_iter().for_each(|contact| self.contact(part, contact, None));
-        for instruction in body {
+        for contact in own_contacts(subject, part) {
+            self.contact(part, contact, None);
+        }
+        for instruction in subject.body(part) {
             let site = ReadSite { part, span: instruction.span };
             self.add(site, &instruction.action.reads());
         }
@@ -192,21 +184,15 @@ impl ReadList<'_> {
     }
 
     fn add(&mut self, site: ReadSite, reads: &[ReadOperand]) {
+        let layout = &self.subject.symbols.layout;
         let mut cells = Stretches::default();
         for read in reads {
-            match read {
-                ReadOperand::Address(address) => {
-                    self.subject
-                        .symbols
-                        .layout
-                        .cell(*address)
-                        .into_iter()
-                        .for_each(|cell| cells.add_cells(cell, 1));
-                }
-                ReadOperand::Array(array) => {
-                    let first = self.subject.symbols.layout.cell(array.element(0));
-                    first.into_iter().for_each(|cell| cells.add_cells(cell, array.count));
-                }
+            let (first, count) = match read {
+                ReadOperand::Address(address) => (*address, 1),
+                ReadOperand::Array(array) => (array.element(0), array.count),
+            };
+            if let Some(cell) = layout.cell(first) {
+                cells.add_cells(cell, count);
             }
         }
         if cells != Stretches::default() {

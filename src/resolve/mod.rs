@@ -31,6 +31,7 @@ pub mod range;
 pub(crate) mod reads;
 mod rung;
 pub mod scope;
+pub(crate) mod stage_move;
 mod tags;
 mod template;
 mod typed;

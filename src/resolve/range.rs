@@ -31,6 +31,21 @@ impl Range {
         (self.first..=self.last).map(move |n| space.address(n))
     }
 
+    /// Whether an address is in it; of a structure its members are not.
+    pub(crate) fn holds(&self, address: Address) -> bool {
+        self.has(Space::of(address))
+    }
+
+    /// Whether an address is in it, or is a member of a structure in it.
+    pub(crate) fn holds_member(&self, address: Address) -> bool {
+        self.has(Space::with_members(address))
+    }
+
+    fn has(&self, element: Option<(Space, u32)>) -> bool {
+        element
+            .is_some_and(|(space, n)| space == self.space && (self.first..=self.last).contains(&n))
+    }
+
     /// Whether two ranges have an element in common.
     pub(crate) fn overlaps(&self, other: &Range) -> bool {
         self.space == other.space && self.first <= other.last && other.first <= self.last

@@ -173,6 +173,20 @@ fn a_page_stands_alone() {
     }
 }
 
+/// A Stage that is turned OFF is no way to it.
+#[test]
+fn a_stage_that_is_turned_off_is_said_and_has_no_arrow() {
+    let folder = folder("draw-off");
+    let text = LADDER.replace("\"JMP Close\"", "\"SGRST Close\"");
+    fs::write(folder.join("plant.toml"), text).expect("written");
+    let said = printed(&["draw", "plant.toml"], &folder);
+    assert!(said.contains("  Open turns Close OFF: SGRST, rung 1\n"), "{said}");
+    printed(&["draw", "plant.toml", "-o", "plant.html"], &folder);
+    let page = fs::read_to_string(folder.join("plant.html")).expect("a page");
+    assert!(page.contains("<li>Open turns Close OFF: SGRST, rung 1</li>"));
+    assert!(!page.contains("class=\"way\""));
+}
+
 #[test]
 fn a_picture_is_a_file_of_its_own() {
     let folder = folder("draw-picture");

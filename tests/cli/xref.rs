@@ -226,6 +226,20 @@ fn a_structure_stands_for_its_members() {
     );
 }
 
+/// A retained structure keeps its members.
+#[test]
+fn a_member_of_a_retained_counter_is_kept() {
+    let folder = project("xref-retained");
+    let text = CONTROLLER.replace("tags = [\"recipe\"]", "ranges = [\"CT0..CT3\"]");
+    fs::write(folder.join("rungd.toml"), text).expect("written");
+    for operand in ["parts", "parts.Acc", "CT0.Done"] {
+        let said = String::from_utf8(xref(&[operand], &folder).stdout).expect("text");
+        assert!(said.contains("retentive memory keeps it"), "{operand}: {said}");
+    }
+    let said = String::from_utf8(xref(&["level"], &folder).stdout).expect("text");
+    assert!(!said.contains("retentive memory"), "{said}");
+}
+
 #[test]
 fn a_constant_is_read_where_it_is_named() {
     check(

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::observe::Place;
+
 /// All that touches an operand. Lists are in the order of files and places.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -42,6 +44,13 @@ pub struct FileLine {
     pub file: String,
     /// The line, from 1.
     pub line: u32,
+}
+
+impl FileLine {
+    /// The line of a place.
+    pub(super) fn of(place: &Place) -> FileLine {
+        FileLine { file: place.file.clone(), line: place.line }
+    }
 }
 
 /// An instruction that writes.

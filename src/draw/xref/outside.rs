@@ -4,17 +4,17 @@
 use super::answer::{FileLine, OutsideUse};
 use crate::controller::Controller;
 use crate::io::modbus::places::ModbusPlace;
-use crate::isa::{Address, Bit, BitSpace, Space};
-use crate::resolve::range::Range;
-use crate::source::span::{SourceFile, Span};
+use crate::isa::{Address, Bit, BitSpace};
+use crate::observe::Subject;
+use crate::source::span::Span;
 
 /// The parts of a controller file that touch one of these addresses.
 pub(super) fn of(
     controller: &Controller,
     addresses: &[Address],
-    files: &[SourceFile],
+    subject: &Subject,
 ) -> Vec<OutsideUse> {
-    let mut list = OutsideList { files, all: Vec::new() };
+    let mut list = OutsideList { subject, all: Vec::new() };
     let wanted = |address: Address| addresses.contains(&address);
     for device in &controller.devices {
         let name = &device.name;
@@ -40,7 +40,9 @@ pub(super) fn of(
         }
     }
     for (ranges, value) in [(&controller.outputs_on, "ON"), (&controller.outputs_hold, "held")] {
-        for range in ranges.iter().filter(|range| addresses.iter().any(|at| has(range, *at))) {
+        for range in
+            ranges.iter().filter(|range| addresses.iter().any(|at| range.holds_member(*at)))
+        {
             list.add(false, format!("outside of RUN it is {value}"), Some(range.span));
         }
     }
@@ -49,13 +51,7 @@ pub(super) fn of(
 
 /// Whether retentive memory keeps one of them.
 pub(super) fn is_retained(controller: &Controller, addresses: &[Address]) -> bool {
-    controller.retain.iter().any(|range| addresses.iter().any(|at| has(range, *at)))
-}
-
-fn has(range: &Range, address: Address) -> bool {
-    let is_in =
-        |(space, n): (Space, u32)| space == range.space && n >= range.first && n <= range.last;
-    Space::of(address).is_some_and(is_in)
+    controller.retain.iter().any(|range| addresses.iter().any(|at| range.holds_member(*at)))
 }
 
 fn modbus_text(place: &ModbusPlace) -> String {
@@ -70,16 +66,13 @@ fn modbus_text(place: &ModbusPlace) -> String {
 }
 
 struct OutsideList<'a> {
-    files: &'a [SourceFile],
+    subject: &'a Subject,
     all: Vec<OutsideUse>,
 }
 
 impl OutsideList<'_> {
     fn add(&mut self, writes: bool, text: String, span: Option<Span>) {
-        let place = span.and_then(|span| {
-            let file = self.files.get(span.file.0 as usize)?;
-            Some(FileLine { file: file.name.clone(), line: file.line_column(span.start).0 })
-        });
+        let place = span.map(|span| FileLine::of(&self.subject.place(span)));
         let of = OutsideUse { text, writes, place };
         if !self.all.contains(&of) {
             self.all.push(of);
