@@ -55,8 +55,10 @@ pub fn folder(ladder: &str, controller: &str) -> PathBuf {
 
 /// The command `rungd run` for such a folder.
 pub fn run(folder: &std::path::Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    command.arg("run").arg(folder.join("controller.toml")).args(arguments);
+    // Under `nohup`, SIGHUP would stay ignored.
+    let mut command = Command::new("env");
+    command.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_rungd"), "run"]);
+    command.arg(folder.join("controller.toml")).args(arguments);
     for variable in ["RUNGD_LOG", "RUNGD_SOCKET", "NOTIFY_SOCKET", "RUNTIME_DIRECTORY"] {
         command.env_remove(variable);
     }

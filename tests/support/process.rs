@@ -53,10 +53,10 @@ impl Plant {
     }
 
     fn command_of<S: AsRef<OsStr>>(&self, prefix: &[S], controller: &str) -> Command {
-        let words = prefix.iter().map(AsRef::as_ref);
-        let mut words = words.chain([OsStr::new(env!("CARGO_BIN_EXE_rungd"))]);
-        let mut command = Command::new(words.next().unwrap());
-        command.args(words).arg("run").arg(self.0.join(controller));
+        // Under `nohup`, SIGHUP would stay ignored.
+        let mut command = Command::new("env");
+        command.arg("--default-signal=HUP").args(prefix).arg(env!("CARGO_BIN_EXE_rungd"));
+        command.arg("run").arg(self.0.join(controller));
         command.args(["--log-format", "json"]);
         let variables = ["RUNGD_LOG", "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"];
         let systemd = ["JOURNAL_STREAM", "RUNTIME_DIRECTORY", "STATE_DIRECTORY"];
