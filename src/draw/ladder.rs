@@ -89,7 +89,7 @@ impl Picture {
 
 impl Picture {
     /// The rungs of each block and Stage that has some: its name, its heading, its rungs.
-    pub(super) fn elements(&self) -> Vec<(String, String, &[RungPicture])> {
+    pub(crate) fn elements(&self) -> Vec<(String, String, &[RungPicture])> {
         let mut all = Vec::new();
         for block in &self.blocks {
             let heading = format!("{} ({})", block.name, block.kind);
@@ -106,7 +106,7 @@ impl Picture {
 
 impl RungPicture {
     /// `3. fill  plant.toml:12`.
-    pub(super) fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         let (file, line) = &self.place;
         let name = self.name.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
         format!("{}.{name}  {file}:{line}", self.number)
