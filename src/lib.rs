@@ -24,6 +24,8 @@ pub mod io;
 pub mod isa;
 pub mod load;
 pub mod lower;
+#[cfg(feature = "monitor")]
+mod monitor;
 pub mod observe;
 pub mod operator;
 mod progress;

@@ -20,6 +20,8 @@ mod log_level;
 mod lsp;
 mod man;
 mod mode;
+#[cfg(feature = "monitor")]
+mod monitor;
 mod mutate;
 mod operator;
 mod read;
@@ -92,6 +94,8 @@ enum Command {
     Unforce(force::UnforceArgs),
     Watch(watch::WatchArgs),
     Mode(mode::ModeArgs),
+    #[cfg(feature = "monitor")]
+    Monitor(monitor::MonitorArgs),
     Reload(reload::ReloadArgs),
     Rollback(reload::RollbackArgs),
     Replay(replay_args::ReplayArgs),
@@ -146,6 +150,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Unforce(args) => force::unforce(args),
         Command::Watch(args) => watch::watch(args),
         Command::Mode(args) => mode::mode(args),
+        #[cfg(feature = "monitor")]
+        Command::Monitor(args) => monitor::monitor(args),
         Command::Reload(args) => reload::reload(args),
         Command::Rollback(args) => reload::rollback(args),
         Command::Replay(args) => replay::replay(args),

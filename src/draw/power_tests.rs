@@ -127,18 +127,21 @@ fn what_has_power_is_heavy_and_marked() {
         ┃ X0    X2    Y0
         ┣━] [━┳━] [───( )
         ┃ X1  ┃
-        ┣━]●[━┛"#]].assert_eq(&drawn(&[1]));
+        ┣━]●[━┛"#]]
+    .assert_eq(&drawn(&[1]));
     expect![[r#"
         ┃ X0    X2    Y0
         ┣━]●[━┳━]●[━━━(●)
         ┃ X1  ┃
-        ┣━] [━┛"#]].assert_eq(&drawn(&[0, 2]));
+        ┣━] [━┛"#]]
+    .assert_eq(&drawn(&[0, 2]));
     let idle = powered(&grid(), None);
     expect![[r#"
         │ X0    X2    Y0
         ├─] [─┬─] [───( )
         │ X1  │
-        ├─] [─┘"#]].assert_eq(&idle.lines.join("\n"));
+        ├─] [─┘"#]]
+    .assert_eq(&idle.lines.join("\n"));
     let operands: Vec<_> = idle.symbols.iter().map(|of| of.operand.as_str()).collect();
     assert_eq!(operands, ["X0", "X1", "X2", "Y0"]);
     for symbol in idle.symbols {
@@ -160,6 +163,7 @@ fn the_operand_of_a_box_is_its_first_name() {
         ┃ X0
         ┣━]●[━━━[enable●TMR 1s to=D1]
         ┃ X1    [                   ]
-        ┣━] [───[reset              ]"#]].assert_eq(&drawn.lines.join("\n"));
+        ┣━] [───[reset              ]"#]]
+    .assert_eq(&drawn.lines.join("\n"));
     assert_eq!(drawn.symbols[2].operand, "D1");
 }
