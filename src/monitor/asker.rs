@@ -51,7 +51,7 @@ pub(super) fn start(socket: PathBuf) -> (Sender<MonitorOrder>, Receiver<MonitorN
     let builder = thread::Builder::new().name("monitor".to_owned());
     // Without the thread the channel is closed, which `run` tells.
     let _ = builder.spawn(move || {
-        let asker = Asker {
+        let asker = ControllerAsker {
             socket,
             news: send,
             operands: Vec::new(),
@@ -64,7 +64,7 @@ pub(super) fn start(socket: PathBuf) -> (Sender<MonitorOrder>, Receiver<MonitorN
 }
 
 /// The thread.
-struct Asker {
+struct ControllerAsker {
     socket: PathBuf,
     news: Sender<MonitorNews>,
     /// What to read at each look.
@@ -75,7 +75,7 @@ struct Asker {
     program: (u32, String),
 }
 
-impl Asker {
+impl ControllerAsker {
     fn run(mut self, orders: &Receiver<MonitorOrder>) {
         let mut next = Instant::now();
         loop {

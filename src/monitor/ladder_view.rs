@@ -134,28 +134,12 @@ impl LadderView {
         };
         let executes = self.power.as_ref().map(|power| {
             let mut contacts = rung.grid.contacts.iter();
-            match rung.grid.contacts.is_empty() {
-                // No contact of it tells; one beside it does.
-                true => self.beside(element).is_none_or(|(number, of)| {
-                    power.conducts(element, number, (of.branch, of.leaf)).is_some()
-                }),
-                false => contacts.all(|of| conducts(&**power, &of.symbol).is_some()),
-            }
+            contacts.all(|of| conducts(&**power, &of.symbol).is_some())
         });
         let flow =
             self.power.as_ref().filter(|_| executes == Some(true)).map(|power| {
                 flow_of_power(&rung.grid, &|of| conducts(&**power, of).unwrap_or(false))
             });
         RungView { text: powered(&rung.grid, flow.as_ref()), executes, flow }
-    }
-
-    /// The first contact of a block or Stage, with the number of its rung.
-    fn beside(&self, element: &str) -> Option<(u32, &ContactSymbol)> {
-        let picture = self.picture.as_ref()?;
-        let (_, _, rungs) = picture.elements().into_iter().find(|(name, ..)| name == element)?;
-        rungs.iter().find_map(|rung| {
-            let contact = rung.grid.contacts.first()?;
-            Some((u32::try_from(rung.number).unwrap_or(u32::MAX), &contact.symbol))
-        })
     }
 }

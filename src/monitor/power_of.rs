@@ -13,10 +13,5 @@ pub(super) trait PowerOf: Debug + Send + Sync {
     /// Whether a contact conducts, as it is drawn; `None`: its block does not execute. `element`:
     /// a block or Stage by its whole name; `rung`: from 1; `contact`: its branch and its number, as
     /// `observe` counts.
-    fn conducts(
-        &self,
-        element: &str,
-        rung: u32,
-        contact: (Option<u32>, usize),
-    ) -> Option<bool>;
+    fn conducts(&self, element: &str, rung: u32, contact: (Option<u32>, usize)) -> Option<bool>;
 }

@@ -69,6 +69,10 @@ fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
             };
             state.why = LongText { heading, text, top: 0 };
         }
+        // Several operands of the command line may be refused at once.
+        MonitorNews::Found(Err(said)) if !state.said.is_empty() && state.said.len() < 400 => {
+            state.said = format!("{}\n{said}", state.said);
+        }
         MonitorNews::Found(Err(said)) | MonitorNews::Changed(Ok(said) | Err(said)) => {
             state.said = said;
         }

@@ -69,10 +69,10 @@ fn keys(state: &MonitorState) -> &'static str {
     }
     match state.page() {
         MonitorPage::Panes => {
-            "Tab pane  a add  d remove  w why  f force  u release  s write  l ladder  ? help  q quit"
+            "Tab pane  a add  d remove  w why  f force  u release  s write  l ladder  ?  q"
         }
         MonitorPage::Ladder => {
-            "arrows move  Tab next part  w why  f force  s write  a watch  Esc back  ? help  q quit"
+            "arrows  Tab next  w why  f force  u release  s write  a watch  Esc back  ?  q"
         }
         MonitorPage::Why | MonitorPage::Help => "arrows scroll  Esc back  q quit",
     }
