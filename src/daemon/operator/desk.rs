@@ -101,9 +101,9 @@ impl Desk {
                 let view = self.seen().1;
                 as_json(&memory::save(view.about.retention(), peer).await?)
             }
-            Request::Recording {} => {
-                let view = self.seen().1;
-                as_json(&record::recent(&view.about, peer).await?)
+            Request::Recording { from_section } => {
+                let (view, from) = (self.seen().1, from_section.unwrap_or(0));
+                as_json(&record::recent(&view.about, peer, from).await?)
             }
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
