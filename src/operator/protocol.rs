@@ -43,6 +43,9 @@ pub enum Request {
         operand: String,
         /// What.
         value: GivenValue,
+        /// The person for whom a program writes, for the log: a user of `rungd web`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
     },
     /// Forces one bit or word, in any mode: [`Change`].
     Force {

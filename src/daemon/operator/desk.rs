@@ -80,7 +80,10 @@ impl Desk {
         match request {
             Request::Status {} => as_json(&self.status()),
             Request::Read { operands } => as_json(&self.read(operands)?),
-            Request::Write { operand, value } => as_json(&self.write(peer, operand, value).await?),
+            Request::Write { operand, value, for_user } => {
+                let peer = peer.acting_for(for_user.as_deref())?;
+                as_json(&self.write(&peer, operand, value).await?)
+            }
             Request::Force { operand, value } => as_json(&self.force(peer, operand, value).await?),
             Request::Unforce { operand } => as_json(&self.unforce(peer, operand).await?),
             Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
