@@ -13,6 +13,9 @@ pub mod grid;
 pub mod ladder;
 pub mod listing;
 pub mod page;
+pub mod power;
+#[cfg(test)]
+mod power_tests;
 #[cfg(test)]
 mod read_back;
 mod svg;

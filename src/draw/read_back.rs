@@ -24,7 +24,7 @@ pub(super) struct ReadRung {
 }
 
 /// The truth of the statements at contacts.
-type Truth<'t> = &'t dyn Fn(&str) -> bool;
+pub(super) type Truth<'t> = &'t dyn Fn(&str) -> bool;
 
 impl ReadRung {
     /// The powers of the outlets, in the order of their points.
@@ -70,7 +70,10 @@ fn lies_on(point: Point, (a, b): (Point, Point)) -> bool {
 }
 
 /// The powers that a rung gives, by what is written.
-fn expected((rung, wording): (&Rung, &Wording), truth: Truth) -> Vec<(String, String, bool)> {
+pub(super) fn expected(
+    (rung, wording): (&Rung, &Wording),
+    truth: Truth,
+) -> Vec<(String, String, bool)> {
     let all = |contacts: &[Contact]| contacts.iter().all(|of| is_on(of, wording, truth));
     let text = |of| {
         let (mnemonic, operands) = wording.instruction(of);

@@ -1,9 +1,11 @@
 //! What is drawn, read back, is the same rung: of every ladder that is shipped, as text and as SVG.
+//! Its power is the rung's too.
 
 use std::path::Path;
 
 use super::circuit::{ContactSymbol, RungCircuit};
 use super::grid::RungGrid;
+use super::power_tests::hold_against_the_rung;
 use super::read_back::{compare, of_svg, of_text};
 use super::svg::{self, Decoration};
 use super::text::{self, WireStyle};
@@ -34,6 +36,7 @@ fn drawn_and_read(program: &Program) -> usize {
         compare(&of_text(&lines), (rung, &wording), &lines.join("\n"));
         let body = svg::rung(&grid, &Plain).body;
         compare(&of_svg(&body), (rung, &wording), &body);
+        hold_against_the_rung(&grid, (rung, &wording));
     }
     rungs.len()
 }
