@@ -22,6 +22,7 @@ mod faults;
 pub mod format;
 pub mod io;
 pub mod isa;
+pub mod live;
 pub mod load;
 pub mod lower;
 #[cfg(feature = "monitor")]

@@ -20,7 +20,7 @@ use crate::runtime::{NumberedCall, scan_begins};
 /// The last minute of a running controller; `Err` is the exit code of a refusal, which has been
 /// printed.
 pub(super) fn live(at: &OperatorArgs) -> Result<Recording, Exit> {
-    let answer: RecordingBytes = at.ask(&Request::Recording {})?;
+    let answer: RecordingBytes = at.ask(&Request::Recording { from_section: None })?;
     let Some(bytes) = answer.bytes() else {
         say_line("rungd: the controller's answer is no recording");
         return Err(Exit::Unavailable);

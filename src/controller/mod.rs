@@ -20,6 +20,7 @@ pub mod retain;
 mod retain_tags;
 mod settings;
 mod simulated_device;
+pub mod web;
 mod wired;
 pub(crate) mod written;
 
@@ -84,6 +85,7 @@ pub fn resolve_controller(
         devices: device::resolve(&written.devices, &resolver.scope, &mut resolver.findings),
         operator: operator.unwrap_or_default(),
         record: record::resolve(&written.record, &mut resolver.findings),
+        web: web::resolve(&written.web, &mut resolver),
         statistics_ms: written.statistics_ms.unsigned_abs(),
         probation_ms: written.probation_ms.unsigned_abs(),
     };

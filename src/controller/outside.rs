@@ -1,4 +1,5 @@
-//! The bits and words that a controller file lets devices and Modbus clients write, for the check.
+//! The bits and words that a controller file lets devices, Modbus clients and people at `rungd
+//! web` write, for the check.
 //!
 //! Called by `load` once the settings are resolved.
 
@@ -15,6 +16,7 @@ impl Controller {
         let of_devices = self.devices.iter().flat_map(|device| &device.inputs);
         let moved = of_devices.map(|input| input.address);
         let moved = moved.chain(self.rules.iter().map(|rule| x(rule.input)));
+        let moved = moved.chain(self.web.write.iter().map(|(_, address)| *address));
         let moves_x = |device: &&Device| device.inputs.iter().any(|input| is_x(input.address));
         let (mut listed, mut image) = (Vec::new(), Vec::new());
         if let Some(server) = &self.modbus {

@@ -4,6 +4,7 @@ use super::device::settings::Device;
 use super::operator::Operator;
 use super::record::RecordSettings;
 use super::retain::Retention;
+use super::web::WebSettings;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
 use crate::resolve::range::Range;
@@ -36,6 +37,8 @@ pub struct Controller {
     pub(crate) operator: Operator,
     /// The scan log.
     pub(crate) record: RecordSettings,
+    /// What `rungd web` may write, and its panels.
+    pub web: WebSettings,
     /// The time between two log lines of statistics, ms; 0: never.
     pub statistics_ms: u32,
     /// The time for which a reloaded program is on trial, ms; 0: no trial.

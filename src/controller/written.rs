@@ -11,6 +11,7 @@ use super::realtime;
 use super::record::{self, WrittenRecord};
 use super::retain::{self, WrittenRetain};
 use super::simulated_device::{self, WrittenRule};
+use super::web::{self, WrittenWeb};
 use crate::isa::MemorySizes;
 use crate::runtime::Posture;
 use crate::source::finding::{Code, Finding};
@@ -49,6 +50,8 @@ pub struct WrittenController {
     pub operator: Option<WrittenOperator>,
     /// `[record]`.
     pub(crate) record: WrittenRecord,
+    /// `[web]` and `[[panel]]`.
+    pub(crate) web: WrittenWeb,
     /// `[log] statistics`: the time between two log lines of scan statistics, ms; 0: never.
     pub statistics_ms: i32,
     /// `[reload] probation`, ms; 0: none.
@@ -113,6 +116,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         probation_ms: read_probation(&mut root),
         operator: operator::read_in(&mut root),
         record: record::read_in(&mut root),
+        web: web::read_in(&mut root),
         lost: root.doc().lost(),
     };
     root.finish();

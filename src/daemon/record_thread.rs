@@ -50,9 +50,15 @@ pub(super) struct RecordFigures {
     pub disk: Option<DiskFigures>,
 }
 
+/// Someone waits for what is in memory, from a section's number on.
+struct AskedRecent {
+    from: u64,
+    reply: oneshot::Sender<Vec<u8>>,
+}
+
 enum Order {
     Program(Box<RecordedProgram>),
-    Recent(oneshot::Sender<Vec<u8>>),
+    Recent(AskedRecent),
     End(Sender<()>),
 }
 
@@ -96,10 +102,11 @@ impl Recording {
         let _ = self.orders.send(Order::Program(Box::new(program)));
     }
 
-    /// What is in memory, as a recording; `None`: the thread is gone (a bug).
-    pub async fn recent(&self) -> Option<Vec<u8>> {
+    /// What is in memory from a section's number on, as a recording; `None`: the thread is gone (a
+    /// bug).
+    pub async fn recent(&self, from: u64) -> Option<Vec<u8>> {
         let (reply, answer) = oneshot::channel();
-        self.orders.send(Order::Recent(reply)).ok()?;
+        self.orders.send(Order::Recent(AskedRecent { from, reply })).ok()?;
         answer.await.ok()
     }
 
@@ -135,7 +142,7 @@ struct Worker {
     /// When the section under way began.
     section: Instant,
     /// Those that wait for what is in memory.
-    asked: Vec<oneshot::Sender<Vec<u8>>>,
+    asked: Vec<AskedRecent>,
     /// The end came while the tape was read.
     ended: Option<Sender<()>>,
 }
@@ -255,12 +262,9 @@ impl Worker {
         if self.asked.is_empty() {
             return;
         }
-        let bytes = match self.recorder.under_way() {
-            Some(block) => self.recent.write_with(&block),
-            None => self.recent.write(),
-        };
-        for asked in self.asked.drain(..) {
-            let _ = asked.send(bytes.clone());
+        let last = self.recorder.under_way();
+        for AskedRecent { from, reply } in self.asked.drain(..) {
+            let _ = reply.send(self.recent.write_from(from, last.as_ref()));
         }
     }
 }

@@ -54,6 +54,21 @@ pub enum ContactForm {
     NotBoxed,
 }
 
+impl ContactForm {
+    /// Whether a contact conducts, of which the contact as `observe` counts it is ON or OFF.
+    pub fn conducts(self, on: bool) -> bool {
+        match self {
+            ContactForm::Open | ContactForm::Rising | ContactForm::Falling | ContactForm::Boxed => {
+                on
+            }
+            ContactForm::Closed
+            | ContactForm::NotRising
+            | ContactForm::NotFalling
+            | ContactForm::NotBoxed => !on,
+        }
+    }
+}
+
 /// An instruction as it is drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InstructionSymbol {

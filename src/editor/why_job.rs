@@ -5,10 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 
 use super::jobs::{JobPlace, Made};
-use crate::load::recorded::explained;
+use crate::load::recorded::{RecordedPast, subject};
+use crate::observe::{At, Limits};
 use crate::operator::client;
 use crate::operator::protocol::{RecordingBytes, Request};
 use crate::record::Recording;
@@ -27,8 +28,15 @@ pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Opti
 }
 
 fn answer(operand: &str, socket: &Path) -> Result<String> {
-    let answer: RecordingBytes =
-        client::ask(socket, &Request::Recording {}).map_err(|failure| anyhow!("{failure}"))?;
+    let answer: RecordingBytes = client::ask(socket, &Request::Recording { from_section: None })
+        .map_err(|failure| anyhow!("{failure}"))?;
     let bytes = answer.bytes().context("the controller's answer is no recording")?;
-    explained(Recording::of_bytes(bytes), operand).map_err(anyhow::Error::msg)
+    let recording = Recording::of_bytes(bytes);
+    let Some(last) = recording.count().checked_sub(1) else { bail!("nothing is recorded yet") };
+    let subject = subject(recording.program(last)).map_err(anyhow::Error::msg)?;
+    let cell = subject.cell(operand).map_err(anyhow::Error::msg)?;
+    let mut past = RecordedPast::around(recording, last, subject.code_for(cell));
+    let answer = subject.why(&mut past, cell, (At::Now, Limits::default()));
+    let answer = answer.map_err(|refusal| anyhow!("{refusal}"))?;
+    Ok(format!("{}{}", answer.text(), answer.hints()))
 }

@@ -1,7 +1,7 @@
 //! The program of a recording, made again, and its past as `observe` asks for it.
 //!
-//! Used by the commands of `cli` that read recordings, by the monitor and by the editor. Nothing
-//! here reads a file, or changes anything in a controller.
+//! Used by the commands of `cli` that read recordings, and by the editor. Nothing here reads
+//! a file, or changes anything in a controller.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::Loaded;
 use crate::engine::{Engine, Program};
 use crate::lower::lower;
-use crate::observe::{At, Limits, Past, Subject, TapeEnd};
+use crate::observe::{Past, Subject, TapeEnd};
 use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
 use crate::resolve::program;
 use crate::runtime::TapeSection;
@@ -58,17 +58,6 @@ pub(crate) fn run_of(recording: Recording) -> RecordedRun {
 pub(crate) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
     let (program, loaded) = loaded(program)?;
     Ok(Subject::new(Arc::new(program), loaded.files))
-}
-
-/// Why an operand is what it is at the end of a recording, as `rungd why` prints it.
-pub(crate) fn explained(recording: Recording, operand: &str) -> Result<String, String> {
-    let last = recording.count().checked_sub(1).ok_or("nothing is recorded yet")?;
-    let subject = subject(recording.program(last))?;
-    let cell = subject.cell(operand)?;
-    let mut past = RecordedPast::around(recording, last, subject.code_for(cell));
-    let answer = subject.why(&mut past, cell, (At::Now, Limits::default()));
-    let answer = answer.map_err(|refusal| refusal.to_string())?;
-    Ok(format!("{}{}", answer.text(), answer.hints()))
 }
 
 /// The sections of one program in a recording, for a question about it.

@@ -14,13 +14,12 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, SendError, Sender, bounded, 
 use serde::de::DeserializeOwned;
 
 use super::message::{Look, MonitorNews, MonitorOrder};
-use crate::draw::ladder::Picture;
-use crate::load::recorded::{explained, subject};
+use super::power_of::PowerOf;
+use crate::live::{Follower, LiveProgram, LiveView};
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
-    Change, NameList, RecordingBytes, Refusal, RefusalKind, Request, ShownValue, Status, Values,
+    Change, NameList, Refusal, RefusalKind, Request, ShownValue, Status, Values,
 };
-use crate::record::Recording;
 
 /// The time between two looks.
 const EVERY: Duration = Duration::from_millis(200);
@@ -52,6 +51,8 @@ pub(super) fn start(socket: PathBuf) -> (Sender<MonitorOrder>, Receiver<MonitorN
     // Without the thread the channel is closed, which `run` tells.
     let _ = builder.spawn(move || {
         let asker = ControllerAsker {
+            follower: Follower::new(socket.clone()),
+            follows: false,
             socket,
             news: send,
             operands: Vec::new(),
@@ -66,6 +67,10 @@ pub(super) fn start(socket: PathBuf) -> (Sender<MonitorOrder>, Receiver<MonitorN
 /// The thread.
 struct ControllerAsker {
     socket: PathBuf,
+    /// Reads the scan log: for the ladder, its power, and `why`.
+    follower: Follower,
+    /// Whether the ladder's power is told at each look.
+    follows: bool,
     news: Sender<MonitorNews>,
     /// What to read at each look.
     operands: Vec<String>,
@@ -89,13 +94,9 @@ impl ControllerAsker {
                     let began = Instant::now();
                     let looked = self.look();
                     let every = if looked.is_ok() { EVERY } else { SILENT_EVERY };
-                    let took = began.elapsed();
-                    let news = match looked {
-                        Ok(look) => MonitorNews::Look(Box::new(look)),
-                        Err(failure) => MonitorNews::Silent(failure.to_string()),
-                    };
-                    next = Instant::now() + every.max(took * SHARE);
-                    self.news.send(news)
+                    let sent = self.tell(looked);
+                    next = Instant::now() + every.max(began.elapsed() * SHARE);
+                    sent
                 }
                 Err(RecvTimeoutError::Disconnected) => return,
             };
@@ -123,9 +124,9 @@ impl ControllerAsker {
                 self.operands = operands;
                 return Ok(());
             }
-            MonitorOrder::Follow(_) => {
-                let why = "this version cannot follow it";
-                MonitorNews::Power(Err(why.to_owned()))
+            MonitorOrder::Follow(follows) => {
+                self.follows = follows;
+                return Ok(());
             }
             MonitorOrder::Ladder => {
                 let (sha256, found) = self.ladder();
@@ -141,8 +142,9 @@ impl ControllerAsker {
                 MonitorNews::Found(found.map(|of| of.values))
             }
             MonitorOrder::Why(operand) => {
-                let answer = self.recording().and_then(|of| explained(of, &operand));
-                MonitorNews::Why(operand, answer)
+                let answer = self.scans().and_then(|view| view.why(&operand, None));
+                let text = answer.map(|answer| format!("{}{}", answer.text(), answer.hints()));
+                MonitorNews::Why(operand, text)
             }
             MonitorOrder::Change(request) => {
                 MonitorNews::Changed(self.ask::<Change>(&request).map(|change| said(&change)))
@@ -155,24 +157,31 @@ impl ControllerAsker {
         client::ask_within(&self.socket, request, ANSWER_MAX).map_err(|of| of.to_string())
     }
 
-    fn recording(&self) -> Result<Recording, String> {
-        let answer: RecordingBytes = self.ask(&Request::Recording {})?;
-        let bytes = answer.bytes().ok_or("the controller's answer is no recording")?;
-        Ok(Recording::of_bytes(bytes))
+    /// The last scan, and those of the minute before it.
+    fn scans(&mut self) -> Result<LiveView, String> {
+        self.follower.look().map_err(|failure| failure.to_string())
     }
 
     /// The ladder of the last program in the scan log, with its hash.
-    fn ladder(&self) -> (String, Result<Arc<Picture>, String>) {
-        let recording = match self.recording() {
-            Ok(recording) => recording,
-            Err(why) => return (String::new(), Err(why)),
+    fn ladder(&mut self) -> (String, Result<Arc<LiveProgram>, String>) {
+        match self.scans() {
+            Ok(view) => (view.program.recorded.hash.clone(), Ok(view.program)),
+            Err(why) => (String::new(), Err(why)),
+        }
+    }
+
+    /// Tells a look, and with it the power of the ladder.
+    fn tell(&mut self, looked: Result<Look, CallFailure>) -> Sent {
+        let look = match looked {
+            Ok(look) => look,
+            Err(failure) => return self.news.send(MonitorNews::Silent(failure.to_string())),
         };
-        let Some(last) = recording.count().checked_sub(1) else {
-            return (String::new(), Err("nothing is recorded yet".to_owned()));
-        };
-        let program = recording.program(last);
-        let made = subject(program).map(|subject| Arc::new(Picture::of(&subject)));
-        (program.hash.clone(), made)
+        self.news.send(MonitorNews::Look(Box::new(look)))?;
+        if !self.follows {
+            return Ok(());
+        }
+        let power = self.scans().map(|view| Arc::new(view) as Arc<dyn PowerOf>);
+        self.news.send(MonitorNews::Power(power))
     }
 
     fn look(&mut self) -> Result<Look, CallFailure> {

@@ -10,12 +10,13 @@ use crate::draw::circuit::ContactSymbol;
 use crate::draw::ladder::{Picture, RungPicture};
 use crate::draw::power::{FlowOfPower, flow_of_power};
 use crate::draw::text::{PoweredRung, powered};
+use crate::live::LiveProgram;
 
 /// The ladder, and a place in it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LadderView {
     /// It, if it could be loaded.
-    pub picture: Option<Arc<Picture>>,
+    pub program: Option<Arc<LiveProgram>>,
     /// The hash of its program; "" as long as there is none.
     pub sha256: String,
     /// Why there is no picture.
@@ -46,10 +47,10 @@ pub(super) type ElementRungs<'p> = (String, String, &'p [RungPicture]);
 
 impl LadderView {
     /// The picture of another program: the place is kept if it is there too.
-    pub fn take(&mut self, sha256: String, found: Result<Arc<Picture>, String>) {
+    pub fn take(&mut self, sha256: String, found: Result<Arc<LiveProgram>, String>) {
         let before = self.name();
-        (self.picture, self.trouble) = match found {
-            Ok(picture) => (Some(picture), None),
+        (self.program, self.trouble) = match found {
+            Ok(program) => (Some(program), None),
             Err(trouble) => (None, Some(trouble)),
         };
         (self.sha256, self.power) = (sha256, None);
@@ -63,7 +64,12 @@ impl LadderView {
 
     /// The blocks and Stages that have rungs.
     pub fn elements(&self) -> Vec<ElementRungs<'_>> {
-        self.picture.as_ref().map(|picture| picture.elements()).unwrap_or_default()
+        self.picture().map(Picture::elements).unwrap_or_default()
+    }
+
+    /// The ladder, if it is loaded.
+    pub fn picture(&self) -> Option<&Picture> {
+        self.program.as_ref().map(|program| &program.picture)
     }
 
     /// The one that is shown.
@@ -129,12 +135,11 @@ impl LadderView {
     /// A rung with its power.
     pub fn rung_view(&self, element: &str, rung: &RungPicture) -> RungView {
         let number = u32::try_from(rung.number).unwrap_or(u32::MAX);
-        let conducts = |power: &dyn PowerOf, of: &ContactSymbol| {
-            power.conducts(element, number, (of.branch, of.leaf))
-        };
+        let conducts =
+            |power: &dyn PowerOf, of: &ContactSymbol| power.conducts(element, number, of);
         let executes = self.power.as_ref().map(|power| {
-            let mut contacts = rung.grid.contacts.iter();
-            contacts.all(|of| conducts(&**power, &of.symbol).is_some())
+            let mut own = rung.grid.contacts.iter().filter(|of| of.symbol.branch.is_none());
+            own.all(|of| conducts(&**power, &of.symbol).is_some())
         });
         let flow =
             self.power.as_ref().filter(|_| executes == Some(true)).map(|power| {

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::power_of::PowerOf;
-use crate::draw::ladder::Picture;
+use crate::live::LiveProgram;
 use crate::operator::protocol::{Name, Request, ShownValue, Status};
 
 /// A key.
@@ -49,7 +49,7 @@ pub(super) enum MonitorNews {
     /// It does not answer, for this reason.
     Silent(String),
     /// The ladder of the program with this hash, or why there is none.
-    Ladder(String, Result<Arc<Picture>, String>),
+    Ladder(String, Result<Arc<LiveProgram>, String>),
     /// The power of a scan; or why there is none.
     Power(Result<Arc<dyn PowerOf>, String>),
     /// The names that begin with a text.

@@ -89,8 +89,8 @@ impl MonitorState {
             is_marked: block.running,
             ..PaneRow::default()
         }];
-        let picture = self.ladder.picture.as_ref();
-        let drawn = picture.and_then(|of| of.blocks.iter().find(|of| of.name == block.name));
+        let drawn =
+            self.ladder.picture().and_then(|of| of.blocks.iter().find(|of| of.name == block.name));
         let stages: Vec<String> = match drawn {
             Some(drawn) => drawn.stages.iter().map(|stage| stage.name.clone()).collect(),
             None => block.stages.clone(),

@@ -83,7 +83,7 @@ fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
 /// The order for the ladder, if another program runs than the one that is drawn.
 fn ladder_wanted(state: &mut MonitorState) -> Option<MonitorWish> {
     let running = &state.status.as_ref()?.ladder.sha256;
-    let is_there = *running == state.ladder.sha256 && state.ladder.picture.is_some();
+    let is_there = *running == state.ladder.sha256 && state.ladder.program.is_some();
     let waits = |asked: u64| state.now_ms < asked.saturating_add(LADDER_AGAIN_MS);
     if is_there || state.ladder_asked_ms.is_some_and(waits) {
         return None;

@@ -32,12 +32,12 @@ pub(super) struct WatchRow {
     /// Whether the program that runs does not know it.
     pub is_unknown: bool,
     /// Its last values.
-    pub trend: Trend,
+    pub trend: WatchTrend,
 }
 
 /// The last values of an operand, the newest last; `None`: the controller did not answer.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Trend {
+pub(super) struct WatchTrend {
     samples: VecDeque<Option<f64>>,
 }
 
@@ -74,11 +74,11 @@ impl WatchList {
 
 impl WatchRow {
     fn of(operand: String) -> WatchRow {
-        WatchRow { operand, shown: None, is_unknown: false, trend: Trend::default() }
+        WatchRow { operand, shown: None, is_unknown: false, trend: WatchTrend::default() }
     }
 }
 
-impl Trend {
+impl WatchTrend {
     fn push(&mut self, sample: Option<f64>) {
         if self.samples.len() == SAMPLES_MAX {
             self.samples.pop_front();
@@ -124,8 +124,8 @@ mod tests {
         ShownValue { operand: operand.to_owned(), tag, address, value, forced: false }
     }
 
-    fn trend(samples: &[Option<f64>]) -> Trend {
-        let mut trend = Trend::default();
+    fn trend(samples: &[Option<f64>]) -> WatchTrend {
+        let mut trend = WatchTrend::default();
         samples.iter().for_each(|of| trend.push(*of));
         trend
     }

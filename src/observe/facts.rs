@@ -23,6 +23,11 @@ impl Subject {
         self.seen.slice(&[cell]).program
     }
 
+    /// The whole program, as it is observed.
+    pub(crate) fn whole_code(&self) -> engine::Program {
+        self.seen.whole().program
+    }
+
     /// The operand that a cell is.
     pub(crate) fn operand(&self, cell: Cell) -> OperandName {
         self.names.operand(&self.symbols, cell)

@@ -22,6 +22,7 @@ mod names;
 mod operands;
 mod past;
 mod phrases;
+mod power;
 mod reasons;
 mod replay;
 mod restarts;
@@ -45,5 +46,6 @@ pub use answer::{
 };
 pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, TwoWays};
 pub use past::{At, Past, Refusal};
+pub use power::{PartContacts, PowerRun, ScanPower};
 pub use subject::Subject;
 pub(crate) use uses::{ProgramUses, ReadUse, WriteUse};

@@ -43,6 +43,9 @@ pub enum Request {
         operand: String,
         /// What.
         value: GivenValue,
+        /// The person for whom a program writes, for the log: a user of `rungd web`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
     },
     /// Forces one bit or word, in any mode: [`Change`].
     Force {
@@ -81,8 +84,12 @@ pub enum Request {
     },
     /// Saves retentive memory now; answered once the image is durable: [`Saved`].
     RetainSave {},
-    /// The last minute of the scan log, with the program's files: [`RecordingBytes`].
-    Recording {},
+    /// The last while of the scan log, with the program's files: [`RecordingBytes`].
+    Recording {
+        /// Only the sections from this number on, and the one under way.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        from_section: Option<u64>,
+    },
     /// Tags and addresses with a prefix, for completion: [`NameList`].
     Names {
         /// The beginning.
@@ -285,7 +292,7 @@ impl Request {
             Request::Status {}
             | Request::Read { .. }
             | Request::Names { .. }
-            | Request::Recording {}
+            | Request::Recording { .. }
             | Request::LogLevel { .. } => Awaited::Nothing,
             Request::Mode { to: ModeWanted::Stop, no_wait: false } | Request::RetainSave {} => {
                 Awaited::Image
@@ -307,7 +314,7 @@ impl Request {
         match self {
             Request::Status {}
             | Request::Read { .. }
-            | Request::Recording {}
+            | Request::Recording { .. }
             | Request::Names { .. } => true,
             Request::Write { .. }
             | Request::Force { .. }

@@ -23,6 +23,7 @@ pub struct Recent {
 /// A block in memory.
 struct KeptBlock {
     bytes: usize,
+    sequence: u64,
     begin_ns: i64,
     end_ns: i64,
     has_base: bool,
@@ -67,7 +68,8 @@ impl Recent {
             program.blocks += 1;
         }
         let (begin_ns, end_ns) = (block.head.begin_ns, block.head.end_ns);
-        self.blocks.push_back(KeptBlock { bytes, begin_ns, end_ns, has_base: block.has_base() });
+        let (sequence, has_base) = (block.head.sequence, block.has_base());
+        self.blocks.push_back(KeptBlock { bytes, sequence, begin_ns, end_ns, has_base });
     }
 
     /// Bytes in use, of blocks and programs.
@@ -103,15 +105,29 @@ impl Recent {
         self.blocks.back().map(|block| block.end_ns)
     }
 
-    /// All of it as a recording, with a block behind it that is not kept.
-    pub fn write_with(&self, last: &RecordBlock) -> Vec<u8> {
-        let mut out = self.write();
-        if self.blocks.is_empty() && !last.has_base() {
-            return out;
+    /// The blocks from a section's number on as a recording, with a block behind them that is not
+    /// kept. It begins with a base image, and so perhaps a little earlier; the newest block is
+    /// always in it.
+    pub fn write_from(&self, from: u64, last: Option<&RecordBlock>) -> Vec<u8> {
+        let at = self.blocks.partition_point(|block| block.sequence < from);
+        let is_whole = last.is_some_and(RecordBlock::has_base);
+        let newest = self.blocks.len().saturating_sub(usize::from(!is_whole));
+        let mut first = at.min(newest);
+        while first > 0 && self.blocks.get(first).map_or(!is_whole, |block| !block.has_base) {
+            first -= 1;
         }
+        let mut out = self.write_blocks(first);
+        let Some(last) = last.filter(|last| !self.blocks.is_empty() || last.has_base()) else {
+            return out;
+        };
         let newest = self.programs.back();
         let sum = match newest.filter(|newest| Arc::ptr_eq(&newest.program, &last.program)) {
-            Some(newest) => newest.start.sum,
+            Some(newest) => {
+                if first == self.blocks.len() {
+                    out.extend_from_slice(&newest.start.bytes);
+                }
+                newest.start.sum
+            }
             None => {
                 let start = SegmentStart::new(&last.program);
                 out.extend_from_slice(&start.bytes);
@@ -124,12 +140,24 @@ impl Recent {
 
     /// All of it as a recording: a segment for each program.
     pub fn write(&self) -> Vec<u8> {
-        let mut out = Vec::with_capacity(self.used());
-        let (mut bytes, mut blocks) = (self.bytes.iter(), self.blocks.iter());
+        self.write_blocks(0)
+    }
+
+    /// The blocks from one on: a segment for each program that has one of them.
+    fn write_blocks(&self, first: usize) -> Vec<u8> {
+        let mut out = Vec::new();
+        let lengths = self.blocks.iter().map(|block| block.bytes);
+        let (mut at, mut begin) = (0, 0);
         for program in &self.programs {
-            out.extend_from_slice(&program.start.bytes);
-            let count = blocks.by_ref().take(program.blocks).map(|block| block.bytes).sum();
-            out.extend(bytes.by_ref().take(count));
+            let skipped: usize = first.saturating_sub(at).min(program.blocks);
+            let count = |from: usize, to: usize| lengths.clone().take(to).skip(from).sum::<usize>();
+            let end = begin + count(at, at + program.blocks);
+            let from = begin + count(at, at + skipped);
+            if skipped < program.blocks {
+                out.extend_from_slice(&program.start.bytes);
+                out.extend(self.bytes.range(from..end));
+            }
+            (at, begin) = (at + program.blocks, end);
         }
         out
     }

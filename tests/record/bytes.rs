@@ -175,6 +175,15 @@ fn memory_holds_the_newest_blocks_and_no_more_than_its_bytes() {
         for pair in blocks.windows(2) {
             assert_eq!(pair[0].head.sequence + 1, pair[1].head.sequence);
         }
+        for from in [0, sequence.saturating_sub(4), sequence, sequence + 9] {
+            let part = read(&recent.write_from(from, None)).blocks;
+            let (begin, end) = (part[0].head.sequence, part[part.len() - 1].head.sequence);
+            let oldest = first.head.sequence;
+            // A base image lies at most two sections before.
+            let wanted = from.min(sequence);
+            assert!(part[0].has_base && end == sequence, "{from}: {begin} to {end}");
+            assert!(begin <= wanted.max(oldest) && begin + 2 >= wanted, "{from}: {begin}");
+        }
         assert!(sequence < 10 || blocks.len() > 2);
     }
 }

@@ -172,7 +172,7 @@ fn a_section_under_way_is_had_without_its_end() {
         // Right behind a state there is none.
         let Some(block) = asked.recorder.under_way() else { continue };
         seen += 1;
-        let recording = Recording::of_bytes(kept.write_with(&block));
+        let recording = Recording::of_bytes(kept.write_from(0, Some(&block)));
         assert!(recording.flaws.is_empty() && recording.count() == asked.blocks.len() + 1);
         let last = recording.head(asked.blocks.len());
         assert_eq!(last.number + u64::from(last.scans), scan + 2);

@@ -80,7 +80,10 @@ impl Desk {
         match request {
             Request::Status {} => as_json(&self.status()),
             Request::Read { operands } => as_json(&self.read(operands)?),
-            Request::Write { operand, value } => as_json(&self.write(peer, operand, value).await?),
+            Request::Write { operand, value, for_user } => {
+                let peer = peer.acting_for(for_user.as_deref())?;
+                as_json(&self.write(&peer, operand, value).await?)
+            }
             Request::Force { operand, value } => as_json(&self.force(peer, operand, value).await?),
             Request::Unforce { operand } => as_json(&self.unforce(peer, operand).await?),
             Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
@@ -101,9 +104,9 @@ impl Desk {
                 let view = self.seen().1;
                 as_json(&memory::save(view.about.retention(), peer).await?)
             }
-            Request::Recording {} => {
-                let view = self.seen().1;
-                as_json(&record::recent(&view.about, peer).await?)
+            Request::Recording { from_section } => {
+                let (view, from) = (self.seen().1, from_section.unwrap_or(0));
+                as_json(&record::recent(&view.about, peer, from).await?)
             }
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);

@@ -12,9 +12,13 @@ use tokio::net::UnixStream;
 
 use super::accounts::name_of;
 use super::socket::Owner;
+use crate::operator::protocol::{Refusal, RefusalKind};
 
 /// The most groups that are asked for. Of a user with more, the first group alone counts.
 const GROUPS_MAX: usize = 1024;
+
+/// The longest name of a person for whom a client acts.
+const PERSON_BYTES_MAX: usize = 64;
 
 /// A client.
 #[derive(Clone, Debug)]
@@ -36,6 +40,23 @@ impl Peer {
         let name = name_of(&std::fs::read_to_string("/etc/passwd").unwrap_or_default(), uid);
         let name = name.unwrap_or_else(|| uid.to_string());
         Ok(Peer { uid, pid: cred.pid().unwrap_or(0), name, may_change })
+    }
+}
+
+impl Peer {
+    /// The same client, acting for a person of its own: the log names both.
+    ///
+    /// # Errors
+    /// The person's name is no name.
+    pub fn acting_for(&self, person: Option<&str>) -> Result<Peer, Refusal> {
+        let Some(person) = person else { return Ok(self.clone()) };
+        let is_odd = |c: char| c.is_control() || c.is_whitespace();
+        if person.is_empty() || person.len() > PERSON_BYTES_MAX || person.contains(is_odd) {
+            let message =
+                format!("`for_user` is a name without spaces, of at most {PERSON_BYTES_MAX} bytes");
+            return Err(Refusal::new(RefusalKind::BadRequest, message));
+        }
+        Ok(Peer { name: format!("{person} by {}", self.name), ..self.clone() })
     }
 }
 

@@ -15,11 +15,15 @@ use std::time::Duration;
 /// The time limit of the scan log's thread.
 const THREAD_MAX: Duration = Duration::from_secs(10);
 
-/// The scan log's last minute, as a recording.
+/// The scan log's last while, as a recording: the sections from a number on.
 ///
 /// # Errors
 /// The peer may not read the ladder; or the thread does not answer.
-pub(super) async fn recent(about: &About, peer: &Peer) -> Result<RecordingBytes, Refusal> {
+pub(super) async fn recent(
+    about: &About,
+    peer: &Peer,
+    from: u64,
+) -> Result<RecordingBytes, Refusal> {
     if !peer.may_change && !about.is_public() {
         let message = format!(
             "{peer} may only look, and a recording holds the ladder's files, which not everybody \
@@ -28,7 +32,7 @@ pub(super) async fn recent(about: &About, peer: &Peer) -> Result<RecordingBytes,
         );
         return Err(Refusal::new(RefusalKind::NotPermitted, message));
     }
-    let recent = timeout(THREAD_MAX, about.recording().recent()).await;
+    let recent = timeout(THREAD_MAX, about.recording().recent(from)).await;
     let Ok(Some(bytes)) = recent else {
         let message = "the thread of the scan log gives no answer (a bug in rungd)";
         return Err(Refusal::new(RefusalKind::NoAnswer, message));

@@ -15,8 +15,8 @@ use super::paint::paint;
 use super::power_of::PowerOf;
 use super::state::MonitorState;
 use super::update::update;
-use crate::draw::ladder::Picture;
-use crate::load::recorded::subject;
+use crate::draw::circuit::ContactSymbol;
+use crate::live::LiveProgram;
 use crate::operator::protocol::{Held, ShownValue, Status};
 use crate::record::{RecordedFile, RecordedProgram};
 
@@ -71,8 +71,8 @@ impl PowerOf for SomeConduct {
         120
     }
 
-    fn conducts(&self, element: &str, rung: u32, contact: (Option<u32>, usize)) -> Option<bool> {
-        (element == "Main").then(|| self.0.contains(&(rung, contact.1)))
+    fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool> {
+        (element == "Main").then(|| self.0.contains(&(rung, contact.leaf)))
     }
 }
 
@@ -81,7 +81,7 @@ impl Bench {
     fn start() -> Bench {
         let mut bench = Bench::silent();
         bench.look(status(), vec![]);
-        bench.news(MonitorNews::Ladder("abc".to_owned(), Ok(picture())));
+        bench.news(MonitorNews::Ladder("abc".to_owned(), Ok(program())));
         bench
     }
 
@@ -139,11 +139,11 @@ impl Bench {
     }
 }
 
-fn picture() -> Arc<Picture> {
+fn program() -> Arc<LiveProgram> {
     let file = |name: &str, text: &str| RecordedFile { name: name.into(), text: text.into() };
     let files = vec![file("c.toml", "ladder = [\"a.toml\"]\n"), file("a.toml", LADDER)];
-    let subject = subject(&RecordedProgram { files, ..RecordedProgram::default() });
-    Arc::new(Picture::of(&subject.expect("a ladder")))
+    let recorded = Arc::new(RecordedProgram { files, ..RecordedProgram::default() });
+    Arc::new(LiveProgram::of(recorded).expect("a ladder"))
 }
 
 fn bit(operand: &str, address: &str, on: bool) -> ShownValue {

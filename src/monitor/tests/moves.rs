@@ -1,6 +1,6 @@
 //! Panes, the watch list, the ladder: what the keys reach, and what is asked for it.
 
-use super::{Bench, bit, picture, status, word};
+use super::{Bench, bit, program, status, word};
 use crate::monitor::message::{MonitorNews, Press};
 use crate::monitor::state::{MonitorPage, MonitorPane};
 use crate::operator::protocol::Name;
@@ -61,7 +61,7 @@ fn the_ladder_is_asked_for_once_for_each_program() {
         bench.look(other.clone(), vec![]);
         assert_eq!(bench.orders().len(), asked, "at {ms} ms");
     }
-    bench.news(MonitorNews::Ladder("def".into(), Ok(picture())));
+    bench.news(MonitorNews::Ladder("def".into(), Ok(program())));
     bench.tick(60_000);
     bench.look(other, vec![]);
     assert_eq!(bench.orders(), [""; 0]);
@@ -107,7 +107,7 @@ fn a_new_program_keeps_the_place_in_the_ladder() {
     let mut bench = Bench::start();
     bench.keys("l");
     bench.press(Press::Down);
-    bench.news(MonitorNews::Ladder("def".into(), Ok(picture())));
+    bench.news(MonitorNews::Ladder("def".into(), Ok(program())));
     assert_eq!((bench.state.ladder.element, bench.state.ladder.rung), (0, 1));
     bench.news(MonitorNews::Ladder("ghi".into(), Err("it cannot be loaded".into())));
     assert!(bench.shown().contains("it cannot be loaded"));

@@ -1,0 +1,294 @@
+//! `[web]` and `[[panel]]`: what a signed-in user of `rungd web` may write, and the panels that the
+//! owner of the controller lays out. The daemon does not use them: `rungd web` takes them from the
+//! controller file of the running program.
+
+use super::resolver::Resolver;
+use crate::isa::{Address, Bit, BitSpace};
+use crate::source::finding::{Code, Finding};
+use crate::source::key::{NOT_EMPTY, key};
+use crate::source::reader::{Table, Text};
+use crate::source::span::{Located, Span};
+
+/// `[web]` and `[[panel]]` as written.
+#[derive(Clone, Debug, Default)]
+pub struct WrittenWeb {
+    /// `[web] write`.
+    write: Vec<Text>,
+    /// `[[panel]]`, in file order.
+    panels: Vec<WrittenPanel>,
+}
+
+/// `[[panel]]`.
+#[derive(Clone, Debug)]
+struct WrittenPanel {
+    span: Span,
+    name: Option<Text>,
+    show: Vec<WrittenWidget>,
+}
+
+/// A table of `show`.
+#[derive(Clone, Debug)]
+struct WrittenWidget {
+    span: Span,
+    /// What it shows, by its kind.
+    shows: Vec<(WidgetKind, Text)>,
+    text: Option<Text>,
+    min: Option<Located<i64>>,
+    max: Option<Located<i64>>,
+}
+
+/// What `rungd web` may write, and its panels.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WebSettings {
+    /// The operands that a signed-in user may write: as they are named, with their addresses.
+    pub write: Vec<(String, Address)>,
+    /// The panels, in file order.
+    pub panels: Vec<Panel>,
+}
+
+/// A page for a tablet at the machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Panel {
+    /// Its name; no two panels share one.
+    pub name: String,
+    /// Its widgets, in order.
+    pub show: Vec<Widget>,
+}
+
+/// A part of a panel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Widget {
+    /// What it is.
+    pub kind: WidgetKind,
+    /// The operand that it shows, as it is named.
+    pub operand: String,
+    /// What stands at it; if not given, the operand.
+    pub text: Option<String>,
+    /// The ends of a bar, and of a trend.
+    pub limits: Option<(i32, i32)>,
+}
+
+/// The kinds of widgets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WidgetKind {
+    /// A bit: ON or OFF.
+    Lamp,
+    /// Writes ON into a bit, once a press. The ladder resets it.
+    Button,
+    /// A value; of an operand that may be written, with a field for a new one.
+    Value,
+    /// A word as the length of a bar.
+    Bar,
+    /// A value over the last minute.
+    Trend,
+}
+
+impl WidgetKind {
+    /// All kinds.
+    pub const ALL: [WidgetKind; 5] = [
+        WidgetKind::Lamp,
+        WidgetKind::Button,
+        WidgetKind::Value,
+        WidgetKind::Bar,
+        WidgetKind::Trend,
+    ];
+
+    /// Its key in a controller file.
+    pub fn key(self) -> &'static str {
+        match self {
+            WidgetKind::Lamp => "lamp",
+            WidgetKind::Button => "button",
+            WidgetKind::Value => "value",
+            WidgetKind::Bar => "bar",
+            WidgetKind::Trend => "trend",
+        }
+    }
+
+    /// What the key says.
+    fn doc(self) -> &'static str {
+        match self {
+            WidgetKind::Lamp => "A bit, shown as a lamp.",
+            WidgetKind::Button => {
+                "A bit that a press writes ON, once; the ladder resets it. `[web] write` lists it."
+            }
+            WidgetKind::Value => "A value; with a field for a new one if `[web] write` lists it.",
+            WidgetKind::Bar => "A word, shown as a bar from `min` to `max`.",
+            WidgetKind::Trend => "A value over the last minute.",
+        }
+    }
+}
+
+/// The schema's condition on a widget: one kind, and the ends of a bar.
+const ONE_KIND: &str = r#"{"oneOf":[{"required":["lamp"]},{"required":["button"]},
+            {"required":["value"]},{"required":["bar","min","max"]},{"required":["trend"]}]}"#;
+
+/// The least and greatest ends of a bar.
+const ENDS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+
+/// Reads `[web]` and all `[[panel]]`.
+pub(super) fn read_in(root: &mut Table<'_>) -> WrittenWeb {
+    let mut web = WrittenWeb::default();
+    let explained = key("web", "What people at `rungd web` may do.");
+    if let Some(mut table) = root.table(explained, "`[web]`") {
+        let explained = key("write", "The bits and words that a signed-in user may write.");
+        web.write = table.strings(explained).map_or(Vec::new(), |texts| texts.value);
+        table.finish();
+    }
+    let explained = key("panel", "A page of `rungd web` for people at the machine.");
+    web.panels = root.tables(explained, "a panel").into_iter().map(read_panel).collect();
+    web
+}
+
+fn read_panel(mut table: Table<'_>) -> WrittenPanel {
+    let span = table.span();
+    let name = table.required_string(key("name", "Its name."));
+    let explained = key("show", "Its lamps, buttons, values, bars and trends, in order.");
+    let widgets = table.tables(explained.limited(NOT_EMPTY), "a part of a panel");
+    let show = widgets.into_iter().map(read_widget).collect();
+    table.finish();
+    WrittenPanel { span, name, show }
+}
+
+fn read_widget(mut table: Table<'_>) -> WrittenWidget {
+    table.together(ONE_KIND);
+    let span = table.span();
+    let shows = WidgetKind::ALL.into_iter();
+    let shows = shows.filter_map(|kind| Some((kind, table.string(key(kind.key(), kind.doc()))?)));
+    let shows = shows.collect();
+    let widget = WrittenWidget {
+        span,
+        shows,
+        text: table.string(key("text", "What stands at it; the operand if not given.")),
+        min: table.integer(key("min", "The value at the left end of a bar."), ENDS),
+        max: table.integer(key("max", "The value at the right end of a bar."), ENDS),
+    };
+    table.finish();
+    widget
+}
+
+/// The settings that the keys make, and what is wrong with them.
+pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver) -> WebSettings {
+    let mut web = WebSettings::default();
+    for text in &written.write {
+        let Some(address) = operand(text, resolver) else { continue };
+        if may_write(address) {
+            web.write.push((text.text.trim().to_owned(), address));
+        } else {
+            let message = format!("`{}` cannot be written from outside", text.text.trim());
+            let finding = Finding::new(Code::Controller, text.span, message);
+            let help = "list inputs, data, relays, presets and accumulators: see docs/operator.md";
+            resolver.findings.push(finding.help(help));
+        }
+    }
+    for panel in &written.panels {
+        let Some(name) = &panel.name else { continue };
+        if let Some(other) = web.panels.iter().position(|known| known.name == name.text) {
+            let message = format!("a second panel `{}`", name.text);
+            let finding = Finding::new(Code::Controller, name.span, message);
+            let first = written.panels[other].span;
+            resolver.findings.push(finding.related(first, "the first one"));
+            continue;
+        }
+        let widgets = panel.show.iter().filter_map(|of| widget(of, &web.write, resolver));
+        let show = widgets.collect();
+        web.panels.push(Panel { name: name.text.clone(), show });
+    }
+    web
+}
+
+/// What an operator may write, too (`operator::operand`).
+fn may_write(address: Address) -> bool {
+    match address {
+        Address::Bit(Bit::Space(BitSpace::X, _)) => true,
+        Address::Bit(bit) => bit.writable_from_outside(),
+        Address::Word(word) => word.writable(),
+        Address::Structure(_) => false,
+    }
+}
+
+/// The bit or word of a name.
+fn operand(text: &Text, resolver: &mut Resolver) -> Option<Address> {
+    let name = text.text.trim();
+    match resolver.scope.address(name) {
+        Ok(Address::Structure(_)) => {
+            let message = format!("`{name}` is a structure");
+            let finding = Finding::new(Code::Controller, text.span, message);
+            resolver.findings.push(finding.help(format!("name a member, as `{name}.Acc`")));
+            None
+        }
+        Ok(address) => Some(address),
+        Err(message) => {
+            let finding = match resolver.scope.look_up(name) {
+                Ok(_) => Some(Finding::new(Code::Controller, text.span, message)),
+                Err(mistake) => mistake.finding(text.span),
+            };
+            resolver.findings.extend(finding);
+            None
+        }
+    }
+}
+
+fn widget(
+    written: &WrittenWidget,
+    write: &[(String, Address)],
+    resolver: &mut Resolver,
+) -> Option<Widget> {
+    let mut wrong = |span: Span, message: String, help: String| {
+        resolver.findings.push(Finding::new(Code::Controller, span, message).help(help));
+        None
+    };
+    let (kind, text) = match written.shows.as_slice() {
+        [one] => one.clone(),
+        [] => {
+            let help = "write `lamp`, `button`, `value`, `bar` or `trend` with an operand";
+            return wrong(written.span, "this part shows nothing".into(), help.into());
+        }
+        [_, second, ..] => {
+            let help = "write two parts: `{ lamp = \"a\" }, { value = \"b\" }`";
+            return wrong(second.1.span, "a part shows one operand".into(), help.into());
+        }
+    };
+    let limits = match (kind, &written.min, &written.max) {
+        (WidgetKind::Bar | WidgetKind::Trend, Some(min), Some(max)) if min.value < max.value => {
+            Some((min.value as i32, max.value as i32))
+        }
+        (WidgetKind::Trend, None, None)
+        | (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value, None, None) => None,
+        (WidgetKind::Bar | WidgetKind::Trend, ..) => {
+            let key = kind.key();
+            let message = format!("a {key} goes from `min` to a greater `max`");
+            return wrong(written.span, message, "write `min = 0, max = 100`".into());
+        }
+        (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value, ..) => {
+            let message = format!("a {} has no `min` and `max`", kind.key());
+            return wrong(written.span, message, "leave them out, or write a `bar`".into());
+        }
+    };
+    let address = operand(&text, resolver)?;
+    let name = text.text.trim().to_owned();
+    let mut wrong = |message: String, help: String| {
+        let finding = Finding::new(Code::Controller, text.span, message);
+        resolver.findings.push(finding.help(help));
+        None
+    };
+    let is_bit = matches!(address, Address::Bit(_));
+    match kind {
+        WidgetKind::Lamp | WidgetKind::Button if !is_bit => {
+            return wrong(format!("`{name}` is not a bit"), "write a `value` or a `bar`".into());
+        }
+        WidgetKind::Bar if is_bit => {
+            return wrong(format!("`{name}` is a bit"), "write a `lamp`".into());
+        }
+        WidgetKind::Button if !write.iter().any(|(_, of)| *of == address) => {
+            let message = format!("nobody may write `{name}`: this button would do nothing");
+            return wrong(message, format!("list it: `[web]` with `write = [\"{name}\"]`"));
+        }
+        WidgetKind::Lamp
+        | WidgetKind::Button
+        | WidgetKind::Bar
+        | WidgetKind::Value
+        | WidgetKind::Trend => {}
+    }
+    let text = written.text.as_ref().map(|text| text.text.clone());
+    Some(Widget { kind, operand: name, text, limits })
+}

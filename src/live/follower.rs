@@ -1,0 +1,185 @@
+//! Asks a controller for the newest part of its scan log, again and again, and keeps the last
+//! minute of it.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::program::LiveProgram;
+use super::view::LiveView;
+use crate::engine::Engine;
+use crate::observe::{PowerRun, ScanPower};
+use crate::operator::client::{self, CallFailure};
+use crate::operator::protocol::{RecordingBytes, Request};
+use crate::record::{RecordedProgram, Recording, Replay};
+use crate::runtime::TapeSection;
+
+/// The longest wait for an answer.
+const ANSWER_MAX: Duration = Duration::from_secs(5);
+
+/// The most sections that are kept: a section is about a second.
+const SECTIONS_MAX: u64 = 70;
+
+/// The most entries that are kept.
+const ENTRIES_MAX: usize = 1 << 20;
+
+/// Why nothing was seen.
+#[derive(Debug)]
+pub enum LookFailure {
+    /// The controller does not answer, or refuses.
+    Call(CallFailure),
+    /// The answer cannot be used: another version of rungd, or a program that has just been
+    /// exchanged.
+    Unusable(String),
+}
+
+impl fmt::Display for LookFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LookFailure::Call(failure) => failure.fmt(f),
+            LookFailure::Unusable(why) => f.write_str(why),
+        }
+    }
+}
+
+/// A section that is kept, with its number among those of its process.
+type KeptSection = (u64, Arc<TapeSection>);
+
+/// Follows a controller.
+pub struct Follower {
+    socket: PathBuf,
+    /// What is known of the program that runs.
+    known: Option<KnownProgram>,
+}
+
+struct KnownProgram {
+    program: Arc<LiveProgram>,
+    run: PowerRun,
+    sections: Vec<KeptSection>,
+    power: Arc<ScanPower>,
+}
+
+impl Follower {
+    /// Follows the controller at a socket.
+    pub fn new(socket: PathBuf) -> Follower {
+        Follower { socket, known: None }
+    }
+
+    /// Looks at the last scan. Asks the controller once or twice; blocks until it has answered.
+    ///
+    /// # Errors
+    /// [`LookFailure`]; the next look begins anew.
+    pub fn look(&mut self) -> Result<LiveView, LookFailure> {
+        let looked = self.look_on();
+        if looked.is_err() {
+            self.known = None;
+        }
+        looked
+    }
+
+    fn look_on(&mut self) -> Result<LiveView, LookFailure> {
+        let newest = self.known.as_ref().and_then(|known| known.sections.last());
+        let recording = match newest.map(|(sequence, _)| *sequence) {
+            Some(sequence) => self.ask(sequence)?,
+            // The number of the newest section is not known yet.
+            None => self.last_minute()?,
+        };
+        let running = running(&recording)?;
+        let is_known = self.known.as_ref().is_some_and(|known| *known.program.recorded == *running);
+        let recording = match is_known {
+            true => recording,
+            false => {
+                let program = LiveProgram::of(running).map_err(LookFailure::Unusable)?;
+                self.known = Some(KnownProgram::new(Arc::new(program))?);
+                self.last_minute()?
+            }
+        };
+        let known = self.known.as_mut().ok_or_else(exchanged)?;
+        known.take(recording)?;
+        Ok(known.view())
+    }
+
+    fn last_minute(&self) -> Result<Recording, LookFailure> {
+        let newest = self.ask(u64::MAX)?;
+        let Some(last) = newest.count().checked_sub(1) else { return Ok(newest) };
+        self.ask((newest.head(last).sequence + 1).saturating_sub(SECTIONS_MAX))
+    }
+
+    fn ask(&self, from_section: u64) -> Result<Recording, LookFailure> {
+        let request = Request::Recording { from_section: Some(from_section) };
+        let answer: RecordingBytes =
+            client::ask_within(&self.socket, &request, ANSWER_MAX).map_err(LookFailure::Call)?;
+        let unusable = || LookFailure::Unusable("the controller's answer is no recording".into());
+        Ok(Recording::of_bytes(answer.bytes().ok_or_else(unusable)?))
+    }
+}
+
+/// The program of the newest section.
+fn running(recording: &Recording) -> Result<Arc<RecordedProgram>, LookFailure> {
+    let last = recording.count().checked_sub(1);
+    let last = last.ok_or_else(|| {
+        let why = "the controller has recorded nothing yet, or the scan log has no room: see \
+                   `[record] memory` of the controller file";
+        LookFailure::Unusable(why.to_owned())
+    })?;
+    Ok(Arc::clone(recording.program(last)))
+}
+
+fn exchanged() -> LookFailure {
+    LookFailure::Unusable("the program was exchanged just now".to_owned())
+}
+
+impl KnownProgram {
+    fn new(program: Arc<LiveProgram>) -> Result<KnownProgram, LookFailure> {
+        let run = PowerRun::new(Arc::clone(&program.subject));
+        let power = Arc::new(ScanPower::nothing());
+        Ok(KnownProgram { program, run, sections: Vec::new(), power })
+    }
+
+    /// Takes the sections of the program, and goes to the last scan.
+    fn take(&mut self, recording: Recording) -> Result<(), LookFailure> {
+        let subject = Arc::clone(&self.program.subject);
+        let own = Arc::clone(&self.program.recorded);
+        let places: Vec<(usize, u64)> = (0..recording.count())
+            .filter(|at| *recording.program(*at) == own)
+            .map(|at| (at, recording.head(at).sequence))
+            .collect();
+        let first = places.first().ok_or_else(exchanged)?.1;
+        let mut replay =
+            Replay::new(recording, |_: &RecordedProgram| Ok(Engine::new(subject.whole_code())));
+        self.sections.retain(|(sequence, _)| *sequence < first);
+        for (at, sequence) in places {
+            let Ok(section) = replay.section(at) else { continue };
+            self.sections.push((sequence, Arc::new(section)));
+        }
+        self.forget();
+        let (_, newest) = self.sections.last().ok_or_else(exchanged)?;
+        if let Some(power) = self.run.last_of(newest) {
+            self.power = Arc::new(power);
+        }
+        Ok(())
+    }
+
+    /// The oldest sections go.
+    fn forget(&mut self) {
+        let mut entries: usize = self.sections.iter().map(|(_, of)| of.entries.len()).sum();
+        let mut first = self.sections.len().saturating_sub(SECTIONS_MAX as usize);
+        for (_, section) in &self.sections {
+            if entries <= ENTRIES_MAX || first + 1 >= self.sections.len() {
+                break;
+            }
+            entries -= section.entries.len();
+            first += 1;
+        }
+        self.sections.drain(..first);
+    }
+
+    fn view(&self) -> LiveView {
+        LiveView {
+            program: Arc::clone(&self.program),
+            power: Arc::clone(&self.power),
+            sections: self.sections.iter().map(|(_, section)| Arc::clone(section)).collect(),
+        }
+    }
+}

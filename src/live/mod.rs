@@ -1,0 +1,16 @@
+//! A controller that runs, followed from outside: its program, and every scan of the last while
+//! with the power of each contact.
+//!
+//! A client of the operator's socket that only looks. [`Follower`] asks for the newest part of the
+//! scan log and keeps the last minute; a [`LiveView`] is what it saw, and answers questions without
+//! the controller. `web` and `monitor` show it. Deliberately absent: threads and clocks.
+
+mod follower;
+mod program;
+mod trend;
+mod view;
+
+pub use follower::{Follower, LookFailure};
+pub use program::LiveProgram;
+pub use trend::{Trend, TrendPoint};
+pub use view::{LiveView, TagValue};

@@ -1,0 +1,129 @@
+//! What was seen of a controller at one moment: the last scan, and the scans of the minute before
+//! it. Every answer is of one scan.
+
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+use super::program::LiveProgram;
+use super::trend::{Trend, trend};
+use crate::draw::circuit::ContactSymbol;
+use crate::engine::Cell;
+use crate::isa::Real;
+use crate::observe::{At, Explanation, Limits, PowerRun, ScanPower};
+use crate::runtime::{TapeSection, scan_begins};
+
+/// The last scan of a controller, and the minute before it.
+#[derive(Clone, Debug)]
+pub struct LiveView {
+    /// The program that runs.
+    pub program: Arc<LiveProgram>,
+    /// The last scan.
+    pub power: Arc<ScanPower>,
+    /// The minute, in order.
+    pub(super) sections: Vec<Arc<TapeSection>>,
+}
+
+/// The value of a tag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TagValue {
+    /// Of a bit.
+    Bit(bool),
+    /// Of an integer; `is_time`: in ms.
+    Integer {
+        /// The number.
+        value: i32,
+        /// Whether it is a time.
+        is_time: bool,
+    },
+    /// Of a real.
+    Real(f64),
+}
+
+impl LiveView {
+    /// The numbers of the first and the last scan that can be looked at; `None`: no scan yet.
+    pub fn scans(&self) -> Option<RangeInclusive<u64>> {
+        let mut all = self.sections.iter().filter_map(|section| {
+            let mut begins = scan_begins(&section.entries, section.start.number);
+            begins.next().map(|first| first.number)
+        });
+        let first = all.next()?;
+        Some(first..=self.power.scan.max(first))
+    }
+
+    /// The power of a scan of the minute.
+    ///
+    /// # Errors
+    /// The scan is not in it.
+    pub fn at(&self, scan: u64) -> Result<ScanPower, String> {
+        if scan == self.power.scan {
+            return Ok((*self.power).clone());
+        }
+        let has = |section: &&Arc<TapeSection>| {
+            scan_begins(&section.entries, section.start.number).any(|begin| begin.number == scan)
+        };
+        let mut run = PowerRun::new(Arc::clone(&self.program.subject));
+        let found = self.sections.iter().find(has);
+        found.and_then(|section| run.of_scan(section, scan)).ok_or_else(|| match self.scans() {
+            Some(known) => {
+                let (first, last) = (known.start(), known.end());
+                format!("scan {scan} is not there any more: there are {first} to {last}")
+            }
+            None => "no scan is recorded yet".to_owned(),
+        })
+    }
+
+    /// Whether a contact conducts, as it is drawn; `None`: its rung was not executed.
+    pub fn conducts(
+        &self,
+        power: &ScanPower,
+        (element, rung): (&str, u32),
+        contact: &ContactSymbol,
+    ) -> Option<bool> {
+        let first = self.program.first_contact(element, rung, contact.branch)?;
+        let on = power.contact(first + contact.leaf as u32)?;
+        Some(contact.form.conducts(on))
+    }
+
+    /// What made an operand what it is, or what it was at the end of a scan.
+    ///
+    /// # Errors
+    /// The operand names nothing, or the scan is not in the minute.
+    pub fn why(&self, operand: &str, scan: Option<u64>) -> Result<Explanation, String> {
+        let subject = &self.program.subject;
+        let cell = subject.cell(operand)?;
+        let at = scan.map_or(At::Now, At::Scan);
+        let mut past = self.sections.clone();
+        let limits = Limits::default();
+        subject.why(&mut past, cell, (at, limits)).map_err(|refusal| refusal.to_string())
+    }
+
+    /// The values of an operand over the minute.
+    ///
+    /// # Errors
+    /// The operand names nothing.
+    pub fn trend(&self, operand: &str) -> Result<Trend, String> {
+        let cell = self.program.subject.cell(operand)?;
+        Ok(trend(&self.program.subject, &self.sections, cell))
+    }
+
+    /// The value of an operand in a scan.
+    ///
+    /// # Errors
+    /// The operand names nothing.
+    pub fn value(&self, power: &ScanPower, operand: &str) -> Result<TagValue, String> {
+        let cell = self.program.subject.cell(operand)?;
+        Ok(self.tag_value(cell, power.value(cell)))
+    }
+
+    /// The content of a cell as the value that it stands for.
+    pub fn tag_value(&self, cell: Cell, content: i32) -> TagValue {
+        let operand = self.program.subject.operand(cell);
+        if operand.is_bit {
+            TagValue::Bit(content != 0)
+        } else if operand.is_real {
+            TagValue::Real(f64::from(Real::of_cell(content)))
+        } else {
+            TagValue::Integer { value: content, is_time: operand.is_time }
+        }
+    }
+}
