@@ -55,7 +55,10 @@ impl ChangeWanted {
     pub fn request(self, operand: String, text: String) -> Request {
         match self {
             ChangeWanted::Force => Request::Force { operand, value: GivenValue::Text(text) },
-            ChangeWanted::Write => Request::Write { operand, value: GivenValue::Text(text) },
+            ChangeWanted::Write => {
+                let value = GivenValue::Text(text);
+                Request::Write { operand, value, for_user: None }
+            }
             ChangeWanted::Release => Request::Unforce { operand },
         }
     }
