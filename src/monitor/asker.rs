@@ -5,6 +5,7 @@
 //! [`MonitorOrder::Change`].
 
 use std::collections::HashSet;
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
@@ -44,12 +45,14 @@ type Sent = Result<(), SendError<MonitorNews>>;
 
 /// Starts the thread: where to send orders, and where news come from. It ends when the sender is
 /// dropped.
-pub(super) fn start(socket: PathBuf) -> (Sender<MonitorOrder>, Receiver<MonitorNews>) {
+///
+/// # Errors
+/// The machine has no room for a thread.
+pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiver<MonitorNews>)> {
     let (orders, received) = unbounded();
     let (send, news) = bounded(NEWS_MAX);
     let builder = thread::Builder::new().name("monitor".to_owned());
-    // Without the thread the channel is closed, which `run` tells.
-    let _ = builder.spawn(move || {
+    builder.spawn(move || {
         let asker = ControllerAsker {
             follower: Follower::new(socket.clone()),
             follows: false,
@@ -60,8 +63,8 @@ pub(super) fn start(socket: PathBuf) -> (Sender<MonitorOrder>, Receiver<MonitorN
             program: (0, String::new()),
         };
         asker.run(&received);
-    });
-    (orders, news)
+    })?;
+    Ok((orders, news))
 }
 
 /// The thread.

@@ -25,7 +25,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use crossbeam_channel::{Receiver, RecvError, Sender, select};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
@@ -34,6 +34,8 @@ use message::{MonitorEvent, MonitorNews, MonitorOrder, MonitorWish};
 use screen::Screen;
 use state::MonitorState;
 use update::update;
+
+use crate::faults::{self, FaultPoint};
 
 /// The longest time until a signal is seen, and until a time on the screen goes on.
 const TICK: Duration = Duration::from_millis(100);
@@ -59,14 +61,19 @@ pub(crate) fn run(setup: MonitorSetup) -> Result<()> {
         signal_hook::flag::register(signal, Arc::clone(&is_ended))?;
     }
     let mut screen = Screen::take()?;
-    let (orders, news) = asker::start(setup.socket);
-    let channels = Channels { orders, news, keys: keys::start() };
+    faults::listen();
+    let (orders, news) = asker::start(setup.socket)?;
+    let channels = Channels { orders, news, keys: keys::start()? };
     let mut state = MonitorState::watching(setup.operands);
     let began = Instant::now();
     while !is_ended.load(Ordering::Relaxed) {
         screen.0.draw(|frame| paint::paint(frame, &state, setup.has_colours))?;
-        let Some(waited) = channels.next()? else { return Ok(()) };
+        faults::point(FaultPoint::Page);
+        let Some(waited) = channels.next() else { return Ok(()) };
         let tick = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
+        if let Waited::DrawAgain = waited {
+            screen.0.clear()?;
+        }
         let mut wishes = update(&mut state, MonitorEvent::Tick(tick));
         if let Waited::Event(event) = waited {
             wishes.extend(update(&mut state, event));
@@ -74,7 +81,7 @@ pub(crate) fn run(setup: MonitorSetup) -> Result<()> {
         for wish in wishes {
             match wish {
                 MonitorWish::Quit => return Ok(()),
-                // Without the thread the next news tell it.
+                // Without the thread `next` tells it.
                 MonitorWish::Ask(order) => drop(channels.orders.send(order)),
             }
         }
@@ -94,22 +101,26 @@ enum Waited {
     Event(MonitorEvent),
     /// Only time has passed, or the window has another size.
     Nothing,
+    /// The screen may show something else.
+    DrawAgain,
 }
 
 impl Channels {
     /// Waits for a while; `None`: the terminal is gone.
-    fn next(&self) -> Result<Option<Waited>> {
+    fn next(&self) -> Option<Waited> {
         select! {
-            recv(self.keys) -> input => Ok(match input {
+            recv(self.keys) -> input => match input {
                 Ok(TerminalInput::Key(press)) => Some(Waited::Event(MonitorEvent::Press(press))),
                 Ok(TerminalInput::Resized) => Some(Waited::Nothing),
+                Ok(TerminalInput::DrawAgain) => Some(Waited::DrawAgain),
                 Err(RecvError) => None,
-            }),
-            recv(self.news) -> news => match news {
-                Ok(news) => Ok(Some(Waited::Event(MonitorEvent::News(news)))),
-                Err(RecvError) => bail!("the thread that asks the controller has ended"),
             },
-            default(TICK) => Ok(Some(Waited::Nothing)),
+            recv(self.news) -> news => {
+                // The thread ends only with the orders, or by a panic.
+                let news = news.expect("the thread that asks the controller has ended");
+                Some(Waited::Event(MonitorEvent::News(news)))
+            },
+            default(TICK) => Some(Waited::Nothing),
         }
     }
 }

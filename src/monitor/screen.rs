@@ -84,6 +84,8 @@ impl Backend for TerminalWriter {
             return Ok(());
         }
         let mut last = None;
+        // Where the cursor stands after a character whose width every terminal knows.
+        let mut cursor = None;
         for (x, y, cell) in content {
             let look = (cell.fg, cell.modifier);
             if last != Some(look) {
@@ -92,7 +94,11 @@ impl Backend for TerminalWriter {
             }
             // `pen` lets no such character through; this is the last gate.
             let symbol = if cell.symbol().contains(is_obeyed) { "?" } else { cell.symbol() };
-            write!(self.0, "\x1b[{};{}H{symbol}", y + 1, x + 1)?;
+            if cursor != Some((x, y)) {
+                write!(self.0, "\x1b[{};{}H", y + 1, x + 1)?;
+            }
+            write!(self.0, "{symbol}")?;
+            cursor = symbol.is_ascii().then_some((x + 1, y));
         }
         self.0.write_all(b"\x1b[0m")
     }

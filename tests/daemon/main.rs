@@ -6,6 +6,8 @@ mod endings;
 mod events;
 mod full_disk;
 mod journal;
+#[cfg(feature = "monitor")]
+mod monitor;
 mod names;
 mod no_descriptors;
 mod operator_commands;

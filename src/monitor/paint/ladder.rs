@@ -39,8 +39,8 @@ pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
 /// The operand of the marked symbol with its value, and what its power is.
 fn what_is_chosen(state: &MonitorState, said: &str) -> String {
     let operand = match state.ladder.operand() {
-        Some(operand) => match state.value(&operand) {
-            Some(shown) => format!("{operand} is {}; ", value_text(shown)),
+        Some(operand) => match value(state, &operand) {
+            Some(value) => format!("{operand} is {value}; "),
             None => format!("{operand}; "),
         },
         None => String::new(),
@@ -51,6 +51,14 @@ fn what_is_chosen(state: &MonitorState, said: &str) -> String {
         (None, None) => "no power is shown yet".to_owned(),
     };
     format!("{operand}{power}")
+}
+
+/// The value of an operand: of the scan whose power is shown, if there is one.
+fn value(state: &MonitorState, operand: &str) -> Option<String> {
+    let looked = state.value(operand);
+    let Some(power) = &state.ladder.power else { return looked.map(value_text) };
+    let forced = if looked.is_some_and(|shown| shown.forced) { ", forced" } else { "" };
+    power.value(operand).map(|value| format!("{value}{forced}"))
 }
 
 /// The lines of the rungs around the chosen one, and what its marked symbol does.

@@ -12,6 +12,13 @@ fn check(bench: &Bench, expect: Expect) {
     expect.assert_eq(&bench.shown());
 }
 
+/// What is drawn, as it stands on the page for people.
+fn check_page(bench: &Bench) {
+    let page = include_str!("../../../docs/monitor.md");
+    let shown = bench.shown();
+    assert!(page.contains(&format!("```text\n{shown}```")), "docs/monitor.md lacks\n{shown}");
+}
+
 #[test]
 fn the_first_page_says_everything_in_words() {
     let mut bench = Bench::start();
@@ -48,6 +55,7 @@ fn the_first_page_says_everything_in_words() {
         Tab pane  a add  d remove  w why  f force  u release  s write  l ladder  ?  q
     "#]],
     );
+    check_page(&bench);
 }
 
 #[test]
@@ -115,6 +123,7 @@ fn the_ladder_shows_power_without_colours() {
         arrows  Tab next  w why  f force  u release  s write  a watch  Esc back  ?  q
     "#]],
     );
+    check_page(&bench);
     bench.press(Press::Tab);
     check(
         &bench,
@@ -328,22 +337,18 @@ fn the_help_and_an_answer_fit() {
     );
     bench.press(Press::Escape);
     bench.press(Press::BackTab);
+    bench.press(Press::Down);
     bench.keys("w");
     bench.news(MonitorNews::Why("io.Ok".into(), Ok("io.Ok is OFF\n  it is stale\n".into())));
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
-        alarms: 1  forces: 1  devices in trouble: 1
-        ─ Watch ─────────────────────────────── ─ Alarms ───────────────────────────────
-        nothing yet: a adds an operand          ● jam: The belt is jammed
-        ─ Blocks 1 of 4 ─────────────────────── ─ Forces ───────────────────────────────
-        ● Program Main: running                 stop (X1): OFF
-        ● Program Filler: running               ━▶Devices 1 of 3 ━━━━━━━━━━━━━━━━━━━━━━━
-            ● Stage Fill: ON                    ● Modbus server at 127.0.0.1:1502: 1 of
-            ○ Stage Drain: OFF                  ○ io (modbus, 10.0.0.9:502): STALE
-                                                    connect: refused
+            belt  RUN for 1m                                                       scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
+            alarms: 1  forces: 1  devices in trouble: 1
+            Why: io.Ok
+            io.Ok is OFF
+              it is stale
 
 
 
@@ -355,9 +360,14 @@ fn the_help_and_an_answer_fit() {
 
 
 
-        no operand is chosen: choose one by the arrows
-        Tab pane  a add  d remove  w why  f force  u release  s write  l ladder  ?  q
-    "#]],
+
+
+
+
+
+
+            arrows scroll  Esc back  q quit
+        "#]],
     );
 }
 

@@ -1,5 +1,6 @@
 //! The state is driven by keys and news, and drawn into a terminal in memory. No socket, no clock.
 
+mod asked;
 mod changes;
 mod drawn;
 mod moves;
@@ -69,6 +70,10 @@ struct SomeConduct(&'static [(u32, usize)]);
 impl PowerOf for SomeConduct {
     fn scan(&self) -> u64 {
         120
+    }
+
+    fn value(&self, operand: &str) -> Option<String> {
+        (operand == "motor").then(|| "ON".to_owned())
     }
 
     fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool> {
