@@ -1,7 +1,7 @@
 //! The terminal: taken over at the start and given back at any end, and written to.
 //!
-//! `run` draws by it. After a panic, of any thread, the terminal is given back before the message is
-//! printed.
+//! `run` draws by it. After a panic, of any thread, the terminal is given back before the message
+//! is printed.
 
 use std::io::{self, BufWriter, Stdout, Write};
 use std::sync::atomic::{AtomicBool, Ordering};

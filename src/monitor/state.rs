@@ -1,8 +1,8 @@
 //! What the monitor knows and shows: the last look at the controller, the watch list, the ladder,
 //! and where the user is.
 //!
-//! `update` changes it, `rows` and `paint` show it. No clock, no thread, no terminal: the time comes
-//! in as an event.
+//! `update` changes it, `rows` and `paint` show it. No clock, no thread, no terminal: the time
+//! comes in as an event.
 
 use super::dialog::Dialog;
 use super::ladder_view::LadderView;

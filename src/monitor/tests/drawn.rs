@@ -62,41 +62,10 @@ fn the_first_page_says_everything_in_words() {
 fn the_ladder_shows_power_without_colours() {
     let mut bench = Bench::start();
     bench.keys("l");
-    check(
-        &bench,
-        expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
-        alarms: 1  forces: 1  devices in trouble: 1
-        Main (Program, always runs), 1 of 2                                  rung 1 of 2
-        start; no power is shown yet
-        ▶1. run  a.toml:11
-         │ start   stop   motor
-         ├──] [──┬─] /[────( )
-         │  X0   │  X1     Y0
-         │ motor │
-         ├──] [──┘
-         │  Y0
-
-         2.  a.toml:16
-         │               jam
-         ├─[ D0 > 500]─┬─( S)
-         │             │  C0
-         │             │
-         │             └─[ MOVE 0 to=D0]
-
-
-
-
-        arrows  Tab next  w why  f force  u release  s write  a watch  Esc back  ?  q
-    "#]],
-    );
     bench.news(MonitorNews::Power(Ok(Arc::new(SomeConduct(&[(1, 1), (1, 2)])))));
     bench.press(Press::Right);
     bench.look(status(), vec![bit("motor", "Y0", true)]);
-    check(
-        &bench,
-        expect![[r#"
+    check(&bench, expect![[r#"
         belt  RUN for 1m                                                       scan 6000
         every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
         alarms: 1  forces: 1  devices in trouble: 1
@@ -121,17 +90,42 @@ fn the_ladder_shows_power_without_colours() {
 
 
         arrows  Tab next  w why  f force  u release  s write  a watch  Esc back  ?  q
-    "#]],
-    );
+    "#]]);
     check_page(&bench);
-    bench.press(Press::Tab);
-    check(
-        &bench,
-        expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
+}
+
+#[test]
+fn a_ladder_without_power_says_why() {
+    let mut bench = Bench::start();
+    bench.size = (60, 16);
+    bench.keys("l");
+    check(&bench, expect![[r#"
+        belt  RUN for 1m                                   scan 6000
+        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns
         alarms: 1  forces: 1  devices in trouble: 1
-        Stage Filler.Fill, 2 of 2                                            rung 1 of 1
+        Main (Program, always runs), 1 of 2              rung 1 of 2
+        start; no power is shown yet
+        ▶1. run  a.toml:11
+         │ start   stop   motor
+         ├──] [──┬─] /[────( )
+         │  X0   │  X1     Y0
+         │ motor │
+         ├──] [──┘
+         │  Y0
+
+         2.  a.toml:16
+
+        arrows  Tab next  w why  f force  u release  s write  a watc
+    "#]]);
+    bench.news(MonitorNews::Power(Err("the scan log has no room".into())));
+    assert!(bench.shown().contains("start; no power is shown: the scan log has no room"));
+    bench.news(MonitorNews::Power(Ok(Arc::new(SomeConduct(&[])))));
+    bench.press(Press::Tab);
+    check(&bench, expect![[r#"
+        belt  RUN for 1m                                   scan 6000
+        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns
+        alarms: 1  forces: 1  devices in trouble: 1
+        Stage Filler.Fill, 2 of 2                        rung 1 of 1
         $On; its block does not execute (scan 120)
         ▶1.  a.toml:27  does not execute
          │ $On   Y1
@@ -143,17 +137,8 @@ fn the_ladder_shows_power_without_colours() {
 
 
 
-
-
-
-
-
-
-
-
-        arrows  Tab next  w why  f force  u release  s write  a watch  Esc back  ?  q
-    "#]],
-    );
+        arrows  Tab next  w why  f force  u release  s write  a watc
+    "#]]);
 }
 
 #[test]
