@@ -39,3 +39,5 @@ mod say;
 pub mod sim;
 pub mod source;
 pub mod testing;
+#[cfg(feature = "web")]
+pub mod web;

@@ -11,6 +11,6 @@ mod trend;
 mod view;
 
 pub use follower::{Follower, LookFailure};
-pub use program::LiveProgram;
+pub use program::{LiveProgram, LiveTag};
 pub use trend::{Trend, TrendPoint};
 pub use view::{LiveView, TagValue};
