@@ -128,7 +128,7 @@ impl<'a> Pen<'a> {
 
     /// The mark of what a script lights.
     fn lit(&self) -> &'static str {
-        if self.with.is_live() { " data-p" } else { "" }
+        if self.with.is_live() { " data-p=\"\"" } else { "" }
     }
 
     fn contact(&mut self, symbol: &ContactSymbol, (row, column): (usize, usize)) {
@@ -146,6 +146,7 @@ impl<'a> Pen<'a> {
             self.lit()
         );
         self.title(symbol.label.doc.as_deref(), mark.map(|(_, said)| said));
+        self.touch((left, right), y);
         match symbol.form {
             ContactForm::Boxed | ContactForm::NotBoxed => {
                 let (from, width) = (left + CHAR / 2, right - left - CHAR);
@@ -228,7 +229,20 @@ impl<'a> Pen<'a> {
             None => self.legs(placed, (x, y)),
         };
         self.width = self.width.max(end);
+        self.touch((x, end), y);
         self.body.push_str("</g>\n");
+    }
+
+    /// In a live drawing: where a press on a symbol counts, also between its lines.
+    fn touch(&mut self, (left, right): (usize, usize), y: usize) {
+        if self.with.is_live() {
+            let (top, width, height) = (y - WIRE, right - left, ROW);
+            let _ = write!(
+                self.body,
+                "<rect class=\"touch\" x=\"{left}\" y=\"{top}\" width=\"{width}\" \
+                 height=\"{height}\"/>"
+            );
+        }
     }
 
     /// A coil; where it ends.

@@ -7,6 +7,8 @@
 
 mod follower;
 mod program;
+#[cfg(test)]
+mod tests;
 mod trend;
 mod view;
 
