@@ -3,6 +3,7 @@
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
 use super::retain::COLD_BY_HAND;
+use crate::controller::log::BlockLines;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::events::{self, Event};
 use crate::isa::{BlockId, StageId};
@@ -26,6 +27,8 @@ pub(super) struct Narration {
     rungs: usize,
     /// The scan period and the watchdog.
     pub tempo: Tempo,
+    /// Whose changes of state are told.
+    told: BlockLines,
 }
 
 /// An event of a block or Stage.
@@ -158,7 +161,8 @@ impl Narration {
         let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
         let (rungs, tempo) = (rungs(program), Tempo::default());
         let maths = symbols.maths.clone();
-        (Narration { blocks, stages, bits, words, maths, rungs, tempo }, watched)
+        let told = BlockLines::All;
+        (Narration { blocks, stages, bits, words, maths, rungs, tempo, told }, watched)
     }
 
     /// The same names for a program with this tempo.
@@ -166,9 +170,14 @@ impl Narration {
         Narration { tempo, ..self }
     }
 
-    /// The event of a block in words, and whether it is news. Built-in Tasks have events at every
-    /// start and stop; these are details.
-    pub fn block_event(&self, event: BlockEvent) -> BlockNews<'_> {
+    /// The same names, telling the changes of state of these blocks.
+    pub fn telling(self, told: BlockLines) -> Narration {
+        Narration { told, ..self }
+    }
+
+    /// The event of a block in words, and whether it is news; `None` if it is not to be told.
+    /// Built-in Tasks have events at every start and stop; these are details.
+    pub fn block_event(&self, event: BlockEvent) -> Option<BlockNews<'_>> {
         let (event, of, what) = match event {
             BlockEvent::Started(id) => (&events::BLOCK_STARTED, Element::Block(id), "started"),
             BlockEvent::Stopped(id) => (&events::BLOCK_STOPPED, Element::Block(id), "stopped"),
@@ -181,11 +190,18 @@ impl Narration {
                 (&events::TERMINATION_PASS, of, "had its termination pass")
             }
         };
+        let is_told = match (self.told, of) {
+            (BlockLines::All, _) | (BlockLines::Programs, Element::Block(_)) => true,
+            (BlockLines::Programs, Element::Stage(_)) | (BlockLines::None, _) => false,
+        };
+        if !is_told {
+            return None;
+        }
         let (kind, name, news) = match of {
             Element::Block(id) => self.block(id),
             Element::Stage(id) => ("Stage", self.stage(id), true),
         };
-        BlockNews { event, kind, name, what, news }
+        Some(BlockNews { event, kind, name, what, news })
     }
 
     /// The remedy for a fault, with the settings and sizes that explain it.

@@ -33,7 +33,7 @@ mod tests {
     use std::collections::HashSet;
 
     use super::*;
-    use crate::events::GROUPS;
+    use crate::events::{GROUPS, Level, Silence};
 
     #[test]
     fn codes_rise_and_names_and_ids_are_unique() {
@@ -62,6 +62,15 @@ mod tests {
             }
             let is_in_group = GROUPS.iter().any(|(hundred, _)| *hundred == event.number / 100);
             assert!(is_in_group, "{name}: {} is in no group", event.number);
+        }
+    }
+
+    #[test]
+    fn an_error_is_never_silenced_and_what_is_never_silenced_is_seen_at_level_info() {
+        for event in all() {
+            let (name, is_kept) = (event.name, event.silence == Silence::Never);
+            assert!(is_kept || event.level > Level::Error, "{name} is an error");
+            assert!(!is_kept || event.level <= Level::Info, "{name} is a detail");
         }
     }
 

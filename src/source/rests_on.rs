@@ -37,7 +37,8 @@ impl Code {
             | DuplicateOut | RetainRange | OutElsewhere | TaskStartsItself | ConstantCompare
             | BareTimerValue | DurationAsCount | MixedAndOr | EdgeInClk | MixedOperators
             | IntegerDivisionIntoReal | ComplementOfBit | ConstantSaturates | LostFraction
-            | MathConstants | RetainedButReset | LongPeriod | UnknownAllow => RestsOn::Itself,
+            | MathConstants | RetainedButReset | LongPeriod | UnknownAllow | UnknownEvent
+            | KeptEvent => RestsOn::Itself,
             UnknownName | UnknownMember | UnknownBlock | UnknownStage
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
