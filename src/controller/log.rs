@@ -9,6 +9,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::key::{Key, key, words};
 use crate::source::nearest::KnownNames;
 use crate::source::reader::{Table, Text};
+use crate::source::span::Located;
 
 /// The settings of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,6 +42,18 @@ pub enum LogTime {
     Utc,
     /// Local time with its offset from UTC.
     Local,
+}
+
+impl BlockLines {
+    /// Whether no line of such an event is logged.
+    fn leaves_out(self, silence: Silence) -> bool {
+        match (self, silence) {
+            (BlockLines::All, _) | (_, Silence::Never | Silence::ByName) => false,
+            (BlockLines::Programs, Silence::ByBlocks) => false,
+            (BlockLines::Programs, Silence::ByStages) => true,
+            (BlockLines::None, Silence::ByBlocks | Silence::ByStages) => true,
+        }
+    }
 }
 
 const BLOCKS: [(&str, BlockLines); 3] =
@@ -103,19 +116,20 @@ fn read(mut table: Table<'_>) -> LogSettings {
         "The time in the lines of a text log: utc, or local with its offset; utc if not given. \
          JSON keeps UTC.",
     );
+    let blocks = one_of(&mut table, blocks.one_of(|| words(&BLOCKS)), &BLOCKS);
+    let time = one_of(&mut table, time.one_of(|| words(&TIMES)), &TIMES);
     let settings = LogSettings {
         statistics_ms: statistics.map_or(STATISTICS_MS, |every| every.value.unsigned_abs()),
-        blocks: one_of(&mut table, blocks.one_of(|| words(&BLOCKS)), &BLOCKS)
-            .unwrap_or(default.blocks),
-        time: one_of(&mut table, time.one_of(|| words(&TIMES)), &TIMES).unwrap_or(default.time),
-        levels: read_events(&mut table),
+        blocks: blocks.as_ref().map_or(default.blocks, |blocks| blocks.value),
+        time: time.map_or(default.time, |time| time.value),
+        levels: read_events(&mut table, blocks),
     };
     table.finish();
     settings
 }
 
 /// The value of a key that takes one of these words.
-fn one_of<T: Copy>(table: &mut Table<'_>, key: Key, named: &[(&str, T)]) -> Option<T> {
+fn one_of<T: Copy>(table: &mut Table<'_>, key: Key, named: &[(&str, T)]) -> Option<Located<T>> {
     let text = table.string(key)?;
     let found = named.iter().find(|(word, _)| *word == text.text);
     if found.is_none() {
@@ -126,10 +140,10 @@ fn one_of<T: Copy>(table: &mut Table<'_>, key: Key, named: &[(&str, T)]) -> Opti
         let help = format!("write one of {}", known.join(", "));
         table.find(finding.help(help).near(&text.text, &known_names));
     }
-    found.map(|(_, value)| *value)
+    found.map(|(_, value)| Located { value: *value, span: text.span })
 }
 
-fn read_events(table: &mut Table<'_>) -> EventLevels {
+fn read_events(table: &mut Table<'_>, blocks: Option<Located<BlockLines>>) -> EventLevels {
     let mut levels = EventLevels::default();
     let explained = key("events", "The levels of single events, by name.");
     let Some(mut table) = table.table(explained, "`[log.events]`") else { return levels };
@@ -139,7 +153,12 @@ fn read_events(table: &mut Table<'_>) -> EventLevels {
             continue;
         };
         match judged(event, &text) {
-            Ok(level) => levels.give(event, level),
+            Ok(level) => {
+                levels.give(event, level);
+                if let (Some(_), Some(blocks)) = (level, &blocks) {
+                    left_out(event, &text, blocks).into_iter().for_each(|found| table.find(found));
+                }
+            }
             Err(finding) => table.find(*finding),
         }
     }
@@ -181,8 +200,23 @@ fn kept(event: &Event, text: &Text) -> Finding {
         event.level.name()
     );
     Finding::new(Code::KeptEvent, text.span, message)
-        .label("faults, modes, alarms, losses and people's changes are told at info at least")
+        .label("a fault, mode, alarm, loss or change is told at info, warn or error")
         .help(help)
+}
+
+/// The warning for a level of lines that are left out.
+fn left_out(event: &Event, text: &Text, blocks: &Located<BlockLines>) -> Option<Finding> {
+    if !blocks.value.leaves_out(event.silence) {
+        return None;
+    }
+    let word = word(&BLOCKS, blocks.value);
+    let message = format!("`{}` has a level, but none of its lines is logged", event.name);
+    let finding = Finding::new(Code::LevelLeftOut, text.span, message)
+        .related(blocks.span, format!("`{word}` leaves them out"));
+    Some(finding.help(
+        "take the level out; or write `blocks = \"all\"`, and \"off\" or \"debug\" for the events \
+         that are not wanted",
+    ))
 }
 
 /// Finds the keys that name no event.
@@ -246,6 +280,17 @@ mod tests {
                 let is_refused = event.silence == Silence::Never && is_hidden;
                 assert_eq!(found.len(), usize::from(is_refused), "{} {word}", event.name);
             }
+        }
+    }
+
+    #[test]
+    fn a_level_of_lines_that_are_left_out_is_a_doubt() {
+        for (blocks, told) in [("all", 0), ("programs", 1), ("none", 2)] {
+            let text = format!(
+                "log.blocks = \"{blocks}\"\n[log.events]\nstage-on = \"debug\"\n\
+                 block-started = \"warn\"\nstage-off = \"off\"\ntag-on = \"warn\"\n"
+            );
+            assert_eq!(read_text(&text).1.len(), told, "{blocks}");
         }
     }
 

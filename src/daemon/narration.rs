@@ -304,6 +304,7 @@ pub(super) fn us(ns: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::events::Silence;
     use crate::resolve::{LoadOptions, load_ladders};
     use crate::source::span::SourceFile;
 
@@ -330,6 +331,42 @@ mod tests {
     #[test]
     fn microseconds_keep_one_decimal() {
         assert_eq!((us(12_345), us(0), us(999_960)), (12.3, 0.0, 1000.0));
+    }
+
+    /// The settings and the rows of the catalogue say the same of every event.
+    #[test]
+    fn blocks_are_told_as_their_setting_and_their_events_say() {
+        let text = "[[program]]\nname = \"Main\"\n[[program.stage]]\nname = \"A\"\nrung = []\n";
+        let file = SourceFile { name: "a.toml".into(), text: text.into() };
+        let program = load_ladders(&[file], &LoadOptions::default()).0.expect("it loads");
+        let (_, symbols) = crate::lower::lower(&program);
+        let narration = Narration::new(&program, &symbols).0;
+        let (block, stage) = (BlockId(0), StageId(0));
+        let all = [
+            BlockEvent::Started(block),
+            BlockEvent::Stopped(block),
+            BlockEvent::Completed(block),
+            BlockEvent::Terminated(Element::Block(block)),
+            BlockEvent::Terminated(Element::Stage(stage)),
+            BlockEvent::StageOn(stage),
+            BlockEvent::StageOff(stage),
+        ];
+        let told = |told: BlockLines| -> Vec<&'static str> {
+            let narration = narration.clone().telling(told);
+            all.iter().filter_map(|event| Some(narration.block_event(*event)?.event.name)).collect()
+        };
+        let names = |kept: &[Silence]| -> Vec<&'static str> {
+            events::all().filter(|e| kept.contains(&e.silence)).map(|e| e.name).collect()
+        };
+        let sorted = |mut names: Vec<&'static str>| {
+            names.sort_unstable();
+            names.dedup();
+            names
+        };
+        let of_blocks = [Silence::ByBlocks, Silence::ByStages];
+        assert_eq!(sorted(told(BlockLines::All)), sorted(names(&of_blocks)));
+        assert_eq!(sorted(told(BlockLines::Programs)), sorted(names(&[Silence::ByBlocks])));
+        assert_eq!((told(BlockLines::Programs).len(), told(BlockLines::None).len()), (4, 0));
     }
 
     #[test]

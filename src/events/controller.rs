@@ -101,8 +101,8 @@ rows! {
     TIME_ZONE = 17, "time-zone", Warn, NONE, ByName:
         "14ed3928923b4640abfa469118e2be6f",
         "The time zone of TZ, or of /etc/localtime, cannot be read. The ladder's time of day \
-         ($Year to $Second) keeps the zone that was read before, or is UTC. Nothing else depends \
-         on it.",
+         ($Year to $Second), and the log's time if that is local, keep the zone that was read \
+         before, or are UTC. Nothing else depends on it.",
         "Set TZ to a name as Europe/Berlin whose file is in /usr/share/zoneinfo, or let \
          /etc/localtime be such a file. rungd looks again every second.";
 

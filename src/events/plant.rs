@@ -43,12 +43,12 @@ rows! {
         "A Program or Task completed by itself.",
         "Nothing.";
 
-    STAGE_ON = 404, "stage-on", Info, PLANT, ByBlocks:
+    STAGE_ON = 404, "stage-on", Info, PLANT, ByStages:
         "ca58370959f34ab185c1534a5dea3bb5",
         "A Stage went ON: its rungs are executed.",
         "Nothing.";
 
-    STAGE_OFF = 405, "stage-off", Info, PLANT, ByBlocks:
+    STAGE_OFF = 405, "stage-off", Info, PLANT, ByStages:
         "e20be995a1fd4141871a71d68c7c2149",
         "A Stage went OFF. Its termination pass follows.",
         "Nothing.";

@@ -65,8 +65,10 @@ pub enum Silence {
     Never,
     /// By the event's name in `[log.events]`.
     ByName,
-    /// By its name, and by `[log] blocks`: a Program, Task or Stage changed its state.
+    /// By its name, and by `[log] blocks = "none"`: a Program, Task or Stage changed its state.
     ByBlocks,
+    /// By its name, and by `[log] blocks` if that is not `"all"`: a Stage changed its state.
+    ByStages,
 }
 
 /// How urgent: the level of an event, and from which level on the log tells. The most urgent is the

@@ -274,6 +274,8 @@ findings! {
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
     UnusedTemplate "unused-template" Warning "Nothing uses this template.";
+    LevelLeftOut "level-left-out" Warning
+        "A level is given to an event that `[log] blocks` leaves out.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";
     TestEmpty "test-empty" Warning "A test file, or a scenario of it, tests nothing.";
 }
