@@ -1,8 +1,8 @@
 //! `[log]` of a controller file: what the log tells, at which level, and in which time.
 //!
-//! Called by [`super::written`]. Judges each key by itself; `daemon` takes the settings at the start
-//! and at each reload. Deliberately absent: the least urgent level that is written, which belongs
-//! to the command line and to `rungd log-level`.
+//! Called by [`super::written`]. Judges the keys, and hands the settings to `daemon`, which takes
+//! them over at the start and at each reload. Deliberately absent: the least urgent level that is
+//! written, which belongs to the command line and to `rungd log-level`.
 
 use crate::events::{self, Event, EventLevels, Level, Silence};
 use crate::source::finding::{Code, Finding};

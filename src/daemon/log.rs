@@ -1,8 +1,8 @@
 //! The log: text for people, JSON for machines, entries with fields for the journal.
 //!
 //! Its form is decided once at start from the arguments, the environment and what standard error
-//! is. `log_rules` says which lines are written. A line is formed by `log_form`, counted against its
-//! event's limit by `events::limit`, and goes through `log_queue`, so that logging never waits.
+//! is. `log_rules` says which lines are written. A line is counted against its event's limit by
+//! `events::limit`, formed by `log_form`, and goes through `log_queue`: so logging never waits.
 
 use std::fs::File;
 use std::io::{self, IsTerminal};

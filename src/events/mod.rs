@@ -2,9 +2,10 @@
 //!
 //! Each row is a constant. A log line names it (`say!(ALARM_ON, …)`) and takes its level from it.
 //! The log's writer takes the rest: the stable code, the message ID by which `journalctl -x` finds
-//! the explanation, how often such lines may come, and whether a controller file may leave them out. `rungd explain` and `docs/events.md` are
-//! made of the same rows. A code and an ID, once given, never change: a test keeps a list of them
-//! (`events.txt`), and finds rows that no line uses.
+//! the explanation, how often such lines may come, and whether a controller file may leave them
+//! out. `rungd explain` and `docs/events.md` are made of the same rows. A code and an ID, once
+//! given, never change: a test keeps a list of them (`events.txt`), and finds rows that no line
+//! uses.
 //!
 //! Deliberately absent: texts of log lines, which stand where they are logged, and tracing.
 

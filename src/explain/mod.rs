@@ -308,6 +308,8 @@ mod tests {
 
             At most 20 lines at once, then 1 a second; what is left out is counted (lines-withheld).
 
+            `[log.events] modbus-gone = "off"` leaves it out.
+
             In the journal: journalctl -u rungd RUNGD_EVENT=modbus-gone
         "#]]
         .assert_eq(&text);

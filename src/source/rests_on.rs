@@ -42,7 +42,8 @@ impl Code {
             UnknownName | UnknownMember | UnknownBlock | UnknownStage
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
-            | ForbiddenName | TemplateRule | TagKey | TestStep | TestEmpty | LevelLeftOut => RestsOn::Table,
+            | ForbiddenName | TemplateRule | TagKey | TestStep | TestEmpty
+            | LevelLeftOut => RestsOn::Table,
             Controller | TestFile => RestsOn::Group,
             BeyondMemory | MemoryFull | RetainsNothing | ColdForEver => RestsOn::Settings,
             Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | StageNeverEntered
