@@ -221,14 +221,13 @@ fn left_out(event: &Event, text: &Text, blocks: &Located<BlockLines>) -> Option<
 
 /// Finds the keys that name no event.
 fn unknown_events(table: &Table<'_>) {
+    let known = KnownNames::new(events::all().map(|event| event.name));
     for name in table.unasked() {
         let message = format!("no event of the log is called `{}`", name.text);
         let finding = Finding::new(Code::UnknownEvent, name.span, message);
         let finding = match events::coded(&name.text) {
             Some(event) => finding.help(format!("write its name: `{}`", event.name)),
-            None => finding
-                .help("`rungd events` lists all events")
-                .near(&name.text, &KnownNames::new(events::all().map(|event| event.name))),
+            None => finding.help("`rungd events` lists all events").near(&name.text, &known),
         };
         table.find(finding);
     }

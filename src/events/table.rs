@@ -25,7 +25,12 @@ pub fn named(name: &str) -> Option<&'static Event> {
 
 /// The row of a code, in any case: `RUNGD-0301`.
 pub(crate) fn coded(code: &str) -> Option<&'static Event> {
-    all().find(|event| event.code().eq_ignore_ascii_case(code))
+    let (head, digits) = code.split_at_checked("RUNGD-".len())?;
+    let is_code = head.eq_ignore_ascii_case("RUNGD-")
+        && digits.len() == 4
+        && digits.bytes().all(|byte| byte.is_ascii_digit());
+    let number = digits.parse().ok().filter(|_: &u16| is_code)?;
+    all().find(|event| event.number == number)
 }
 
 #[cfg(test)]
@@ -79,5 +84,8 @@ mod tests {
         assert_eq!(named("alarm-on").map(|event| event.number), Some(301));
         assert_eq!(coded("rungd-0301").map(|event| event.name), Some("alarm-on"));
         assert!(named("alarm").is_none() && coded("RUNGD-9999").is_none());
+        let wrong =
+            ["", "0301", "RUNGD-301", "RUNGD-00301", "RUNGD-+301", "rungdü301", "RUNGD-030x"];
+        assert!(wrong.iter().all(|code| coded(code).is_none()));
     }
 }

@@ -19,6 +19,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
 use crate::support::needs::{Need, skip};
+use rungd::events::{self, Silence};
 
 /// The number of questions on the page, and of those to the log; the others are for the scan log.
 const QUESTIONS: (usize, usize) = (30, 20);
@@ -399,6 +400,24 @@ fn each_command_for_a_text_log_gives_the_answer_that_the_page_shows() {
         let wanted = |command: &str| reads_file(command) && !clock.is_not_of(command);
         compare(&file.folder, &file.folder, wanted);
     }
+}
+
+/// A controller file cannot take the answers away, but for the questions that the page names.
+#[test]
+fn questions_whose_lines_can_be_silenced_are_named() {
+    let page = page::text("questions.md");
+    let is_letter = |c: char| c.is_ascii_lowercase() || c == '-';
+    let can_be_silenced = |question: &str| {
+        let commands = question.lines().filter(|line| line.starts_with("$ journalctl "));
+        let mut words = commands.flat_map(|line| line.split(|c: char| !is_letter(c)));
+        words.any(|word| events::named(word).is_some_and(|row| row.silence != Silence::Never))
+    };
+    let questions = (1..).zip(page.split("\n### ").skip(1));
+    let silenced: Vec<u32> =
+        questions.filter(|(_, text)| can_be_silenced(text)).map(|(at, _)| at).collect();
+    assert_eq!(silenced, [6, 7, 9, 10, 11, 14, 15, 18, 19]);
+    let words = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("questions 6, 7, 9 to 11, 14, 15, 18 and 19 read"));
 }
 
 #[test]
