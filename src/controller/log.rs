@@ -226,7 +226,7 @@ fn unknown_events(table: &Table<'_>) {
         let message = format!("no event of the log is called `{}`", name.text);
         let finding = Finding::new(Code::UnknownEvent, name.span, message);
         let finding = match events::coded(&name.text) {
-            Some(event) => finding.help(format!("write its name: `{}`", event.name)),
+            Some(event) => finding.help(format!("did you mean `{}`?", event.name)),
             None => finding.help("`rungd events` lists all events").near(&name.text, &known),
         };
         table.find(finding);
