@@ -4,7 +4,7 @@
 //! Nobody at the pages: no request to the controller. An answer that takes long is asked for less
 //! often.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{self, Thread};
@@ -109,12 +109,12 @@ impl Follow {
 }
 
 /// Looks, until nobody listens any more.
-fn follow(socket: &PathBuf, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
-    let mut follower = Follower::new(socket.clone());
+fn follow(socket: &Path, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
+    let mut follower = Follower::new(socket.to_owned());
     let (mut status, mut status_at): (Option<Arc<Value>>, Option<Instant>) = (None, None);
     while !tell.is_closed() {
         if !is_viewed() {
-            follower = Follower::new(socket.clone());
+            follower = Follower::new(socket.to_owned());
             status_at = None;
             thread::park_timeout(VIEWED);
             continue;
