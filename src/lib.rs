@@ -41,3 +41,5 @@ mod say;
 pub mod sim;
 pub mod source;
 pub mod testing;
+#[cfg(feature = "web")]
+pub mod web;

@@ -48,6 +48,8 @@ mod trace_file;
 mod twin_run;
 mod watch;
 mod watched_operands;
+#[cfg(feature = "web")]
+mod web;
 mod when;
 mod why;
 mod write;
@@ -102,6 +104,8 @@ enum Command {
     Retain(retain::RetainArgs),
     LogLevel(log_level::LogLevelArgs),
     Record(record::RecordArgs),
+    #[cfg(feature = "web")]
+    Web(web::WebArgs),
     Why(why::WhyArgs),
     Xref(xref::XrefArgs),
 }
@@ -158,6 +162,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Retain(args) => retain::retain(args),
         Command::LogLevel(args) => log_level::log_level(args),
         Command::Record(args) => record::record(args),
+        #[cfg(feature = "web")]
+        Command::Web(args) => web::web(args),
         Command::Why(args) => why::why(args),
         Command::Xref(args) => xref::xref(args),
     }

@@ -10,6 +10,7 @@ pub(crate) mod bench;
 mod claims;
 pub mod device;
 mod doubts;
+pub mod log;
 pub(crate) mod modbus_server;
 pub mod operator;
 mod outside;
@@ -86,7 +87,7 @@ pub fn resolve_controller(
         operator: operator.unwrap_or_default(),
         record: record::resolve(&written.record, &mut resolver.findings),
         web: web::resolve(&written.web, &mut resolver),
-        statistics_ms: written.statistics_ms.unsigned_abs(),
+        log: written.log.clone(),
         probation_ms: written.probation_ms.unsigned_abs(),
     };
     resolver.findings.extend(doubts::doubts(written, &controller, program));

@@ -1,6 +1,7 @@
 //! The settings of a controller file, for the daemon.
 
 use super::device::settings::Device;
+use super::log::LogSettings;
 use super::operator::Operator;
 use super::record::RecordSettings;
 use super::retain::Retention;
@@ -39,8 +40,8 @@ pub struct Controller {
     pub(crate) record: RecordSettings,
     /// What `rungd web` may write, and its panels.
     pub web: WebSettings,
-    /// The time between two log lines of statistics, ms; 0: never.
-    pub statistics_ms: u32,
+    /// The log.
+    pub log: LogSettings,
     /// The time for which a reloaded program is on trial, ms; 0: no trial.
     pub(crate) probation_ms: u32,
 }

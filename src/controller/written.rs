@@ -5,6 +5,7 @@
 
 use super::device::driver::WrittenDevice;
 use super::device::keys as device;
+use super::log::{self, LogSettings};
 use super::modbus_server::keys::{self as modbus_server, ModbusServer};
 use super::operator::{self, WrittenOperator};
 use super::realtime;
@@ -52,8 +53,8 @@ pub struct WrittenController {
     pub(crate) record: WrittenRecord,
     /// `[web]` and `[[panel]]`.
     pub(crate) web: WrittenWeb,
-    /// `[log] statistics`: the time between two log lines of scan statistics, ms; 0: never.
-    pub statistics_ms: i32,
+    /// `[log]`.
+    pub(crate) log: LogSettings,
     /// `[reload] probation`, ms; 0: none.
     pub probation_ms: i32,
     /// What is missing, if the file is not TOML as a whole.
@@ -78,7 +79,6 @@ pub struct Scan {
     pub watchdog_ms: Located<i32>,
 }
 
-const STATISTICS_MS: i32 = 60_000;
 const PROBATION_MS: i32 = 10_000;
 
 /// Reads a controller file. It is `None` when the text is not TOML.
@@ -112,7 +112,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         modbus_server: modbus_server::read_in(&mut root),
         rules: simulated_device::read_in(&mut root),
         devices: device::read_in(&mut root),
-        statistics_ms: read_statistics(&mut root),
+        log: log::read_in(&mut root),
         probation_ms: read_probation(&mut root),
         operator: operator::read_in(&mut root),
         record: record::read_in(&mut root),
@@ -135,18 +135,6 @@ fn read_outputs(root: &mut Table<'_>) -> SafeOutputs {
     };
     table.finish();
     outputs
-}
-
-fn read_statistics(root: &mut Table<'_>) -> i32 {
-    let Some(mut table) = root.table(key("log", "Settings of the log."), "`[log]`") else {
-        return STATISTICS_MS;
-    };
-    let statistics = table.duration(key(
-        "statistics",
-        "The time between two log lines of scan statistics; 0ms: never.",
-    ));
-    table.finish();
-    statistics.map_or(STATISTICS_MS, |statistics| statistics.value)
 }
 
 fn read_probation(root: &mut Table<'_>) -> i32 {

@@ -11,6 +11,7 @@ use anyhow::Result;
 
 use crate::controller::Controller;
 use crate::controller::device::Device;
+use crate::controller::log::LogSettings;
 use crate::controller::operator::Operator;
 use crate::controller::record::RecordSettings;
 use crate::engine;
@@ -64,6 +65,7 @@ pub struct Setup {
     pub(super) probation: Duration,
     pub(super) retain: Option<RetainSettings>,
     pub(super) record: RecordSettings,
+    pub(super) log: LogSettings,
     /// The files, for the scan log: the controller file first.
     pub(super) files: Arc<[RecordedFile]>,
     /// Whether everybody may read the files.
@@ -113,7 +115,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
     let (code, symbols) = lower(program);
     let pace = pace(controller);
     let (narration, watched) = Narration::new(program, &symbols);
-    let narration = narration.at(pace.tempo);
+    let narration = narration.at(pace.tempo).telling(controller.log.blocks);
     let setup = Setup {
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..]),
@@ -134,6 +136,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         probation: Duration::from_millis(controller.probation_ms.into()),
         retain: retain(controller, program, &symbols, &files[0].name),
         record: controller.record.clone(),
+        log: controller.log.clone(),
         files: files.iter().map(recorded).collect(),
         is_public: files.iter().all(|file| load::may_all_read(Path::new(&file.name))),
         symbols,
@@ -190,7 +193,7 @@ fn blocks(program: &Program) -> Vec<(String, bool)> {
 }
 
 fn pace(controller: &Controller) -> Pace {
-    let statistics_ms = u64::from(controller.statistics_ms);
+    let statistics_ms = u64::from(controller.log.statistics_ms);
     Pace {
         tempo: Tempo {
             period_ns: u64::from(controller.period_ms) * MS_NS,

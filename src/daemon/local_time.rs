@@ -78,10 +78,7 @@ impl ZoneKeeper {
                     let name =
                         self.tz.as_deref().map_or("/etc/localtime".into(), |tz| format!("TZ={tz}"));
                     let instead = if self.zone.is_some() { "the zone before it" } else { "UTC" };
-                    say!(
-                        TIME_ZONE,
-                        "{name} gives no time zone ({error}): the ladder's time of day is {instead}"
-                    );
+                    say!(TIME_ZONE, "{name} gives no time zone ({error}): local time is {instead}");
                 }
                 self.failing = true;
             }

@@ -1,15 +1,15 @@
 //! The log: text for people, JSON for machines, entries with fields for the journal.
 //!
 //! Its form is decided once at start from the arguments, the environment and what standard error
-//! is. A line is formed by `log_form`, counted against its event's limit by `events::limit`, and
-//! goes through `log_queue`, so that logging never waits.
+//! is. `log_rules` says which lines are written. A line is counted against its event's limit by
+//! `events::limit`, formed by `log_form`, and goes through `log_queue`: so logging never waits.
 
 use std::fs::File;
 use std::io::{self, IsTerminal};
 use std::os::fd::AsFd;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 use std::time::SystemTime;
 
 use clap::ValueEnum;
@@ -19,10 +19,13 @@ use tracing_subscriber::layer::{Context, SubscriberExt};
 use tracing_subscriber::{Layer, Registry, reload};
 
 use super::journal::{self, Socket};
-use super::log_form::LogLine;
+use super::log_form::{LogLine, event_of, stamp};
 pub use super::log_queue::lines_dropped;
 use super::log_queue::{Formed, LogQueue};
+use super::log_rules::LogRules;
+use crate::controller::log::LogSettings;
 use crate::events::Level;
+use crate::runtime::wall::UtcOffset;
 use crate::say;
 
 /// The form of the log.
@@ -30,7 +33,7 @@ use crate::say;
 pub enum LogFormat {
     /// Time, level, code, event, a sentence and key=value fields.
     Text,
-    /// One JSON object a line.
+    /// One JSON object a line; its time is UTC.
     Json,
     /// Entries with fields for the systemd journal, or where it does not listen lines with a
     /// priority (`<6>`); chosen by itself under systemd.
@@ -52,20 +55,60 @@ impl Log {
 
 type Filtered = reload::Layer<LevelFilter, Registry>;
 
-/// The level of the process's log, to be changed while it runs.
-static LEVEL: OnceLock<reload::Handle<LevelFilter, Registry>> = OnceLock::new();
+/// The rules of a log, and the filter that lets nothing pass that they never write.
+#[derive(Clone)]
+struct Ruled {
+    rules: Arc<RwLock<LogRules>>,
+    filter: reload::Handle<LevelFilter, Registry>,
+}
+
+/// The rules of the process's log, to be changed while it runs.
+static RULED: OnceLock<Ruled> = OnceLock::new();
+
+impl Ruled {
+    fn new(level: Level) -> (Ruled, Filtered) {
+        let (filtered, filter) = reload::Layer::new(filter(level));
+        (Ruled { rules: Arc::new(RwLock::new(LogRules::new(level))), filter }, filtered)
+    }
+
+    fn read<T>(&self, of: impl FnOnce(&LogRules) -> T) -> T {
+        of(&self.rules.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn change(&self, change: impl FnOnce(&mut LogRules)) {
+        let said_from = {
+            let mut rules = self.rules.write().unwrap_or_else(PoisonError::into_inner);
+            change(&mut rules);
+            rules.said_from()
+        };
+        let _ = self.filter.modify(|filter| *filter = self::filter(said_from));
+    }
+}
+
+fn change(change: impl FnOnce(&mut LogRules)) {
+    if let Some(ruled) = RULED.get() {
+        ruled.change(change);
+    }
+}
 
 /// Sets the least urgent level that is logged.
 pub fn set_level(level: Level) {
-    if let Some(handle) = LEVEL.get() {
-        let _ = handle.modify(|filter| *filter = self::filter(level));
-    }
+    change(|rules| rules.level = level);
 }
 
 /// The least urgent level that is logged.
 pub fn level() -> Level {
-    let filter = LEVEL.get().and_then(|handle| handle.clone_current());
-    level_of(filter.unwrap_or(LevelFilter::INFO))
+    RULED.get().map_or(Level::Info, |ruled| ruled.read(|rules| rules.level))
+}
+
+/// Takes the settings of a controller file over: at the start, and after each swap of programs.
+pub(super) fn take_over(settings: &LogSettings) {
+    change(|rules| rules.take_over(settings));
+}
+
+/// Makes local time known to the log.
+pub(super) fn set_zone(zone: Arc<UtcOffset>) {
+    change(|rules| rules.zone = Some(zone));
 }
 
 /// Starts the log of the process. `socket` is where the journal listens, if elsewhere than usual.
@@ -90,10 +133,11 @@ pub fn init(
         LogFormat::Journal => LineForm::Journal { entries: socket.is_some() },
     };
     let queue = LogQueue::new(io::stderr(), socket)?;
-    let (filter, handle) = reload::Layer::new(filter(level));
-    let _ = LEVEL.set(handle);
+    let (ruled, filter) = Ruled::new(level);
+    let _ = RULED.set(ruled.clone());
+    let voice = Voice { form, ruled, queue: queue.clone() };
     // Only a second call in one process fails, and then a log is there already.
-    let _ = tracing::subscriber::set_global_default(subscriber(form, filter, queue.clone()));
+    let _ = tracing::subscriber::set_global_default(subscriber(voice, filter));
     Ok(Log(queue))
 }
 
@@ -130,13 +174,14 @@ fn filter(level: Level) -> LevelFilter {
     LevelFilter::from_level(say::level(level))
 }
 
-fn level_of(filter: LevelFilter) -> Level {
-    match filter {
-        LevelFilter::TRACE => Level::Trace,
-        LevelFilter::DEBUG => Level::Debug,
-        LevelFilter::INFO => Level::Info,
-        LevelFilter::WARN => Level::Warn,
-        _ => Level::Error,
+/// The level at which a line is said.
+fn level_of(said: tracing::Level) -> Level {
+    match said {
+        tracing::Level::TRACE => Level::Trace,
+        tracing::Level::DEBUG => Level::Debug,
+        tracing::Level::INFO => Level::Info,
+        tracing::Level::WARN => Level::Warn,
+        tracing::Level::ERROR => Level::Error,
     }
 }
 
@@ -153,29 +198,34 @@ enum LineForm {
     },
 }
 
-fn subscriber(form: LineForm, filter: Filtered, queue: LogQueue) -> impl Subscriber + Send + Sync {
-    tracing_subscriber::registry().with(filter).with(Voice { form, queue })
+fn subscriber(voice: Voice, filter: Filtered) -> impl Subscriber + Send + Sync {
+    tracing_subscriber::registry().with(filter).with(voice)
 }
 
 /// The layer that turns events into lines.
 struct Voice {
     form: LineForm,
+    ruled: Ruled,
     queue: LogQueue,
 }
 
 impl<S: Subscriber> Layer<S> for Voice {
     fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
-        let line = LogLine::of(event);
-        // At level debug, the lines have no limit.
-        let limited = LevelFilter::current() < LevelFilter::DEBUG;
-        if let Some(event) = line.event.filter(|_| limited)
-            && !self.queue.may_write(event)
+        let (row, said, now) =
+            (event_of(event), level_of(*event.metadata().level()), SystemTime::now());
+        let (level, is_limited, offset_s) = self
+            .ruled
+            .read(|rules| (rules.level_of(row, said), rules.is_limited(), rules.offset_s(now)));
+        let Some(level) = level else { return };
+        if let Some(row) = row.filter(|_| is_limited)
+            && !self.queue.may_write(row)
         {
             return;
         }
-        let (now, detail) = (SystemTime::now(), line.level > tracing::Level::INFO);
+        let line = LogLine::of(event, row, say::level(level));
+        let detail = level > Level::Info;
         let (line, entry) = match self.form {
-            LineForm::Text { color } => (line.text(now, color), Vec::new()),
+            LineForm::Text { color } => (line.text(&stamp(now, offset_s), color), Vec::new()),
             LineForm::Json => (line.json(now), Vec::new()),
             LineForm::Journal { entries: false } => (line.with_priority(), Vec::new()),
             LineForm::Journal { entries: true } => (line.with_priority(), line.entry()),
@@ -190,6 +240,8 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
+    use crate::controller::log::LogTime;
+    use crate::events::{ALARM_ON, Event, STAGE_ON};
     use crate::say::say;
 
     #[derive(Clone, Default)]
@@ -207,10 +259,17 @@ mod tests {
     }
 
     fn logged(form: LineForm, level: Level) -> String {
+        logged_by(form, level, |_| {})
+    }
+
+    /// What is logged once the rules have changed.
+    fn logged_by(form: LineForm, level: Level, change: impl FnOnce(&mut LogRules)) -> String {
         let sink = Sink::default();
         let queue = LogQueue::new(sink.clone(), None).unwrap();
-        let (filter, _handle) = reload::Layer::new(filter(level));
-        tracing::subscriber::with_default(subscriber(form, filter, queue.clone()), || {
+        let (ruled, filter) = Ruled::new(level);
+        let voice = Voice { form, ruled: ruled.clone(), queue: queue.clone() };
+        tracing::subscriber::with_default(subscriber(voice, filter), || {
+            ruled.change(change);
             say!(ALARM_ON, tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
             say!(STAGE_ON at Debug, ms = 1.0, on = true, "a\ndetail");
         });
@@ -250,6 +309,46 @@ mod tests {
         assert_eq!((&value["tag"], &value["scan"]), (&"jam".into(), &7.into()));
         let value: serde_json::Value = values.next().unwrap();
         assert_eq!((&value["ms"], &value["on"]), (&1.0.into(), &true.into()));
+    }
+
+    #[test]
+    fn a_line_has_the_level_that_its_event_was_given() {
+        let form = LineForm::Journal { entries: false };
+        let give = |event: &'static Event, level: Option<Level>| {
+            move |rules: &mut LogRules| {
+                let mut settings = LogSettings::default();
+                settings.levels.give(event, level);
+                rules.take_over(&settings);
+            }
+        };
+        let jam = logged_by(form, Level::Info, give(&ALARM_ON, Some(Level::Error)));
+        assert_eq!(jam, jam_at(3));
+        let off = logged_by(form, Level::Trace, give(&STAGE_ON, None));
+        assert_eq!(off, jam_at(4));
+        assert_eq!(logged_by(form, Level::Warn, give(&ALARM_ON, Some(Level::Info))), "");
+        // Said at debug, and its row is at info: it stays a detail.
+        assert_eq!(logged_by(form, Level::Info, give(&STAGE_ON, Some(Level::Warn))), jam_at(4));
+    }
+
+    fn jam_at(priority: u8) -> String {
+        format!("<{priority}>{SENTENCE}")
+    }
+
+    #[test]
+    fn local_time_has_its_offset_and_json_stays_in_utc() {
+        let local = |rules: &mut LogRules| {
+            rules.take_over(&LogSettings { time: LogTime::Local, ..LogSettings::default() });
+            let zone = UtcOffset::default();
+            zone.set(20_700, None);
+            rules.zone = Some(Arc::new(zone));
+        };
+        let text = logged_by(LineForm::Text { color: false }, Level::Info, local);
+        let (time, rest) = text.split_at(32);
+        assert!(time.ends_with("+05:45"), "{time}");
+        assert_eq!(rest, format!("  WARN {SENTENCE}"));
+        let json = logged_by(LineForm::Json, Level::Info, local);
+        let value: serde_json::Value = serde_json::from_str(&json).expect("an object");
+        assert!(value["timestamp"].as_str().expect("a time").ends_with('Z'), "{json}");
     }
 
     #[test]

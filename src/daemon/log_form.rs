@@ -1,6 +1,7 @@
 //! One log line in each of its forms: text, JSON, a line with a priority, a journal's entry.
 //!
-//! The log's layer collects an event's fields in a [`LogLine`]. Pure: the forms are bytes.
+//! The log's layer asks [`event_of`] for the event first, and collects the fields in a [`LogLine`]
+//! if the line is to be written. Pure: the forms are bytes, time and zone are arguments.
 
 use std::fmt::{self, Write as _};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -9,7 +10,7 @@ use tracing::Level;
 use tracing::field::{Field, Visit};
 
 use super::journal::JournalEntry;
-use crate::calendar::Utc;
+use crate::calendar::LocalTime;
 use crate::events::{self, Event};
 use crate::source::wording::is_obeyed;
 
@@ -31,18 +32,37 @@ pub(super) struct LogLine {
     fields: Vec<(&'static str, FieldValue)>,
 }
 
+/// The event of a line; the line's other fields are not formed.
+pub(super) fn event_of(line: &tracing::Event<'_>) -> Option<&'static Event> {
+    let mut found = EventName(None);
+    line.record(&mut found);
+    found.0
+}
+
+struct EventName(Option<&'static Event>);
+
+impl Visit for EventName {
+    fn record_str(&mut self, field: &Field, value: &str) {
+        if field.name() == "event" {
+            self.0 = events::named(value);
+        }
+    }
+
+    fn record_debug(&mut self, _: &Field, _: &dyn fmt::Debug) {}
+}
+
 impl LogLine {
-    pub fn of(event: &tracing::Event<'_>) -> LogLine {
-        let level = *event.metadata().level();
-        let mut line = LogLine { level, event: None, message: String::new(), fields: Vec::new() };
-        event.record(&mut line);
-        line
+    /// A line of an event, at the level that it was given.
+    pub fn of(line: &tracing::Event<'_>, event: Option<&'static Event>, level: Level) -> LogLine {
+        let mut of = LogLine { level, event, message: String::new(), fields: Vec::new() };
+        line.record(&mut of);
+        of
     }
 
     fn add(&mut self, field: &Field, value: FieldValue) {
         match (field.name(), value) {
             ("message", FieldValue::Text(text)) => self.message = text.replace(is_obeyed, " "),
-            ("event", FieldValue::Text(name)) => self.event = events::named(&name),
+            ("event", FieldValue::Text(_)) => {}
             (name, value) => self.fields.push((name, value)),
         }
     }
@@ -60,21 +80,22 @@ impl LogLine {
         text
     }
 
-    /// For people.
-    pub fn text(&self, now: SystemTime, color: bool) -> Vec<u8> {
+    /// For people; `time` is its [`stamp`].
+    pub fn text(&self, time: &str, color: bool) -> Vec<u8> {
         let (dim, paint, plain) = match (color, self.level) {
             (false, _) => ("", "", ""),
             (true, Level::ERROR) => ("\x1b[2m", "\x1b[31m", "\x1b[0m"),
             (true, Level::WARN) => ("\x1b[2m", "\x1b[33m", "\x1b[0m"),
             (true, _) => ("\x1b[2m", "\x1b[32m", "\x1b[0m"),
         };
-        let (time, level, said) = (utc(now), self.level.as_str(), self.sentence());
+        let (level, said) = (self.level.as_str(), self.sentence());
         format!("{dim}{time}{plain} {paint}{level:>5}{plain} {said}\n").into_bytes()
     }
 
-    /// For machines.
+    /// For machines; the time is UTC.
     pub fn json(&self, now: SystemTime) -> Vec<u8> {
-        let mut text = format!("{{\"timestamp\":\"{}\",\"level\":\"{}\"", utc(now), self.level);
+        let time = stamp(now, None);
+        let mut text = format!("{{\"timestamp\":\"{time}\",\"level\":\"{}\"", self.level);
         if let Some(event) = self.event {
             let _ = write!(text, ",\"code\":\"{}\",\"event\":\"{}\"", event.code(), event.name);
         }
@@ -190,11 +211,23 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-/// `2026-11-21T12:26:21.113635Z`.
-fn utc(time: SystemTime) -> String {
+/// A time by ISO 8601: `2026-11-21T12:26:21.113635Z`, or with the offset of local time from UTC (in
+/// seconds) `2026-11-21T13:26:21.113635+01:00`.
+pub(super) fn stamp(time: SystemTime, offset_s: Option<i64>) -> String {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
-    let utc = Utc::of(since.as_secs());
-    format!("{utc}T{}.{:06}Z", utc.time(), since.subsec_micros())
+    let utc_s = i64::try_from(since.as_secs()).unwrap_or(i64::MAX);
+    let local = LocalTime::of(utc_s.saturating_add(offset_s.unwrap_or(0)));
+    let LocalTime { year, month, day, hour, minute, second, .. } = local;
+    let (micros, zone) = (since.subsec_micros(), offset_s.map_or("Z".to_owned(), offset));
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{micros:06}{zone}")
+}
+
+/// `+01:00`, `-03:30`; with seconds where a zone has them.
+fn offset(offset_s: i64) -> String {
+    let (sign, size_s) = (if offset_s < 0 { '-' } else { '+' }, offset_s.unsigned_abs());
+    let (hours, minutes, seconds) = (size_s / 3600, size_s / 60 % 60, size_s % 60);
+    let seconds = if seconds == 0 { String::new() } else { format!(":{seconds:02}") };
+    format!("{sign}{hours:02}:{minutes:02}{seconds}")
 }
 
 #[cfg(test)]
@@ -203,6 +236,7 @@ mod tests {
 
     #[test]
     fn a_time_is_utc_with_microseconds() {
+        let utc = |time: SystemTime| stamp(time, None);
         let at = |seconds: u64| utc(UNIX_EPOCH + Duration::from_secs(seconds));
         assert_eq!(at(0), "1970-01-01T00:00:00.000000Z");
         assert_eq!(at(951_782_400), "2000-02-29T00:00:00.000000Z");
@@ -210,6 +244,19 @@ mod tests {
         assert_eq!(at(4_107_542_400), "2100-03-01T00:00:00.000000Z");
         let micros = UNIX_EPOCH + Duration::from_micros(1_795_263_981_113_635);
         assert_eq!(utc(micros), "2026-11-21T12:26:21.113635Z");
+    }
+
+    #[test]
+    fn a_local_time_has_its_offset_from_utc() {
+        let at = |offset_s: i64| {
+            stamp(UNIX_EPOCH + Duration::from_micros(1_795_263_981_113_635), Some(offset_s))
+        };
+        assert_eq!(at(0), "2026-11-21T12:26:21.113635+00:00");
+        assert_eq!(at(3600), "2026-11-21T13:26:21.113635+01:00");
+        assert_eq!(at(-12_600), "2026-11-21T08:56:21.113635-03:30");
+        assert_eq!(at(50_400), "2026-11-22T02:26:21.113635+14:00");
+        assert_eq!(at(1_172), "2026-11-21T12:45:53.113635+00:19:32");
+        assert_eq!(stamp(UNIX_EPOCH, Some(-18_000)), "1969-12-31T19:00:00.000000-05:00");
     }
 
     #[test]

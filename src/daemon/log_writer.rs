@@ -298,7 +298,8 @@ impl Observer for LogWriter {
         match record.what {
             RecordEvent::Mode(mode) => self.mode(mode, scan),
             RecordEvent::Block(event) => {
-                let BlockNews { event, kind, name, what, news } = self.narration.block_event(event);
+                let Some(told) = self.narration.block_event(event) else { return };
+                let BlockNews { event, kind, name, what, news } = told;
                 if news {
                     say!(*event at Info, block = name, scan, "{kind} {name} {what}");
                 } else {

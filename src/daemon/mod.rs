@@ -15,6 +15,7 @@ pub(crate) mod local_time;
 pub mod log;
 mod log_form;
 mod log_queue;
+mod log_rules;
 mod log_writer;
 mod narration;
 mod operator;

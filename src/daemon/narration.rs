@@ -3,6 +3,7 @@
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
 use super::retain::COLD_BY_HAND;
+use crate::controller::log::BlockLines;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::events::{self, Event};
 use crate::isa::{BlockId, StageId};
@@ -26,6 +27,8 @@ pub(super) struct Narration {
     rungs: usize,
     /// The scan period and the watchdog.
     pub tempo: Tempo,
+    /// Whose changes of state are told.
+    told: BlockLines,
 }
 
 /// An event of a block or Stage.
@@ -158,7 +161,8 @@ impl Narration {
         let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
         let (rungs, tempo) = (rungs(program), Tempo::default());
         let maths = symbols.maths.clone();
-        (Narration { blocks, stages, bits, words, maths, rungs, tempo }, watched)
+        let told = BlockLines::All;
+        (Narration { blocks, stages, bits, words, maths, rungs, tempo, told }, watched)
     }
 
     /// The same names for a program with this tempo.
@@ -166,9 +170,14 @@ impl Narration {
         Narration { tempo, ..self }
     }
 
-    /// The event of a block in words, and whether it is news. Built-in Tasks have events at every
-    /// start and stop; these are details.
-    pub fn block_event(&self, event: BlockEvent) -> BlockNews<'_> {
+    /// The same names, telling the changes of state of these blocks.
+    pub fn telling(self, told: BlockLines) -> Narration {
+        Narration { told, ..self }
+    }
+
+    /// The event of a block in words, and whether it is news; `None` if it is not to be told.
+    /// Built-in Tasks have events at every start and stop; these are details.
+    pub fn block_event(&self, event: BlockEvent) -> Option<BlockNews<'_>> {
         let (event, of, what) = match event {
             BlockEvent::Started(id) => (&events::BLOCK_STARTED, Element::Block(id), "started"),
             BlockEvent::Stopped(id) => (&events::BLOCK_STOPPED, Element::Block(id), "stopped"),
@@ -181,11 +190,18 @@ impl Narration {
                 (&events::TERMINATION_PASS, of, "had its termination pass")
             }
         };
+        let is_told = match (self.told, of) {
+            (BlockLines::All, _) | (BlockLines::Programs, Element::Block(_)) => true,
+            (BlockLines::Programs, Element::Stage(_)) | (BlockLines::None, _) => false,
+        };
+        if !is_told {
+            return None;
+        }
         let (kind, name, news) = match of {
             Element::Block(id) => self.block(id),
             Element::Stage(id) => ("Stage", self.stage(id), true),
         };
-        BlockNews { event, kind, name, what, news }
+        Some(BlockNews { event, kind, name, what, news })
     }
 
     /// The remedy for a fault, with the settings and sizes that explain it.
@@ -288,6 +304,7 @@ pub(super) fn us(ns: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::events::Silence;
     use crate::resolve::{LoadOptions, load_ladders};
     use crate::source::span::SourceFile;
 
@@ -314,6 +331,42 @@ mod tests {
     #[test]
     fn microseconds_keep_one_decimal() {
         assert_eq!((us(12_345), us(0), us(999_960)), (12.3, 0.0, 1000.0));
+    }
+
+    /// The settings and the rows of the catalogue say the same of every event.
+    #[test]
+    fn blocks_are_told_as_their_setting_and_their_events_say() {
+        let text = "[[program]]\nname = \"Main\"\n[[program.stage]]\nname = \"A\"\nrung = []\n";
+        let file = SourceFile { name: "a.toml".into(), text: text.into() };
+        let program = load_ladders(&[file], &LoadOptions::default()).0.expect("it loads");
+        let (_, symbols) = crate::lower::lower(&program);
+        let narration = Narration::new(&program, &symbols).0;
+        let (block, stage) = (BlockId(0), StageId(0));
+        let all = [
+            BlockEvent::Started(block),
+            BlockEvent::Stopped(block),
+            BlockEvent::Completed(block),
+            BlockEvent::Terminated(Element::Block(block)),
+            BlockEvent::Terminated(Element::Stage(stage)),
+            BlockEvent::StageOn(stage),
+            BlockEvent::StageOff(stage),
+        ];
+        let told = |told: BlockLines| -> Vec<&'static str> {
+            let narration = narration.clone().telling(told);
+            all.iter().filter_map(|event| Some(narration.block_event(*event)?.event.name)).collect()
+        };
+        let names = |kept: &[Silence]| -> Vec<&'static str> {
+            events::all().filter(|e| kept.contains(&e.silence)).map(|e| e.name).collect()
+        };
+        let sorted = |mut names: Vec<&'static str>| {
+            names.sort_unstable();
+            names.dedup();
+            names
+        };
+        let of_blocks = [Silence::ByBlocks, Silence::ByStages];
+        assert_eq!(sorted(told(BlockLines::All)), sorted(names(&of_blocks)));
+        assert_eq!(sorted(told(BlockLines::Programs)), sorted(names(&[Silence::ByBlocks])));
+        assert_eq!((told(BlockLines::Programs).len(), told(BlockLines::None).len()), (4, 0));
     }
 
     #[test]

@@ -16,6 +16,7 @@ use super::devices::{self, Starter};
 use super::failure::StartFailure;
 use super::guard::Guard;
 use super::local_time;
+use super::log;
 use super::log_writer::{LogWriter, tell_statistics};
 use super::narration::{Facts, Narration, span};
 use super::operator;
@@ -105,6 +106,9 @@ pub fn run(
     options: &Options,
     guard: &mut Guard,
 ) -> Result<Ending, StartFailure> {
+    log::take_over(&setup.log);
+    let offset = local_time::keep()?;
+    log::set_zone(Arc::clone(&offset));
     tell_start(&setup);
     tell_panics();
     faults::listen();
@@ -143,7 +147,7 @@ pub fn run(
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
     let writer = LogWriter::new(narration.clone(), facts, healths.clone());
-    let clock = MachineClock { offset: local_time::keep()? };
+    let clock = MachineClock { offset };
     let (machine, tape) = runtime::tape(engine);
     let (mut prepared, reloader) = runtime::prepare(machine, clock, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));

@@ -49,3 +49,20 @@ pub(super) fn jumps(program: &Program, block: &Block) -> Vec<StageJump> {
     }
     all
 }
+
+impl StageJump {
+    /// `Open -> Close: JMP, rung 1`.
+    pub(super) fn text(&self) -> String {
+        let from = match (&self.from, self.waits_for.is_empty()) {
+            (_, false) => self.waits_for.join(" & "),
+            (Some(from), true) => from.clone(),
+            (None, true) => "the Program's rungs".to_owned(),
+        };
+        let (by, rung) = (self.by, &self.rung);
+        match (self.to.is_empty(), self.off.is_empty()) {
+            (false, _) => format!("{from} -> {}: {by}, rung {rung}", self.to.join(" & ")),
+            (true, false) => format!("{from} turns {} OFF: {by}, rung {rung}", self.off.join(" & ")),
+            (true, true) => format!("{from} -> the end: {by}, rung {rung}"),
+        }
+    }
+}

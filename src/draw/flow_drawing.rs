@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use super::ladder::BlockPicture;
-use super::listing::way;
 use super::svg::escaped;
 
 /// The height of a Stage and of the gap below it, in pixels.
@@ -31,7 +30,7 @@ pub(super) fn flow(block: &BlockPicture) -> String {
         let ways = from.iter().flat_map(|from| jump.to.iter().map(move |to| (from, to)));
         for (from, to) in ways {
             if let (Some(from), Some(to)) = (place(from), place(to)) {
-                graph.way((from, to), &way(jump));
+                graph.way((from, to), &jump.text());
             }
         }
     }

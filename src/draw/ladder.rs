@@ -104,9 +104,16 @@ impl Picture {
     }
 }
 
+impl BlockPicture {
+    /// The ways between its Stages, in words.
+    pub fn ways(&self) -> Vec<String> {
+        self.jumps.iter().map(StageJump::text).collect()
+    }
+}
+
 impl RungPicture {
     /// `3. fill  plant.toml:12`.
-    pub(crate) fn title(&self) -> String {
+    pub fn title(&self) -> String {
         let (file, line) = &self.place;
         let name = self.name.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
         format!("{}.{name}  {file}:{line}", self.number)

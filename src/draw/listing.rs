@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use super::coverage::CoverageMarks;
-use super::flow::StageJump;
 use super::ladder::{BlockPicture, Picture, RungPicture};
 use super::text::{self, WireStyle};
 
@@ -42,7 +41,7 @@ impl Listing<'_> {
             let names: Vec<&str> = block.stages.iter().map(|stage| stage.name.as_str()).collect();
             let _ = writeln!(self.text, "Stages of {}: {}", block.name, names.join(", "));
             for jump in &block.jumps {
-                let _ = writeln!(self.text, "  {}", way(jump));
+                let _ = writeln!(self.text, "  {}", jump.text());
             }
             self.text.push('\n');
         }
@@ -82,20 +81,5 @@ impl Listing<'_> {
             }
         }
         self.text.push('\n');
-    }
-}
-
-/// `Open -> Close: JMP, rung 1`.
-pub(super) fn way(jump: &StageJump) -> String {
-    let from = match (&jump.from, jump.waits_for.is_empty()) {
-        (_, false) => jump.waits_for.join(" & "),
-        (Some(from), true) => from.clone(),
-        (None, true) => "the Program's rungs".to_owned(),
-    };
-    let (by, rung) = (jump.by, &jump.rung);
-    match (jump.to.is_empty(), jump.off.is_empty()) {
-        (false, _) => format!("{from} -> {}: {by}, rung {rung}", jump.to.join(" & ")),
-        (true, false) => format!("{from} turns {} OFF: {by}, rung {rung}", jump.off.join(" & ")),
-        (true, true) => format!("{from} -> the end: {by}, rung {rung}"),
     }
 }

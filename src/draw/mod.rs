@@ -13,6 +13,7 @@ mod flow_drawing;
 pub mod grid;
 pub mod ladder;
 pub mod listing;
+pub mod live_svg;
 pub mod page;
 pub mod power;
 #[cfg(test)]

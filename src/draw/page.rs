@@ -8,7 +8,6 @@ use super::circuit::ContactSymbol;
 use super::coverage::CoverageMarks;
 use super::flow_drawing;
 use super::ladder::{BlockPicture, Picture, RungPicture};
-use super::listing::way;
 use super::svg::{self, Decoration, escaped};
 use super::xref::answer::CrossReference;
 
@@ -146,7 +145,7 @@ impl PageMaker<'_> {
             let _ = writeln!(self.text, "<div class=\"scroll\">{flow}</div>");
             self.text.push_str("<details><summary>The ways between the Stages</summary><ul>\n");
             for jump in &block.jumps {
-                let _ = writeln!(self.text, "<li>{}</li>", escaped(&way(jump)));
+                let _ = writeln!(self.text, "<li>{}</li>", escaped(&jump.text()));
             }
             self.text.push_str("</ul></details>\n");
         }

@@ -26,6 +26,10 @@ const HALF: usize = 10;
 pub(super) trait Decoration {
     /// Where a name leads to; `None`: it is no link.
     fn link(&self, name: &str) -> Option<String>;
+    /// Whether wires are drawn one by one, in groups that a script lights (`draw::live_svg`).
+    fn is_live(&self) -> bool {
+        false
+    }
     /// What is said at a contact, with its class.
     fn mark(&self, contact: &ContactSymbol) -> Option<(&'static str, &'static str)>;
 }
@@ -98,18 +102,33 @@ impl<'a> Pen<'a> {
     }
 
     fn wires(&mut self, grid: &RungGrid) {
-        let mut path = String::new();
-        for (row, from, to) in &grid.along {
-            let _ = write!(path, "M{} {}H{}", self.x(*from), wire(*row), self.x(*to));
-        }
-        for (column, from, to) in &grid.down {
-            let _ = write!(path, "M{} {}V{}", self.x(*column), wire(*from), wire(*to));
-        }
+        let along = grid.along.iter();
+        let along = along.map(|(row, from, to)| {
+            format!("M{} {}H{}", self.x(*from), wire(*row), self.x(*to))
+        });
+        let down = grid.down.iter();
+        let down = down.map(|(column, from, to)| {
+            format!("M{} {}V{}", self.x(*column), wire(*from), wire(*to))
+        });
+        let wires: Vec<String> = along.chain(down).collect();
         let height = grid.rows.max(1) * ROW;
         let _ = writeln!(self.body, "<path class=\"rail\" d=\"M{MARGIN} 0V{height}\"/>");
-        if !path.is_empty() {
-            let _ = writeln!(self.body, "<path class=\"wire\" d=\"{path}\"/>");
+        if self.with.is_live() {
+            wires.iter().for_each(|path| self.wire(path));
+        } else if !wires.is_empty() {
+            self.wire(&wires.concat());
         }
+    }
+
+    /// A wire; in a live drawing one that can be lit.
+    fn wire(&mut self, path: &str) {
+        let lit = self.lit();
+        let _ = writeln!(self.body, "<path class=\"wire\"{lit} d=\"{path}\"/>");
+    }
+
+    /// The mark of what a script lights.
+    fn lit(&self) -> &'static str {
+        if self.with.is_live() { " data-p=\"\"" } else { "" }
     }
 
     fn contact(&mut self, symbol: &ContactSymbol, (row, column): (usize, usize)) {
@@ -122,15 +141,17 @@ impl<'a> Pen<'a> {
         let (branch, leaf) = (symbol.branch.unwrap_or(0), symbol.leaf);
         let _ = write!(
             self.body,
-            "<g class=\"contact {form}{class}\" data-name=\"{name}\" data-leaf=\"{branch}.{leaf}\">"
+            "<g class=\"contact {form}{class}\" data-name=\"{name}\" \
+             data-leaf=\"{branch}.{leaf}\"{}>",
+            self.lit()
         );
         self.title(symbol.label.doc.as_deref(), mark.map(|(_, said)| said));
+        self.touch((left, right), y);
         match symbol.form {
             ContactForm::Boxed | ContactForm::NotBoxed => {
                 let (from, width) = (left + CHAR / 2, right - left - CHAR);
-                let _ = write!(self.body, "<path class=\"wire\" d=\"M{left} {y}H{from}\"/>");
-                let _ =
-                    write!(self.body, "<path class=\"wire\" d=\"M{} {y}H{right}\"/>", from + width);
+                self.wire(&format!("M{left} {y}H{from}"));
+                self.wire(&format!("M{} {y}H{right}", from + width));
                 self.boxed((from, y, width), &said(symbol));
             }
             ContactForm::Open
@@ -141,11 +162,11 @@ impl<'a> Pen<'a> {
             | ContactForm::NotFalling => {
                 let (from, to) = (middle - GAP, middle + GAP);
                 let (top, bottom) = (y - HALF, y + HALF);
+                self.wire(&format!("M{left} {y}H{from}"));
+                self.wire(&format!("M{to} {y}H{right}"));
                 let _ = write!(
                     self.body,
-                    "<path class=\"wire\" d=\"M{left} {y}H{from}\"/>\
-                     <path class=\"wire\" d=\"M{to} {y}H{right}\"/>\
-                     <path class=\"symbol\" d=\"M{from} {top}V{bottom}M{to} {top}V{bottom}\"/>"
+                    "<path class=\"symbol\" d=\"M{from} {top}V{bottom}M{to} {top}V{bottom}\"/>"
                 );
                 self.inside(symbol.form, (middle, y));
                 let text = symbol.label.name.as_str();
@@ -199,7 +220,8 @@ impl<'a> Pen<'a> {
         let (mnemonic, name) = (symbol.mnemonic, escaped(name));
         let _ = write!(
             self.body,
-            "<g class=\"{class}\" data-mnemonic=\"{mnemonic}\" data-name=\"{name}\">"
+            "<g class=\"{class}\" data-mnemonic=\"{mnemonic}\" data-name=\"{name}\"{}>",
+            self.lit()
         );
         self.title(symbol.label.doc.as_deref(), None);
         let end = match symbol.coil {
@@ -207,7 +229,20 @@ impl<'a> Pen<'a> {
             None => self.legs(placed, (x, y)),
         };
         self.width = self.width.max(end);
+        self.touch((x, end), y);
         self.body.push_str("</g>\n");
+    }
+
+    /// In a live drawing: where a press on a symbol counts, also between its lines.
+    fn touch(&mut self, (left, right): (usize, usize), y: usize) {
+        if self.with.is_live() {
+            let (top, width, height) = (y - WIRE, right - left, ROW);
+            let _ = write!(
+                self.body,
+                "<rect class=\"touch\" x=\"{left}\" y=\"{top}\" width=\"{width}\" \
+                 height=\"{height}\"/>"
+            );
+        }
     }
 
     /// A coil; where it ends.
@@ -217,7 +252,7 @@ impl<'a> Pen<'a> {
         let middle = x + CHAR * 2 + (wide * CHAR / 2).max(HALF);
         let (from, to) = (middle - HALF, middle + HALF);
         let (top, bottom) = (y - HALF, y + HALF);
-        let _ = write!(self.body, "<path class=\"wire\" d=\"M{x} {y}H{from}\"/>");
+        self.wire(&format!("M{x} {y}H{from}"));
         // Two arcs: their ends, and the point that pulls each.
         for (end, pull) in [(from + 5, from - 5), (to - 5, to + 5)] {
             let _ = write!(
@@ -253,7 +288,7 @@ impl<'a> Pen<'a> {
             false => placed.legs.iter().map(|(_, row)| *row).collect(),
         };
         for row in rows {
-            let _ = write!(self.body, "<path class=\"wire\" d=\"M{x} {}H{from}\"/>", wire(row));
+            self.wire(&format!("M{x} {}H{from}", wire(row)));
         }
         for (name, row) in &placed.legs {
             let at = (from + CHAR, wire(*row) + 4);

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::circuit::{ContactSymbol, RungCircuit};
 use super::grid::RungGrid;
+use super::live_svg;
 use super::power_tests::hold_against_the_rung;
 use super::read_back::{compare, of_svg, of_text};
 use super::svg::{self, Decoration};
@@ -37,6 +38,10 @@ fn drawn_and_read(program: &Program) -> usize {
         let body = svg::rung(&grid, &Plain).body;
         compare(&of_svg(&body), (rung, &wording), &body);
         hold_against_the_rung(&grid, (rung, &wording));
+        // As many elements can be lit as a power has characters.
+        let live = live_svg::drawing(&grid, "a rung").svg;
+        let power = live_svg::power(&grid, &|contact| contact.leaf % 2 == 0);
+        assert_eq!(live.matches(" data-p").count(), power.len(), "{live}");
     }
     rungs.len()
 }

@@ -2,9 +2,10 @@
 //!
 //! Each row is a constant. A log line names it (`say!(ALARM_ON, …)`) and takes its level from it.
 //! The log's writer takes the rest: the stable code, the message ID by which `journalctl -x` finds
-//! the explanation, and how often such lines may come. `rungd explain` and `docs/events.md` are
-//! made of the same rows. A code and an ID, once given, never change: a test keeps a list of them
-//! (`events.txt`), and finds rows that no line uses.
+//! the explanation, how often such lines may come, and whether a controller file may leave them
+//! out. `rungd explain` and `docs/events.md` are made of the same rows. A code and an ID, once
+//! given, never change: a test keeps a list of them (`events.txt`), and finds rows that no line
+//! uses.
 //!
 //! Deliberately absent: texts of log lines, which stand where they are logged, and tracing.
 
@@ -13,6 +14,7 @@ mod row;
 mod controller;
 mod device;
 mod journal_catalog;
+mod levels;
 pub(crate) mod limit;
 mod memory;
 mod plant;
@@ -24,13 +26,14 @@ mod world;
 pub(crate) use controller::*;
 pub(crate) use device::*;
 pub use journal_catalog::catalog;
+pub use levels::EventLevels;
 pub use limit::LineLimit;
 pub(crate) use memory::*;
 pub(crate) use plant::*;
 pub(crate) use record::*;
 pub(crate) use reload::*;
 pub(crate) use row::Level;
-pub use row::{Event, GROUPS};
+pub use row::{Event, GROUPS, Silence};
 pub(crate) use table::coded;
 pub use table::{all, named};
 pub(crate) use world::*;

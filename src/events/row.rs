@@ -8,13 +8,13 @@ use super::limit::LineLimit;
 /// Makes a constant of each row, and `EVENTS`, the table of a file's rows:
 ///
 /// ```text
-/// CONSTANT = number, name, level, limit:
+/// CONSTANT = number, name, level, limit, silence:
 ///     message ID,
 ///     what it means,
 ///     what to do;
 /// ```
 macro_rules! rows {
-    ($($constant:ident = $number:literal, $name:literal, $level:ident, $limit:ident:
+    ($($constant:ident = $number:literal, $name:literal, $level:ident, $limit:ident, $silence:ident:
         $id:literal, $meaning:literal, $remedy:literal;)+) => {
         $(
             #[doc = $meaning]
@@ -23,6 +23,7 @@ macro_rules! rows {
                 name: $name,
                 level: $crate::events::row::Level::$level,
                 limit: $crate::events::limit::LineLimit::$limit,
+                silence: $crate::events::row::Silence::$silence,
                 id: $id,
                 meaning: $meaning,
                 remedy: $remedy,
@@ -47,14 +48,32 @@ pub struct Event {
     pub id: &'static str,
     /// How many such lines are written.
     pub limit: LineLimit,
+    /// Whether a controller file may leave such lines out.
+    pub silence: Silence,
     /// What it means, in a sentence or two.
     pub meaning: &'static str,
     /// What to do about it.
     pub remedy: &'static str,
 }
 
-/// How urgent: the level of an event, and from which level on the log tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+/// Whether `[log]` of a controller file may leave the lines of an event out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Silence {
+    /// Never, and its level is at least info: the line tells of a start or an end, a mode, a fault,
+    /// an alarm, an overrun, a lost device, a change by a person or a reload, or of what the log,
+    /// retentive memory or the scan log has lost.
+    Never,
+    /// By the event's name in `[log.events]`.
+    ByName,
+    /// By its name, and by `[log] blocks = "none"`: a Program, Task or Stage changed its state.
+    ByBlocks,
+    /// By its name, and by `[log] blocks` if that is not `"all"`: a Stage changed its state.
+    ByStages,
+}
+
+/// How urgent: the level of an event, and from which level on the log tells. The most urgent is the
+/// least.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 #[allow(missing_docs)]
 pub enum Level {
@@ -90,6 +109,10 @@ impl Event {
 }
 
 impl Level {
+    /// All levels, the most urgent first.
+    pub const ALL: [Level; 5] =
+        [Level::Error, Level::Warn, Level::Info, Level::Debug, Level::Trace];
+
     /// In words.
     pub fn name(self) -> &'static str {
         match self {

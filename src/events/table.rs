@@ -25,7 +25,12 @@ pub fn named(name: &str) -> Option<&'static Event> {
 
 /// The row of a code, in any case: `RUNGD-0301`.
 pub(crate) fn coded(code: &str) -> Option<&'static Event> {
-    all().find(|event| event.code().eq_ignore_ascii_case(code))
+    let (head, digits) = code.split_at_checked("RUNGD-".len())?;
+    let is_code = head.eq_ignore_ascii_case("RUNGD-")
+        && digits.len() == 4
+        && digits.bytes().all(|byte| byte.is_ascii_digit());
+    let number = digits.parse().ok().filter(|_: &u16| is_code)?;
+    all().find(|event| event.number == number)
 }
 
 #[cfg(test)]
@@ -33,7 +38,7 @@ mod tests {
     use std::collections::HashSet;
 
     use super::*;
-    use crate::events::GROUPS;
+    use crate::events::{GROUPS, Level, Silence};
 
     #[test]
     fn codes_rise_and_names_and_ids_are_unique() {
@@ -66,9 +71,21 @@ mod tests {
     }
 
     #[test]
+    fn an_error_is_never_silenced_and_what_is_never_silenced_is_seen_at_level_info() {
+        for event in all() {
+            let (name, is_kept) = (event.name, event.silence == Silence::Never);
+            assert!(is_kept || event.level > Level::Error, "{name} is an error");
+            assert!(!is_kept || event.level <= Level::Info, "{name} is a detail");
+        }
+    }
+
+    #[test]
     fn a_row_is_found_by_name_and_by_code() {
         assert_eq!(named("alarm-on").map(|event| event.number), Some(301));
         assert_eq!(coded("rungd-0301").map(|event| event.name), Some("alarm-on"));
         assert!(named("alarm").is_none() && coded("RUNGD-9999").is_none());
+        let wrong =
+            ["", "0301", "RUNGD-301", "RUNGD-00301", "RUNGD-+301", "rungdü301", "RUNGD-030x"];
+        assert!(wrong.iter().all(|code| coded(code).is_none()));
     }
 }

@@ -11,7 +11,7 @@ mod page;
 pub use self::library_page::facts as library_facts;
 pub(crate) use self::library_page::of_library;
 use self::page::{indented, section, wrapped};
-use crate::events::{self, Event, LineLimit};
+use crate::events::{self, Event, LineLimit, Silence};
 use crate::isa::function::{FunctionSpec, ResultType};
 use crate::isa::instruction::{Mnemonic, Termination};
 use crate::isa::{Function, LegName, OperandKind, Spec, dialects, pages};
@@ -72,6 +72,14 @@ fn of_event(event: &Event) -> String {
              counted (lines-withheld)."
         );
     }
+    let silence = match event.silence {
+        Silence::Never => "It stays in every log: `[log.events]` cannot silence it.".to_owned(),
+        Silence::ByName => format!("`[log.events] {name} = \"off\"` leaves it out."),
+        Silence::ByBlocks | Silence::ByStages => {
+            format!("`[log] blocks` or `[log.events] {name} = \"off\"` leaves it out.")
+        }
+    };
+    let _ = writeln!(text, "\n{silence}");
     let _ = writeln!(text, "\nIn the journal: journalctl -u rungd RUNGD_EVENT={name}");
     text
 }
@@ -299,6 +307,8 @@ mod tests {
             client.
 
             At most 20 lines at once, then 1 a second; what is left out is counted (lines-withheld).
+
+            `[log.events] modbus-gone = "off"` leaves it out.
 
             In the journal: journalctl -u rungd RUNGD_EVENT=modbus-gone
         "#]]

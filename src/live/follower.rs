@@ -141,16 +141,19 @@ impl KnownProgram {
     fn take(&mut self, recording: Recording) -> Result<(), LookFailure> {
         let subject = Arc::clone(&self.program.subject);
         let own = Arc::clone(&self.program.recorded);
-        let places: Vec<(usize, u64)> = (0..recording.count())
+        let places: Vec<(usize, u64, bool)> = (0..recording.count())
             .filter(|at| *recording.program(*at) == own)
-            .map(|at| (at, recording.head(at).sequence))
+            .map(|at| (at, recording.head(at).sequence, recording.head(at).follows))
             .collect();
         let first = places.first().ok_or_else(exchanged)?.1;
         let mut replay =
             Replay::new(recording, |_: &RecordedProgram| Ok(Engine::new(subject.whole_code())));
         self.sections.retain(|(sequence, _)| *sequence < first);
-        for (at, sequence) in places {
-            let Ok(section) = replay.section(at) else { continue };
+        for (at, sequence, follows) in places {
+            let Ok(mut section) = replay.section(at) else { continue };
+            // The first section of an answer goes on where the kept ones end.
+            let before = self.sections.last().map(|(sequence, _)| sequence + 1);
+            section.start.follows = follows && before == Some(sequence);
             self.sections.push((sequence, Arc::new(section)));
         }
         self.forget();

@@ -7,10 +7,12 @@
 
 mod follower;
 mod program;
+#[cfg(test)]
+mod tests;
 mod trend;
 mod view;
 
 pub use follower::{Follower, LookFailure};
-pub use program::LiveProgram;
+pub use program::{LiveProgram, LiveTag};
 pub use trend::{Trend, TrendPoint};
 pub use view::{LiveView, TagValue};

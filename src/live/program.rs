@@ -4,10 +4,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::controller::Controller;
-use crate::draw::ladder::Picture;
+use crate::draw::ladder::{Picture, RungPicture};
+use crate::isa::Address;
 use crate::load::recorded::loaded;
-use crate::observe::Subject;
+use crate::observe::{PartContacts, Subject};
 use crate::record::RecordedProgram;
+use crate::resolve::program::TagMeaning;
 
 /// A program that can be looked at.
 #[derive(Debug)]
@@ -20,8 +22,33 @@ pub struct LiveProgram {
     pub picture: Picture,
     /// The settings of its controller file.
     pub controller: Option<Controller>,
-    /// By block or Stage, rung and branch: the number of the first contact.
-    contacts: HashMap<(String, u32, Option<u32>), u32>,
+    /// By block or Stage, rung and branch: its part.
+    parts: HashMap<PartName, PartPlace>,
+}
+
+/// A block or Stage, a rung in it, a branch of it.
+type PartName = (String, u32, Option<u32>);
+
+/// A part of a rung among those of the program.
+#[derive(Clone, Copy, Debug)]
+struct PartPlace {
+    /// Its number.
+    part: u32,
+    /// The number of its first contact.
+    first: u32,
+}
+
+/// A tag, to be listed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LiveTag<'p> {
+    /// Its name.
+    pub name: &'p str,
+    /// Its address.
+    pub address: String,
+    /// Its `doc`.
+    pub doc: Option<&'p str>,
+    /// Of a structure: its members, as operands.
+    pub members: Vec<String>,
 }
 
 impl LiveProgram {
@@ -34,14 +61,67 @@ impl LiveProgram {
         let controller = loaded.controller;
         let subject = Arc::new(Subject::new(Arc::new(program), loaded.files));
         let picture = Picture::of(&subject);
-        let parts = subject.contacts();
-        let contacts =
-            parts.map(|part| ((part.element, part.rung, part.branch), part.first)).collect();
-        Ok(LiveProgram { recorded, subject, picture, controller, contacts })
+        let place = |(part, of): (u32, PartContacts)| {
+            ((of.element, of.rung, of.branch), PartPlace { part, first: of.first })
+        };
+        let parts = (0..).zip(subject.contacts()).map(place).collect();
+        Ok(LiveProgram { recorded, subject, picture, controller, parts })
     }
 
     /// The number of the first contact of a rung or branch, among those of the program.
     pub fn first_contact(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
-        self.contacts.get(&(element.to_owned(), rung, branch)).copied()
+        self.parts.get(&(element.to_owned(), rung, branch)).map(|of| of.first)
+    }
+
+    /// The number of a rung or branch, among those of the program.
+    pub fn part(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
+        self.parts.get(&(element.to_owned(), rung, branch)).map(|of| of.part)
+    }
+
+    /// The rungs of a block, or of a Stage with its Program's name.
+    pub fn rungs(&self, element: &str) -> Option<&[RungPicture]> {
+        self.picture.blocks.iter().find_map(|block| {
+            if block.name == element {
+                return Some(&*block.rungs);
+            }
+            let stage = element.strip_prefix(&*block.name)?.strip_prefix('.')?;
+            let found = block.stages.iter().find(|known| known.name == stage)?;
+            Some(&*found.rungs)
+        })
+    }
+
+    /// The words that a rung reads and counts, as operands.
+    pub fn words(&self, element: &str, rung: usize) -> Vec<String> {
+        let rung = rung as u32;
+        let branches = (1..).map(Some);
+        let parts = std::iter::once(None).chain(branches).map_while(|branch| {
+            self.parts.get(&(element.to_owned(), rung, branch)).map(|of| of.part)
+        });
+        let cells = parts.flat_map(|part| self.subject.words(part));
+        let mut names: Vec<String> = Vec::new();
+        for name in cells.map(|cell| self.subject.operand(cell).name) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    /// The tags with an address, in file order.
+    pub fn tags(&self) -> impl Iterator<Item = LiveTag<'_>> {
+        self.subject.program().tags.iter().filter_map(|tag| {
+            let TagMeaning::Address(address) = tag.meaning else { return None };
+            let member = |member: &&str| format!("{}.{member}", tag.name);
+            let members = match address {
+                Address::Structure(structure) => structure.members(),
+                Address::Bit(_) | Address::Word(_) => &[],
+            };
+            Some(LiveTag {
+                name: &tag.name,
+                address: address.to_string(),
+                doc: tag.doc.as_deref(),
+                members: members.iter().map(member).collect(),
+            })
+        })
     }
 }

@@ -72,6 +72,12 @@ impl LiveView {
         })
     }
 
+    /// Whether a rung was executed in a scan.
+    pub fn is_executed(&self, power: &ScanPower, (element, rung): (&str, u32)) -> bool {
+        let part = self.program.part(element, rung, None);
+        part.is_some_and(|part| power.is_executed(part))
+    }
+
     /// Whether a contact conducts, as it is drawn; `None`: its rung was not executed.
     pub fn conducts(
         &self,

@@ -26,6 +26,7 @@ mod power;
 mod reasons;
 mod replay;
 mod restarts;
+mod rung_words;
 mod section_log;
 mod slice_run;
 mod step_numbers;

@@ -27,6 +27,8 @@ pub struct ScanPower {
     pub mode: Mode,
     /// By contact, in the order of the program: OFF, ON, or not executed.
     contacts: Vec<u8>,
+    /// By part of a rung: whether it was executed.
+    executed: Vec<bool>,
     bits: Vec<u8>,
     words: Vec<i32>,
 }
@@ -48,8 +50,9 @@ impl ScanPower {
     /// Before anything is seen.
     pub(crate) fn nothing() -> ScanPower {
         let mode = Mode::Stop(StopReason::NotStarted);
-        let (contacts, bits, words) = (Vec::new(), Vec::new(), Vec::new());
-        ScanPower { scan: 0, unix_ns: 0, mode, contacts, bits, words }
+        let (contacts, executed) = (Vec::new(), Vec::new());
+        let (bits, words) = (Vec::new(), Vec::new());
+        ScanPower { scan: 0, unix_ns: 0, mode, contacts, executed, bits, words }
     }
 
     /// Whether a contact was ON, by its number among those of the program; `None`: its rung was
@@ -59,6 +62,11 @@ impl ScanPower {
             None | Some(&IDLE) => None,
             Some(on) => Some(*on != 0),
         }
+    }
+
+    /// Whether a rung or branch was executed in this scan, by its number in [`Subject::contacts`].
+    pub fn is_executed(&self, part: u32) -> bool {
+        self.executed.get(part as usize).copied().unwrap_or(false)
     }
 
     /// The content of a cell at the end of the scan: of a bit 0 or 1.
@@ -168,22 +176,22 @@ impl PowerRun {
         let mut seen = SeenContacts {
             subject: &self.subject,
             contacts: vec![IDLE; self.subject.sites.leaves.len()],
+            executed: vec![false; self.subject.sites.parts.len()],
         };
         walk((&self.subject, &self.slice), &mut self.engine, call, &mut seen);
-        let contacts = seen.contacts;
+        let SeenContacts { contacts, executed, .. } = seen;
         let (bits, words) = public(&self.subject, self.engine.image());
-        ScanPower { scan: 0, unix_ns: 0, mode: Mode::Run, contacts, bits, words }
+        ScanPower { contacts, executed, bits, words, ..ScanPower::nothing() }
     }
 
     /// Outside of RUN no rung is executed: memory is shown as it is.
     fn outside_of_run(&mut self, section: &TapeSection, mode: Mode) {
         let (bits, words) = public(&self.subject, self.engine.image());
-        let contacts = vec![IDLE; self.subject.sites.leaves.len()];
         let before = self.last.as_ref();
         let scan = before.map_or(section.start.number.saturating_sub(1), |last| last.scan);
         let begin = section.start.unix_offset_ns.saturating_add_unsigned(section.state.now_ns());
         let unix_ns = before.map_or(begin, |last| last.unix_ns);
-        self.last = Some(ScanPower { scan, unix_ns, mode, contacts, bits, words });
+        self.last = Some(ScanPower { scan, unix_ns, mode, bits, words, ..ScanPower::nothing() });
     }
 }
 
@@ -213,11 +221,15 @@ fn public(subject: &Subject, image: &Image) -> (Vec<u8>, Vec<i32>) {
 struct SeenContacts<'a> {
     subject: &'a Subject,
     contacts: Vec<u8>,
+    executed: Vec<bool>,
 }
 
 impl Witness for SeenContacts<'_> {
     fn part(&mut self, part: u32, _: u32, image: &Image) {
         let first = self.subject.part(part).leaves.start as usize;
+        if let Some(executed) = self.executed.get_mut(part as usize) {
+            *executed = true;
+        }
         let states = states(self.subject, part, image);
         for (place, on) in self.contacts.iter_mut().skip(first).zip(states) {
             *place = u8::from(on);

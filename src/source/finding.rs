@@ -228,6 +228,8 @@ findings! {
     RetainRange "retain-range" Error "A retained range is not data or structures.";
     NoMain "no-main" Error "A program has a block `Main`.";
     Controller "controller" Error "A controller file asks for something that cannot be.";
+    UnknownEvent "unknown-event" Error "The log has no event of this name.";
+    KeptEvent "kept-event" Error "A controller file silences an event that must stay in the log.";
     TestFile "test-file" Error "A test file asks for something that cannot be.";
     TestStep "test-step" Error
         "A step of a test has the wrong form, or asks for something that cannot be.";
@@ -272,6 +274,8 @@ findings! {
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
     UnusedTemplate "unused-template" Warning "Nothing uses this template.";
+    LevelLeftOut "level-left-out" Warning
+        "A level is given to an event that `[log] blocks` leaves out.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";
     TestEmpty "test-empty" Warning "A test file, or a scenario of it, tests nothing.";
 }

@@ -37,11 +37,13 @@ impl Code {
             | DuplicateOut | RetainRange | OutElsewhere | TaskStartsItself | ConstantCompare
             | BareTimerValue | DurationAsCount | MixedAndOr | EdgeInClk | MixedOperators
             | IntegerDivisionIntoReal | ComplementOfBit | ConstantSaturates | LostFraction
-            | MathConstants | RetainedButReset | LongPeriod | UnknownAllow => RestsOn::Itself,
+            | MathConstants | RetainedButReset | LongPeriod | UnknownAllow | UnknownEvent
+            | KeptEvent => RestsOn::Itself,
             UnknownName | UnknownMember | UnknownBlock | UnknownStage
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
-            | ForbiddenName | TemplateRule | TagKey | TestStep | TestEmpty => RestsOn::Table,
+            | ForbiddenName | TemplateRule | TagKey | TestStep | TestEmpty
+            | LevelLeftOut => RestsOn::Table,
             Controller | TestFile => RestsOn::Group,
             BeyondMemory | MemoryFull | RetainsNothing | ColdForEver => RestsOn::Settings,
             Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | StageNeverEntered

@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use rungd::events::{self, Event, GROUPS, LineLimit};
+use rungd::events::{self, Event, GROUPS, LineLimit, Silence};
 
 /// Events that have no log line yet.
 const WITHOUT_LINE: &[&str] = &[];
@@ -185,19 +185,25 @@ fn the_page_lists_every_event() {
     let mut page = String::from(HEAD);
     for (hundred, title) in GROUPS {
         let _ = write!(page, "\n## {title}\n\n| code | event | level | at most | ");
-        page.push_str("meaning | what to do |\n|---|---|---|---|---|---|\n");
+        page.push_str("off | meaning | what to do |\n|---|---|---|---|---|---|---|\n");
         for event in events::all().filter(|event| event.number / 100 == hundred) {
             let Event { name, meaning, remedy, .. } = event;
             let limit = match event.limit {
                 LineLimit::NONE => "".to_owned(),
                 limit => format!("{}, then {}/s", limit.burst, limit.per_second()),
             };
+            let off = match event.silence {
+                Silence::Never => "never",
+                Silence::ByName => "",
+                Silence::ByBlocks => "`none`",
+                Silence::ByStages => "`programs`, `none`",
+            };
             let cell = |text: &str| text.replace('|', "\\|");
             let (code, level) = (event.code(), event.level.name());
             let (meaning, remedy) = (cell(meaning), cell(remedy));
             let _ = writeln!(
                 page,
-                "| `{code}` | `{name}` | {level} | {limit} | {meaning} | {remedy} |"
+                "| `{code}` | `{name}` | {level} | {limit} | {off} | {meaning} | {remedy} |"
             );
         }
     }
@@ -214,6 +220,11 @@ a log. How a line is built is in [running](running.md).
 *At most* is how many lines of the event are written at once, and then in a second; what is left
 out is counted, and told as `lines-withheld` with the event's name. At level debug all of them are
 written. Alarms are limited each by itself ([running](running.md)).
+
+*Off* says whether a controller file may silence the event. By default it may: `[log.events]` gives it a level, or `\"off\"`.
+`never`: the event must stay in the log, at level error, warn or info. These tell of starts and ends, modes, faults, alarms,
+overruns, lost devices, changes by people and by reloads, and of what the log, retentive memory or the scan log has lost.
+`none` and `programs`: this value of `[log] blocks` leaves it out too ([the settings of the log](running.md#the-settings-of-the-log)).
 
 This page is made of the table in `src/events`, by `UPDATE_EVENTS=1 cargo test --test daemon events::`.
 ";

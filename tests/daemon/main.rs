@@ -6,6 +6,7 @@ mod endings;
 mod events;
 mod full_disk;
 mod journal;
+mod log_settings;
 #[cfg(feature = "monitor")]
 mod monitor;
 mod names;

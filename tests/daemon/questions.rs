@@ -1,7 +1,7 @@
 //! `docs/questions.md`, executed. A plant goes through its troubles and logs to a fake journal
 //! socket. A real journal is made from the entries. Each command of the page must print the answer
-//! that the page shows. The commands for a text log read a real text log, and those for the scan log
-//! its real recording.
+//! that the page shows. The commands for a text log read a real text log, once in UTC and once in
+//! local time, and those for the scan log its real recording.
 //!
 //! The command lines are those of the page, with `journalctl -D FOLDER` for `journalctl`. Without
 //! journalctl or systemd-journal-remote, the test prints the reason and passes, unless
@@ -19,6 +19,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
 use crate::support::needs::{Need, skip};
+use rungd::events::{self, Silence};
 
 /// The number of questions on the page, and of those to the log; the others are for the scan log.
 const QUESTIONS: (usize, usize) = (30, 20);
@@ -26,10 +27,41 @@ const QUESTIONS: (usize, usize) = (30, 20);
 /// Settings of a fast plant that a busy machine does not bring to FAULT.
 const QUICK: &str = "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n";
 
+/// The time zone of a text log. Its date is that of UTC for ten hours of the day alone.
+const ZONE: &str = "<+1345>-13:45";
+
 /// The destination of a controller's log.
 enum Log<'a> {
     Journal(&'a Path),
-    File(&'a Path),
+    File(&'a Path, Clock),
+}
+
+/// The time in a text log.
+#[derive(Clone, Copy)]
+enum Clock {
+    Utc,
+    /// That of [`ZONE`].
+    Local,
+}
+
+impl Clock {
+    /// Whether a command of the page is for logs of the other clock.
+    fn is_not_of(self, command: &str) -> bool {
+        match self {
+            Clock::Utc => command.contains("$(date +"),
+            Clock::Local => command.contains("$(date -u +"),
+        }
+    }
+}
+
+impl Log<'_> {
+    /// What the controller file says for its clock.
+    fn setting(&self) -> &'static str {
+        match self {
+            Log::Journal(_) | Log::File(_, Clock::Utc) => "",
+            Log::File(_, Clock::Local) => "log.time = \"local\"\n",
+        }
+    }
 }
 
 /// `rungd run` in the folder.
@@ -41,9 +73,9 @@ fn rungd(folder: &Path, controller: &str, log: &Log, arguments: &[&str]) -> Comm
             command.args(["--log-format", "journal", "--journal-socket"]).arg(socket);
             command.stderr(Stdio::inherit());
         }
-        Log::File(path) => {
+        Log::File(path, _) => {
             let file = File::options().append(true).create(true).open(path).unwrap();
-            command.args(["--log-format", "text"]).stderr(file);
+            command.args(["--log-format", "text"]).env("TZ", ZONE).stderr(file);
         }
     }
     for name in ["RUNGD_LOG", "NOTIFY_SOCKET", "JOURNAL_STREAM"] {
@@ -158,8 +190,9 @@ impl Mixing {
     fn start(folder: &Path, log: &Log) -> Mixing {
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let controller = format!(
-            "log.statistics = \"300ms\"\nscan.watchdog = \"10s\"\n\
-             [modbus-server]\nlisten = \"127.0.0.1:{port}\"\nconnections = 1\n"
+            "{}log.statistics = \"300ms\"\nscan.watchdog = \"10s\"\n\
+             [modbus-server]\nlisten = \"127.0.0.1:{port}\"\nconnections = 1\n",
+            log.setting()
         );
         let controller = with_operator(folder, &controller);
         write(folder, "mixing", include_str!("../questions/mixing.toml"), &controller);
@@ -258,9 +291,9 @@ fn is_heartbeat(entry: &Fields) -> bool {
 }
 
 /// The troubles that the page looks up in a text log, logged to a file.
-fn told_to_file(folder: &Path) -> Mixing {
+fn told_to_file(folder: &Path, clock: Clock) -> Mixing {
     let path = folder.join("rungd.log");
-    let log = Log::File(&path);
+    let log = Log::File(&path, clock);
     let wait_for = |words: &[&str]| {
         let is = |line: &str| words.iter().all(|word| line.contains(word));
         let deadline = Instant::now() + Duration::from_secs(20);
@@ -286,7 +319,8 @@ fn told_to_file(folder: &Path) -> Mixing {
 /// A controller that starts in STOP; an operator sets RUN, and a signal ends it.
 fn stopped(folder: &Path, log: &Log, wait_for: &dyn Fn(&[&str])) {
     let ladder = "[[program]]\nname = \"Main\"\nrung = []\n";
-    write(folder, "short", ladder, &with_operator(folder, QUICK));
+    let controller = format!("{}{QUICK}", log.setting());
+    write(folder, "short", ladder, &with_operator(folder, &controller));
     let mut command = rungd(folder, "short-controller.toml", log, &["--stopped"]);
     let plant = Mixing { child: command.spawn().unwrap() };
     wait_for(&[" operator-listens: "]);
@@ -300,7 +334,11 @@ fn run(command: &str, folder: &Path, journal: &Path) -> String {
     let command = command.replace("journalctl -u rungd", &place);
     let bin = Path::new(env!("CARGO_BIN_EXE_rungd")).parent().unwrap();
     let path = std::env::var("PATH").unwrap_or_default();
-    let output = Command::new("sh")
+    let mut shell = Command::new("sh");
+    if reads_file(&command) {
+        shell.env("TZ", ZONE);
+    }
+    let output = shell
         .args(["-c", &command])
         .current_dir(folder)
         .env("PATH", format!("{}:{path}", bin.display()))
@@ -356,9 +394,30 @@ fn each_command_for_the_journal_gives_the_answer_that_the_page_shows() {
 
 #[test]
 fn each_command_for_a_text_log_gives_the_answer_that_the_page_shows() {
-    let file = FakeJournal::new();
-    let _plant = told_to_file(&file.folder);
-    compare(&file.folder, &file.folder, reads_file);
+    for clock in [Clock::Utc, Clock::Local] {
+        let file = FakeJournal::new();
+        let _plant = told_to_file(&file.folder, clock);
+        let wanted = |command: &str| reads_file(command) && !clock.is_not_of(command);
+        compare(&file.folder, &file.folder, wanted);
+    }
+}
+
+/// A controller file cannot take the answers away, but for the questions that the page names.
+#[test]
+fn questions_whose_lines_can_be_silenced_are_named() {
+    let page = page::text("questions.md");
+    let is_letter = |c: char| c.is_ascii_lowercase() || c == '-';
+    let can_be_silenced = |question: &str| {
+        let commands = question.lines().filter(|line| line.starts_with("$ journalctl "));
+        let mut words = commands.flat_map(|line| line.split(|c: char| !is_letter(c)));
+        words.any(|word| events::named(word).is_some_and(|row| row.silence != Silence::Never))
+    };
+    let questions = (1..).zip(page.split("\n### ").skip(1));
+    let silenced: Vec<u32> =
+        questions.filter(|(_, text)| can_be_silenced(text)).map(|(at, _)| at).collect();
+    assert_eq!(silenced, [6, 7, 9, 10, 11, 14, 15, 18, 19]);
+    let words = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("questions 6, 7, 9 to 11, 14, 15, 18 and 19 read"));
 }
 
 #[test]
@@ -373,7 +432,10 @@ fn there_are_thirty_questions_twenty_with_a_command_for_either_log() {
         let journal = question.matches("\n$ journalctl -u rungd ").count();
         assert_eq!(journal, usize::from(is_to_log), "{title}");
         let text_log = |line: &&str| line.starts_with("$ ") && line.contains(" rungd.log");
-        assert_eq!(question.lines().filter(text_log).count(), journal, "{title}");
+        for clock in [Clock::Utc, Clock::Local] {
+            let commands = question.lines().filter(text_log).filter(|line| !clock.is_not_of(line));
+            assert_eq!(commands.count(), journal, "{title}");
+        }
         let recording = question.matches("$ rungd ").count() + question.matches("; rungd ").count();
         assert_eq!(recording > 0, !is_to_log || at + 1 == QUESTIONS.0, "{title}");
     }

@@ -3,6 +3,7 @@
 mod client;
 mod commands;
 mod completion;
+mod completion_log;
 mod completion_shipped;
 mod completion_uses;
 mod completion_written;

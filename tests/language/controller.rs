@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rungd::controller::Controller;
+use rungd::controller::log::LogSettings;
 use rungd::io::plant::settings::Motion;
 use rungd::isa::{Bit, BitSpace};
 use rungd::load::controller_file;
@@ -37,7 +38,7 @@ fn names(ranges: &[rungd::resolve::range::Range]) -> Vec<String> {
 fn everything_but_the_ladder_has_a_default() {
     let controller = controller("defaults", "ladder = [\"programs/bottling.toml\"]\n");
     assert_eq!((controller.period_ms, controller.watchdog_ms), (10, 200));
-    assert_eq!(controller.statistics_ms, 60_000);
+    assert_eq!(controller.log, LogSettings::default());
     assert!(controller.modbus.is_none() && controller.rules.is_empty());
     assert!(controller.outputs_on.is_empty() && controller.retain.is_empty());
     assert_eq!(controller.realtime, Posture::default());
@@ -123,5 +124,5 @@ statistics = "0s"
     assert_eq!(eye.motion, Motion::Pulse { width_ms: 200, every_ms: 1_000, offset_ms: 0 });
     let follow = Motion::Follow { bit: gate, after_ms: 30, release_ms: 30 };
     assert_eq!((behind.input, behind.motion, behind.invert), (4, follow, true));
-    assert_eq!(controller.statistics_ms, 0);
+    assert_eq!(controller.log.statistics_ms, 0);
 }

@@ -24,6 +24,7 @@ use tokio::time::timeout;
 pub(super) use views::Views;
 
 use super::config::Setup;
+use super::log;
 use super::systemd::{Notice, Systemd};
 use crate::engine::Cell;
 use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
@@ -377,6 +378,7 @@ impl Reloads {
             let Some(Pending { running, back, .. }) = inner.pending.take() else { continue };
             self.views.forget_before(generation.saturating_sub(1));
             let probation = if back { Duration::ZERO } else { running.setup.probation };
+            log::take_over(&running.setup.log);
             let old = std::mem::replace(&mut inner.running, running);
             let mut trial = self.trial();
             match (back, &*trial) {

@@ -96,6 +96,7 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
         lines.push(format!("retained ranges {was} → {is}"));
     }
     lines.extend(safe_values(&old.memory.safe, &new.memory.safe));
+    lines.extend(old.log.changes(&new.log));
     if was.watchdog_ns != is.watchdog_ns {
         let late = fault_too_late(is.watchdog_ns, sd_notify::watchdog_enabled());
         lines.extend(late.map(|sentence| format!("{WARNING}{sentence}")));

@@ -23,6 +23,17 @@ impl<'a> Table<'a> {
         arrays.collect()
     }
 
+    /// The keys that no getter asked for, in file order: for a finding other than that of
+    /// [`Table::finish`].
+    pub fn unasked(&self) -> Vec<Text> {
+        let entries = self.in_file_order().into_iter();
+        let unasked = entries.filter(|(key, _)| {
+            let name: &str = key.get_ref();
+            !self.asked.contains(&name)
+        });
+        unasked.map(|(key, _)| self.key_text(key)).collect()
+    }
+
     /// All entries as integers within a range, by key and in file order (the form of named places).
     pub fn integers_by_name(&mut self, any: Key, range: (i64, i64)) -> Vec<(Text, Located<i64>)> {
         self.shape

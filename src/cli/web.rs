@@ -1,0 +1,127 @@
+//! `rungd web`: the pages of a running controller for a browser, and their users.
+
+use std::io::{self, BufRead as _, IsTerminal as _};
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::{Args, Subcommand};
+use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
+
+use super::exit::Exit;
+use super::terminal::{print, say, say_line};
+use crate::operator::SOCKET_VARIABLE;
+use crate::operator::client;
+use crate::web::{ListenAt, UserFailure, WebOptions, serve, set_password};
+
+/// Shows a running controller in a browser: its ladder with power, why, trends, alarms
+#[derive(Args, Debug)]
+pub struct WebArgs {
+    #[command(subcommand)]
+    users: Option<WebCommand>,
+    /// Where it listens: an address with a port, or the path of a Unix socket
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:8080")]
+    #[arg(value_parser = ListenAt::parse)]
+    listen: ListenAt,
+    /// A name by which browsers reach this host; several times for several names
+    #[arg(long = "host", value_name = "NAME")]
+    hosts: Vec<String>,
+    /// The certificate and its chain, as PEM
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// The certificate's key, as PEM
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+    /// A proxy that speaks TLS stands before it
+    #[arg(long, conflicts_with = "tls_cert")]
+    behind_proxy: bool,
+    /// The users, as `rungd web passwd` makes them; without it a one-time link lets in
+    #[arg(long, value_name = "FILE")]
+    users_file: Option<PathBuf>,
+    /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
+    /// yours or root's; else the service's, /run/rungd/rungd.sock)
+    #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
+    socket: Option<PathBuf>,
+}
+
+#[derive(Subcommand, Debug)]
+enum WebCommand {
+    /// Sets the password of a user, who may then sign in; asks for it, or reads a line
+    Passwd {
+        /// The user
+        #[arg(value_name = "USER")]
+        user: String,
+        /// The file of users
+        #[arg(long, value_name = "FILE", default_value = "/etc/rungd/web-users")]
+        users_file: PathBuf,
+        /// Remove the user
+        #[arg(long)]
+        remove: bool,
+    },
+}
+
+/// Serves the pages, or sets a password.
+///
+/// # Errors
+/// What is refused; what cannot be opened.
+pub fn web(args: &WebArgs) -> Result<Exit> {
+    if let Some(WebCommand::Passwd { user, users_file, remove }) = &args.users {
+        return passwd(user, users_file, *remove);
+    }
+    let options = WebOptions {
+        listen: args.listen.clone(),
+        socket: client::socket(args.socket.clone()),
+        hosts: args.hosts.clone(),
+        tls: args.tls_cert.clone().zip(args.tls_key.clone()),
+        behind_proxy: args.behind_proxy,
+        users: args.users_file.clone(),
+    };
+    if let Err(refused) = options.judge() {
+        say_line(&format!("rungd web: {refused}"));
+        return Ok(Exit::Usage);
+    }
+    serve(&options)?;
+    Ok(Exit::Ok)
+}
+
+fn passwd(user: &str, file: &std::path::Path, remove: bool) -> Result<Exit> {
+    let password = if remove { None } else { Some(asked()?) };
+    match set_password(file, user, password.as_deref()) {
+        Ok(()) if remove => print(&format!("{user} is removed; open sessions have ended\n"))?,
+        Ok(()) => print(&format!("{user} may sign in: `rungd web --users-file` names the file\n"))?,
+        Err(failure @ UserFailure::Refused(_)) => {
+            say_line(&format!("rungd web: {failure}"));
+            return Ok(Exit::Usage);
+        }
+        Err(failure) => bail!(failure),
+    }
+    Ok(Exit::Ok)
+}
+
+/// A password: typed twice without being shown, or a line of standard input.
+fn asked() -> Result<String> {
+    let stdin = io::stdin();
+    if !stdin.is_terminal() {
+        return line();
+    }
+    let shown = tcgetattr(&stdin)?;
+    let mut hidden = shown.clone();
+    hidden.local_modes -= LocalModes::ECHO;
+    tcsetattr(&stdin, OptionalActions::Flush, &hidden)?;
+    say("password: ");
+    let first = line();
+    say("\nthe same again: ");
+    let second = line();
+    tcsetattr(&stdin, OptionalActions::Flush, &shown)?;
+    say("\n");
+    let first = first?;
+    if first != second? {
+        bail!("these are two passwords: nothing is changed");
+    }
+    Ok(first)
+}
+
+fn line() -> Result<String> {
+    let mut line = String::new();
+    io::stdin().lock().read_line(&mut line)?;
+    Ok(line.trim_end_matches(['\r', '\n']).to_owned())
+}

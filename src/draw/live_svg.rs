@@ -1,0 +1,63 @@
+//! A rung as SVG whose wires are lit one by one: for a page that shows the power of each scan.
+//!
+//! The drawing is made once. The power of a scan is a string with a character for each element that
+//! can be lit (`data-p`), in the order of the drawing: `1` has power or conducts, `0` has not; a
+//! rung that was not executed has none. The page adds a class; that is all it does per scan.
+
+use super::circuit::ContactSymbol;
+use super::grid::RungGrid;
+use super::power::flow_of_power;
+use super::svg::{self, Decoration};
+
+/// A rung, ready to be lit.
+#[derive(Clone, Debug)]
+pub struct LiveDrawing {
+    /// The `svg` element.
+    pub svg: String,
+    /// Its width and height, in pixels.
+    pub size: (usize, usize),
+}
+
+struct Live;
+
+impl Decoration for Live {
+    fn link(&self, _: &str) -> Option<String> {
+        None
+    }
+
+    fn is_live(&self) -> bool {
+        true
+    }
+
+    fn mark(&self, _: &ContactSymbol) -> Option<(&'static str, &'static str)> {
+        None
+    }
+}
+
+/// The drawing of a rung. `title` says what it is to those who do not see it.
+pub fn drawing(grid: &RungGrid, title: &str) -> LiveDrawing {
+    let drawing = svg::rung(grid, &Live);
+    let size = (drawing.width, drawing.height);
+    let (width, height) = size;
+    let title = svg::escaped(title);
+    let svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{title}\" \
+         width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n{}</svg>",
+        drawing.body
+    );
+    LiveDrawing { svg, size }
+}
+
+/// The power of a rung that was executed: a character for each element that can be lit.
+pub fn power(grid: &RungGrid, conducts: &dyn Fn(&ContactSymbol) -> bool) -> String {
+    let flow = flow_of_power(grid, conducts);
+    let mut all: Vec<bool> = [flow.along, flow.down].concat();
+    for contact in flow.contacts {
+        all.extend([contact.conducts, contact.before, contact.behind]);
+    }
+    for legs in flow.outlets {
+        all.push(legs.contains(&true));
+        all.extend(legs);
+    }
+    all.into_iter().map(|on| if on { '1' } else { '0' }).collect()
+}

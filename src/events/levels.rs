@@ -1,0 +1,104 @@
+//! The levels that a controller file gives to events (`[log.events]`).
+//!
+//! Made by `controller::log`; `daemon::log` asks it for each line. Pure: it neither knows which
+//! levels are written now, nor refuses to silence an event.
+
+use std::collections::BTreeMap;
+
+use super::row::{Event, Level};
+
+/// The levels that events were given, by event.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct EventLevels(BTreeMap<u16, GivenLevel>);
+
+/// The level that one event was given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct GivenLevel {
+    /// `None`: its lines are left out.
+    given: Option<Level>,
+    /// The level in the event's row.
+    row: Level,
+}
+
+impl EventLevels {
+    /// Gives a level to an event; `None`: its lines are left out.
+    pub fn give(&mut self, event: &Event, given: Option<Level>) {
+        self.0.insert(event.number, GivenLevel { given, row: event.level });
+    }
+
+    /// The level that the event has: the given one, or its row's; `None`: its lines are left out.
+    pub fn of(&self, event: &Event) -> Option<Level> {
+        self.0.get(&event.number).map_or(Some(event.level), |found| found.given)
+    }
+
+    /// The level of a line that is said at `own`; `None`: it is left out. A line that is said less
+    /// urgently than its row (a detail) stays at least as quiet, one that is said more urgently at
+    /// least as loud.
+    pub fn of_line(&self, event: &Event, own: Level) -> Option<Level> {
+        let Some(found) = self.0.get(&event.number) else { return Some(own) };
+        let given = found.given?;
+        Some(match own.cmp(&found.row) {
+            std::cmp::Ordering::Equal => given,
+            std::cmp::Ordering::Greater => given.max(own),
+            std::cmp::Ordering::Less => given.min(own),
+        })
+    }
+
+    /// The least urgent level at which a line may be said that is written from `level` on.
+    pub fn said_from(&self, level: Level) -> Level {
+        let raised = self.0.values().filter(|found| found.given.is_some_and(|to| to <= level));
+        raised.map(|found| found.row).fold(level, Level::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::events::{BLOCK_STARTED, MODBUS_READ_REFUSED, MODE_STOP, STAGE_ON};
+
+    fn levels(event: &Event, given: Option<Level>) -> EventLevels {
+        let mut levels = EventLevels::default();
+        levels.give(event, given);
+        levels
+    }
+
+    #[test]
+    fn an_event_without_a_level_keeps_that_of_its_line() {
+        let none = EventLevels::default();
+        assert_eq!(none.of_line(&STAGE_ON, Level::Debug), Some(Level::Debug));
+        assert_eq!(
+            (none.of(&STAGE_ON), none.said_from(Level::Warn)),
+            (Some(Level::Info), Level::Warn)
+        );
+    }
+
+    #[test]
+    fn a_given_level_replaces_that_of_the_row() {
+        let off = levels(&STAGE_ON, None);
+        assert_eq!((off.of(&STAGE_ON), off.of_line(&STAGE_ON, Level::Info)), (None, None));
+        let debug = levels(&STAGE_ON, Some(Level::Debug));
+        assert_eq!(debug.of_line(&STAGE_ON, Level::Info), Some(Level::Debug));
+        assert_eq!(debug.of_line(&BLOCK_STARTED, Level::Info), Some(Level::Info));
+    }
+
+    #[test]
+    fn a_detail_stays_a_detail_and_what_is_louder_than_its_row_stays_loud() {
+        let warn = levels(&BLOCK_STARTED, Some(Level::Warn));
+        assert_eq!(warn.of_line(&BLOCK_STARTED, Level::Info), Some(Level::Warn));
+        assert_eq!(warn.of_line(&BLOCK_STARTED, Level::Debug), Some(Level::Debug));
+        let trace = levels(&BLOCK_STARTED, Some(Level::Trace));
+        assert_eq!(trace.of_line(&BLOCK_STARTED, Level::Debug), Some(Level::Trace));
+        let info = levels(&MODE_STOP, Some(Level::Info));
+        assert_eq!(info.of_line(&MODE_STOP, Level::Warn), Some(Level::Warn));
+        let error = levels(&MODE_STOP, Some(Level::Error));
+        assert_eq!(error.of_line(&MODE_STOP, Level::Warn), Some(Level::Error));
+    }
+
+    #[test]
+    fn a_detail_that_was_raised_is_to_be_listened_to() {
+        let raised = levels(&MODBUS_READ_REFUSED, Some(Level::Warn));
+        assert_eq!(raised.said_from(Level::Info), Level::Debug);
+        assert_eq!(raised.said_from(Level::Error), Level::Error);
+        assert_eq!(raised.said_from(Level::Trace), Level::Trace);
+    }
+}

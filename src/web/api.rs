@@ -1,0 +1,280 @@
+//! The questions of a page, and the changes that a signed-in user may make.
+//!
+//! Questions are answered of what was followed, on a thread for blocking work where they execute
+//! scans again. A change goes to the controller as a client's, with the user's name.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde_json::{Value, json};
+
+use super::query::Query;
+use super::route::{Answered, Failure, json_answer};
+use super::sessions::Session;
+use super::site::{Site, say};
+use super::stream::{Told, Window, name_of};
+use crate::controller::web::{Panel, WebSettings, Widget};
+use crate::draw::ladder::{BlockPicture, RungPicture};
+use crate::draw::live_svg;
+use crate::live::{LiveProgram, LiveView};
+use crate::operator::client::{self, CallFailure};
+use crate::operator::protocol::{GivenValue, Request};
+
+/// The most rungs of an answer, and the most tags.
+const RUNGS_MAX: usize = 60;
+const TAGS_MAX: usize = 500;
+
+/// The longest name of an operand.
+const OPERAND_BYTES_MAX: usize = 256;
+
+fn bad(why: impl Into<String>) -> Failure {
+    Failure(StatusCode::BAD_REQUEST, why.into())
+}
+
+/// Answers a question.
+pub(super) async fn question(
+    site: &Arc<Site>,
+    path: &str,
+    (query, session): (&Query, &Session),
+) -> Answered {
+    if path == "/api/status" {
+        let seen = site.follow.now().await;
+        return Ok(json_answer(&json!({ "status": seen.status.as_deref() })));
+    }
+    let view = match query.number("hold") {
+        Some(hold) => site.held(hold).ok_or_else(|| {
+            let why = "the scans that were held are gone: pause again";
+            Failure(StatusCode::GONE, why.to_owned())
+        })?,
+        None => viewed(site).await?,
+    };
+    let query = query.clone();
+    match path {
+        "/api/hold" => {
+            let scans = view.scans().ok_or_else(|| bad("no scan is recorded yet"))?;
+            let scans = json!([scans.start(), scans.end()]);
+            Ok(json_answer(&json!({ "hold": site.hold(view), "scans": scans })))
+        }
+        "/api/session" => Ok(json_answer(&of_session(session, &view))),
+        "/api/ladder" => Ok(json_answer(&ladder(&view.program))),
+        "/api/panels" => Ok(json_answer(&panels(&view.program))),
+        "/api/tags" => Ok(json_answer(&tags(&view.program, query.get("find")))),
+        "/api/rungs" => asked(site, move || rungs(&view, &query)).await,
+        "/api/scan" => asked(site, move || scan(&view, &query)).await,
+        "/api/why" => asked(site, move || why(&view, &query)).await,
+        "/api/trend" => asked(site, move || trend(&view, &query)).await,
+        _ => Err(Failure(StatusCode::NOT_FOUND, "there is no such page".to_owned())),
+    }
+}
+
+/// The controller as it is seen now.
+async fn viewed(site: &Site) -> Result<LiveView, Failure> {
+    let seen = site.follow.now().await;
+    seen.view.clone().map_err(|why| Failure(StatusCode::BAD_GATEWAY, why))
+}
+
+/// Answers a question that takes a while, on a thread for it; few at a time.
+async fn asked(
+    site: &Site,
+    question: impl FnOnce() -> Result<Value, Failure> + Send + 'static,
+) -> Answered {
+    let place = Arc::clone(&site.questions).acquire_owned().await;
+    let answered = tokio::task::spawn_blocking(question).await;
+    drop(place);
+    match answered {
+        Ok(answered) => answered.map(|value| json_answer(&value)),
+        Err(bug) => {
+            let why = format!("a bug in rungd: {bug}");
+            Err(Failure(StatusCode::INTERNAL_SERVER_ERROR, why))
+        }
+    }
+}
+
+fn of_session(session: &Session, view: &LiveView) -> Value {
+    let user = session.user.as_ref().map(|(name, _)| name);
+    let write = settings(&view.program).map_or(&[][..], |web| &web.write);
+    let names: Vec<&str> = write.iter().map(|(name, _)| name.as_str()).collect();
+    json!({
+        "user": user,
+        "csrf": session.csrf,
+        "write": if user.is_some() { names } else { Vec::new() },
+        "version": env!("CARGO_PKG_VERSION"),
+    })
+}
+
+fn settings(program: &LiveProgram) -> Option<&WebSettings> {
+    program.controller.as_ref().map(|controller| &controller.web)
+}
+
+/// The blocks and Stages, each with the rows of its rungs: so a page knows their heights.
+fn ladder(program: &LiveProgram) -> Value {
+    let rows = |rungs: &[RungPicture]| -> Vec<usize> {
+        rungs.iter().map(|rung| rung.grid.rows.max(1)).collect()
+    };
+    let block = |block: &BlockPicture| {
+        let stage = |stage: &crate::draw::ladder::StagePicture| {
+            json!({ "name": stage.name, "doc": stage.doc, "rows": rows(&stage.rungs) })
+        };
+        json!({
+            "name": block.name,
+            "kind": block.kind,
+            "doc": block.doc,
+            "rows": rows(&block.rungs),
+            "stages": block.stages.iter().map(stage).collect::<Vec<_>>(),
+            "ways": block.ways(),
+        })
+    };
+    json!({
+        "name": program.picture.name,
+        "doc": program.picture.doc,
+        "program": name_of(program),
+        "blocks": program.picture.blocks.iter().map(block).collect::<Vec<_>>(),
+    })
+}
+
+fn panels(program: &LiveProgram) -> Value {
+    let widget = |of: &Widget| {
+        json!({
+            "kind": of.kind.key(),
+            "operand": of.operand,
+            "text": of.text,
+            "limits": of.limits,
+        })
+    };
+    let panel = |of: &Panel| {
+        json!({ "name": of.name, "show": of.show.iter().map(widget).collect::<Vec<_>>() })
+    };
+    let all = settings(program).map_or(&[][..], |web| &web.panels);
+    json!({ "panels": all.iter().map(panel).collect::<Vec<_>>() })
+}
+
+/// The tags whose name, address or `doc` has a text in it.
+fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
+    let find = find.unwrap_or_default().to_lowercase();
+    let has = |text: &str| text.to_lowercase().contains(&find);
+    let mut all = program.tags().filter(|tag| {
+        has(tag.name) || has(&tag.address) || tag.doc.is_some_and(&has)
+    });
+    let tag = |tag: crate::live::LiveTag<'_>| {
+        json!({
+            "name": tag.name,
+            "address": tag.address,
+            "doc": tag.doc,
+            "members": tag.members,
+        })
+    };
+    let shown: Vec<Value> = all.by_ref().take(TAGS_MAX).map(tag).collect();
+    json!({ "tags": shown, "more": all.count() })
+}
+
+/// The drawings of some rungs.
+fn rungs(view: &LiveView, query: &Query) -> Result<Value, Failure> {
+    let element = query.get("element").unwrap_or_default();
+    let all = view.program.rungs(element);
+    let all = all.ok_or_else(|| bad(format!("there is no block or Stage `{element}`")))?;
+    let from = query.number("from").unwrap_or(1).max(1) as usize;
+    let to = query.number("to").unwrap_or(0) as usize;
+    let count = (to + 1).saturating_sub(from).min(RUNGS_MAX);
+    let rung = |rung: &RungPicture| {
+        let title = rung.title();
+        let drawing = live_svg::drawing(&rung.grid, &title);
+        let (file, line) = &rung.place;
+        let of_use = rung.of_use.as_ref().map(|of| &of.name);
+        json!({
+            "number": rung.number,
+            "title": title,
+            "doc": rung.doc,
+            "file": file,
+            "line": line,
+            "use": of_use,
+            "svg": drawing.svg,
+            "words": view.program.words(element, rung.number),
+        })
+    };
+    let rungs: Vec<Value> = all.iter().skip(from - 1).take(count).map(rung).collect();
+    Ok(json!({ "program": name_of(&view.program), "element": element, "rungs": rungs }))
+}
+
+/// The power and the values of a scan of the last minute.
+fn scan(view: &LiveView, query: &Query) -> Result<Value, Failure> {
+    let number = query.number("scan").ok_or_else(|| bad("name a scan"))?;
+    let power = view.at(number).map_err(|why| Failure(StatusCode::GONE, why))?;
+    Ok(Told::default().news(view, &power, &Window::of(query)))
+}
+
+fn operand(query: &Query) -> Result<&str, Failure> {
+    let operand = query.get("operand").map(str::trim).filter(|of| !of.is_empty());
+    let operand = operand.ok_or_else(|| bad("name an operand"))?;
+    match operand.len() > OPERAND_BYTES_MAX {
+        true => Err(bad("this is too long for an operand")),
+        false => Ok(operand),
+    }
+}
+
+fn why(view: &LiveView, query: &Query) -> Result<Value, Failure> {
+    let answer = view.why(operand(query)?, query.number("scan")).map_err(bad)?;
+    let text = format!("{}{}", answer.text(), answer.hints());
+    Ok(json!({ "text": text, "answer": answer.json() }))
+}
+
+fn trend(view: &LiveView, query: &Query) -> Result<Value, Failure> {
+    let operand = operand(query)?;
+    let trend = view.trend(operand).map_err(bad)?;
+    let cell = view.program.subject.cell(operand).map_err(bad)?;
+    let point = |of: &crate::live::TrendPoint| {
+        let value = super::stream::tag_value(view.tag_value(cell, of.value));
+        json!([of.unix_ns / 1_000_000, of.scan, value])
+    };
+    let span = trend.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);
+    let points: Vec<Value> = trend.points.iter().map(point).collect();
+    Ok(json!({ "operand": operand, "span_ms": span, "points": points }))
+}
+
+/// Makes a change.
+pub(super) async fn change(
+    site: &Arc<Site>,
+    path: &str,
+    (session, said): (&Session, &Value),
+) -> Answered {
+    let Some((user, _)) = &session.user else {
+        let why = "only users who have signed in may change something: see `rungd web passwd`";
+        return Err(Failure(StatusCode::FORBIDDEN, why.to_owned()));
+    };
+    match path {
+        "/api/write" => write(site, user, said).await,
+        _ => Err(Failure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
+    }
+}
+
+async fn write(site: &Arc<Site>, user: &str, said: &Value) -> Answered {
+    let view = viewed(site).await?;
+    let operand = said["operand"].as_str().unwrap_or_default().trim().to_owned();
+    let subject = &view.program.subject;
+    let cell = subject.cell(&operand).map_err(bad)?;
+    let listed = settings(&view.program).map_or(&[][..], |web| &web.write);
+    let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
+    if !listed.iter().any(is_listed) {
+        let why = format!("`{operand}` is not written here: `[web] write` does not list it");
+        return Err(Failure(StatusCode::FORBIDDEN, why));
+    }
+    let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
+    let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
+    let for_user = Some(user.to_owned());
+    let request = Request::Write { operand: operand.clone(), value, for_user };
+    let socket = site.socket.clone();
+    let place = Arc::clone(&site.questions).acquire_owned().await;
+    let sent = tokio::task::spawn_blocking(move || client::ask::<Value>(&socket, &request)).await;
+    drop(place);
+    match sent {
+        Ok(Ok(change)) => {
+            say(&format!("{user} wrote {operand}: {}", change["now"]["value"]));
+            Ok(json_answer(&change))
+        }
+        Ok(Err(CallFailure::Refused(refusal))) => {
+            say(&format!("{user} may not write {operand}: {}", refusal.message));
+            Err(Failure(StatusCode::CONFLICT, refusal.message))
+        }
+        Ok(Err(failure)) => Err(Failure(StatusCode::BAD_GATEWAY, failure.to_string())),
+        Err(bug) => Err(Failure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())),
+    }
+}

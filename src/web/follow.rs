@@ -1,0 +1,137 @@
+//! The thread that follows the controller: it looks five times a second while somebody looks at it,
+//! and hands what it saw to all viewers.
+//!
+//! Nobody at the pages: no request to the controller. An answer that takes long is asked for less
+//! often.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tokio::sync::watch;
+use tokio::time::timeout;
+
+use crate::live::{Follower, LiveView};
+use crate::operator::client;
+use crate::operator::protocol::Request;
+
+/// The time between two looks.
+const EVERY: Duration = Duration::from_millis(200);
+/// The time between two looks at a controller that does not answer.
+const RETRY: Duration = Duration::from_secs(1);
+/// The time between two questions for the status.
+const STATUS_EVERY: Duration = Duration::from_secs(1);
+/// The thread goes on for so long after the last request of a viewer.
+const VIEWED: Duration = Duration::from_secs(10);
+/// What is older is not shown to a new viewer.
+const FRESH: Duration = Duration::from_secs(2);
+/// The longest wait for a look.
+const WAIT_MAX: Duration = Duration::from_secs(8);
+/// The longest wait for a status.
+const ANSWER_MAX: Duration = Duration::from_secs(5);
+
+/// What was seen at one look.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// When.
+    pub at: Instant,
+    /// The controller, or why it was not seen.
+    pub view: Result<LiveView, String>,
+    /// Its status and its alarms, as `rungd status --json` has them.
+    pub status: Option<Arc<Value>>,
+}
+
+/// The thread, and what it saw last.
+#[derive(Clone)]
+pub(super) struct Follow {
+    seen: watch::Receiver<Arc<Seen>>,
+    began: Instant,
+    /// When a viewer asked last, ms after the beginning.
+    viewed_ms: Arc<AtomicU64>,
+    thread: Thread,
+}
+
+impl Follow {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The system cannot start a thread.
+    pub fn start(socket: PathBuf) -> std::io::Result<Follow> {
+        let began = Instant::now();
+        let none = Seen { at: began, view: Err("not looked yet".into()), status: None };
+        let (tell, seen) = watch::channel(Arc::new(none));
+        let viewed_ms = Arc::new(AtomicU64::new(0));
+        let asked = Arc::clone(&viewed_ms);
+        let is_viewed = move || {
+            let last = Duration::from_millis(asked.load(Ordering::Relaxed));
+            last > Duration::ZERO && began.elapsed() < last + VIEWED
+        };
+        let builder = thread::Builder::new().name("follow".to_owned());
+        let thread = builder.spawn(move || follow(&socket, &tell, &is_viewed))?.thread().clone();
+        Ok(Follow { seen, began, viewed_ms, thread })
+    }
+
+    /// Notes that somebody looks.
+    fn touch(&self) {
+        let now = self.began.elapsed().as_millis() as u64;
+        self.viewed_ms.store(now.max(1), Ordering::Relaxed);
+        self.thread.unpark();
+    }
+
+    /// What is seen now.
+    pub async fn now(&self) -> Arc<Seen> {
+        self.touch();
+        let mut seen = self.seen.clone();
+        let is_fresh = |seen: &Arc<Seen>| seen.at > self.began && seen.at.elapsed() < FRESH;
+        let fresh = timeout(WAIT_MAX, seen.wait_for(is_fresh)).await;
+        match fresh {
+            Ok(Ok(seen)) => Arc::clone(&seen),
+            Ok(Err(_)) | Err(_) => Arc::clone(&self.seen.borrow()),
+        }
+    }
+
+    /// What is seen next.
+    pub async fn next(&self, seen: &mut watch::Receiver<Arc<Seen>>) -> Option<Arc<Seen>> {
+        self.touch();
+        match timeout(VIEWED / 2, seen.changed()).await {
+            Ok(Err(_)) => None,
+            Ok(Ok(())) | Err(_) => Some(Arc::clone(&seen.borrow_and_update())),
+        }
+    }
+
+    /// For [`Follow::next`].
+    pub fn watcher(&self) -> watch::Receiver<Arc<Seen>> {
+        self.seen.clone()
+    }
+}
+
+/// Looks, until nobody listens any more.
+fn follow(socket: &Path, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
+    let mut follower = Follower::new(socket.to_owned());
+    let (mut status, mut status_at): (Option<Arc<Value>>, Option<Instant>) = (None, None);
+    while !tell.is_closed() {
+        if !is_viewed() {
+            follower = Follower::new(socket.to_owned());
+            status_at = None;
+            thread::park_timeout(VIEWED);
+            continue;
+        }
+        let begun = Instant::now();
+        let view = follower.look().map_err(|failure| failure.to_string());
+        let is_due = status_at.is_none_or(|at| at.elapsed() >= STATUS_EVERY);
+        if is_due || view.is_err() {
+            let asked = client::ask_within::<Value>(socket, &Request::Status {}, ANSWER_MAX);
+            status = asked.ok().map(Arc::new);
+            status_at = Some(Instant::now());
+        }
+        let pause = match &view {
+            Ok(_) => EVERY.saturating_sub(begun.elapsed()).max(begun.elapsed()),
+            Err(_) => RETRY,
+        };
+        tell.send_replace(Arc::new(Seen { at: Instant::now(), view, status: status.clone() }));
+        thread::sleep(pause);
+    }
+}

@@ -1,0 +1,118 @@
+//! What a request must be before it is looked at: asked for by a name of this host, and sent by a
+//! page of it. So no page of another site, and no name that a stranger points here, gets an answer.
+
+use hyper::header::{HOST, HeaderMap, HeaderName, HeaderValue, ORIGIN};
+use hyper::{Method, Uri};
+
+/// The header with the token of a session that a change must have.
+pub(super) const CSRF: &str = "x-csrf-token";
+
+/// The headers of every answer.
+const SECURITY: [(&str, &str); 8] = [
+    (
+        "content-security-policy",
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
+         connect-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
+    ),
+    ("x-content-type-options", "nosniff"),
+    ("x-frame-options", "DENY"),
+    ("referrer-policy", "no-referrer"),
+    ("cross-origin-opener-policy", "same-origin"),
+    ("cross-origin-resource-policy", "same-origin"),
+    ("permissions-policy", "camera=(), geolocation=(), microphone=()"),
+    ("cache-control", "no-store"),
+];
+
+/// Who may ask.
+#[derive(Clone, Debug)]
+pub(super) struct Guard {
+    /// The values of `Host` that are answered, in small letters.
+    hosts: Vec<String>,
+    /// Whether browsers speak TLS.
+    is_tls: bool,
+}
+
+impl Guard {
+    pub fn new(hosts: Vec<String>, is_tls: bool) -> Guard {
+        Guard { hosts, is_tls }
+    }
+
+    /// Whether a request is one of ours.
+    ///
+    /// # Errors
+    /// Why it is not.
+    pub fn admit(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), String> {
+        let host = self.host(uri, headers)?;
+        let mut origins = headers.get_all(ORIGIN).iter();
+        match (origins.next(), origins.next()) {
+            (None, _) if *method == Method::GET || *method == Method::HEAD => Ok(()),
+            (None, _) => Err("a change comes from a page: the request has no Origin".to_owned()),
+            (Some(_), Some(_)) => Err("a request has one Origin".to_owned()),
+            (Some(origin), None) => {
+                let scheme = if self.is_tls { "https" } else { "http" };
+                let own = format!("{scheme}://{host}");
+                let said = origin.to_str().unwrap_or_default();
+                if said.eq_ignore_ascii_case(&own) {
+                    return Ok(());
+                }
+                Err("the request comes from a page of another site (its Origin)".to_owned())
+            }
+        }
+    }
+
+    fn host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, String> {
+        if uri.authority().is_some() {
+            return Err("this is no proxy".to_owned());
+        }
+        let mut hosts = headers.get_all(HOST).iter();
+        let (Some(host), None) = (hosts.next(), hosts.next()) else {
+            return Err("a request has one Host".to_owned());
+        };
+        let host = host.to_str().unwrap_or_default().to_ascii_lowercase();
+        if self.hosts.contains(&host) {
+            return Ok(host);
+        }
+        Err("this host is not known by that name: `rungd web --host NAME` adds one".to_owned())
+    }
+}
+
+/// Adds the headers of every answer.
+pub(super) fn secure(headers: &mut HeaderMap) {
+    for (name, value) in SECURITY {
+        headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn admit(method: Method, uri: &str, headers: &[(&str, &str)]) -> Result<(), String> {
+        let guard = Guard::new(vec!["localhost:8080".into(), "plc.example".into()], false);
+        let mut map = HeaderMap::new();
+        for (name, value) in headers {
+            let name: HeaderName = name.parse().expect("a name");
+            map.append(name, HeaderValue::from_str(value).expect("a value"));
+        }
+        guard.admit(&method, &uri.parse().expect("a target"), &map)
+    }
+
+    #[test]
+    fn own_hosts_and_own_pages_alone_are_answered() {
+        let own = ("host", "localhost:8080");
+        assert!(admit(Method::GET, "/", &[own]).is_ok());
+        assert!(admit(Method::GET, "/", &[("host", "PLC.example")]).is_ok());
+        let from = |origin| admit(Method::POST, "/api/write", &[own, ("origin", origin)]);
+        assert!(from("http://localhost:8080").is_ok());
+        for origin in ["null", "http://evil.example", "https://localhost:8080", ""] {
+            assert!(from(origin).is_err(), "{origin}");
+        }
+        let get = |headers: &[_]| admit(Method::GET, "/", headers);
+        assert!(get(&[]).is_err());
+        assert!(get(&[("host", "evil.example")]).is_err());
+        assert!(get(&[own, own]).is_err());
+        assert!(get(&[own, ("origin", "http://evil.example")]).is_err());
+        assert!(admit(Method::POST, "/api/write", &[own]).is_err(), "a form of another site");
+        assert!(admit(Method::GET, "http://evil.example/", &[own]).is_err());
+    }
+}

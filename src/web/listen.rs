@@ -1,0 +1,126 @@
+//! The listener: a TCP port or a Unix socket, with TLS or without, and how many may come in.
+
+use std::fs;
+use std::io;
+use std::net::SocketAddr;
+use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{Context as _, Result, bail};
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::{TcpListener, UnixListener, UnixStream};
+use tokio::time::timeout;
+use tokio_rustls::TlsAcceptor;
+use tokio_rustls::rustls::ServerConfig;
+use tokio_rustls::rustls::crypto::ring::default_provider;
+use tokio_rustls::rustls::pki_types::pem::PemObject as _;
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
+
+use super::options::ListenAt;
+
+/// The time limit for the beginning of TLS.
+const HANDSHAKE_MAX: Duration = Duration::from_secs(10);
+
+/// A connection of any kind.
+pub(super) trait Connection: AsyncRead + AsyncWrite + Unpin + Send {}
+impl<S: AsyncRead + AsyncWrite + Unpin + Send> Connection for S {}
+
+/// Where connections come from.
+pub(super) enum Listener {
+    Port(TcpListener),
+    Unix(UnixListener),
+}
+
+impl Listener {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// The system's; another process answers at the socket.
+    pub async fn open(at: &ListenAt) -> Result<Listener> {
+        match at {
+            ListenAt::Port(address) => {
+                let listener = TcpListener::bind(address).await;
+                Ok(Listener::Port(listener.with_context(|| address.to_string())?))
+            }
+            ListenAt::Unix(path) => {
+                let of_path = || path.display().to_string();
+                free(path).await.with_context(of_path)?;
+                let listener = UnixListener::bind(path).with_context(of_path)?;
+                // A proxy of the same group reaches it; nobody else does.
+                let mode = fs::Permissions::from_mode(0o660);
+                fs::set_permissions(path, mode).with_context(of_path)?;
+                Ok(Listener::Unix(listener))
+            }
+        }
+    }
+
+    /// The address at which it listens, of a port.
+    pub fn address(&self) -> Option<SocketAddr> {
+        match self {
+            Listener::Port(listener) => listener.local_addr().ok(),
+            Listener::Unix(_) => None,
+        }
+    }
+
+    /// The next connection.
+    ///
+    /// # Errors
+    /// The system's.
+    pub async fn accept(&self) -> io::Result<Box<dyn Connection>> {
+        match self {
+            Listener::Port(listener) => {
+                let (stream, _) = listener.accept().await?;
+                let _ = stream.set_nodelay(true);
+                Ok(Box::new(stream))
+            }
+            Listener::Unix(listener) => Ok(Box::new(listener.accept().await?.0)),
+        }
+    }
+}
+
+/// Removes a socket that a process before this one has left.
+async fn free(path: &Path) -> Result<()> {
+    match fs::symlink_metadata(path) {
+        Ok(facts) if facts.file_type().is_socket() => {
+            if UnixStream::connect(path).await.is_ok() {
+                bail!("another process answers there");
+            }
+            fs::remove_file(path)?;
+        }
+        Ok(_) => bail!("there is a file that is no socket"),
+        Err(_) => {}
+    }
+    Ok(())
+}
+
+/// What begins TLS.
+///
+/// # Errors
+/// The files are no certificate and key.
+pub(super) fn tls(certificates: &Path, key: &Path) -> Result<TlsAcceptor> {
+    let of_file = |path: &Path| path.display().to_string();
+    let chain = CertificateDer::pem_file_iter(certificates);
+    let chain = chain.and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let chain = chain.with_context(|| of_file(certificates))?;
+    let secret = PrivateKeyDer::from_pem_file(key).with_context(|| of_file(key))?;
+    let builder = ServerConfig::builder_with_provider(Arc::new(default_provider()));
+    let builder = builder.with_safe_default_protocol_versions()?.with_no_client_auth();
+    let mut config =
+        builder.with_single_cert(chain, secret).with_context(|| of_file(certificates))?;
+    config.alpn_protocols = vec![b"http/1.1".to_vec()];
+    Ok(TlsAcceptor::from(Arc::new(config)))
+}
+
+/// A connection with TLS.
+///
+/// # Errors
+/// The peer does not speak it, or takes too long.
+pub(super) async fn secured(
+    acceptor: &TlsAcceptor,
+    connection: Box<dyn Connection>,
+) -> io::Result<Box<dyn Connection>> {
+    let secured = timeout(HANDSHAKE_MAX, acceptor.accept(connection)).await;
+    Ok(Box::new(secured.map_err(|_| io::ErrorKind::TimedOut)??))
+}

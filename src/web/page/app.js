@@ -1,0 +1,693 @@
+"use strict";
+// The pages of `rungd web`. No library, no request to another host. What is shown of a scan comes
+// in one event, so that nothing of two scans is mixed.
+
+const $ = (id) => document.getElementById(id);
+const state = {
+  session: null, ladder: null, status: null, values: {}, on: [], running: [],
+  scan: 0, scans: [0, 0], time: 0, mode: "", hold: null, power: {},
+};
+let source = null, page = null, asked = 0;
+
+// An element: h("p", {class: "soft"}, "text", child ...).
+function h(tag, attributes, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes || {})) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value != null) element.setAttribute(name, value);
+  }
+  element.append(...children.filter((child) => child != null));
+  return element;
+}
+
+async function get(path, query) {
+  const text = new URLSearchParams(query || {}).toString();
+  const answer = await fetch(path + (text ? "?" + text : ""));
+  const json = await answer.json().catch(() => ({ error: "the answer cannot be read" }));
+  if (answer.status === 401 && path !== "/api/session") { location.reload(); }
+  if (!answer.ok) throw Object.assign(new Error(json.error), { status: answer.status });
+  return json;
+}
+
+async function post(path, value) {
+  const headers = { "Content-Type": "application/json" };
+  if (state.session) headers["X-CSRF-Token"] = state.session.csrf;
+  const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify(value) });
+  const json = await answer.json().catch(() => ({ error: "the answer cannot be read" }));
+  if (!answer.ok) throw new Error(json.error);
+  return json;
+}
+
+// --- What comes in -----------------------------------------------------------------------------
+
+const view = { element: "", from: 1, to: 0, tags: [] };
+
+function listen() {
+  if (source) source.close();
+  source = null;
+  if (state.hold) return;
+  state.power = {};
+  source = new EventSource("/events?" + new URLSearchParams(windowOf()));
+  source.onmessage = (event) => take(JSON.parse(event.data));
+  source.onerror = () => link("the connection to `rungd web` is gone; it is tried again", true);
+}
+
+function windowOf() {
+  return { element: view.element, from: view.from, to: view.to, tags: view.tags.join(",") };
+}
+
+function take(event) {
+  if (event.status) { state.status = event.status; overviewParts(); }
+  if (event.error) { link(event.error, true); return; }
+  link(state.hold ? "held at a scan of the past" : "live", false);
+  if (state.ladder && event.program !== state.ladder.program && !state.hold) {
+    state.ladder = null; state.values = {}; open();
+    return;
+  }
+  Object.assign(state.values, event.values);
+  Object.assign(state.power, event.power);
+  for (const key of ["on", "running", "scans"]) if (event[key]) state[key] = event[key];
+  [state.scan, state.time, state.mode] = [event.scan, event.time_ms, event.mode];
+  head();
+  if (page && page.update) page.update(event);
+}
+
+function link(text, isGone) {
+  const place = $("link");
+  if (place.textContent !== text) place.textContent = text;
+  place.className = isGone ? "error" : "soft";
+  document.body.classList.toggle("stale", isGone);
+}
+
+function head() {
+  const clock = new Date(state.time).toLocaleTimeString();
+  const status = state.status;
+  $("mode").textContent = `${state.mode}${state.mode === "RUN" || !status || !status.reason ? ""
+    : " (" + status.reason + ")"}, scan ${state.scan}, ${clock}`;
+  const alarms = status ? status.alarms.length : 0;
+  const place = $("alarms-short");
+  place.textContent = alarms === 0 ? "no alarm" : alarms === 1 ? "1 alarm" : alarms + " alarms";
+  place.className = alarms ? "alarm" : "soft";
+  const forces = status ? status.forces.length : 0;
+  if (forces) place.textContent += forces === 1 ? ", 1 force" : `, ${forces} forces`;
+}
+
+function watch(tags, element, from, to) {
+  const next = { element: element || "", from: from || 1, to: to || 0, tags: [...new Set(tags)] };
+  if (source && JSON.stringify(next) === JSON.stringify(view)) return;
+  Object.assign(view, next);
+  if (state.hold) { heldScan(state.scan); return; }
+  listen();
+}
+
+// --- Values ------------------------------------------------------------------------------------
+
+function text(value) {
+  if (value === true) return "ON";
+  if (value === false) return "OFF";
+  if (value === undefined || value === null) return "…";
+  return Number.isInteger(value) ? String(value) : String(Math.round(value * 1e4) / 1e4);
+}
+
+function valueOf(name) {
+  return h("span", { "data-value": name }, text(state.values[name]));
+}
+
+function refreshValues(root) {
+  for (const place of root.querySelectorAll("[data-value]")) {
+    const now = text(state.values[place.dataset.value]);
+    if (place.textContent !== now) place.textContent = now;
+  }
+}
+
+function whyButton(name, label) {
+  return h("button", { class: "plain", onclick: () => why(name), title: "why is it so?" },
+    label || name);
+}
+
+// --- Why ---------------------------------------------------------------------------------------
+
+async function why(name) {
+  const pane = $("why"), mine = ++asked;
+  const close = () => { pane.hidden = true; };
+  const head = h("div", { class: "tools" }, h("h2", {}, "Why " + name),
+    h("a", { href: "#trend/" + encodeURIComponent(name), onclick: close }, "trend"),
+    h("button", { onclick: close, "aria-label": "close" }, "Close"));
+  pane.replaceChildren(head, h("p", { class: "soft" }, "…"));
+  pane.hidden = false;
+  try {
+    const answer = await get("/api/why", { operand: name, ...held() });
+    if (mine !== asked) return;
+    const names = namesIn(answer.answer);
+    pane.replaceChildren(head, linked(answer.text, names));
+    pane.focus();
+  } catch (error) {
+    if (mine === asked) pane.replaceChildren(head, h("p", { class: "error" }, error.message));
+  }
+}
+
+function held() {
+  return state.hold ? { hold: state.hold, scan: state.scan } : {};
+}
+
+// The names of operands in an answer.
+function namesIn(json) {
+  const names = new Set();
+  const walk = (part, key) => {
+    if (Array.isArray(part)) part.forEach((one) => walk(one, key));
+    else if (part && typeof part === "object") {
+      if (typeof part.name === "string" && ("value" in part || "address" in part)) names.add(part.name);
+      Object.entries(part).forEach(([inner, one]) => walk(one, inner));
+    }
+  };
+  walk(json, "");
+  return names;
+}
+
+// A text in which the names of operands ask further.
+function linked(text, names) {
+  const pre = h("pre", {});
+  for (const piece of text.split(/([\p{L}_$][\p{L}\p{N}_.$-]*)/u)) {
+    pre.append(names.has(piece) ? whyButton(piece) : piece);
+  }
+  return pre;
+}
+
+// --- Overview ----------------------------------------------------------------------------------
+
+function card(title, ...children) {
+  return h("section", { class: "card" }, h("h3", {}, title), ...children);
+}
+
+function list(rows) {
+  return h("table", {}, h("tbody", {}, ...rows.map(([name, value]) =>
+    h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "num" }, value)))));
+}
+
+const us = (value) => value >= 1000 ? (value / 1000).toFixed(1) + " ms" : Math.round(value) + " µs";
+
+function overview() {
+  watch([]);
+  const place = h("div", { class: "cards", id: "cards" });
+  $("content").replaceChildren(h("h2", {}, "Overview"), place);
+  overviewParts();
+  return { update() { const runs = $("runs"); if (runs) runs.replaceChildren(...blockRows()); } };
+}
+
+function blockRows() {
+  const blocks = state.ladder ? state.ladder.blocks : [];
+  return blocks.map((block) => {
+    const stages = block.stages.map((stage) => block.name + "." + stage.name);
+    const on = stages.filter((name) => state.on.includes(name));
+    return h("tr", {}, h("th", { scope: "row" },
+      h("a", { href: "#ladder/" + encodeURIComponent(block.name) }, block.name)),
+    h("td", {}, state.running.includes(block.name) ? "runs" : "does not run"),
+    h("td", {}, ...on.flatMap((name) => [
+      h("a", { href: "#ladder/" + encodeURIComponent(name) }, name.slice(block.name.length + 1)), " "])));
+  });
+}
+
+function overviewParts() {
+  head();
+  const place = $("cards"), status = state.status;
+  if (!place || !status) return;
+  const scan = status.scan;
+  place.replaceChildren(
+    card("Controller", list([
+      ["ladder", status.ladder.name], ["mode", status.mode + (status.reason ? ": " + status.reason : "")],
+      ["rungd", status.version], ["files", status.ladder.files],
+      ["SHA-256", status.ladder.sha256.slice(0, 12)]])),
+    card("Scan", list([
+      ["period", us(status.period_us)], ["execution, 99 %", us(scan.execution.p99_us)],
+      ["execution, longest", us(scan.execution.max_us)], ["lateness, 99 %", us(scan.lateness.p99_us)],
+      ["overruns", String(scan.overruns)], ["scans", String(status.scans)]])),
+    card("Alarms", alarmTable(status.alarms)),
+    card("Blocks", h("table", {}, h("tbody", { id: "runs" }, ...blockRows()))),
+    card("Forces", status.forces.length ? list(status.forces.map((of) =>
+      [whyButton(of.tag || of.operand), text(of.value)])) : h("p", { class: "soft" }, "nothing is forced")),
+    card("Devices", deviceTable(status.devices)));
+}
+
+function alarmTable(alarms) {
+  if (!alarms.length) return h("p", { class: "soft" }, "no alarm stands");
+  return h("table", {}, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
+    h("td", { class: "alarm" }, alarm.text),
+    h("td", {}, whyButton(alarm.tag), alarm.priority ? ", " + alarm.priority : "")))));
+}
+
+function deviceTable(devices) {
+  const rows = [...(devices.field || []).map((device) => [device.name,
+    (device.ok ? "Ok" : "not Ok") + (device.stale ? ", stale" : "")
+      + (device.trouble ? ": " + device.trouble : ", " + us(device.took_us))])];
+  if (devices.modbus) rows.push(["Modbus server", `${devices.modbus.address}, ${devices.modbus.clients} clients`]);
+  if (devices.simulated_rules) rows.push(["simulated", devices.simulated_rules + " rules"]);
+  return rows.length ? list(rows) : h("p", { class: "soft" }, "none");
+}
+
+// --- Ladder ------------------------------------------------------------------------------------
+
+const ROW = 58, AROUND = 66, CHUNK = 20;
+
+function elements() {
+  return state.ladder.blocks.flatMap((block) => [
+    { name: block.name, label: block.name, doc: block.doc, kind: block.kind, rows: block.rows, ways: block.ways },
+    ...block.stages.map((stage) => ({
+      name: block.name + "." + stage.name, label: stage.name, doc: stage.doc, kind: "Stage",
+      rows: stage.rows, ways: block.ways, of: block.name }))]);
+}
+
+function ladder(name) {
+  const all = elements();
+  const element = all.find((of) => of.name === name) || all.find((of) => of.rows.length) || all[0];
+  if (!element) { $("content").replaceChildren(h("p", {}, "the ladder has no block")); return {}; }
+  const tops = [0];
+  element.rows.forEach((rows) => tops.push(tops[tops.length - 1] + rows * ROW + AROUND));
+  const rungs = h("div", { class: "rungs" });
+  rungs.style.height = tops[tops.length - 1] + "px";
+  const menu = h("ul", {}, ...all.map((of) => h("li", {}, h("a", {
+    href: "#ladder/" + encodeURIComponent(of.name), "data-element": of.name,
+    "aria-current": of === element ? "true" : false }, (of.of ? "– " : "") + of.label))));
+  $("content").replaceChildren(h("div", { class: "ladder" }, menu, h("div", {},
+    h("h2", {}, element.name + " ", h("small", { class: "soft" }, element.kind)),
+    element.doc ? h("p", {}, element.doc) : null,
+    element.ways.length ? h("details", {}, h("summary", {}, "The ways between the Stages"),
+      h("ul", {}, ...element.ways.map((way) => h("li", {}, way)))) : null,
+    stepper(), rungs)));
+  const shown = { element, tops, rungs, places: new Map(), asked: new Set(), words: new Map() };
+  const scroll = () => look(shown);
+  window.addEventListener("scroll", scroll, { passive: true });
+  window.addEventListener("resize", scroll);
+  setTimeout(() => look(shown), 0);
+  return {
+    shown,
+    update(event) { light(shown, event.power); marks(menu); },
+    leave() { window.removeEventListener("scroll", scroll); window.removeEventListener("resize", scroll); },
+  };
+}
+
+function marks(menu) {
+  for (const link of menu.querySelectorAll("a")) {
+    const name = link.dataset.element;
+    link.className = state.on.includes(name) ? "on" : state.running.includes(name) ? "runs" : "";
+  }
+}
+
+// Shows the rungs that are in the window, and asks for their power alone.
+function look(shown) {
+  const top = -shown.rungs.getBoundingClientRect().top, bottom = top + window.innerHeight;
+  const at = (y) => {
+    let low = 0, high = shown.tops.length - 1;
+    while (low < high) { const mid = (low + high) >> 1; if (shown.tops[mid + 1] <= y) low = mid + 1; else high = mid; }
+    return low;
+  };
+  const count = shown.element.rows.length;
+  const first = Math.max(0, at(top) - 2), last = Math.min(count - 1, at(bottom) + 2);
+  for (const [number, place] of shown.places) {
+    if (number - 1 < first - 20 || number - 1 > last + 20) { place.root.remove(); shown.places.delete(number); }
+  }
+  for (let chunk = Math.floor(first / CHUNK); chunk <= Math.floor(last / CHUNK); chunk++) fetchChunk(shown, chunk, first, last);
+  clearTimeout(shown.timer);
+  shown.timer = setTimeout(() => {
+    const words = [];
+    for (let n = first + 1; n <= last + 1; n++) words.push(...(shown.words.get(n) || []));
+    if (page && page.shown === shown) watch(words.slice(0, 250), shown.element.name, first + 1, last + 1);
+  }, shown.begun ? 120 : 0);
+  shown.begun = true;
+}
+
+async function fetchChunk(shown, chunk, first, last) {
+  const from = chunk * CHUNK + 1, to = Math.min(from + CHUNK - 1, shown.element.rows.length);
+  let missing = false;
+  for (let n = Math.max(from, first + 1); n <= Math.min(to, last + 1); n++) missing ||= !shown.places.has(n);
+  if (!missing || shown.asked.has(chunk)) return;
+  shown.asked.add(chunk);
+  try {
+    const answer = await get("/api/rungs", { element: shown.element.name, from, to });
+    for (const rung of answer.rungs) if (!shown.places.has(rung.number)) place(shown, rung);
+    light(shown, state.power);
+    look(shown);
+  } catch (error) { link(error.message, true); }
+  shown.asked.delete(chunk);
+}
+
+function place(shown, rung) {
+  const root = h("article", { class: "rung", "data-rung": rung.number, tabindex: "-1" });
+  root.style.top = shown.tops[rung.number - 1] + "px";
+  const words = h("div", { class: "words" }, ...rung.words.map((name) =>
+    h("span", {}, whyButton(name), " = ", valueOf(name))));
+  root.append(h("p", {}, h("strong", {}, rung.title), " ",
+    rung.use ? h("span", { class: "soft" }, "of " + rung.use + " ") : null,
+    h("span", { class: "soft" }, rung.doc || ""), " ", h("span", { class: "state soft" })));
+  const drawing = new DOMParser().parseFromString(rung.svg, "image/svg+xml").documentElement;
+  root.append(document.importNode(drawing, true), words);
+  for (const symbol of root.querySelectorAll("g[data-name]")) {
+    if (symbol.classList.contains("box")) continue;
+    symbol.setAttribute("tabindex", "0");
+    symbol.setAttribute("role", "button");
+    symbol.setAttribute("aria-label", symbol.dataset.name);
+    const ask = () => why(symbol.dataset.name);
+    symbol.addEventListener("click", ask);
+    symbol.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); ask(); } });
+  }
+  shown.rungs.append(root);
+  shown.words.set(rung.number, rung.words);
+  shown.places.set(rung.number, { root, lit: [...root.querySelectorAll("[data-p]")], power: undefined });
+}
+
+// Lights the wires that have power.
+function light(shown, powers) {
+  for (const [number, power] of Object.entries(powers || {})) {
+    const place = shown.places.get(Number(number));
+    if (!place || place.power === power) continue;
+    place.root.classList.toggle("idle", power === null);
+    const before = place.power || "";
+    place.lit.forEach((element, at) => {
+      const on = power !== null && power[at] === "1";
+      if ((before[at] === "1") === on && place.power !== undefined) return;
+      element.classList.toggle("on", on);
+      if (element.dataset.leaf) element.setAttribute("aria-label", element.dataset.name + (on ? " conducts" : " does not conduct"));
+    });
+    place.power = power;
+  }
+  refreshValues(shown.rungs);
+}
+
+// --- The last minute, scan by scan -------------------------------------------------------------
+
+function stepper() {
+  const range = h("input", { type: "range", id: "scan", "aria-label": "scan", disabled: !state.hold,
+    oninput: (event) => heldScan(Number(event.target.value)) });
+  const step = (by) => () => heldScan(state.scan + by);
+  const place = h("div", { class: "tools" },
+    h("button", { id: "hold", onclick: hold }, state.hold ? "Live" : "Pause"),
+    h("button", { onclick: step(-1), "data-step": true, disabled: !state.hold, "aria-label": "one scan back" }, "◀ scan"),
+    h("button", { onclick: step(1), "data-step": true, disabled: !state.hold, "aria-label": "one scan on" }, "scan ▶"),
+    range, h("span", { id: "scan-text", class: "soft" }, state.hold ? "" : "pause to step through the last minute"));
+  if (state.hold) setTimeout(scanText, 0);
+  return place;
+}
+
+function scanText() {
+  const range = $("scan");
+  if (!range) return;
+  [range.min, range.max] = state.scans;
+  range.value = state.scan;
+  const clock = new Date(state.time);
+  $("scan-text").textContent = `scan ${state.scan} of ${state.scans[0]} to ${state.scans[1]}, `
+    + clock.toLocaleTimeString() + "." + String(clock.getMilliseconds()).padStart(3, "0");
+}
+
+async function hold() {
+  try {
+    if (state.hold) { state.hold = null; open(); return; }
+    const answer = await get("/api/hold");
+    state.hold = answer.hold;
+    state.scans = answer.scans;
+    if (source) source.close();
+    source = null;
+    $("hold").textContent = "Live";
+    document.querySelectorAll("[data-step], #scan").forEach((part) => { part.disabled = false; });
+    heldScan(answer.scans[1]);
+  } catch (error) { link(error.message, true); }
+}
+
+async function heldScan(scan) {
+  if (!state.hold) return;
+  const wanted = Math.min(Math.max(scan, state.scans[0]), state.scans[1]), mine = ++asked;
+  try {
+    const event = await get("/api/scan", { ...windowOf(), hold: state.hold, scan: wanted });
+    if (mine !== asked || !state.hold) return;
+    const scans = state.scans;
+    take(event);
+    state.scans = scans;
+    scanText();
+  } catch (error) { link(error.message, true); if (error.status === 410) { state.hold = null; open(); } }
+}
+
+// --- Tags, trends, devices, panels -------------------------------------------------------------
+
+function tags() {
+  const body = h("tbody", {}), more = h("p", { class: "soft" });
+  const field = h("input", { type: "search", id: "find", autocomplete: "off", oninput: () => search() });
+  $("content").replaceChildren(h("h2", {}, "Tags"), h("label", {}, "Search ", field), more,
+    h("table", {}, h("thead", {}, h("tr", {}, ...["tag", "address", "value", "", "what it is"].map((name) =>
+      h("th", { scope: "col" }, name)))), body));
+  let turn = 0;
+  async function search() {
+    const mine = ++turn;
+    const answer = await get("/api/tags", { find: field.value });
+    if (mine !== turn) return;
+    const rows = answer.tags.slice(0, 200).flatMap((tag) => tag.members.length
+      ? tag.members.map((member) => ({ ...tag, name: member, address: member.replace(tag.name, tag.address) })) : [tag]);
+    body.replaceChildren(...rows.slice(0, 250).map((tag) => h("tr", {},
+      h("td", {}, whyButton(tag.name)), h("td", {}, tag.address),
+      h("td", { class: "num" }, valueOf(tag.name)),
+      h("td", {}, h("a", { href: "#trend/" + encodeURIComponent(tag.name) }, "trend"), " ", writer(tag.name)),
+      h("td", {}, tag.doc || ""))));
+    const left = answer.more + Math.max(0, rows.length - 250);
+    more.textContent = left ? `${left} more: search for a part of a name, an address or a description` : "";
+    watch(rows.slice(0, 250).map((tag) => tag.name));
+  }
+  search();
+  return { update() { refreshValues(body); } };
+}
+
+// A form that writes, where the user may.
+function writer(name, label) {
+  if (!state.session.write.includes(name)) return null;
+  const field = h("input", { size: "8", "aria-label": "new value of " + name });
+  const said = h("span", { role: "status" });
+  return h("form", { class: "tools", onsubmit: async (event) => {
+    event.preventDefault();
+    await write(name, field.value, said);
+  } }, field, h("button", {}, label || "Write"), said);
+}
+
+async function write(name, value, said) {
+  try {
+    const change = await post("/api/write", { operand: name, value });
+    said.className = "soft";
+    said.textContent = "now " + text(change.now.value) + (change.note ? "; " + change.note : "");
+  } catch (error) { said.className = "error"; said.textContent = error.message; }
+}
+
+function trend(name) {
+  const canvas = h("canvas", { class: "wide", tabindex: "0", role: "img", "aria-label": "trend of " + name });
+  const said = h("p", { class: "soft", role: "status" });
+  const zoom = { from: 0, to: 1 };
+  let data = null;
+  const by = (factor, at) => {
+    const width = Math.min(1, Math.max(1e-4, (zoom.to - zoom.from) * factor));
+    const middle = zoom.from + (zoom.to - zoom.from) * at;
+    zoom.from = Math.min(Math.max(0, middle - width * at), 1 - width);
+    zoom.to = zoom.from + width;
+    show();
+  };
+  const move = (part) => {
+    const width = zoom.to - zoom.from, from = Math.min(Math.max(0, zoom.from + width * part), 1 - width);
+    [zoom.from, zoom.to] = [from, from + width];
+    show();
+  };
+  function show() { if (data) said.textContent = draw(canvas, data, zoom); }
+  async function load() {
+    try { data = await get("/api/trend", { operand: name, ...held() }); show(); }
+    catch (error) { said.className = "error"; said.textContent = error.message; }
+  }
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    by(event.deltaY > 0 ? 1.25 : 0.8, event.offsetX / canvas.clientWidth);
+  }, { passive: false });
+  canvas.addEventListener("keydown", (event) => {
+    const keys = { "+": () => by(0.5, 0.5), "-": () => by(2, 0.5), ArrowLeft: () => move(-0.25), ArrowRight: () => move(0.25) };
+    if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
+  });
+  $("content").replaceChildren(h("h2", {}, "Trend of ", whyButton(name)),
+    h("div", { class: "tools" }, h("button", { onclick: load }, "Load anew"),
+      h("button", { onclick: () => by(0.5, 0.5), "aria-label": "zoom in" }, "+"),
+      h("button", { onclick: () => by(2, 0.5), "aria-label": "zoom out" }, "−"),
+      h("button", { onclick: () => move(-0.5), "aria-label": "earlier" }, "◀"),
+      h("button", { onclick: () => move(0.5), "aria-label": "later" }, "▶"),
+      "now: ", valueOf(name)), canvas, said);
+  watch([name]);
+  load();
+  return { update() { refreshValues($("content")); } };
+}
+
+// Draws a trend, and says it in words.
+function draw(canvas, data, zoom, limits) {
+  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  [canvas.width, canvas.height] = [width * ratio, height * ratio];
+  const pen = canvas.getContext("2d"), style = getComputedStyle(document.documentElement);
+  pen.scale(ratio, ratio);
+  if (!data.span_ms || !data.points.length) return "no scan is recorded yet";
+  const [begin, end] = data.span_ms, whole = Math.max(1, end - begin);
+  const from = begin + whole * zoom.from, to = begin + whole * zoom.to;
+  const number = (value) => value === true ? 1 : value === false ? 0 : value;
+  const inside = data.points.filter((point, at) =>
+    point[0] <= to && (at + 1 >= data.points.length || data.points[at + 1][0] >= from));
+  let low = Math.min(...inside.map((point) => number(point[2]))), high = Math.max(...inside.map((point) => number(point[2])));
+  if (limits) [low, high] = limits;
+  const span = high - low || 1, margin = 18;
+  const x = (ms) => (ms - from) / Math.max(1, to - from) * width;
+  const y = (value) => height - margin - (number(value) - low) / span * (height - 2 * margin);
+  pen.strokeStyle = style.getPropertyValue("--accent");
+  pen.lineWidth = 2;
+  pen.beginPath();
+  inside.forEach((point, at) => {
+    const px = Math.max(0, x(point[0]));
+    if (at === 0) pen.moveTo(px, y(point[2]));
+    else pen.lineTo(px, y(inside[at - 1][2])), pen.lineTo(px, y(point[2]));
+  });
+  if (inside.length) pen.lineTo(Math.min(width, x(end)), y(inside[inside.length - 1][2]));
+  pen.stroke();
+  pen.fillStyle = style.getPropertyValue("--soft");
+  pen.font = "12px system-ui";
+  pen.fillText(text(high), 4, 12);
+  pen.fillText(text(low), 4, height - 4);
+  const clock = (ms) => new Date(ms).toLocaleTimeString() + "." + String(Math.floor(ms) % 1000).padStart(3, "0");
+  return `${clock(from)} to ${clock(to)}: ${Math.max(0, inside.length - 1)} changes, from ${text(low)} to ${text(high)}`;
+}
+
+function alarms() {
+  watch([]);
+  const place = h("div", {});
+  const fill = () => place.replaceChildren(alarmTable(state.status ? state.status.alarms : []));
+  $("content").replaceChildren(h("h2", {}, "Alarms"), place);
+  fill();
+  return { update(event) { if (event.status) fill(); } };
+}
+
+function devices() {
+  watch([]);
+  const place = h("div", {});
+  const fill = () => { if (state.status) place.replaceChildren(deviceTable(state.status.devices)); };
+  $("content").replaceChildren(h("h2", {}, "Devices"), place);
+  fill();
+  return { update(event) { if (event.status) fill(); } };
+}
+
+function panel(name) {
+  const all = state.panels, chosen = all.find((of) => of.name === name) || all[0];
+  if (!chosen) {
+    $("content").replaceChildren(h("h2", {}, "Panels"), h("p", {},
+      "The controller file has no `[[panel]]`: the page web.md shows how one is laid out."));
+    return {};
+  }
+  const trends = [];
+  const widgets = chosen.show.map((widget) => {
+    const label = widget.text || widget.operand, name = widget.operand;
+    const said = h("p", { role: "status" });
+    if (widget.kind === "lamp") return card(label, h("p", { class: "lamp", "data-lamp": name }, "…"));
+    if (widget.kind === "button") {
+      const may = state.session.write.includes(name);
+      return card(label, h("button", { class: "big", disabled: !may, onclick: () => write(name, true, said) }, label),
+        may ? said : h("p", { class: "soft" }, "sign in to use it"));
+    }
+    if (widget.kind === "value") return card(label, h("p", { class: "value" }, valueOf(name)), writer(name, "Set"));
+    if (widget.kind === "bar") {
+      const [low, high] = widget.limits;
+      return card(label, h("p", { class: "value" }, valueOf(name)),
+        h("div", { class: "bar", "data-bar": name, "data-low": low, "data-high": high }, h("div", {})),
+        h("p", { class: "soft" }, `${low} to ${high}`));
+    }
+    const canvas = h("canvas", { role: "img", "aria-label": "trend of " + label });
+    trends.push({ name, canvas, limits: widget.limits });
+    return card(label, h("p", { class: "value" }, valueOf(name)), canvas);
+  });
+  $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, chosen.name), ...all.filter((of) => of !== chosen)
+    .map((of) => h("a", { href: "#panel/" + encodeURIComponent(of.name) }, of.name))),
+  h("div", { class: "panel" }, ...widgets));
+  watch(chosen.show.map((widget) => widget.operand));
+  const load = async () => {
+    for (const of of trends) {
+      try { draw(of.canvas, await get("/api/trend", { operand: of.name }), { from: 0, to: 1 }, of.limits); } catch { /* the link says it */ }
+    }
+  };
+  load();
+  const timer = trends.length ? setInterval(load, 5000) : null;
+  return {
+    update() {
+      const root = $("content");
+      refreshValues(root);
+      for (const lamp of root.querySelectorAll("[data-lamp]")) {
+        const on = state.values[lamp.dataset.lamp];
+        lamp.textContent = on === undefined ? "…" : on ? "● ON" : "○ OFF";
+        lamp.classList.toggle("on", on === true);
+      }
+      for (const bar of root.querySelectorAll("[data-bar]")) {
+        const { bar: name, low, high } = bar.dataset;
+        const part = (Number(state.values[name]) - low) / (high - low);
+        bar.firstChild.style.width = Math.min(100, Math.max(0, part * 100)) + "%";
+      }
+    },
+    leave() { clearInterval(timer); },
+  };
+}
+
+// --- Pages -------------------------------------------------------------------------------------
+
+const PAGES = [["overview", "Overview", overview], ["ladder", "Ladder", ladder], ["tags", "Tags", tags],
+  ["alarms", "Alarms", alarms], ["devices", "Devices", devices], ["panel", "Panels", panel], ["trend", null, trend]];
+
+async function open() {
+  const [name, ...rest] = location.hash.slice(1).split("/");
+  const found = PAGES.find(([key]) => key === name) || PAGES[0];
+  try {
+    if (!state.ladder) {
+      [state.ladder, state.panels] = [await get("/api/ladder"), (await get("/api/panels")).panels];
+      state.session = await get("/api/session");
+      $("name").textContent = state.ladder.name;
+      document.title = state.ladder.name + " – rungd";
+    }
+  } catch (error) {
+    link(error.message, true);
+    $("content").replaceChildren(h("p", { class: "error" }, error.message));
+    setTimeout(open, 2000);
+    return;
+  }
+  if (page && page.leave) page.leave();
+  tabs(found[0]);
+  page = null;
+  const next = found[2](decodeURIComponent(rest.join("/")));
+  page = next;
+}
+
+function tabs(current) {
+  const shown = PAGES.filter(([, label]) => label);
+  const user = state.session.user;
+  $("tabs").replaceChildren(...shown.map(([key, label]) => h("li", {},
+    h("a", { href: "#" + key, "aria-current": key === current ? "page" : false }, label))),
+  user ? h("li", {}, h("button", { class: "plain", onclick: async () => { await post("/api/logout", {}); location.reload(); } },
+    "Sign out " + user)) : "");
+}
+
+function signIn(why) {
+  const user = h("input", { autocomplete: "username", required: true });
+  const password = h("input", { type: "password", autocomplete: "current-password", required: true });
+  const said = h("p", { class: "error", role: "alert" });
+  $("content").replaceChildren(why === "sign in" ? h("form", { class: "sign", onsubmit: async (event) => {
+    event.preventDefault();
+    said.textContent = "";
+    try { await post("/api/login", { user: user.value, password: password.value }); location.reload(); }
+    catch (error) { said.textContent = error.message; }
+  } }, h("h2", {}, "Sign in"), h("label", {}, "User ", user), h("label", {}, "Password ", password),
+  h("button", {}, "Sign in"), said) : h("p", {}, why));
+}
+
+window.addEventListener("hashchange", () => { $("why").hidden = true; window.scrollTo(0, 0); open(); });
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") $("why").hidden = true;
+  if (state.hold && !/INPUT|CANVAS/.test(event.target.tagName)) {
+    if (event.key === ",") heldScan(state.scan - 1);
+    if (event.key === ".") heldScan(state.scan + 1);
+  }
+});
+(async () => {
+  try { state.session = await get("/api/session"); }
+  catch (error) {
+    if (error.status === 401) { signIn(error.message); return; }
+    link(error.message, true);
+  }
+  open();
+})();

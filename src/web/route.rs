@@ -1,0 +1,199 @@
+//! A request to its answer: the static pages, signing in and out, and the questions of a session.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use http_body_util::{BodyExt as _, Limited};
+use hyper::body::Incoming;
+use hyper::header::{COOKIE as COOKIE_HEADER, CONTENT_TYPE, HeaderMap, LOCATION, SET_COOKIE};
+use hyper::{Method, Request, Response, StatusCode};
+use serde_json::{Value, json};
+use tokio::time::timeout;
+
+use super::api;
+use super::body::AnswerBody;
+use super::guard::{CSRF, secure};
+use super::query::Query;
+use super::sessions::{COOKIE, Session, cookie_of};
+use super::site::{Site, say};
+use super::stream;
+
+/// The most bytes of a change, and the time limit of its arrival.
+const BODY_BYTES_MAX: usize = 8 * 1024;
+const BODY_MAX: Duration = Duration::from_secs(10);
+
+/// An answer.
+pub(super) type Answer = Response<AnswerBody>;
+
+/// Why a request has no other answer.
+pub(super) struct Failure(pub StatusCode, pub String);
+
+/// What a question is answered with.
+pub(super) type Answered = Result<Answer, Failure>;
+
+/// The files of the page: path, type, content.
+const PAGES: [(&str, &str, &str); 4] = [
+    ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
+    ("/app.js", "text/javascript; charset=utf-8", include_str!("page/app.js")),
+    ("/style.css", "text/css; charset=utf-8", include_str!("page/style.css")),
+    ("/favicon.ico", "image/svg+xml", include_str!("page/icon.svg")),
+];
+
+/// Answers a request.
+pub(super) async fn answer(site: &Arc<Site>, request: Request<Incoming>) -> Answer {
+    let admitted = site.guard.admit(request.method(), request.uri(), request.headers());
+    let answered = match admitted {
+        Ok(()) => admitted_answer(site, request).await,
+        Err(why) => Err(Failure(StatusCode::FORBIDDEN, why)),
+    };
+    let mut answer = answered.unwrap_or_else(|Failure(status, why)| {
+        let mut answer = json_answer(&json!({ "error": why }));
+        *answer.status_mut() = status;
+        answer
+    });
+    secure(answer.headers_mut());
+    answer
+}
+
+async fn admitted_answer(site: &Arc<Site>, request: Request<Incoming>) -> Answered {
+    let path = request.uri().path().to_owned();
+    let is_get = *request.method() == Method::GET;
+    if let Some((_, kind, content)) = PAGES.iter().find(|(at, ..)| *at == path) {
+        return match is_get {
+            true => Ok(typed(kind, AnswerBody::of(*content))),
+            false => Err(wrong_method()),
+        };
+    }
+    let query = Query::of(request.uri().query().unwrap_or_default());
+    match (path.as_str(), is_get) {
+        ("/in", true) => return enter(site, &query),
+        ("/api/login", false) => return sign_in(site, request).await,
+        ("/api/login", true) => return Err(wrong_method()),
+        _ => {}
+    }
+    let cookie = cookie(request.headers()).unwrap_or_default().to_owned();
+    let session = site.session(&cookie).ok_or_else(|| signed_out(site))?;
+    if is_get {
+        return question(site, &path, (&query, &session)).await;
+    }
+    let token = request.headers().get(CSRF).and_then(|token| token.to_str().ok());
+    if !session.has_token(token.unwrap_or_default()) {
+        let why = "the token of the session is missing: load the page again";
+        return Err(Failure(StatusCode::FORBIDDEN, why.to_owned()));
+    }
+    if *request.method() != Method::POST {
+        return Err(wrong_method());
+    }
+    if path == "/api/logout" {
+        site.sessions().end(&cookie);
+        return Ok(json_answer(&json!({})));
+    }
+    api::change(site, &path, (&session, &body(request).await?)).await
+}
+
+/// A question of a session.
+async fn question(site: &Arc<Site>, path: &str, (query, session): (&Query, &Session)) -> Answered {
+    if path == "/events" {
+        return stream::events(site, query);
+    }
+    api::question(site, path, (query, session)).await
+}
+
+fn cookie(headers: &HeaderMap) -> Option<&str> {
+    let mut all = headers.get_all(COOKIE_HEADER).iter().filter_map(|of| of.to_str().ok());
+    all.find_map(cookie_of)
+}
+
+fn signed_out(site: &Site) -> Failure {
+    let why = match site.has_users() {
+        true => "sign in",
+        false => "open the link that `rungd web` has printed: it lets in once",
+    };
+    Failure(StatusCode::UNAUTHORIZED, why.to_owned())
+}
+
+fn wrong_method() -> Failure {
+    Failure(StatusCode::METHOD_NOT_ALLOWED, "this is not asked for in this way".to_owned())
+}
+
+/// The one-time link.
+fn enter(site: &Site, query: &Query) -> Answered {
+    if site.has_users() || !site.sessions().use_link(query.get("key").unwrap_or_default()) {
+        let why = "this link does not let in: it was used, or a newer one was printed";
+        return Err(Failure(StatusCode::FORBIDDEN, why.to_owned()));
+    }
+    let cookie = site.sessions().begin(None, Instant::now());
+    say("the link was used; the next one:");
+    site.tell_link();
+    let mut answer = json_answer(&json!({}));
+    *answer.status_mut() = StatusCode::SEE_OTHER;
+    answer.headers_mut().insert(LOCATION, "/".parse().expect("a path"));
+    set_cookie(site, &mut answer, &cookie);
+    Ok(answer)
+}
+
+/// A user with a password.
+async fn sign_in(site: &Arc<Site>, request: Request<Incoming>) -> Answered {
+    if !site.has_users() {
+        return Err(signed_out(site));
+    }
+    let said = body(request).await?;
+    let text = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
+    let (name, password) = (text("user"), text("password"));
+    let failed = |why: &str| Failure(StatusCode::TOO_MANY_REQUESTS, why.to_owned());
+    if !site.sessions().may_try(&name, Instant::now()) {
+        return Err(failed("too many wrong passwords: wait a minute"));
+    }
+    // One at a time: an argon2 takes memory and time.
+    let place = Arc::clone(&site.passwords).acquire_owned().await;
+    let users = site.users().map_err(|failure| {
+        say(&failure.to_string());
+        let why = "the file of users cannot be read: the log of `rungd web` says why";
+        Failure(StatusCode::INTERNAL_SERVER_ERROR, why.to_owned())
+    })?;
+    let tried = name.clone();
+    let verified = tokio::task::spawn_blocking(move || users.verified(&tried, &password)).await;
+    drop(place);
+    let Ok(Some(hash)) = verified else {
+        site.sessions().note_wrong(&name, Instant::now());
+        say(&format!("a wrong password for `{}`", name.chars().take(32).collect::<String>()));
+        let why = "no user has this name and this password";
+        return Err(Failure(StatusCode::UNAUTHORIZED, why.to_owned()));
+    };
+    say(&format!("{name} has signed in"));
+    let cookie = site.sessions().begin(Some((name, hash)), Instant::now());
+    let mut answer = json_answer(&json!({}));
+    set_cookie(site, &mut answer, &cookie);
+    Ok(answer)
+}
+
+fn set_cookie(site: &Site, answer: &mut Answer, cookie: &str) {
+    let secure = if site.is_tls { "; Secure" } else { "" };
+    let cookie = format!("{COOKIE}={cookie}; Path=/; HttpOnly; SameSite=Strict{secure}");
+    answer.headers_mut().insert(SET_COOKIE, cookie.parse().expect("a cookie is ASCII"));
+}
+
+/// The JSON of a change.
+async fn body(request: Request<Incoming>) -> Result<Value, Failure> {
+    let bad = |why: &str| Failure(StatusCode::BAD_REQUEST, why.to_owned());
+    let kind = request.headers().get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok());
+    if !kind.unwrap_or_default().starts_with("application/json") {
+        return Err(bad("a change is JSON"));
+    }
+    let limited = Limited::new(request.into_body(), BODY_BYTES_MAX).collect();
+    let read = timeout(BODY_MAX, limited).await.map_err(|_| bad("the request did not come"))?;
+    let bytes = read.map_err(|_| bad("the request broke off, or is too long"))?.to_bytes();
+    serde_json::from_slice(&bytes).map_err(|_| bad("a change is JSON"))
+}
+
+/// An answer in JSON.
+pub(super) fn json_answer(value: &Value) -> Answer {
+    typed("application/json", AnswerBody::of(value.to_string()))
+}
+
+/// An answer of a type.
+pub(super) fn typed(kind: &'static str, body: AnswerBody) -> Answer {
+    let mut answer = Response::new(body);
+    answer.headers_mut().insert(CONTENT_TYPE, hyper::header::HeaderValue::from_static(kind));
+    answer
+}

@@ -1,0 +1,133 @@
+//! The process: opens the listener, follows the controller, and answers each connection in a task
+//! of its own, until a signal ends it.
+//!
+//! The numbers of connections, the bytes of a request, and the times of all parts of one are
+//! limited; the controller is asked by one thread, whoever asks here.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{Context as _, Result};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::{sleep, timeout};
+
+use super::follow::Follow;
+use super::guard::Guard;
+use super::listen::{Connection, Listener, secured, tls};
+use super::options::{ListenAt, WebOptions};
+use super::route::answer;
+use super::site::{Site, SiteParts, say};
+use super::stall::NoStall;
+
+/// The most connections at a time. A connection more waits for a place.
+const CONNECTIONS_MAX: usize = 256;
+/// How long a connection may wait for a place.
+const PLACE_MAX: Duration = Duration::from_secs(5);
+/// The time limit of a request's head; a connection without requests ends then too.
+const HEAD_MAX: Duration = Duration::from_secs(15);
+/// The most bytes of a request's head, and its most headers.
+const HEAD_BYTES_MAX: usize = 16 * 1024;
+const HEADERS_MAX: usize = 64;
+/// The pause after the system has no connection to give.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// Serves the pages until SIGINT or SIGTERM.
+///
+/// # Errors
+/// What is refused ([`WebOptions::judge`]); the listener, the certificate or the users' file cannot
+/// be opened.
+pub fn serve(options: &WebOptions) -> Result<()> {
+    options.judge()?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.context("the system starts no event loop")?.block_on(run(options))
+}
+
+async fn run(options: &WebOptions) -> Result<()> {
+    let acceptor = options.tls.as_ref().map(|(chain, key)| tls(chain, key)).transpose()?;
+    let listener = Listener::open(&options.listen).await?;
+    let port = listener.address().map(|address| address.port());
+    let follow = Follow::start(options.socket.clone()).context("the system starts no thread")?;
+    let site = Arc::new(Site::new(SiteParts {
+        follow,
+        guard: Guard::new(options.host_values(port), options.is_tls()),
+        socket: options.socket.clone(),
+        is_tls: options.is_tls(),
+        address: address(options, &listener),
+        users: options.users.clone(),
+    }));
+    if site.has_users() {
+        site.users()?;
+        say(&format!("listens at {}", site.address));
+    } else {
+        site.tell_link();
+    }
+    let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
+    let mut ends = [signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?];
+    let [terminate, interrupt] = &mut ends;
+    tokio::select! {
+        _ = terminate.recv() => {}
+        _ = interrupt.recv() => {}
+        () = accept(&listener, &site, acceptor.as_ref()) => {}
+    }
+    if let ListenAt::Unix(path) = &options.listen {
+        let _ = std::fs::remove_file(path);
+    }
+    Ok(())
+}
+
+/// What stands before the path of a link.
+fn address(options: &WebOptions, listener: &Listener) -> String {
+    let scheme = if options.is_tls() { "https" } else { "http" };
+    match (options.hosts.first(), listener.address(), &options.listen) {
+        (Some(host), ..) => format!("{scheme}://{host}"),
+        (None, Some(address), _) => format!("{scheme}://{address}"),
+        (None, None, ListenAt::Unix(path)) => format!("{scheme}://localhost ({})", path.display()),
+        (None, None, ListenAt::Port(address)) => format!("{scheme}://{address}"),
+    }
+}
+
+/// Takes connections in.
+async fn accept(
+    listener: &Listener,
+    site: &Arc<Site>,
+    acceptor: Option<&tokio_rustls::TlsAcceptor>,
+) {
+    let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+    loop {
+        let Ok(connection) = listener.accept().await else {
+            sleep(ACCEPT_PAUSE).await;
+            continue;
+        };
+        let place = timeout(PLACE_MAX, Arc::clone(&places).acquire_owned()).await;
+        let Ok(Ok(place)) = place else { continue };
+        let (site, acceptor) = (Arc::clone(site), acceptor.cloned());
+        tokio::spawn(async move {
+            let connection = match &acceptor {
+                Some(acceptor) => secured(acceptor, connection).await,
+                None => Ok(connection),
+            };
+            if let Ok(connection) = connection {
+                converse(connection, &site, place).await;
+            }
+        });
+    }
+}
+
+/// Answers the requests of a connection.
+async fn converse(connection: Box<dyn Connection>, site: &Arc<Site>, place: OwnedSemaphorePermit) {
+    let service = service_fn(|request| {
+        let site = Arc::clone(site);
+        async move { Ok::<_, Infallible>(answer(&site, request).await) }
+    });
+    let mut protocol = http1::Builder::new();
+    protocol.timer(TokioTimer::new()).header_read_timeout(HEAD_MAX);
+    protocol.max_buf_size(HEAD_BYTES_MAX).max_headers(HEADERS_MAX).half_close(false);
+    // What goes wrong on a connection is its peer's.
+    let _ = protocol.serve_connection(TokioIo::new(NoStall::new(connection)), service).await;
+    drop(place);
+}

@@ -1,0 +1,200 @@
+//! Who a request comes from: sessions by cookies, the one-time link, and how often passwords may be
+//! tried. Time is an argument.
+
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+use argon2::password_hash::rand_core::{OsRng, RngCore as _};
+use base64::Engine as _;
+use base64::prelude::BASE64_URL_SAFE_NO_PAD;
+
+/// A session without requests ends after this time, and every one after that.
+const IDLE_MAX: Duration = Duration::from_secs(8 * 3600);
+const AGE_MAX: Duration = Duration::from_secs(24 * 3600);
+
+/// The most sessions: the one without requests for longest ends for a new one.
+const SESSIONS_MAX: usize = 256;
+
+/// Wrong passwords of a user, and of all, within a minute: then they wait.
+const WRONG_MAX: usize = 5;
+const WRONG_OF_ALL_MAX: usize = 30;
+const WRONG_OVER: Duration = Duration::from_secs(60);
+
+/// The cookie of a session.
+pub(super) const COOKIE: &str = "rungd_session";
+
+/// The SHA-256 of a secret: what is kept of it.
+type SecretHash = [u8; 32];
+
+/// The sessions of the process.
+#[derive(Debug, Default)]
+pub(super) struct Sessions {
+    all: HashMap<SecretHash, Session>,
+    /// What the one-time link has.
+    link: Option<SecretHash>,
+    /// When a wrong password was tried, and for whom.
+    wrong: Vec<(Instant, String)>,
+}
+
+/// A session.
+#[derive(Clone, Debug)]
+pub(super) struct Session {
+    /// The user and the hash by which he signed in; `None`: the one-time link.
+    pub user: Option<(String, String)>,
+    /// What a change must have with it.
+    pub csrf: String,
+    began: Instant,
+    last: Instant,
+}
+
+/// A secret of 256 bits.
+fn secret() -> String {
+    let mut bytes = [0; 32];
+    OsRng.fill_bytes(&mut bytes);
+    BASE64_URL_SAFE_NO_PAD.encode(bytes)
+}
+
+fn hash_of(secret: &str) -> SecretHash {
+    hmac_sha256::Hash::hash(secret.as_bytes())
+}
+
+impl Sessions {
+    /// A new one-time link; the one before it lets nobody in any more.
+    pub fn new_link(&mut self) -> String {
+        let secret = secret();
+        self.link = Some(hash_of(&secret));
+        secret
+    }
+
+    /// Uses the one-time link.
+    pub fn use_link(&mut self, said: &str) -> bool {
+        // Hashes are compared: how long that takes says nothing of the secret.
+        let fits = self.link == Some(hash_of(said));
+        if fits {
+            self.link = None;
+        }
+        fits
+    }
+
+    /// Begins a session; the value of its cookie.
+    pub fn begin(&mut self, user: Option<(String, String)>, now: Instant) -> String {
+        self.all.retain(|_, session| session.is_alive(now));
+        if self.all.len() >= SESSIONS_MAX {
+            let oldest = self.all.iter().min_by_key(|(_, session)| session.last);
+            if let Some(hash) = oldest.map(|(hash, _)| *hash) {
+                self.all.remove(&hash);
+            }
+        }
+        let cookie = secret();
+        let session = Session { user, csrf: secret(), began: now, last: now };
+        self.all.insert(hash_of(&cookie), session);
+        cookie
+    }
+
+    /// The session of a cookie.
+    pub fn of(&mut self, cookie: &str, now: Instant) -> Option<Session> {
+        let session = self.all.get_mut(&hash_of(cookie)).filter(|of| of.is_alive(now))?;
+        session.last = now;
+        Some(session.clone())
+    }
+
+    /// Ends a session.
+    pub fn end(&mut self, cookie: &str) {
+        self.all.remove(&hash_of(cookie));
+    }
+
+    /// Whether a password of this user may be tried.
+    pub fn may_try(&mut self, user: &str, now: Instant) -> bool {
+        self.wrong.retain(|(at, _)| now.duration_since(*at) < WRONG_OVER);
+        let own = self.wrong.iter().filter(|(_, of)| of == user).count();
+        own < WRONG_MAX && self.wrong.len() < WRONG_OF_ALL_MAX
+    }
+
+    /// Notes a wrong password.
+    pub fn note_wrong(&mut self, user: &str, now: Instant) {
+        self.wrong.push((now, user.to_owned()));
+    }
+}
+
+impl Session {
+    fn is_alive(&self, now: Instant) -> bool {
+        now.duration_since(self.last) < IDLE_MAX && now.duration_since(self.began) < AGE_MAX
+    }
+
+    /// Whether a change has the token of this session with it.
+    pub fn has_token(&self, said: &str) -> bool {
+        hash_of(said) == hash_of(&self.csrf)
+    }
+}
+
+/// The cookie of a session among those of a request.
+pub(super) fn cookie_of(header: &str) -> Option<&str> {
+    let mut cookies = header.split(';').filter_map(|cookie| cookie.trim().split_once('='));
+    cookies.find(|(name, _)| *name == COOKIE).map(|(_, value)| value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sessions_end() {
+        let (mut sessions, now) = (Sessions::default(), Instant::now());
+        let cookie = sessions.begin(None, now);
+        let known = sessions.of(&cookie, now).expect("it has begun");
+        assert!(known.has_token(&known.csrf) && !known.has_token("") && !known.has_token(&cookie));
+        assert!(sessions.of("", now).is_none() && sessions.of(&known.csrf, now).is_none());
+        assert!(sessions.of(&cookie, now + IDLE_MAX).is_none(), "without requests");
+        let cookie = sessions.begin(None, now);
+        let mut at = now;
+        while at < now + AGE_MAX - IDLE_MAX / 2 {
+            assert!(sessions.of(&cookie, at).is_some());
+            at += IDLE_MAX / 2;
+        }
+        assert!(sessions.of(&cookie, now + AGE_MAX).is_none(), "with requests");
+        let cookie = sessions.begin(None, now);
+        sessions.end(&cookie);
+        assert!(sessions.of(&cookie, now).is_none());
+    }
+
+    #[test]
+    fn a_link_lets_in_once() {
+        let mut sessions = Sessions::default();
+        assert!(!sessions.use_link(""), "there is none");
+        let (old, new) = (sessions.new_link(), sessions.new_link());
+        assert!(!sessions.use_link(&old) && sessions.use_link(&new) && !sessions.use_link(&new));
+    }
+
+    #[test]
+    fn wrong_passwords_wait() {
+        let (mut sessions, now) = (Sessions::default(), Instant::now());
+        for _ in 0..WRONG_MAX {
+            assert!(sessions.may_try("anna", now));
+            sessions.note_wrong("anna", now);
+        }
+        assert!(!sessions.may_try("anna", now) && sessions.may_try("ben", now));
+        assert!(sessions.may_try("anna", now + WRONG_OVER));
+        for user in 0..WRONG_OF_ALL_MAX {
+            sessions.note_wrong(&format!("user{user}"), now + WRONG_OVER);
+        }
+        assert!(!sessions.may_try("ben", now + WRONG_OVER), "all of them together");
+    }
+
+    #[test]
+    fn there_are_so_many_sessions_and_no_more() {
+        let (mut sessions, now) = (Sessions::default(), Instant::now());
+        let first = sessions.begin(None, now);
+        for second in 0..SESSIONS_MAX as u64 {
+            sessions.begin(None, now + Duration::from_secs(second + 1));
+        }
+        assert!(sessions.of(&first, now).is_none() && sessions.all.len() == SESSIONS_MAX);
+    }
+
+    #[test]
+    fn cookies_are_found() {
+        assert_eq!(cookie_of("a=b; rungd_session=xyz; c=d"), Some("xyz"));
+        assert_eq!(cookie_of("rungd_session="), Some(""));
+        assert_eq!(cookie_of("xrungd_session=1"), None);
+        assert_eq!(cookie_of(""), None);
+    }
+}

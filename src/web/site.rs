@@ -1,0 +1,151 @@
+//! What all requests share: the settings, the controller that is followed, sessions and users, and
+//! the numbers of requests that may be worked on at a time.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Instant, SystemTime};
+
+use tokio::sync::Semaphore;
+
+use super::follow::Follow;
+use super::guard::Guard;
+use super::sessions::{Session, Sessions};
+use super::users::{UserFailure, Users};
+use crate::live::LiveView;
+
+/// The most viewers that get events at a time.
+pub(super) const STREAMS_MAX: usize = 64;
+/// The most minutes that are held; the oldest goes for a new one.
+const HELD_MAX: usize = 8;
+/// The most questions that are worked on at a time, and the most passwords.
+const QUESTIONS_MAX: usize = 2;
+const PASSWORDS_MAX: usize = 1;
+
+/// What all requests share.
+pub(super) struct Site {
+    pub follow: Follow,
+    pub guard: Guard,
+    /// The operator's socket, for writes.
+    pub socket: PathBuf,
+    /// Whether browsers speak TLS: cookies are for TLS alone then.
+    pub is_tls: bool,
+    /// What stands before the path of a link.
+    pub address: String,
+    pub streams: Arc<Semaphore>,
+    pub questions: Arc<Semaphore>,
+    pub passwords: Arc<Semaphore>,
+    sessions: Mutex<Sessions>,
+    /// What is held for those who step through the last minute: the number of each, the newest
+    /// last.
+    held: Mutex<VecDeque<(u64, LiveView)>>,
+    users: Option<UserFile>,
+}
+
+struct UserFile {
+    path: PathBuf,
+    /// What it was when it was read last.
+    known: Mutex<Option<(SystemTime, Arc<Users>)>>,
+}
+
+/// The parts of a [`Site`].
+pub(super) struct SiteParts {
+    pub follow: Follow,
+    pub guard: Guard,
+    pub socket: PathBuf,
+    pub is_tls: bool,
+    pub address: String,
+    pub users: Option<PathBuf>,
+}
+
+impl Site {
+    pub fn new(parts: SiteParts) -> Site {
+        let SiteParts { follow, guard, socket, is_tls, address, users } = parts;
+        Site {
+            follow,
+            guard,
+            socket,
+            is_tls,
+            address,
+            streams: Arc::new(Semaphore::new(STREAMS_MAX)),
+            questions: Arc::new(Semaphore::new(QUESTIONS_MAX)),
+            passwords: Arc::new(Semaphore::new(PASSWORDS_MAX)),
+            sessions: Mutex::default(),
+            held: Mutex::default(),
+            users: users.map(|path| UserFile { path, known: Mutex::default() }),
+        }
+    }
+
+    /// The sessions.
+    pub fn sessions(&self) -> MutexGuard<'_, Sessions> {
+        self.sessions.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Holds what was seen, so that it stays while a person steps through it; its number.
+    pub fn hold(&self, view: LiveView) -> u64 {
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let number = held.back().map_or(1, |(number, _)| number + 1);
+        held.push_back((number, view));
+        if held.len() > HELD_MAX {
+            held.pop_front();
+        }
+        number
+    }
+
+    /// What is held under a number.
+    pub fn held(&self, number: u64) -> Option<LiveView> {
+        let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        held.iter().find(|(of, _)| *of == number).map(|(_, view)| view.clone())
+    }
+
+    /// Whether users sign in; else a one-time link lets in.
+    pub fn has_users(&self) -> bool {
+        self.users.is_some()
+    }
+
+    /// The users as their file has them now.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn users(&self) -> Result<Arc<Users>, UserFailure> {
+        let Some(file) = &self.users else { return Ok(Arc::default()) };
+        let changed = std::fs::metadata(&file.path).and_then(|facts| facts.modified());
+        let changed = changed.map_err(|error| UserFailure::File(file.path.clone(), error))?;
+        let mut known = file.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((at, users)) = &*known
+            && *at == changed
+        {
+            return Ok(Arc::clone(users));
+        }
+        let users = Arc::new(Users::read(&file.path)?);
+        *known = Some((changed, Arc::clone(&users)));
+        Ok(users)
+    }
+
+    /// The session of a cookie. One whose user is gone, or has another password, has ended.
+    pub fn session(&self, cookie: &str) -> Option<Session> {
+        let session = self.sessions().of(cookie, Instant::now())?;
+        let stays = match &session.user {
+            None => true,
+            Some((name, hash)) => {
+                self.users().is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))
+            }
+        };
+        if !stays {
+            self.sessions().end(cookie);
+        }
+        stays.then_some(session)
+    }
+
+    /// A new one-time link, printed for the person who started the process.
+    pub fn tell_link(&self) {
+        let secret = self.sessions().new_link();
+        say(&format!("open {}/in?key={secret} (it lets in once)", self.address));
+    }
+}
+
+/// A line on standard error, for the journal.
+pub(super) fn say(text: &str) {
+    let is_odd = |c: char| if c.is_control() { '?' } else { c };
+    eprintln!("rungd web: {}", text.chars().map(is_odd).collect::<String>());
+}

@@ -1,0 +1,211 @@
+//! What a viewer gets five times a second: the power of the rungs in its window, and values, of one
+//! scan. Server-sent events; only what has changed is sent.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use hyper::body::Bytes;
+use serde_json::{Map, Value, json};
+use tokio::sync::mpsc;
+
+use super::body::AnswerBody;
+use super::query::Query;
+use super::route::{Answered, Failure, typed};
+use super::site::Site;
+use crate::draw::live_svg;
+use crate::engine::Cell;
+use crate::isa::{Address, Bit, BlockId, StageId};
+use crate::live::{LiveProgram, LiveView, TagValue};
+use crate::observe::ScanPower;
+use crate::runtime::exchange::Mode;
+
+/// The most rungs and values of a window.
+const RUNGS_MAX: usize = 100;
+const TAGS_MAX: usize = 300;
+
+/// What a viewer looks at.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Window {
+    /// A block, or a Stage with its Program's name.
+    element: String,
+    /// Its rungs, from 1.
+    from: usize,
+    to: usize,
+    /// Operands.
+    tags: Vec<String>,
+}
+
+/// What a viewer was told last.
+#[derive(Default)]
+pub(super) struct Told {
+    /// The program, and the cells of the window's operands in it.
+    program: Option<(Arc<LiveProgram>, Vec<Option<Cell>>)>,
+    power: Map<String, Value>,
+    values: Map<String, Value>,
+    on: Value,
+    running: Value,
+    status: Option<Arc<Value>>,
+}
+
+impl Window {
+    /// The window that a request names.
+    pub fn of(query: &Query) -> Window {
+        let number = |key: &str| query.number(key).and_then(|n| usize::try_from(n).ok());
+        let from = number("from").unwrap_or(1).max(1);
+        let to = number("to").unwrap_or(0).min(from.saturating_add(RUNGS_MAX - 1));
+        let tags = query.get("tags").unwrap_or_default().split(',').filter(|tag| !tag.is_empty());
+        Window {
+            element: query.get("element").unwrap_or_default().to_owned(),
+            from,
+            to,
+            tags: tags.take(TAGS_MAX).map(str::to_owned).collect(),
+        }
+    }
+}
+
+/// The events of a viewer.
+pub(super) fn events(site: &Arc<Site>, query: &Query) -> Answered {
+    let place = Arc::clone(&site.streams).try_acquire_owned().map_err(|_| {
+        let why = "too many pages look at this controller: close one";
+        Failure(StatusCode::SERVICE_UNAVAILABLE, why.to_owned())
+    })?;
+    let (site, window) = (Arc::clone(site), Window::of(query));
+    let (send, events) = mpsc::channel(1);
+    tokio::spawn(async move {
+        let _place = place;
+        let (mut watcher, mut told) = (site.follow.watcher(), Told::default());
+        let mut seen = site.follow.now().await;
+        watcher.mark_unchanged();
+        loop {
+            let mut event = match &seen.view {
+                Ok(view) => told.news(view, &view.power, &window),
+                Err(why) => json!({ "error": why }),
+            };
+            let is_new = |known: &Arc<Value>| Some(known) != told.status.as_ref();
+            if let Some(status) = seen.status.clone().filter(is_new) {
+                event["status"] = (*status).clone();
+                told.status = Some(status);
+            }
+            // Waits until the browser has taken the event before this one.
+            if send.send(Bytes::from(format!("data: {event}\n\n"))).await.is_err() {
+                return;
+            }
+            match site.follow.next(&mut watcher).await {
+                Some(next) => seen = next,
+                None => return,
+            }
+        }
+    });
+    Ok(typed("text/event-stream", AnswerBody::Events(events)))
+}
+
+impl Told {
+    /// What is new in a scan, for a window.
+    pub fn news(&mut self, view: &LiveView, power: &ScanPower, window: &Window) -> Value {
+        let mut event = json!({
+            "scan": power.scan,
+            "time_ms": power.unix_ns / 1_000_000,
+            "mode": power.mode.name(),
+            "program": name_of(&view.program),
+        });
+        if let Some(scans) = view.scans() {
+            event["scans"] = json!([scans.start(), scans.end()]);
+        }
+        if let Mode::Stop(_) | Mode::Fault(_) = power.mode {
+            event["executes"] = json!(false);
+        }
+        self.know(&view.program, window);
+        let lit = lit(view, power, window);
+        let values = self.tag_values(view, power, window);
+        event["power"] = changed(&mut self.power, lit);
+        event["values"] = changed(&mut self.values, values);
+        let (on, running) = blocks(&view.program, power);
+        for (key, told, now) in
+            [("on", &mut self.on, on), ("running", &mut self.running, running)]
+        {
+            if *told != now {
+                event[key] = now.clone();
+                *told = now;
+            }
+        }
+        event
+    }
+
+    /// Finds the cells of the window's operands, once for each program.
+    fn know(&mut self, program: &Arc<LiveProgram>, window: &Window) {
+        if self.program.as_ref().is_some_and(|(known, _)| Arc::ptr_eq(known, program)) {
+            return;
+        }
+        let cells = window.tags.iter().map(|tag| program.subject.cell(tag).ok()).collect();
+        *self = Told { program: Some((Arc::clone(program), cells)), ..Told::default() };
+    }
+
+    fn tag_values(
+        &self,
+        view: &LiveView,
+        power: &ScanPower,
+        window: &Window,
+    ) -> Map<String, Value> {
+        let Some((_, cells)) = &self.program else { return Map::new() };
+        let value = |(tag, cell): (&String, &Option<Cell>)| {
+            let cell = (*cell)?;
+            Some((tag.clone(), tag_value(view.tag_value(cell, power.value(cell)))))
+        };
+        window.tags.iter().zip(cells).filter_map(value).collect()
+    }
+}
+
+/// The name of a program: a page that has pictures of another one loads them anew.
+pub(super) fn name_of(program: &LiveProgram) -> String {
+    let of = &program.recorded;
+    format!("{}.{}.{}", of.process_start_ns, of.generation, of.hash)
+}
+
+/// A value for a page: of a time its text.
+pub(super) fn tag_value(value: TagValue) -> Value {
+    match value {
+        TagValue::Bit(on) => json!(on),
+        TagValue::Integer { value, .. } => json!(value),
+        TagValue::Real(value) => json!(value),
+    }
+}
+
+/// The entries that are new or differ, which are known then.
+fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
+    let mut news = Map::new();
+    for (key, value) in now {
+        if known.get(&key) != Some(&value) {
+            news.insert(key.clone(), value.clone());
+            known.insert(key, value);
+        }
+    }
+    Value::Object(news)
+}
+
+/// By rung of the window: its power; null: it was not executed.
+fn lit(view: &LiveView, power: &ScanPower, window: &Window) -> Map<String, Value> {
+    let Some(rungs) = view.program.rungs(&window.element) else { return Map::new() };
+    let shown = rungs.iter().skip(window.from - 1).take((window.to + 1).saturating_sub(window.from));
+    let of_rung = |rung: &crate::draw::ladder::RungPicture| {
+        let place = (window.element.as_str(), rung.number as u32);
+        let is_executed = view.is_executed(power, place);
+        let conducts = |contact: &_| view.conducts(power, place, contact).unwrap_or(false);
+        let power = is_executed.then(|| live_svg::power(&rung.grid, &conducts));
+        (rung.number.to_string(), json!(power))
+    };
+    shown.map(of_rung).collect()
+}
+
+/// The Stages that are ON, and the blocks that run.
+fn blocks(program: &LiveProgram, power: &ScanPower) -> (Value, Value) {
+    let symbols = program.subject.symbols();
+    let is_on = |bit: Bit| {
+        let cell = symbols.layout.cell(Address::Bit(bit));
+        cell.is_some_and(|cell| power.value(cell) != 0)
+    };
+    let stages = (0..).zip(&symbols.stages);
+    let on = stages.filter(|(at, _)| is_on(Bit::Stage(StageId(*at)))).map(|(_, name)| name);
+    let blocks = (0..).zip(&symbols.blocks);
+    let running = blocks.filter(|(at, _)| is_on(Bit::Running(BlockId(*at)))).map(|(_, name)| name);
+    (json!(on.collect::<Vec<_>>()), json!(running.collect::<Vec<_>>()))
+}

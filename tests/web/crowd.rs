@@ -1,0 +1,59 @@
+//! Many clients, slow ones, and a browser that is frozen: the controller scans on, and the pages
+//! answer.
+
+use std::io::Write as _;
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use crate::client::Web;
+use crate::support::live::PATIENCE;
+
+#[test]
+fn a_crowd_that_sends_nothing_takes_neither_the_memory_nor_the_controller() {
+    let web = Web::start(&[]);
+    let visitor = web.visit();
+    web.until("/events?element=Main&from=1&to=2", &visitor, |event| event["scan"].is_u64());
+    let before = web.live.say("status --json").json()["scans"].as_u64().unwrap();
+    let crowd: Vec<TcpStream> = (0..400)
+        .filter_map(|n| {
+            let mut stream = TcpStream::connect(&web.host).ok()?;
+            // Some send a beginning, some nothing.
+            let _ = stream.write_all(if n % 2 == 0 { b"GET / HTT" } else { b"" });
+            Some(stream)
+        })
+        .collect();
+    assert!(crowd.len() > 300, "the system lets them in");
+    drop(crowd);
+    let deadline = Instant::now() + PATIENCE;
+    while web.get("/api/ladder", &visitor).status != 200 {
+        assert!(Instant::now() < deadline, "the pages are back");
+    }
+    let after = web.live.say("status --json").json()["scans"].as_u64().unwrap();
+    assert!(after > before, "it scans on");
+    assert!(web.memory() < 300 << 20, "{} bytes", web.memory());
+}
+
+#[test]
+fn viewers_that_read_nothing_hold_up_nobody() {
+    let web = Web::start(&[]);
+    let visitor = web.visit();
+    let frozen: Vec<TcpStream> = (0..20)
+        .map(|_| {
+            let mut stream = TcpStream::connect(&web.host).unwrap();
+            let path = "/events?element=Main&from=1&to=2";
+            let (host, cookie) = (&web.host, &visitor.cookie);
+            let request =
+                format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nCookie: {cookie}\r\n\r\n");
+            stream.write_all(request.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    std::thread::sleep(Duration::from_secs(1));
+    let memory = web.memory();
+    web.live.ok("write level 50");
+    web.live.ok("write start ON");
+    let path = "/events?element=Main&from=1&to=2&tags=lamp";
+    web.until(path, &visitor, |event| event["values"]["lamp"] == true);
+    assert!(web.memory() < memory + (64 << 20), "nothing is heaped up for those who do not read");
+    drop(frozen);
+}

@@ -1,0 +1,131 @@
+//! What a viewer sees: the pages, the ladder with the power of a scan, why, trends, panels.
+
+use serde_json::json;
+
+use crate::client::Web;
+
+const WINDOW: &str = "/events?element=Main&from=1&to=2&tags=level,lamp,parts.Acc";
+
+#[test]
+fn the_power_of_the_ladder_is_live_and_so_are_values() {
+    let web = Web::start(&[]);
+    let visitor = web.visit();
+    for (path, kind) in
+        [("/", "text/html"), ("/app.js", "text/javascript"), ("/style.css", "text/css")]
+    {
+        let page = web.get(path, &visitor);
+        assert!(page.status == 200 && page.header("content-type").unwrap().starts_with(kind));
+        let policy = page.header("content-security-policy").unwrap();
+        assert!(policy.contains("default-src 'none'") && !policy.contains("unsafe"), "{policy}");
+    }
+    let ladder = web.get("/api/ladder", &visitor).json();
+    assert_eq!((&ladder["name"], &ladder["blocks"][0]["rows"]), (&json!("web"), &json!([1, 2])));
+    let rungs = web.get("/api/rungs?element=Main&from=1&to=9", &visitor).json();
+    let svg = rungs["rungs"][0]["svg"].as_str().unwrap();
+    assert_eq!(rungs["rungs"].as_array().unwrap().len(), 2);
+    assert_eq!(rungs["rungs"][1]["words"], json!(["parts.Acc"]));
+    let seen = web.until(WINDOW, &visitor, |event| event["power"]["1"].is_string());
+    // Both contacts are there and neither conducts: the wire before the first one has power alone.
+    assert_eq!(seen["power"]["1"], "01000000");
+    assert_eq!(svg.matches("data-p").count(), 8);
+    assert_eq!((&seen["values"]["lamp"], &seen["mode"]), (&json!(false), &json!("RUN")));
+    assert_eq!(seen["running"], json!(["Main"]));
+    web.live.ok("write level 50");
+    web.live.ok("write start ON");
+    let seen = web.until(WINDOW, &visitor, |event| event["values"]["lamp"] == true);
+    assert_eq!((&seen["power"]["1"], &seen["values"]["level"]), (&json!("11111111"), &json!(50)));
+    assert_eq!(seen["values"]["parts.Acc"], 1);
+    let idle = "/events?element=Side&from=1&to=1";
+    let seen = web.until(idle, &visitor, |event| event["power"].get("1").is_some());
+    assert_eq!(seen["power"]["1"], json!(null), "Side does not run");
+    web.live.ok("mode stop");
+    let seen = web.until(WINDOW, &visitor, |event| event["mode"] == "STOP");
+    assert_eq!((&seen["power"]["1"], &seen["running"]), (&json!(null), &json!([])));
+}
+
+#[test]
+fn a_name_says_why_and_a_held_minute_stays() {
+    let web = Web::start(&[]);
+    let visitor = web.visit();
+    web.live.ok("write level 50");
+    web.live.ok("write start ON");
+    web.until(WINDOW, &visitor, |event| event["values"]["lamp"] == true);
+    let why = web.get("/api/why?operand=lamp", &visitor).json();
+    let text = why["text"].as_str().unwrap();
+    assert!(text.starts_with("lamp (Y0) is ON\n") && text.contains("root (uid "), "{text}");
+    assert!(!text.contains("gap"), "what follows follows: {text}");
+    let held = web.get("/api/hold", &visitor).json();
+    let (hold, last) = (&held["hold"], held["scans"][1].as_u64().unwrap());
+    web.live.ok("write start OFF");
+    web.until(WINDOW, &visitor, |event| event["values"]["lamp"] == false);
+    let scan = |number: u64| {
+        let path = format!("/api/scan?element=Main&from=1&to=1&tags=lamp&hold={hold}&scan={number}");
+        web.get(&path, &visitor)
+    };
+    assert_eq!(scan(last).json()["values"]["lamp"], true);
+    // Step by step back to the scan in which it went ON.
+    let mut at = last;
+    while scan(at).json()["values"]["lamp"] == true {
+        at -= 1;
+    }
+    let before = web.get(&format!("/api/why?operand=lamp&hold={hold}&scan={at}"), &visitor).json();
+    assert!(before["text"].as_str().unwrap().starts_with("lamp (Y0) is OFF"), "{before}");
+    assert_eq!(scan(last + 1).status, 410);
+    assert_eq!(web.get("/api/scan?scan=1&hold=77", &visitor).status, 410);
+}
+
+#[test]
+fn tags_are_searched_and_trends_have_every_change() {
+    let web = Web::start(&[]);
+    let visitor = web.visit();
+    let found = web.get("/api/tags?find=PEOPLE", &visitor).json();
+    assert_eq!(found["tags"][0]["name"], "level");
+    assert_eq!(web.get("/api/tags?find=ct0", &visitor).json()["tags"][0]["members"][0], "parts.Acc");
+    for value in ["20", "30", "10"] {
+        web.live.ok(&format!("write level {value}"));
+    }
+    web.until(WINDOW, &visitor, |event| event["values"]["level"] == 10);
+    let trend = web.get("/api/trend?operand=level", &visitor).json();
+    let points = trend["points"].as_array().unwrap();
+    let values: Vec<_> = points.iter().map(|point| point[2].as_i64().unwrap()).collect();
+    assert_eq!(values, [0, 20, 30, 10]);
+    let panels = web.get("/api/panels", &visitor).json();
+    assert_eq!(panels["panels"][0]["show"][3]["limits"], json!([0, 100]));
+    for (path, says) in [
+        ("/api/why?operand=lamb", "lamp"),
+        ("/api/why?operand=", "name an operand"),
+        ("/api/trend?operand=parts", "structure"),
+        ("/api/rungs?element=Nobody", "no block or Stage"),
+    ] {
+        let refused = web.get(path, &visitor);
+        assert_eq!(refused.status, 400, "{path}");
+        assert!(refused.json()["error"].as_str().unwrap().contains(says), "{refused:?}");
+    }
+    assert_eq!(web.get("/api/nothing", &visitor).status, 404);
+}
+
+/// A reload exchanges the program: the page is told, and gets the new one.
+#[test]
+fn a_reload_is_followed_and_so_is_a_restart() {
+    let mut web = Web::start(&[]);
+    let visitor = web.visit();
+    let program = |web: &Web| web.get("/api/ladder", &visitor).json()["program"].clone();
+    let first = program(&web);
+    let ladder = crate::client::LADDER.replace("level > 10", "level > 20");
+    std::fs::write(web.live.folder.join("ladder.toml"), ladder).unwrap();
+    web.live.ok("reload");
+    let seen = web.until(WINDOW, &visitor, |event| event["program"] != first);
+    assert_eq!(seen["program"], program(&web));
+    let rungs = web.get("/api/rungs?element=Main&from=1&to=1", &visitor).json();
+    assert!(rungs["rungs"][0]["svg"].as_str().unwrap().contains("level &gt; 20"));
+    web.live.child.kill().unwrap();
+    web.live.child.wait().unwrap();
+    let gone = web.until(WINDOW, &visitor, |event| event["error"].is_string());
+    assert!(gone["error"].as_str().unwrap().contains("no rungd answers"), "{gone}");
+    let folder = web.live.folder.clone();
+    web.live.child = crate::support::live::run(&folder, &[]).spawn().unwrap();
+    let back = web.until(WINDOW, &visitor, |event| {
+        event["program"].is_string() && event["program"] != seen["program"]
+    });
+    assert_eq!(back["mode"], "RUN");
+}

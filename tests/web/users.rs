@@ -1,0 +1,79 @@
+//! Users: their passwords, and what they may write.
+
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+use serde_json::json;
+
+use crate::client::{CONTROLLER, HttpAnswer, LADDER, Visitor, Web};
+use crate::support::live::Live;
+
+/// Sets a password as a script does.
+fn passwd(file: &str, user: &str, password: &str) -> (i32, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.args(["web", "passwd", user, "--users-file", file]);
+    let mut child =
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(format!("{password}\n").as_bytes()).unwrap();
+    let said = child.wait_with_output().unwrap();
+    (said.status.code().unwrap(), String::from_utf8(said.stderr).unwrap())
+}
+
+fn error(answer: &HttpAnswer) -> String {
+    answer.json()["error"].as_str().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let file = live.folder.join("users").display().to_string();
+    assert_eq!(passwd(&file, "anna", "short"), (2, "rungd web: a password has 8 to 1024 bytes\n".into()));
+    assert_eq!(passwd(&file, "anna", "correct horse").0, 0);
+    let web = Web::of(live, &["--users-file", &file]);
+    assert!(web.link.is_none());
+    let nobody = Visitor { cookie: String::new(), csrf: String::new() };
+    assert_eq!(error(&web.get("/api/session", &nobody)), "sign in");
+    for (user, password) in [("anna", "wrong horse"), ("ben", "correct horse"), ("", "")] {
+        let refused = web.sign_in(user, password);
+        assert_eq!((refused.status, refused.header("set-cookie")), (401, None));
+    }
+    let entered = web.sign_in("anna", "correct horse");
+    assert_eq!(entered.status, 200, "{entered:?}");
+    let set = entered.header("set-cookie").unwrap();
+    assert!(set.contains("HttpOnly") && set.contains("SameSite=Strict"), "{set}");
+    let anna = web.visitor(entered.cookie());
+    let write = |operand: &str, value: serde_json::Value| {
+        web.post("/api/write", &anna, &json!({ "operand": operand, "value": value }))
+    };
+    let change = write("level", json!(42));
+    assert_eq!((change.status, &change.json()["now"]["value"]), (200, &json!(42)));
+    let line = web.live.line("wrote 42");
+    let who = line["who"].as_str().unwrap();
+    assert!(who.starts_with("anna by ") && line["event"] == "operator-write", "{line}");
+    // By its address it is the same operand.
+    assert_eq!(write("D0", json!("43")).status, 200);
+    let refused = write("level", json!(1000));
+    assert!(refused.status == 409 && error(&refused).contains("takes 0 to 100"), "{refused:?}");
+    let refused = write("lamp", json!(true));
+    assert!(refused.status == 403 && error(&refused).contains("[web] write"), "{refused:?}");
+    assert_eq!(write("nobody", json!(1)).status, 400);
+    let stolen = Visitor { csrf: String::new(), ..anna.clone() };
+    let change = json!({ "operand": "level", "value": 1 });
+    assert_eq!(web.post("/api/write", &stolen, &change).status, 403);
+    // A new password ends the sessions that began with the old one.
+    assert_eq!(passwd(&file, "anna", "another horse").0, 0);
+    assert_eq!(web.get("/api/session", &anna).status, 401);
+    assert_eq!(web.live.say("read level --json").json()["values"][0]["value"], 43);
+}
+
+#[test]
+fn passwords_are_not_tried_without_end() {
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let file = live.folder.join("users").display().to_string();
+    passwd(&file, "anna", "correct horse");
+    let web = Web::of(live, &["--users-file", &file]);
+    let tries: Vec<u16> = (0..7).map(|_| web.sign_in("anna", "wrong horse").status).collect();
+    assert_eq!(tries[..5], [401; 5]);
+    assert_eq!(tries[6], 429);
+    assert_eq!(web.sign_in("anna", "correct horse").status, 429, "for a minute");
+}
