@@ -56,6 +56,7 @@ pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiv
         let asker = ControllerAsker {
             follower: Follower::new(socket.clone()),
             follows: false,
+            told: String::new(),
             socket,
             news: send,
             operands: Vec::new(),
@@ -74,6 +75,8 @@ struct ControllerAsker {
     follower: Follower,
     /// Whether the ladder's power is told at each look.
     follows: bool,
+    /// The hash of the ladder that was told last.
+    told: String,
     news: Sender<MonitorNews>,
     /// What to read at each look.
     operands: Vec<String>,
@@ -133,6 +136,7 @@ impl ControllerAsker {
             }
             MonitorOrder::Ladder => {
                 let (sha256, found) = self.ladder();
+                self.told.clone_from(&sha256);
                 MonitorNews::Ladder(sha256, found)
             }
             MonitorOrder::Names(prefix) => {
@@ -183,7 +187,16 @@ impl ControllerAsker {
         if !self.follows {
             return Ok(());
         }
-        let power = self.scans().map(|view| Arc::new(view) as Arc<dyn PowerOf>);
+        let seen = self.scans();
+        if let Ok(view) = &seen
+            && view.program.recorded.hash != self.told
+        {
+            // Power is shown in the ladder of its own program alone.
+            self.told.clone_from(&view.program.recorded.hash);
+            let program = Arc::clone(&view.program);
+            self.news.send(MonitorNews::Ladder(self.told.clone(), Ok(program)))?;
+        }
+        let power = seen.map(|view| Arc::new(view) as Arc<dyn PowerOf>);
         self.news.send(MonitorNews::Power(power))
     }
 

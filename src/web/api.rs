@@ -112,9 +112,7 @@ fn ladder(program: &LiveProgram) -> Value {
         rungs.iter().map(|rung| rung.grid.rows.max(1)).collect()
     };
     let block = |block: &BlockPicture| {
-        let stage = |stage: &crate::draw::ladder::StagePicture| {
-            json!({ "name": stage.name, "doc": stage.doc, "rows": rows(&stage.rungs) })
-        };
+        let stage = |stage: &crate::draw::ladder::StagePicture| json!({ "name": stage.name, "doc": stage.doc, "rows": rows(&stage.rungs) });
         json!({
             "name": block.name,
             "kind": block.kind,
@@ -141,9 +139,7 @@ fn panels(program: &LiveProgram) -> Value {
             "limits": of.limits,
         })
     };
-    let panel = |of: &Panel| {
-        json!({ "name": of.name, "show": of.show.iter().map(widget).collect::<Vec<_>>() })
-    };
+    let panel = |of: &Panel| json!({ "name": of.name, "show": of.show.iter().map(widget).collect::<Vec<_>>() });
     let all = settings(program).map_or(&[][..], |web| &web.panels);
     json!({ "panels": all.iter().map(panel).collect::<Vec<_>>() })
 }
@@ -152,9 +148,9 @@ fn panels(program: &LiveProgram) -> Value {
 fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
     let find = find.unwrap_or_default().to_lowercase();
     let has = |text: &str| text.to_lowercase().contains(&find);
-    let mut all = program.tags().filter(|tag| {
-        has(tag.name) || has(&tag.address) || tag.doc.is_some_and(&has)
-    });
+    let mut all = program
+        .tags()
+        .filter(|tag| has(tag.name) || has(&tag.address) || tag.doc.is_some_and(&has));
     let tag = |tag: crate::live::LiveTag<'_>| {
         json!({
             "name": tag.name,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use http_body_util::{BodyExt as _, Limited};
 use hyper::body::Incoming;
-use hyper::header::{COOKIE as COOKIE_HEADER, CONTENT_TYPE, HeaderMap, LOCATION, SET_COOKIE};
+use hyper::header::{CONTENT_TYPE, COOKIE as COOKIE_HEADER, HeaderMap, LOCATION, SET_COOKIE};
 use hyper::{Method, Request, Response, StatusCode};
 use serde_json::{Value, json};
 use tokio::time::timeout;

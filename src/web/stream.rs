@@ -120,8 +120,7 @@ impl Told {
         event["power"] = changed(&mut self.power, lit);
         event["values"] = changed(&mut self.values, values);
         let (on, running) = blocks(&view.program, power);
-        for (key, told, now) in
-            [("on", &mut self.on, on), ("running", &mut self.running, running)]
+        for (key, told, now) in [("on", &mut self.on, on), ("running", &mut self.running, running)]
         {
             if *told != now {
                 event[key] = now.clone();
@@ -185,7 +184,8 @@ fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
 /// By rung of the window: its power; null: it was not executed.
 fn lit(view: &LiveView, power: &ScanPower, window: &Window) -> Map<String, Value> {
     let Some(rungs) = view.program.rungs(&window.element) else { return Map::new() };
-    let shown = rungs.iter().skip(window.from - 1).take((window.to + 1).saturating_sub(window.from));
+    let shown =
+        rungs.iter().skip(window.from - 1).take((window.to + 1).saturating_sub(window.from));
     let of_rung = |rung: &crate::draw::ladder::RungPicture| {
         let place = (window.element.as_str(), rung.number as u32);
         let is_executed = view.is_executed(power, place);

@@ -21,6 +21,7 @@ level = { at = "D0" }
 name = "Main"
 
 [[program.rung]]
+name = "run"
 when = ["!stop"]
 do   = ["OUT motor"]
 "#;
@@ -133,6 +134,13 @@ fn the_page_shows_forces_and_leaves_a_clean_screen() {
     tmux.awaits(&["stop is ON, forced; does not conduct; power reaches it", "( )"]);
     tmux.keys(&["w"]);
     tmux.awaits(&["Why: stop", "stop (X0) is ON", "force"]);
+
+    // Another program: its ladder is drawn, with its own power.
+    let ladder = LADDER.replace("\"run\"", "\"halt\"").replace("!stop", "stop & !motor");
+    std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
+    live.ok("reload");
+    tmux.keys(&["Escape"]);
+    tmux.awaits(&["▶1. halt", "stop is ON, forced; conducts, and power reaches it", "]●["]);
 
     tmux.keys(&["?"]);
     assert!(tmux.command(&["resize-window", "-x", "110", "-y", "40"]).status().unwrap().success());

@@ -65,7 +65,9 @@ fn the_ladder_shows_power_without_colours() {
     bench.news(MonitorNews::Power(Ok(Arc::new(SomeConduct(&[(1, 1), (1, 2)])))));
     bench.press(Press::Right);
     bench.look(status(), vec![bit("motor", "Y0", true)]);
-    check(&bench, expect![[r#"
+    check(
+        &bench,
+        expect![[r#"
         belt  RUN for 1m                                                       scan 6000
         every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
         alarms: 1  forces: 1  devices in trouble: 1
@@ -90,7 +92,8 @@ fn the_ladder_shows_power_without_colours() {
 
 
         arrows  Tab next  w why  f force  u release  s write  a watch  Esc back  ?  q
-    "#]]);
+    "#]],
+    );
     check_page(&bench);
 }
 
@@ -99,7 +102,9 @@ fn a_ladder_without_power_says_why() {
     let mut bench = Bench::start();
     bench.size = (60, 16);
     bench.keys("l");
-    check(&bench, expect![[r#"
+    check(
+        &bench,
+        expect![[r#"
         belt  RUN for 1m                                   scan 6000
         every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns
         alarms: 1  forces: 1  devices in trouble: 1
@@ -116,12 +121,15 @@ fn a_ladder_without_power_says_why() {
          2.  a.toml:16
 
         arrows  Tab next  w why  f force  u release  s write  a watc
-    "#]]);
+    "#]],
+    );
     bench.news(MonitorNews::Power(Err("the scan log has no room".into())));
     assert!(bench.shown().contains("start; no power is shown: the scan log has no room"));
     bench.news(MonitorNews::Power(Ok(Arc::new(SomeConduct(&[])))));
     bench.press(Press::Tab);
-    check(&bench, expect![[r#"
+    check(
+        &bench,
+        expect![[r#"
         belt  RUN for 1m                                   scan 6000
         every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns
         alarms: 1  forces: 1  devices in trouble: 1
@@ -138,7 +146,8 @@ fn a_ladder_without_power_says_why() {
 
 
         arrows  Tab next  w why  f force  u release  s write  a watc
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
