@@ -66,14 +66,19 @@ pub(crate) fn run(setup: MonitorSetup) -> Result<()> {
     let channels = Channels { orders, news, keys: keys::start()? };
     let mut state = MonitorState::watching(setup.operands);
     let began = Instant::now();
+    let mut is_drawn = false;
     while !is_ended.load(Ordering::Relaxed) {
-        screen.0.draw(|frame| paint::paint(frame, &state, setup.has_colours))?;
+        if !is_drawn {
+            screen.0.draw(|frame| paint::paint(frame, &state, setup.has_colours))?;
+        }
         faults::point(FaultPoint::Page);
         let Some(waited) = channels.next() else { return Ok(()) };
         let tick = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
         if let Waited::DrawAgain = waited {
             screen.0.clear()?;
         }
+        // Where nothing has happened only the time of a silence goes on.
+        is_drawn = matches!(waited, Waited::Nothing) && state.silence.is_none();
         let mut wishes = update(&mut state, MonitorEvent::Tick(tick));
         if let Waited::Event(event) = waited {
             wishes.extend(update(&mut state, event));
@@ -99,8 +104,10 @@ struct Channels {
 /// What came while `run` waited.
 enum Waited {
     Event(MonitorEvent),
-    /// Only time has passed, or the window has another size.
+    /// Only time has passed.
     Nothing,
+    /// The window has another size.
+    Resized,
     /// The screen may show something else.
     DrawAgain,
 }
@@ -111,7 +118,7 @@ impl Channels {
         select! {
             recv(self.keys) -> input => match input {
                 Ok(TerminalInput::Key(press)) => Some(Waited::Event(MonitorEvent::Press(press))),
-                Ok(TerminalInput::Resized) => Some(Waited::Nothing),
+                Ok(TerminalInput::Resized) => Some(Waited::Resized),
                 Ok(TerminalInput::DrawAgain) => Some(Waited::DrawAgain),
                 Err(RecvError) => None,
             },
