@@ -26,8 +26,8 @@ pub(super) enum ChangeWanted {
 pub(super) enum Dialog {
     /// Which operand to watch?
     Add(Typed),
-    /// To which value?
-    NewValue { wanted: ChangeWanted, operand: String, text: String },
+    /// To which value? `is_typed`: a key has changed the text, which is not proposed any more.
+    NewValue { wanted: ChangeWanted, operand: String, text: String, is_typed: bool },
     /// Really?
     Confirm { wanted: ChangeWanted, operand: String, text: String },
 }

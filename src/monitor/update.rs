@@ -36,6 +36,7 @@ fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
     match news {
         MonitorNews::Look(look) => {
             state.look(*look);
+            propose(state);
             let found = std::mem::take(&mut state.at_start).into_iter().map(MonitorOrder::Find);
             let mut wishes: Vec<MonitorWish> = found.map(MonitorWish::Ask).collect();
             wishes.extend(ladder_wanted(state));
@@ -221,12 +222,24 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: Press) -> Vec
         open(state, MonitorPage::Why);
         return ask(MonitorOrder::Why(operand));
     };
-    let text = state.value(&operand).map(proposed).unwrap_or_default();
+    let text = String::new();
     state.dialog = Some(match wanted {
-        ChangeWanted::Release => Dialog::Confirm { wanted, operand, text: String::new() },
-        ChangeWanted::Force | ChangeWanted::Write => Dialog::NewValue { wanted, operand, text },
+        ChangeWanted::Release => Dialog::Confirm { wanted, operand, text },
+        ChangeWanted::Force | ChangeWanted::Write => {
+            Dialog::NewValue { wanted, operand, text, is_typed: false }
+        }
     });
+    propose(state);
     Vec::new()
+}
+
+/// Proposes a new value, as soon as the present one is known, and until something is typed.
+fn propose(state: &mut MonitorState) {
+    let Some(Dialog::NewValue { operand, is_typed: false, .. }) = &state.dialog else { return };
+    let proposal = state.value(operand).map(proposed).unwrap_or_default();
+    if let Some(Dialog::NewValue { text, .. }) = &mut state.dialog {
+        *text = proposal;
+    }
 }
 
 /// Of a bit the other value; of a word none.
@@ -257,12 +270,16 @@ fn answered(state: &mut MonitorState, dialog: Dialog, press: Press) -> Vec<Monit
             state.dialog = Some(Dialog::Add(typed));
             if is_new { ask(MonitorOrder::Names(prefix)) } else { Vec::new() }
         }
-        Dialog::NewValue { wanted, operand, mut text } => {
+        Dialog::NewValue { wanted, operand, mut text, is_typed } => {
             let is_done = press == Press::Enter && !text.trim().is_empty();
-            edit(&mut text, press);
+            if !is_typed && matches!(press, Press::Char(_)) {
+                // What one types stands in place of the proposal.
+                text.clear();
+            }
+            let is_typed = edit(&mut text, press) || is_typed;
             state.dialog = Some(match is_done {
                 true => Dialog::Confirm { wanted, operand, text: text.trim().to_owned() },
-                false => Dialog::NewValue { wanted, operand, text },
+                false => Dialog::NewValue { wanted, operand, text, is_typed },
             });
             Vec::new()
         }

@@ -14,7 +14,7 @@ const WIDE: u16 = 64;
 pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, (state, dialog): (&MonitorState, &Dialog)) {
     let lines = match dialog {
         Dialog::Add(typed) => add(typed),
-        Dialog::NewValue { wanted, operand, text } => {
+        Dialog::NewValue { wanted, operand, text, .. } => {
             let (now, what) = (present(state, operand), wanted.heading());
             vec![
                 format!("{what} {operand}"),

@@ -95,7 +95,7 @@ fn lines(
 
 /// The title and the drawing of a rung, and an empty line.
 fn rung_lines(rung: &RungPicture, seen: &RungView, symbol: Option<usize>) -> Vec<PageLine> {
-    let idle = if seen.executes == Some(false) { "  does not execute" } else { "" };
+    let idle = if seen.executes == Some(false) { "  not executed" } else { "" };
     let sign = if symbol.is_some() { "▶" } else { " " };
     let accent = if symbol.is_some() { Accent::Strong } else { Accent::Plain };
     let mut lines = vec![(format!("{sign}{}{idle}", rung.title()), accent, None)];
@@ -110,7 +110,7 @@ fn rung_lines(rung: &RungPicture, seen: &RungView, symbol: Option<usize>) -> Vec
 
 /// What a contact or instruction does, in words.
 fn said(seen: &RungView, symbol: usize) -> &'static str {
-    let Some(flow) = &seen.flow else { return "its block does not execute" };
+    let Some(flow) = &seen.flow else { return "its rung is not executed" };
     match flow.contacts.get(symbol) {
         Some(contact) => match (contact.conducts, contact.before) {
             (true, true) => "conducts, and power reaches it",

@@ -36,6 +36,22 @@ fn a_bit_is_offered_its_other_value() {
 }
 
 #[test]
+fn a_value_is_proposed_until_one_types() {
+    let mut bench = Bench::start();
+    [Press::Tab, Press::Tab].into_iter().for_each(|press| bench.press(press));
+    bench.keys("f");
+    assert!(bench.orders().contains(&r#"Read(["jam"])"#.to_owned()), "its value is asked for");
+    assert!(bench.shown().contains("present value: not known yet"));
+    bench.look(super::status(), vec![bit("jam", "C0", true)]);
+    assert!(bench.shown().contains("new value: OFF_"), "{}", bench.shown());
+    bench.keys("ON");
+    assert!(bench.shown().contains("new value: ON_"), "{}", bench.shown());
+    [Press::Backspace; 2].into_iter().for_each(|press| bench.press(press));
+    bench.look(super::status(), vec![bit("jam", "C0", true)]);
+    assert!(bench.shown().contains("new value: _"), "{}", bench.shown());
+}
+
+#[test]
 fn a_force_is_released_after_a_question() {
     let mut bench = watching();
     [Press::Tab; 3].into_iter().for_each(|press| bench.press(press));

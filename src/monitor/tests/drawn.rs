@@ -130,14 +130,14 @@ fn a_ladder_without_power_says_why() {
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                   scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns
-        alarms: 1  forces: 1  devices in trouble: 1
-        Stage Filler.Fill, 2 of 2                        rung 1 of 1
-        $On; its block does not execute (scan 120)
-        ▶1.  a.toml:27  does not execute
-         │ $On   Y1
-         ├─] [───( )
+            belt  RUN for 1m                                   scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns
+            alarms: 1  forces: 1  devices in trouble: 1
+            Stage Filler.Fill, 2 of 2                        rung 1 of 1
+            $On; its rung is not executed (scan 120)
+            ▶1.  a.toml:27  not executed
+             │ $On   Y1
+             ├─] [───( )
 
 
 
@@ -145,8 +145,8 @@ fn a_ladder_without_power_says_why() {
 
 
 
-        arrows  Tab next  w why  f force  u release  s write  a watc
-    "#]],
+            arrows  Tab next  w why  f force  u release  s write  a watc
+        "#]],
     );
 }
 
