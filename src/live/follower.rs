@@ -86,8 +86,7 @@ impl Follower {
             None => self.last_minute()?,
         };
         let running = running(&recording)?;
-        let is_known =
-            self.known.as_ref().is_some_and(|known| *known.program.recorded == *running);
+        let is_known = self.known.as_ref().is_some_and(|known| *known.program.recorded == *running);
         let recording = match is_known {
             true => recording,
             false => {

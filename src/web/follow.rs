@@ -74,6 +74,15 @@ impl Follow {
         Ok(Follow { seen, began, viewed_ms, thread })
     }
 
+    /// Follows nothing.
+    pub fn of_nothing() -> Follow {
+        let began = Instant::now();
+        let none = Seen { at: began, view: Err("there is nothing".into()), status: None };
+        let (_, seen) = watch::channel(Arc::new(none));
+        let viewed_ms = Arc::new(AtomicU64::new(0));
+        Follow { seen, began, viewed_ms, thread: thread::current() }
+    }
+
     /// Notes that somebody looks.
     fn touch(&self) {
         let now = self.began.elapsed().as_millis() as u64;

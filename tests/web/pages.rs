@@ -59,7 +59,8 @@ fn a_name_says_why_and_a_held_minute_stays() {
     web.live.ok("write start OFF");
     web.until(WINDOW, &visitor, |event| event["values"]["lamp"] == false);
     let scan = |number: u64| {
-        let path = format!("/api/scan?element=Main&from=1&to=1&tags=lamp&hold={hold}&scan={number}");
+        let path =
+            format!("/api/scan?element=Main&from=1&to=1&tags=lamp&hold={hold}&scan={number}");
         web.get(&path, &visitor)
     };
     assert_eq!(scan(last).json()["values"]["lamp"], true);
@@ -80,7 +81,10 @@ fn tags_are_searched_and_trends_have_every_change() {
     let visitor = web.visit();
     let found = web.get("/api/tags?find=PEOPLE", &visitor).json();
     assert_eq!(found["tags"][0]["name"], "level");
-    assert_eq!(web.get("/api/tags?find=ct0", &visitor).json()["tags"][0]["members"][0], "parts.Acc");
+    assert_eq!(
+        web.get("/api/tags?find=ct0", &visitor).json()["tags"][0]["members"][0],
+        "parts.Acc"
+    );
     for value in ["20", "30", "10"] {
         web.live.ok(&format!("write level {value}"));
     }
