@@ -16,7 +16,8 @@ use super::stream::{Told, Window, name_of, tag_value};
 use crate::controller::web::{Panel, WebSettings, Widget};
 use crate::draw::ladder::{BlockPicture, RungPicture, StagePicture};
 use crate::draw::live_svg;
-use crate::live::{LiveProgram, LiveTag, LiveView, TrendPoint};
+use crate::live::{LiveEvent, LiveProgram, LiveTag, LiveView};
+use crate::observe::CellChanged;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{GivenValue, Request};
 
@@ -59,6 +60,7 @@ pub(super) async fn question(
         "/api/ladder" => Ok(json_answer(&ladder(&view.program))),
         "/api/panels" => Ok(json_answer(&panels(&view.program))),
         "/api/tags" => Ok(json_answer(&tags(&view.program, query.get("find")))),
+        "/api/events" => asked(site, move || Ok(happened(&view))).await,
         "/api/rungs" => asked(site, move || rungs(&view, &query)).await,
         "/api/scan" => asked(site, move || scan(&view, &query)).await,
         "/api/why" => asked(site, move || why(&view, &query)).await,
@@ -204,6 +206,20 @@ fn scan(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     Ok(Told::default().news(view, &power, &Window::of(query)))
 }
 
+/// What happened in the last minute, the newest first.
+fn happened(view: &LiveView) -> Value {
+    let event = |of: LiveEvent| {
+        json!({
+            "time_ms": of.unix_ns / 1_000_000,
+            "scan": of.scan,
+            "text": of.text,
+            "alarm": of.is_alarm,
+            "operand": of.operand,
+        })
+    };
+    json!({ "events": view.events().into_iter().rev().map(event).collect::<Vec<_>>() })
+}
+
 fn operand(query: &Query) -> Result<&str, WebFailure> {
     let operand = query.get("operand").map(str::trim).filter(|of| !of.is_empty());
     let operand = operand.ok_or_else(|| bad("name an operand"))?;
@@ -223,8 +239,8 @@ fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let operand = operand(query)?;
     let trend = view.trend(operand).map_err(bad)?;
     let cell = view.program.subject.cell(operand).map_err(bad)?;
-    let point = |of: &TrendPoint| {
-        let value = tag_value(view.tag_value(cell, of.value));
+    let point = |of: &CellChanged| {
+        let value = tag_value(view.tag_value(cell, of.after));
         json!([of.unix_ns / 1_000_000, of.scan, value])
     };
     let span = trend.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);

@@ -558,6 +558,25 @@ function alarms() {
   return { update(event) { if (event.status) fill(); } };
 }
 
+function events() {
+  watch([]);
+  const body = h("tbody", {}), said = h("p", { class: "soft", role: "status" });
+  async function load() {
+    try {
+      const answer = await get("/api/events", held());
+      said.textContent = answer.events.length ? "" : "nothing happened in the last minute";
+      body.replaceChildren(...answer.events.map((of) => h("tr", { class: of.alarm ? "alarm" : "" },
+        h("td", { class: "num" }, new Date(of.time_ms).toLocaleTimeString()), h("td", { class: "num" }, of.scan),
+        h("td", {}, of.text), h("td", {}, of.operand ? whyButton(of.operand, "why") : ""))));
+    } catch (error) { said.textContent = error.message; }
+  }
+  $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, "Events of the last minute"),
+    h("button", { onclick: load }, "Load anew")), said,
+  h("table", {}, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body));
+  load();
+  return {};
+}
+
 function devices() {
   watch([]);
   const place = h("div", {});
@@ -628,7 +647,7 @@ function panel(name) {
 // --- Pages -------------------------------------------------------------------------------------
 
 const PAGES = [["overview", "Overview", overview], ["ladder", "Ladder", ladder], ["tags", "Tags", tags],
-  ["alarms", "Alarms", alarms], ["devices", "Devices", devices], ["panel", "Panels", panel], ["trend", null, trend]];
+  ["alarms", "Alarms", alarms], ["events", "Events", events], ["devices", "Devices", devices], ["panel", "Panels", panel], ["trend", null, trend]];
 
 async function open() {
   const [name, ...rest] = location.hash.slice(1).split("/");
