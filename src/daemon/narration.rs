@@ -6,7 +6,7 @@ use super::retain::COLD_BY_HAND;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::events::{self, Event};
 use crate::isa::{BlockId, StageId};
-use crate::lower::Symbols;
+use crate::lower::{Alarm, Symbols};
 use crate::resolve::program::{Block, BlockKind, Program};
 use crate::runtime::Watched;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
@@ -20,6 +20,8 @@ pub(super) struct Narration {
     stages: Vec<String>,
     bits: Vec<BitNews>,
     words: Vec<WordNews>,
+    /// The alarms: the first of the bits.
+    pub alarms: Vec<Alarm>,
     /// The rungs of MATHs, by number.
     maths: Vec<String>,
     /// The number of rungs of the program.
@@ -158,7 +160,8 @@ impl Narration {
         let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
         let (rungs, tempo) = (rungs(program), Tempo::default());
         let maths = symbols.maths.clone();
-        (Narration { blocks, stages, bits, words, maths, rungs, tempo }, watched)
+        let alarms = symbols.alarms.clone();
+        (Narration { blocks, stages, bits, words, alarms, maths, rungs, tempo }, watched)
     }
 
     /// The same names for a program with this tempo.

@@ -4,6 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::alarm::Alarm;
 use super::value::ShownValue;
 use crate::events::Level;
 
@@ -46,14 +47,6 @@ pub struct Status {
     #[serde(default)]
     pub record: Record,
     pub(crate) log: LogState,
-}
-
-/// An alarm that stands: the bit of a tag with an `alarm` is ON.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[allow(missing_docs)]
-pub struct Alarm {
-    pub tag: String,
-    pub text: String,
 }
 
 /// A field device.

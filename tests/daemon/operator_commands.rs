@@ -255,7 +255,8 @@ fn status_tells_all() {
     assert!(!text.contains(" us  #") && live.ok("status --histogram").contains(" us  #"));
     live.ok("force jam on");
     live.await_values("lamp", "ON");
-    assert!(live.ok("status").contains("alarms      jam: Bottles jammed\n"));
+    let alarm = "alarms      jam: Bottles jammed (medium, not acknowledged)\n";
+    assert!(live.ok("status").contains(alarm));
     live.ok("unforce jam");
     let json = live.say("status --json").json();
     assert_eq!((&json["mode"], &json["period_us"]), (&"RUN".into(), &10_000.into()));

@@ -61,7 +61,7 @@ impl Desk {
     }
 
     /// The latest image, and the names of its program.
-    fn seen(&self) -> (Arc<Snapshot>, Arc<View>) {
+    pub(super) fn seen(&self) -> (Arc<Snapshot>, Arc<View>) {
         let latest = self.port.latest();
         let view = self.views.of(latest.generation);
         (latest, view)
@@ -88,6 +88,9 @@ impl Desk {
                 let changed = self.mode(peer, *to).await?;
                 as_json(&self.durable(changed, *to, *no_wait).await)
             }
+            Request::Alarms {} => as_json(&self.alarms().await),
+            Request::Ack { alarms } => as_json(&self.acknowledge(peer, Some(alarms)).await?),
+            Request::AckAll {} => as_json(&self.acknowledge(peer, None).await?),
             Request::LogLevel { level } => as_json(&log_level(peer, *level)),
             Request::Reload { dry_run } => {
                 let reloads = Arc::clone(&self.reloads);
