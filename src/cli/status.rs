@@ -66,6 +66,9 @@ fn page(status: &Status, histogram: bool) -> String {
     ];
     lines.extend(rows("alarms", status.alarms.iter().map(alarm_line).collect()));
     lines.extend(rows("forces", table(&status.forces).lines().map(str::to_owned).collect()));
+    if status.mode != "RUN" {
+        lines.extend(rows("outputs", outputs(status)));
+    }
     lines.extend(rows("devices", devices(status)));
     lines.extend(rows("blocks", status.blocks.iter().map(block_line).collect()));
     if let Some(retain) = &status.retain {
@@ -78,6 +81,18 @@ fn page(status: &Status, histogram: bool) -> String {
     lines.extend(rows("posture", status.posture.iter().map(posture_line).collect()));
     lines.push(row("log", &log_line(&status.log)));
     lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
+}
+
+/// What is at the outputs outside RUN, where memory holds something else.
+fn outputs(status: &Status) -> Vec<String> {
+    match status.outputs.is_empty() {
+        true => vec!["at their safe values, as in memory".to_owned()],
+        false => {
+            let rows = table(&status.outputs);
+            let head = "at their safe values; memory holds something else of these:".to_owned();
+            [head].into_iter().chain(rows.lines().map(str::to_owned)).collect()
+        }
+    }
 }
 
 fn alarm_line(alarm: &Alarm) -> String {

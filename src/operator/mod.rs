@@ -5,6 +5,7 @@
 
 mod alarm;
 pub mod client;
+mod groups;
 pub mod names;
 mod offer;
 pub(crate) mod operand;

@@ -39,6 +39,9 @@ pub struct Status {
     pub(crate) alarms: Vec<Alarm>,
     /// The forced operands.
     pub(crate) forces: Vec<ShownValue>,
+    /// Outside RUN: the outputs at which is something else than memory holds.
+    #[serde(default)]
+    pub(crate) outputs: Vec<ShownValue>,
     pub(crate) devices: Devices,
     /// Retentive memory, if the controller file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

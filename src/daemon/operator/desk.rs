@@ -119,7 +119,9 @@ impl Desk {
         let (latest, view) = self.seen();
         let forces = self.forces(&latest, &view.names);
         let forces = forces.iter().map(|(operand, _)| operand.seen(&latest)).collect();
-        view.about.status(&latest, forces)
+        let outputs = view.names.held_otherwise(&latest);
+        let outputs = outputs.iter().map(|output| output.seen(&latest)).collect();
+        view.about.status(&latest, forces, outputs)
     }
 
     /// The forced operands with their present names; each with the name by which it was forced.

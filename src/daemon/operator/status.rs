@@ -148,7 +148,12 @@ impl About {
         mover.map(|(driver, _)| driver.as_str())
     }
 
-    pub(super) fn status(&self, latest: &Snapshot, forces: Vec<ShownValue>) -> Status {
+    pub(super) fn status(
+        &self,
+        latest: &Snapshot,
+        forces: Vec<ShownValue>,
+        outputs: Vec<ShownValue>,
+    ) -> Status {
         let now_ns = monotonic_ns();
         let ladder = &self.ladder;
         Status {
@@ -175,6 +180,7 @@ impl About {
             blocks: self.blocks.iter().map(|block| self.block(block, latest)).collect(),
             alarms: self.standing(latest),
             forces,
+            outputs,
             devices: Devices {
                 modbus: self.parts.modbus.as_ref().map(|(address, connections_max, clients)| {
                     Modbus {
