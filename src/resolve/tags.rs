@@ -72,9 +72,14 @@ impl Resolver<'_> {
     fn priority_misfits(&mut self, tag: &ladder::Tag) {
         let Some(written) = &tag.priority else { return };
         if Priority::named(&written.text).is_none() {
-            let words = Priority::ALL.map(|priority| format!("`{}`", priority.name())).join(", ");
             let message = format!("`priority` knows no `{}`", kept(&written.text));
-            let help = format!("write one of {words}; without the key it is `medium`");
+            let help = match Priority::named(&written.text.to_lowercase()) {
+                Some(meant) => format!("write `priority = \"{}\"`", meant.name()),
+                None => {
+                    let words = Priority::ALL.map(|priority| format!("`{}`", priority.name()));
+                    format!("the priorities are {}", words.join(", "))
+                }
+            };
             self.find(Finding::new(Code::TagKey, written.span, message).help(help));
         }
         if tag.alarm.is_none() {

@@ -157,6 +157,24 @@ fn each_alarm_comes_with_what_explains_it() {
 }
 
 #[test]
+fn the_shell_completes_alarms_that_can_be_acknowledged() {
+    let live = live();
+    live.ok("write stuck on");
+    live.ok("write X1 on");
+    live.ok("write X5 on");
+    live.ok("ack p1.failed");
+    let completed = |word: &str| {
+        let mut command = live.command("");
+        command.env("COMPLETE", "fish").args(["--", "rungd", "ack", word]);
+        let out = said(&mut command).out;
+        out.lines().map(|line| line.replace('\t', ": ")).collect::<Vec<_>>()
+    };
+    assert_eq!(completed("st"), ["stuck: Gate is stuck"]);
+    assert!(completed("p1").is_empty(), "it is acknowledged");
+    assert!(completed("pl").is_empty(), "it is no alarm");
+}
+
+#[test]
 fn over_a_reload_an_alarm_keeps_what_is_known_of_its_name() {
     let live = live();
     live.ok("write stuck on");
