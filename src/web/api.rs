@@ -260,6 +260,7 @@ pub(super) async fn change(
     };
     match path {
         "/api/write" => write(site, user, said).await,
+        "/api/ack" => acknowledge(site, user, said).await,
         _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
     }
 }
@@ -278,18 +279,34 @@ async fn write(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
     let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
     let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
     let for_user = Some(user.to_owned());
-    let request = Request::Write { operand: operand.clone(), value, for_user };
+    let done = sent(site, Request::Write { operand: operand.clone(), value, for_user }).await?;
+    say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
+    Ok(json_answer(&done))
+}
+
+/// Acknowledges an alarm.
+async fn acknowledge(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
+    let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();
+    if alarm.is_empty() || alarm.len() > OPERAND_BYTES_MAX {
+        return Err(bad("name an alarm"));
+    }
+    let alarms = vec![alarm.clone()];
+    let for_user = Some(user.to_owned());
+    let done = sent(site, Request::Ack { alarms, for_user }).await?;
+    say(&format!("{user} acknowledged {alarm}"));
+    Ok(json_answer(&done))
+}
+
+/// Sends a change to the controller.
+async fn sent(site: &Arc<WebSite>, request: Request) -> Result<Value, WebFailure> {
     let socket = site.socket.clone();
     let place = Arc::clone(&site.questions).acquire_owned().await;
     let sent = tokio::task::spawn_blocking(move || client::ask::<Value>(&socket, &request)).await;
     drop(place);
     match sent {
-        Ok(Ok(change)) => {
-            say(&format!("{user} wrote {operand}: {}", change["now"]["value"]));
-            Ok(json_answer(&change))
-        }
+        Ok(Ok(done)) => Ok(done),
         Ok(Err(CallFailure::Refused(refusal))) => {
-            say(&format!("{user} may not write {operand}: {}", refusal.message));
+            say(&format!("a change is refused: {}", refusal.message));
             Err(WebFailure(StatusCode::CONFLICT, refusal.message))
         }
         Ok(Err(failure)) => Err(WebFailure(StatusCode::BAD_GATEWAY, failure.to_string())),

@@ -85,7 +85,7 @@ function head() {
   const status = state.status;
   $("mode").textContent = `${state.mode}${state.mode === "RUN" || !status || !status.reason ? ""
     : " (" + status.reason + ")"}, scan ${state.scan}, ${clock}`;
-  const alarms = status ? status.alarms.length : 0;
+  const alarms = status ? status.alarms.filter((alarm) => !alarm.ended).length : 0;
   const place = $("alarms-short");
   place.textContent = alarms === 0 ? "no alarm" : alarms === 1 ? "1 alarm" : alarms + " alarms";
   place.className = alarms ? "alarm" : "soft";
@@ -229,11 +229,30 @@ function overviewParts() {
     card("Devices", deviceTable(status.devices)));
 }
 
+// The alarms of the list, first the ones that stand, in the order in which they rose.
 function alarmTable(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no alarm stands");
-  return h("table", {}, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", { class: "alarm" }, alarm.text),
-    h("td", {}, whyButton(alarm.tag), alarm.priority ? ", " + alarm.priority : "")))));
+  const clock = (at) => at ? new Date(at.unix_ns / 1e6).toLocaleTimeString() : "";
+  return h("table", {}, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
+    h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
+    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyButton(alarm.tag)),
+    h("td", {}, alarm.priority), h("td", {}, stateOf(alarm)),
+    h("td", { class: "num" }, clock(alarm.since) + (alarm.order ? ", no. " + alarm.order : "")),
+    h("td", { class: "num" }, String(alarm.day || "")), h("td", {}, ackButton(alarm))))));
+}
+
+function stateOf(alarm) {
+  if (alarm.state === "acknowledged") return "acknowledged" + (alarm.acknowledged ? " by " + alarm.acknowledged.who : "");
+  return alarm.state === "returned" ? "over, not acknowledged" : "not acknowledged";
+}
+
+function ackButton(alarm) {
+  if (alarm.state === "acknowledged" || !state.session.user) return null;
+  const said = h("span", { role: "status", class: "error" });
+  return h("span", {}, h("button", { onclick: async () => {
+    try { await post("/api/ack", { alarm: alarm.tag }); said.textContent = "acknowledged"; said.className = "soft"; }
+    catch (error) { said.textContent = error.message; }
+  } }, "Acknowledge"), " ", said);
 }
 
 function deviceTable(devices) {
