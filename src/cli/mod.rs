@@ -22,6 +22,8 @@ mod log_level;
 mod lsp;
 mod man;
 mod mode;
+#[cfg(feature = "monitor")]
+mod monitor;
 mod mutate;
 mod operator;
 mod read;
@@ -98,6 +100,8 @@ enum Command {
     Alarms(alarms::AlarmsArgs),
     Ack(ack::AckArgs),
     Mode(mode::ModeArgs),
+    #[cfg(feature = "monitor")]
+    Monitor(monitor::MonitorArgs),
     Reload(reload::ReloadArgs),
     Rollback(reload::RollbackArgs),
     Replay(replay_args::ReplayArgs),
@@ -156,6 +160,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Alarms(args) => alarms::alarms(args),
         Command::Ack(args) => ack::ack(args),
         Command::Mode(args) => mode::mode(args),
+        #[cfg(feature = "monitor")]
+        Command::Monitor(args) => monitor::monitor(args),
         Command::Reload(args) => reload::reload(args),
         Command::Rollback(args) => reload::rollback(args),
         Command::Replay(args) => replay::replay(args),

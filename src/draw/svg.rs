@@ -7,8 +7,8 @@
 use std::fmt::Write as _;
 
 use super::circuit::{ContactForm, ContactSymbol};
+use super::face::boxed;
 use super::grid::{PlacedInstruction, RungGrid};
-use super::text::boxed;
 
 /// The width of a character, in pixels.
 const CHAR: usize = 8;

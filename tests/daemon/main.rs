@@ -8,6 +8,8 @@ mod events;
 mod full_disk;
 mod journal;
 mod log_settings;
+#[cfg(feature = "monitor")]
+mod monitor;
 mod names;
 mod no_descriptors;
 mod operator_commands;
