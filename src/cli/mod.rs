@@ -3,6 +3,8 @@
 //! [`run()`] is the whole program except for the process's exit. Findings and failures go to
 //! standard error, results to standard output.
 
+mod ack;
+mod alarms;
 mod check;
 mod compared;
 mod completions;
@@ -95,6 +97,8 @@ enum Command {
     Force(force::ForceArgs),
     Unforce(force::UnforceArgs),
     Watch(watch::WatchArgs),
+    Alarms(alarms::AlarmsArgs),
+    Ack(ack::AckArgs),
     Mode(mode::ModeArgs),
     #[cfg(feature = "monitor")]
     Monitor(monitor::MonitorArgs),
@@ -153,6 +157,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Force(args) => force::force(args),
         Command::Unforce(args) => force::unforce(args),
         Command::Watch(args) => watch::watch(args),
+        Command::Alarms(args) => alarms::alarms(args),
+        Command::Ack(args) => ack::ack(args),
         Command::Mode(args) => mode::mode(args),
         #[cfg(feature = "monitor")]
         Command::Monitor(args) => monitor::monitor(args),

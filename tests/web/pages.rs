@@ -93,6 +93,13 @@ fn tags_are_searched_and_trends_have_every_change() {
     let points = trend["points"].as_array().unwrap();
     let values: Vec<_> = points.iter().map(|point| point[2].as_i64().unwrap()).collect();
     assert_eq!(values, [0, 20, 30, 10]);
+    web.live.ok("force lamp ON");
+    web.until(WINDOW, &visitor, |event| event["values"]["lamp"] == true);
+    let happened = web.get("/api/events", &visitor).json();
+    let texts: Vec<_> =
+        happened["events"].as_array().unwrap().iter().map(|of| &of["text"]).collect();
+    let has = |part: &str| texts.iter().any(|text| text.as_str().unwrap().contains(part));
+    assert!(has("forced lamp to 1") && has("wrote 30 to level") && has("RUN"), "{texts:?}");
     let panels = web.get("/api/panels", &visitor).json();
     assert_eq!(panels["panels"][0]["show"][3]["limits"], json!([0, 100]));
     for (path, says) in [
