@@ -19,7 +19,7 @@ use super::power_of::PowerOf;
 use crate::live::{Follower, LiveProgram, LiveView};
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
-    Change, NameList, Refusal, RefusalKind, Request, ShownValue, Status, Values,
+    AckList, Change, NameList, Refusal, RefusalKind, Request, ShownValue, Status, Values,
 };
 
 /// The time between two looks.
@@ -153,15 +153,22 @@ impl ControllerAsker {
                 let text = answer.map(|answer| format!("{}{}", answer.text(), answer.hints()));
                 MonitorNews::Why(operand, text)
             }
-            MonitorOrder::Change(request) => {
-                MonitorNews::Changed(self.ask::<Change>(&request).map(|change| said(&change)))
-            }
+            MonitorOrder::Change(request) => MonitorNews::Changed(self.change(&request)),
         };
         self.news.send(news)
     }
 
     fn ask<T: DeserializeOwned>(&self, request: &Request) -> Result<T, String> {
         client::ask_within(&self.socket, request, ANSWER_MAX).map_err(|of| of.to_string())
+    }
+
+    fn change(&self, request: &Request) -> Result<String, String> {
+        if let Request::Ack { .. } = request {
+            let alarms = self.ask::<AckList>(request)?.alarms;
+            let said = alarms.iter().map(|of| format!("{}: now {}", of.tag, of.after.name()));
+            return Ok(said.collect::<Vec<_>>().join(", "));
+        }
+        self.ask::<Change>(request).map(|change| said(&change))
     }
 
     /// The last scan, and those of the minute before it.

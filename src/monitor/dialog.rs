@@ -19,6 +19,7 @@ pub(super) enum ChangeWanted {
     Force,
     Write,
     Release,
+    Acknowledge,
 }
 
 /// A question.
@@ -48,6 +49,7 @@ impl ChangeWanted {
             ChangeWanted::Force => "Force",
             ChangeWanted::Write => "Write",
             ChangeWanted::Release => "Release the force of",
+            ChangeWanted::Acknowledge => "Acknowledge",
         }
     }
 
@@ -60,6 +62,7 @@ impl ChangeWanted {
                 Request::Write { operand, value, for_user: None }
             }
             ChangeWanted::Release => Request::Unforce { operand },
+            ChangeWanted::Acknowledge => Request::Ack { alarms: vec![operand], for_user: None },
         }
     }
 }

@@ -3,7 +3,8 @@
 //! Made of the state for each picture. States stand in words; a mark repeats them.
 
 use super::state::{MonitorPane, MonitorState};
-use crate::operator::protocol::{BlockStatus, FieldDevice, ShownValue, Status};
+use crate::daemon::span;
+use crate::operator::protocol::{Alarm, AlarmState, BlockStatus, FieldDevice, ShownValue, Status};
 
 /// Before what is ON, and before what is OFF.
 const ON: char = '●';
@@ -111,26 +112,42 @@ impl MonitorState {
     }
 }
 
-/// `12, forced`.
+/// `12, forced`; of an output outside RUN also what is at the output.
 pub(super) fn value_text(shown: &ShownValue) -> String {
     let forced = if shown.forced { ", forced" } else { "" };
-    format!("{}{forced}", shown.value)
+    format!("{}{forced}{}", shown.value, shown.driven_text(", "))
 }
 
 fn alarm_rows(status: &Status) -> Vec<PaneRow> {
-    let row = |alarm: &crate::operator::protocol::Alarm| PaneRow {
-        text: format!("{ON} {}: {}", alarm.tag, alarm.text),
+    status.alarms.iter().flat_map(of_alarm).collect()
+}
+
+/// An alarm, and what is known of it.
+fn of_alarm(alarm: &Alarm) -> [PaneRow; 2] {
+    let row = |text, is_marked| PaneRow {
+        text,
         operand: Some(alarm.tag.clone()),
-        is_marked: true,
+        is_marked,
         ..PaneRow::default()
     };
-    status.alarms.iter().map(row).collect()
+    let stands = alarm.state.stands();
+    let sign = if stands { ON } else { OFF };
+    let lasted = span(alarm.lasted_ms.saturating_mul(1_000_000));
+    let ack = match alarm.state {
+        AlarmState::Acknowledged => "acknowledged",
+        AlarmState::Returned => "went away, NOT ACKNOWLEDGED",
+        AlarmState::Unacknowledged => "NOT ACKNOWLEDGED",
+        AlarmState::Normal => "over",
+    };
+    let times = if alarm.day > 1 { format!(", {} a day", alarm.day) } else { String::new() };
+    let facts = format!("  {}, {ack}, {lasted}{times}", alarm.priority.name());
+    [row(format!("{sign} {}: {}", alarm.tag, alarm.text), true), row(facts, false)]
 }
 
 fn force_row(shown: &ShownValue) -> PaneRow {
     let operand = shown.tag.clone().unwrap_or_else(|| shown.operand.clone());
     PaneRow {
-        text: format!("{shown}: {}", shown.value),
+        text: format!("{shown}: {}{}", shown.value, shown.driven_text(", ")),
         operand: Some(operand),
         is_marked: true,
         ..PaneRow::default()

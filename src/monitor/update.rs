@@ -206,8 +206,12 @@ fn in_text(state: &mut MonitorState, press: Press) -> Vec<MonitorWish> {
 
 /// The keys that are about an operand: `why`, and changes, which ask first.
 fn about(state: &mut MonitorState, operand: Option<String>, press: Press) -> Vec<MonitorWish> {
-    let keys =
-        [('f', ChangeWanted::Force), ('s', ChangeWanted::Write), ('u', ChangeWanted::Release)];
+    let keys = [
+        ('f', ChangeWanted::Force),
+        ('s', ChangeWanted::Write),
+        ('u', ChangeWanted::Release),
+        ('k', ChangeWanted::Acknowledge),
+    ];
     let wanted = keys.into_iter().find(|(key, _)| press == Press::Char(*key)).map(|(_, of)| of);
     if wanted.is_none() && press != Press::Char('w') {
         return Vec::new();
@@ -224,7 +228,9 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: Press) -> Vec
     };
     let text = String::new();
     state.dialog = Some(match wanted {
-        ChangeWanted::Release => Dialog::Confirm { wanted, operand, text },
+        ChangeWanted::Release | ChangeWanted::Acknowledge => {
+            Dialog::Confirm { wanted, operand, text }
+        }
         ChangeWanted::Force | ChangeWanted::Write => {
             Dialog::NewValue { wanted, operand, text, is_typed: false }
         }

@@ -32,6 +32,9 @@ pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, (state, dialog): (&Monitor
                 ChangeWanted::Release => {
                     "the force ends; what writes it next decides its value".to_owned()
                 }
+                ChangeWanted::Acknowledge => {
+                    "the log says that you have seen this alarm; its value stays".to_owned()
+                }
             };
             vec![
                 format!("{} {operand}?", wanted.heading()),

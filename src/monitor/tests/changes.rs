@@ -65,6 +65,18 @@ fn a_force_is_released_after_a_question() {
 }
 
 #[test]
+fn an_alarm_is_acknowledged_after_a_question() {
+    let mut bench = Bench::start();
+    [Press::Tab; 2].into_iter().for_each(|press| bench.press(press));
+    bench.keys("k");
+    assert!(bench.shown().contains("Acknowledge jam?"), "{}", bench.shown());
+    bench.orders();
+    bench.keys("y");
+    let orders = bench.orders();
+    assert!(orders.contains(&r#"{"do":"ack","alarms":["jam"]}"#.to_owned()), "{orders:?}");
+}
+
+#[test]
 fn every_other_key_changes_nothing() {
     for leave in [Press::Escape, Press::Char('n'), Press::Interrupt] {
         let mut bench = watching();
@@ -102,7 +114,7 @@ fn no_keys_change_anything_by_chance() {
         Press::Backspace,
         Press::Delete,
     ];
-    let letters: Vec<char> = "adwfusl?1x\u{1b}é".chars().collect();
+    let letters: Vec<char> = "adwfuskl?1x\u{1b}é".chars().collect();
     let mut random = SplitMix64(3);
     let mut bench = watching();
     for step in 0..4000 {

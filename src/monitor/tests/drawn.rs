@@ -29,17 +29,18 @@ fn the_first_page_says_everything_in_words() {
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
-        alarms: 1  forces: 1  devices in trouble: 1
-        ━▶Watch 2 of 2 ━━━━━━━━━━━━━━━━━━━━━━━━ ─ Alarms ───────────────────────────────
-        motor  ON                  ▁▁██▁▁██▁▁██ ● jam: The belt is jammed
-        D0     121                 ▁▁▁▂▂▂▃▄▅▆▇█ ─ Forces ───────────────────────────────
-        ─ Blocks 1 of 4 ─────────────────────── stop (X1): OFF
-        ● Program Main: running                 ─ Devices 1 of 3 ───────────────────────
-        ● Program Filler: running               ● Modbus server at 127.0.0.1:1502: 1 of
-            ● Stage Fill: ON                    ○ io (modbus, 10.0.0.9:502): STALE
-            ○ Stage Drain: OFF                      connect: refused
+            belt  RUN for 1m                                                       scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
+            alarms: 1  forces: 1  devices in trouble: 1
+            ━▶Watch 2 of 2 ━━━━━━━━━━━━━━━━━━━━━━━━ ─ Alarms 1 of 2 ────────────────────────
+            motor  ON                  ▁▁██▁▁██▁▁██ ● jam: The belt is jammed
+            D0     121                 ▁▁▁▂▂▂▃▄▅▆▇█   high, NOT ACKNOWLEDGED, 1m05s, 3 a day
+            ─ Blocks 1 of 4 ─────────────────────── ─ Forces ───────────────────────────────
+            ● Program Main: running                 stop (X1): OFF
+            ● Program Filler: running               ─ Devices 1 of 3 ───────────────────────
+                ● Stage Fill: ON                    ● Modbus server at 127.0.0.1:1502: 1 of
+                ○ Stage Drain: OFF                  ○ io (modbus, 10.0.0.9:502): STALE
+                                                        connect: refused
 
 
 
@@ -51,9 +52,8 @@ fn the_first_page_says_everything_in_words() {
 
 
 
-
-        Tab pane  a add  d remove  w why  f force  u release  s write  l ladder  ?  q
-    "#]],
+            Tab pane  a add  d remove  w why  f force  u release  s write  l ladder  ?  q
+        "#]],
     );
     check_page(&bench);
 }
@@ -160,21 +160,21 @@ fn names_are_offered_while_one_is_typed() {
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
-        alarms: 1  forces: 1  devices in trouble: 1
-        ━▶Watch ━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━ ─ Alarms ───────────────────────────────
-        nothing yet: a adds an operand          ● jam: The belt is jammed
-        ─ Blocks 1 of 4 ─────────────────────── ─ Forces ───────────────────────────────
-        ● Program Main: running                 stop (X1): OFF
-        ● Program Filler: running               ─ Devices 1 of 3 ───────────────────────
-            ● Stage Fill: ON                    ● Modbus server at 127.0.0.1:1502: 1 of
-            ○ St┏━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┓LE
-                ┃ Watch which operand? motor_                                  ┃
-                ┃ ▶ motor  Y0                                                  ┃
-                ┃   M?[2J                                                      ┃
-                ┃ arrows: choose, Enter: watch it, Esc: leave it               ┃
-                ┗━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┛
+            belt  RUN for 1m                                                       scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
+            alarms: 1  forces: 1  devices in trouble: 1
+            ━▶Watch ━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━ ─ Alarms 1 of 2 ────────────────────────
+            nothing yet: a adds an operand          ● jam: The belt is jammed
+            ─ Blocks 1 of 4 ───────────────────────   high, NOT ACKNOWLEDGED, 1m05s, 3 a day
+            ● Program Main: running                 ─ Forces ───────────────────────────────
+            ● Program Filler: running               stop (X1): OFF
+                ● Stage Fill: ON                    ─ Devices 1 of 3 ───────────────────────
+                ○ St┏━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┓2: 1 of
+                    ┃ Watch which operand? motor_                                  ┃LE
+                    ┃ ▶ motor  Y0                                                  ┃
+                    ┃   M?[2J                                                      ┃
+                    ┃ arrows: choose, Enter: watch it, Esc: leave it               ┃
+                    ┗━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┛
 
 
 
@@ -183,8 +183,8 @@ fn names_are_offered_while_one_is_typed() {
 
 
 
-        Enter: go on  Esc: leave it
-    "#]],
+            Enter: go on  Esc: leave it
+        "#]],
     );
 }
 
@@ -196,22 +196,22 @@ fn a_change_is_confirmed_with_both_values() {
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
-        alarms: 1  forces: 1  devices in trouble: 1
-        ━▶Watch ━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━ ─ Alarms ───────────────────────────────
-        D0  12                                  ● jam: The belt is jammed
-        ─ Blocks 1 of 4 ─────────────────────── ─ Forces ───────────────────────────────
-        ● Program Main: running                 stop (X1): OFF
-        ● Program Filler: running               ─ Devices 1 of 3 ───────────────────────
-            ● Stage Fill: ON                    ● Modbus server at 127.0.0.1:1502: 1 of
-            ○ St┏━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┓LE
-                ┃ Force D0                                                     ┃
-                ┃ present value: 12                                            ┃
-                ┃                                                              ┃
-                ┃ new value: 75_                                               ┃
-                ┃ ON, OFF, 12, 0x1F, 2.5 or 1m30s; Enter: go on, Esc: leave it ┃
-                ┗━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┛
+            belt  RUN for 1m                                                       scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
+            alarms: 1  forces: 1  devices in trouble: 1
+            ━▶Watch ━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━ ─ Alarms 1 of 2 ────────────────────────
+            D0  12                                  ● jam: The belt is jammed
+            ─ Blocks 1 of 4 ───────────────────────   high, NOT ACKNOWLEDGED, 1m05s, 3 a day
+            ● Program Main: running                 ─ Forces ───────────────────────────────
+            ● Program Filler: running               stop (X1): OFF
+                ● Stage Fill: ON                    ─ Devices 1 of 3 ───────────────────────
+                ○ St┏━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┓2: 1 of
+                    ┃ Force D0                                                     ┃LE
+                    ┃ present value: 12                                            ┃
+                    ┃                                                              ┃
+                    ┃ new value: 75_                                               ┃
+                    ┃ ON, OFF, 12, 0x1F, 2.5 or 1m30s; Enter: go on, Esc: leave it ┃
+                    ┗━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┛
 
 
 
@@ -219,29 +219,29 @@ fn a_change_is_confirmed_with_both_values() {
 
 
 
-        Enter: go on  Esc: leave it
-    "#]],
+            Enter: go on  Esc: leave it
+        "#]],
     );
     bench.press(Press::Enter);
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
-        alarms: 1  forces: 1  devices in trouble: 1
-        ━▶Watch ━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━ ─ Alarms ───────────────────────────────
-        D0  12                                  ● jam: The belt is jammed
-        ─ Blocks 1 of 4 ─────────────────────── ─ Forces ───────────────────────────────
-        ● Program Main: running                 stop (X1): OFF
-        ● Program Filler: running               ─ Devices 1 of 3 ───────────────────────
-            ● Stage Fill: ON                    ● Modbus server at 127.0.0.1:1502: 1 of
-            ○ St┏━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┓LE
-                ┃ Force D0?                                                    ┃
-                ┃ present value: 12                                            ┃
-                ┃ new value: 75, forced until it is released                   ┃
-                ┃                                                              ┃
-                ┃ y: yes, do it   n: no                                        ┃
-                ┗━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┛
+            belt  RUN for 1m                                                       scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
+            alarms: 1  forces: 1  devices in trouble: 1
+            ━▶Watch ━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━ ─ Alarms 1 of 2 ────────────────────────
+            D0  12                                  ● jam: The belt is jammed
+            ─ Blocks 1 of 4 ───────────────────────   high, NOT ACKNOWLEDGED, 1m05s, 3 a day
+            ● Program Main: running                 ─ Forces ───────────────────────────────
+            ● Program Filler: running               stop (X1): OFF
+                ● Stage Fill: ON                    ─ Devices 1 of 3 ───────────────────────
+                ○ St┏━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┓2: 1 of
+                    ┃ Force D0?                                                    ┃LE
+                    ┃ present value: 12                                            ┃
+                    ┃ new value: 75, forced until it is released                   ┃
+                    ┃                                                              ┃
+                    ┃ y: yes, do it   n: no                                        ┃
+                    ┗━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┛
 
 
 
@@ -249,8 +249,8 @@ fn a_change_is_confirmed_with_both_values() {
 
 
 
-        Enter: go on  Esc: leave it
-    "#]],
+            Enter: go on  Esc: leave it
+        "#]],
     );
 }
 
@@ -303,31 +303,31 @@ fn the_help_and_an_answer_fit() {
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
-        alarms: 1  forces: 1  devices in trouble: 1
-        Keys
-        Everywhere   q ends, ? shows this, Esc goes back. Nothing is changed in a
-                     controller without a question that names the operand and values.
-        Panes        Tab, left, right: the next pane; up, down: its rows
-          a          watch an operand: type its beginning, choose by the arrows
-          d          remove the operand from the watch list
-          w, Enter   why is the operand what it is?
-          f, u, s    force it; release the force; write it
-          l          the ladder; Enter on a block or Stage: its rungs
-        Ladder       up, down: the rungs; left, right: contacts and instructions
-          Tab        the next block or Stage
-          w, f, u, s, a   as above, of the operand in the ladder that is marked
+            belt  RUN for 1m                                                       scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
+            alarms: 1  forces: 1  devices in trouble: 1
+            Keys
+            Everywhere   q ends, ? shows this, Esc goes back. Nothing is changed in a
+                         controller without a question that names the operand and values.
+            Panes        Tab, left, right: the next pane; up, down: its rows
+              a          watch an operand: type its beginning, choose by the arrows
+              d          remove the operand from the watch list
+              w, Enter   why is the operand what it is?
+              f, u, s    force it; release the force; write it
+              k          acknowledge the alarm
+              l          the ladder; Enter on a block or Stage: its rungs
+            Ladder       up, down: the rungs; left, right: contacts and instructions
+              Tab        the next block or Stage
+              w, f, u, s, a   as above, of the operand in the ladder that is marked
 
-        In the ladder, heavy lines have power, and ● stands in a contact that
-        conducts and in an instruction that has power. Thin lines have none.
-        In the panes ● is ON, ○ is OFF; words say it too. A trend has five values
-        a second, between the least and the greatest of those that are shown.
+            In the ladder, heavy lines have power, and ● stands in a contact that
+            conducts and in an instruction that has power. Thin lines have none.
+            In the panes ● is ON, ○ is OFF; words say it too. A trend has five values
+            a second, between the least and the greatest of those that are shown.
 
 
-
-        arrows scroll  Esc back  q quit
-    "#]],
+            arrows scroll  Esc back  q quit
+        "#]],
     );
     bench.press(Press::Escape);
     bench.press(Press::BackTab);

@@ -178,7 +178,10 @@ fn status() -> Value {
             {"name": "Filler", "kind": "program", "running": true, "done": null,
              "stages": ["Fill"]}
         ],
-        "alarms": [{"tag": "jam", "text": "The belt is jammed"}],
+        "alarms": [
+            {"tag": "jam", "text": "The belt is jammed", "priority": "high",
+             "state": "unacknowledged", "lasted_ms": 65_000, "order": 1, "day": 3}
+        ],
         "forces": [{"operand": "stop", "tag": "stop", "address": "X1", "value": false,
                     "forced": true}],
         "devices": {"modbus": {"address": "127.0.0.1:1502", "clients": 1, "connections_max": 16},
