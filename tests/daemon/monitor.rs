@@ -16,6 +16,7 @@ const LADDER: &str = r#"
 stop  = { at = "X0" }
 motor = { at = "Y0" }
 level = { at = "D0" }
+jam   = { at = "C0", alarm = "The belt is jammed" }
 
 [[program]]
 name = "Main"
@@ -24,6 +25,10 @@ name = "Main"
 name = "run"
 when = ["!stop"]
 do   = ["OUT motor"]
+
+[[program.rung]]
+when = ["level > 500"]
+do   = ["OUT jam"]
 "#;
 
 /// A terminal with a shell's script in it.
@@ -115,6 +120,14 @@ fn the_page_shows_forces_and_leaves_a_clean_screen() {
     let live = Live::start(LADDER, "", &[]);
     let Some(tmux) = Tmux::start(&live.folder, "stop level") else { return };
     tmux.awaits(&["RUN for", "every 10ms", "● Program Main: running", "▶Watch", "stop", "OFF"]);
+
+    live.ok("write level 600");
+    tmux.awaits(&["alarms: 1", "● jam: The belt is jammed", "NOT ACKNOWLEDGED"]);
+    tmux.keys(&["Tab", "Tab", "k"]);
+    tmux.awaits(&["▶Alarms", "Acknowledge jam?", "present value: ON"]);
+    tmux.keys(&["y"]);
+    tmux.awaits(&["jam: now acknowledged", "  medium, acknowledged"]);
+    tmux.keys(&["BTab", "BTab"]);
 
     tmux.keys(&["l"]);
     tmux.awaits(&["Main (Program, always runs)", "┣━]●/[━━━━(●)", "conducts, and power reaches"]);
