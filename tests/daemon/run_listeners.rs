@@ -1,8 +1,9 @@
 //! The readers of the log of `rungd run`: people, systemd, or no reader. Tests the forms and level
 //! of the log, a log that is not read, and the page that lists the log lines.
 
-use std::io::Read;
+use std::io::{BufRead as _, BufReader};
 use std::process::Command;
+use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use crate::bottling::{ALIVE, PATIENCE, Plant, Running, find, message};
@@ -124,12 +125,23 @@ fn unread_log(unread: Duration) {
     let mut command = plant.command(&["--log-level", "trace", "--log-format", "json"]);
     let mut child = command.spawn().unwrap();
     std::thread::sleep(unread);
-    // The reader begins before the stop, because the stop waits at most a second for the log.
-    let mut log = child.stderr.take().unwrap();
+    // The reader has caught up before the stop, because the stop waits at most a second for the
+    // log: what was dropped is told when there is room again.
+    let log = BufReader::new(child.stderr.take().unwrap());
+    let (caught_up, has_caught_up) = channel();
     let reader = std::thread::spawn(move || {
         let mut text = String::new();
-        log.read_to_string(&mut text).map(|_| text)
+        for line in log.lines() {
+            let line = line?;
+            if line.contains("log lines were dropped") {
+                let _ = caught_up.send(());
+            }
+            text += &line;
+            text.push('\n');
+        }
+        Ok::<String, std::io::Error>(text)
     });
+    has_caught_up.recv_timeout(PATIENCE).expect("lines are dropped, and that is told");
     assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
     let text = reader.join().unwrap().unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
