@@ -8,6 +8,7 @@ use std::sync::Arc;
 use hyper::StatusCode;
 use serde_json::{Value, json};
 
+use super::follow::Seen;
 use super::query::Query;
 use super::route::{Answered, Failure, json_answer};
 use super::sessions::Session;
@@ -23,6 +24,9 @@ use crate::operator::protocol::{GivenValue, Request};
 /// The most rungs of an answer, and the most tags.
 const RUNGS_MAX: usize = 60;
 const TAGS_MAX: usize = 500;
+
+/// The questions that are answered of the last minute.
+const PAST: [&str; 4] = ["/api/hold", "/api/scan", "/api/why", "/api/trend"];
 
 /// The longest name of an operand.
 const OPERAND_BYTES_MAX: usize = 256;
@@ -46,6 +50,7 @@ pub(super) async fn question(
             let why = "the scans that were held are gone: pause again";
             Failure(StatusCode::GONE, why.to_owned())
         })?,
+        None if PAST.contains(&path) => of(site.follow.with_minute().await)?,
         None => viewed(site).await?,
     };
     let query = query.clone();
@@ -69,7 +74,10 @@ pub(super) async fn question(
 
 /// The controller as it is seen now.
 async fn viewed(site: &Site) -> Result<LiveView, Failure> {
-    let seen = site.follow.now().await;
+    of(site.follow.now().await)
+}
+
+fn of(seen: Arc<Seen>) -> Result<LiveView, Failure> {
     seen.view.clone().map_err(|why| Failure(StatusCode::BAD_GATEWAY, why))
 }
 

@@ -50,7 +50,12 @@ function listen() {
   state.power = {};
   source = new EventSource("/events?" + new URLSearchParams(windowOf()));
   source.onmessage = (event) => take(JSON.parse(event.data));
-  source.onerror = () => link("the connection to `rungd web` is gone; it is tried again", true);
+  source.onerror = () => link("the connection to `rungd web` is gone; it is tried again" + shownOf(), true);
+}
+
+// What a page without news still shows.
+function shownOf() {
+  return state.scan ? `; what you see is of scan ${state.scan}, ${new Date(state.time).toLocaleTimeString()}` : "";
 }
 
 function windowOf() {
@@ -59,7 +64,7 @@ function windowOf() {
 
 function take(event) {
   if (event.status) { state.status = event.status; overviewParts(); }
-  if (event.error) { link(event.error, true); return; }
+  if (event.error) { link(event.error + shownOf(), true); return; }
   link(state.hold ? "held at a scan of the past" : "live", false);
   if (state.ladder && event.program !== state.ladder.program && !state.hold) {
     state.ladder = null; state.values = {}; open();
@@ -68,6 +73,7 @@ function take(event) {
   Object.assign(state.values, event.values);
   Object.assign(state.power, event.power);
   for (const key of ["on", "running", "scans"]) if (event[key]) state[key] = event[key];
+  state.executes = event.executes !== false;
   [state.scan, state.time, state.mode] = [event.scan, event.time_ms, event.mode];
   head();
   if (page && page.update) page.update(event);
@@ -83,8 +89,11 @@ function link(text, isGone) {
 function head() {
   const clock = new Date(state.time).toLocaleTimeString();
   const status = state.status;
-  $("mode").textContent = `${state.mode}${state.mode === "RUN" || !status || !status.reason ? ""
-    : " (" + status.reason + ")"}, scan ${state.scan}, ${clock}`;
+  // What is read aloud changes with the mode, not with each scan.
+  const mode = state.mode + (state.mode === "RUN" || !status || !status.reason ? "" : ` (${status.reason})`);
+  if ($("mode").textContent !== mode) $("mode").textContent = mode;
+  $("mode").className = state.mode === "RUN" ? "" : "alarm";
+  $("clock").textContent = state.scan ? `, scan ${state.scan}, ${clock}` : "";
   const alarms = status ? status.alarms.length : 0;
   const place = $("alarms-short");
   place.textContent = alarms === 0 ? "no alarm" : alarms === 1 ? "1 alarm" : alarms + " alarms";
@@ -128,20 +137,30 @@ function whyButton(name, label) {
 
 // --- Why ---------------------------------------------------------------------------------------
 
+let asker = null;
+
+function closeWhy() {
+  if ($("why").hidden) return;
+  $("why").hidden = true;
+  (asker && asker.isConnected ? asker : $("content")).focus();
+}
+
 async function why(name) {
   const pane = $("why"), mine = ++asked;
-  const close = () => { pane.hidden = true; };
+  if (pane.hidden) asker = document.activeElement;
+  const close = closeWhy;
   const head = h("div", { class: "tools" }, h("h2", {}, "Why " + name),
     h("a", { href: "#trend/" + encodeURIComponent(name), onclick: close }, "trend"),
     h("button", { onclick: close, "aria-label": "close" }, "Close"));
   pane.replaceChildren(head, h("p", { class: "soft" }, "…"));
   pane.hidden = false;
+  pane.focus();
   try {
     const answer = await get("/api/why", { operand: name, ...held() });
     if (mine !== asked) return;
     const names = namesIn(answer.answer);
     pane.replaceChildren(head, linked(answer.text, names));
-    pane.focus();
+    pane.scrollTop = 0;
   } catch (error) {
     if (mine === asked) pane.replaceChildren(head, h("p", { class: "error" }, error.message));
   }
@@ -182,7 +201,7 @@ function card(title, ...children) {
 
 function list(rows) {
   return h("table", {}, h("tbody", {}, ...rows.map(([name, value]) =>
-    h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "num" }, value)))));
+    h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "value-of" }, value)))));
 }
 
 const us = (value) => value >= 1000 ? (value / 1000).toFixed(1) + " ms" : Math.round(value) + " µs";
@@ -190,9 +209,18 @@ const us = (value) => value >= 1000 ? (value / 1000).toFixed(1) + " ms" : Math.r
 function overview() {
   watch([]);
   const place = h("div", { class: "cards", id: "cards" });
-  $("content").replaceChildren(h("h2", {}, "Overview"), place);
+  const field = h("input", { type: "search", autocomplete: "off", placeholder: "pump1, Y3, contactor …" });
+  const find = (event) => { event.preventDefault(); location.hash = "#tags/" + encodeURIComponent(field.value); };
+  $("content").replaceChildren(h("h2", {}, "Overview"),
+    h("form", { class: "tools", onsubmit: find }, h("label", {}, "Why is it ON or OFF? ", field), h("button", {}, "Find the tag")),
+    place);
   overviewParts();
   return { update() { const runs = $("runs"); if (runs) runs.replaceChildren(...blockRows()); } };
+}
+
+// In STOP and FAULT no block runs, whatever memory holds.
+function runs(name) {
+  return state.executes !== false && state.running.includes(name);
 }
 
 function blockRows() {
@@ -202,7 +230,7 @@ function blockRows() {
     const on = stages.filter((name) => state.on.includes(name));
     return h("tr", {}, h("th", { scope: "row" },
       h("a", { href: "#ladder/" + encodeURIComponent(block.name) }, block.name)),
-    h("td", {}, state.running.includes(block.name) ? "runs" : "does not run"),
+    h("td", {}, runs(block.name) ? "runs" : "does not run"),
     h("td", {}, ...on.flatMap((name) => [
       h("a", { href: "#ladder/" + encodeURIComponent(name) }, name.slice(block.name.length + 1)), " "])));
   });
@@ -289,7 +317,7 @@ function ladder(name) {
 function marks(menu) {
   for (const link of menu.querySelectorAll("a")) {
     const name = link.dataset.element;
-    link.className = state.on.includes(name) ? "on" : state.running.includes(name) ? "runs" : "";
+    link.className = state.on.includes(name) ? "on" : runs(name) ? "runs" : "";
   }
 }
 
@@ -332,13 +360,14 @@ async function fetchChunk(shown, chunk, first, last) {
 }
 
 function place(shown, rung) {
-  const root = h("article", { class: "rung", "data-rung": rung.number, tabindex: "-1" });
+  const root = h("article", { class: "rung", "data-rung": rung.number });
   root.style.top = shown.tops[rung.number - 1] + "px";
   const words = h("div", { class: "words" }, ...rung.words.map((name) =>
     h("span", {}, whyButton(name), " = ", valueOf(name))));
-  root.append(h("p", {}, h("strong", {}, rung.title), " ",
+  const at = `${rung.file}:${rung.line}`, title = rung.title.replace(at, "").trim();
+  root.append(h("p", { title: `${title} ${rung.doc || ""} ${at}` }, h("strong", {}, title), " ", h("span", { class: "state" }),
     rung.use ? h("span", { class: "soft" }, "of " + rung.use + " ") : null,
-    h("span", { class: "soft" }, rung.doc || ""), " ", h("span", { class: "state soft" })));
+    rung.doc || "", " ", h("span", { class: "soft" }, at)));
   const drawing = new DOMParser().parseFromString(rung.svg, "image/svg+xml").documentElement;
   root.append(document.importNode(drawing, true), words);
   for (const symbol of root.querySelectorAll("g[data-name]")) {
@@ -350,7 +379,10 @@ function place(shown, rung) {
     symbol.addEventListener("click", ask);
     symbol.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); ask(); } });
   }
-  shown.rungs.append(root);
+  // In the order of the rungs, which is the one of the keyboard.
+  const behind = [...shown.places].filter(([number]) => number > rung.number);
+  const next = behind.reduce((least, one) => !least || one[0] < least[0] ? one : least, null);
+  shown.rungs.insertBefore(root, next && next[1].root);
   shown.words.set(rung.number, rung.words);
   shown.places.set(rung.number, { root, lit: [...root.querySelectorAll("[data-p]")], power: undefined });
 }
@@ -376,7 +408,7 @@ function light(shown, powers) {
 // --- The last minute, scan by scan -------------------------------------------------------------
 
 function stepper() {
-  const range = h("input", { type: "range", id: "scan", "aria-label": "scan", disabled: !state.hold,
+  const range = h("input", { type: "range", id: "scan", "aria-label": "scan", disabled: !state.hold, max: 1, value: 1,
     oninput: (event) => heldScan(Number(event.target.value)) });
   const step = (by) => () => heldScan(state.scan + by);
   const place = h("div", { class: "tools" },
@@ -427,11 +459,11 @@ async function heldScan(scan) {
 
 // --- Tags, trends, devices, panels -------------------------------------------------------------
 
-function tags() {
+function tags(find) {
   const body = h("tbody", {}), more = h("p", { class: "soft" });
-  const field = h("input", { type: "search", id: "find", autocomplete: "off", oninput: () => search() });
-  $("content").replaceChildren(h("h2", {}, "Tags"), h("label", {}, "Search ", field), more,
-    h("table", {}, h("thead", {}, h("tr", {}, ...["tag", "address", "value", "", "what it is"].map((name) =>
+  const field = h("input", { type: "search", id: "find", autocomplete: "off", value: find || null, oninput: () => search() });
+  $("content").replaceChildren(h("h2", {}, "Tags"), h("label", {}, "Search names, addresses and descriptions ", field), more,
+    h("table", { class: "tags" }, h("thead", {}, h("tr", {}, ...["tag", "address", "value", "", "what it is"].map((name) =>
       h("th", { scope: "col" }, name)))), body));
   let turn = 0;
   async function search() {
@@ -446,7 +478,8 @@ function tags() {
       h("td", {}, h("a", { href: "#trend/" + encodeURIComponent(tag.name) }, "trend"), " ", writer(tag.name)),
       h("td", {}, tag.doc || ""))));
     const left = answer.more + Math.max(0, rows.length - 250);
-    more.textContent = left ? `${left} more: search for a part of a name, an address or a description` : "";
+    more.textContent = left ? `${left} more: search for a part of a name, an address or a description`
+      : rows.length ? "A name tells why its tag has this value." : "no tag has this in its name, its address or its description";
     watch(rows.slice(0, 250).map((tag) => tag.name));
   }
   search();
@@ -582,7 +615,7 @@ function panel(name) {
     if (widget.kind === "button") {
       const may = state.session.write.includes(name);
       return card(label, h("button", { class: "big", disabled: !may, onclick: () => write(name, true, said) }, label),
-        may ? said : h("p", { class: "soft" }, "sign in to use it"));
+        may ? said : h("p", { class: "soft" }, state.session.user ? "`[web] write` does not list it" : "for users who have signed in"));
     }
     if (widget.kind === "value") return card(label, h("p", { class: "value" }, valueOf(name)), writer(name, "Set"));
     if (widget.kind === "bar") {
@@ -675,9 +708,10 @@ function signIn(why) {
   h("button", {}, "Sign in"), said) : h("p", {}, why));
 }
 
+$("skip").addEventListener("click", (event) => { event.preventDefault(); $("content").focus(); });
 window.addEventListener("hashchange", () => { $("why").hidden = true; window.scrollTo(0, 0); open(); });
 document.addEventListener("keydown", (event) => {
-  if (event.key === "Escape") $("why").hidden = true;
+  if (event.key === "Escape") closeWhy();
   if (state.hold && !/INPUT|CANVAS/.test(event.target.tagName)) {
     if (event.key === ",") heldScan(state.scan - 1);
     if (event.key === ".") heldScan(state.scan + 1);
