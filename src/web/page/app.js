@@ -39,6 +39,12 @@ async function post(path, value) {
   return json;
 }
 
+// A time of the day, of the viewer's zone.
+function clockOf(ms, digits) {
+  return new Date(ms).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit",
+    hourCycle: "h23", fractionalSecondDigits: digits });
+}
+
 // --- What comes in -----------------------------------------------------------------------------
 
 const view = { element: "", from: 1, to: 0, tags: [] };
@@ -55,7 +61,7 @@ function listen() {
 
 // What a page without news still shows.
 function shownOf() {
-  return state.scan ? `; what you see is of scan ${state.scan}, ${new Date(state.time).toLocaleTimeString()}` : "";
+  return state.scan ? `; what you see is of scan ${state.scan}, ${clockOf(state.time)}` : "";
 }
 
 function windowOf() {
@@ -87,7 +93,7 @@ function link(text, isGone) {
 }
 
 function head() {
-  const clock = new Date(state.time).toLocaleTimeString();
+  const clock = clockOf(state.time);
   const status = state.status;
   // What is read aloud changes with the mode, not with each scan.
   const mode = state.mode + (state.mode === "RUN" || !status || !status.reason ? "" : ` (${status.reason})`);
@@ -425,9 +431,8 @@ function scanText() {
   if (!range) return;
   [range.min, range.max] = state.scans;
   range.value = state.scan;
-  const clock = new Date(state.time);
   $("scan-text").textContent = `scan ${state.scan} of ${state.scans[0]} to ${state.scans[1]}, `
-    + clock.toLocaleTimeString() + "." + String(clock.getMilliseconds()).padStart(3, "0");
+    + clockOf(state.time, 3);
 }
 
 async function hold() {
@@ -578,8 +583,9 @@ function draw(canvas, data, zoom, limits) {
   pen.font = "12px system-ui";
   pen.fillText(text(high), 4, 12);
   pen.fillText(text(low), 4, height - 4);
-  const clock = (ms) => new Date(ms).toLocaleTimeString() + "." + String(Math.floor(ms) % 1000).padStart(3, "0");
-  return `${clock(from)} to ${clock(to)}: ${Math.max(0, inside.length - 1)} changes, from ${text(low)} to ${text(high)}`;
+  const times = `${clockOf(from, 3)} to ${clockOf(to, 3)}`;
+  pen.fillText(times, Math.max(width - pen.measureText(times).width - 4, 60), height - 4);
+  return `${times}: ${Math.max(0, inside.length - 1)} changes, from ${text(low)} to ${text(high)}`;
 }
 
 function alarms() {
