@@ -29,6 +29,8 @@ pub enum FaultPoint {
     Record,
     /// The section of the scan log that is under way ends.
     RecordSection,
+    /// A panic in the page in a terminal, of the thread that draws it.
+    Page,
 }
 
 #[cfg(debug_assertions)]
@@ -59,7 +61,7 @@ mod armed {
 
     use super::FaultPoint;
 
-    const POINTS: [(&str, FaultPoint); 10] = [
+    const POINTS: [(&str, FaultPoint); 11] = [
         ("scan", FaultPoint::Scan),
         ("stall", FaultPoint::Stall),
         ("thread", FaultPoint::Thread),
@@ -70,6 +72,7 @@ mod armed {
         ("record-disk", FaultPoint::RecordDisk),
         ("record", FaultPoint::Record),
         ("record-section", FaultPoint::RecordSection),
+        ("page", FaultPoint::Page),
     ];
     /// The interval at which the file is read.
     const LOOK_EVERY: Duration = Duration::from_millis(1);
@@ -132,7 +135,8 @@ mod armed {
             | FaultPoint::Thread
             | FaultPoint::Monitor
             | FaultPoint::Device
-            | FaultPoint::Shell => {
+            | FaultPoint::Shell
+            | FaultPoint::Page => {
                 panic!("a fault on purpose: {point:?}")
             }
         }

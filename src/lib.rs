@@ -25,6 +25,8 @@ pub mod isa;
 pub mod live;
 pub mod load;
 pub mod lower;
+#[cfg(feature = "monitor")]
+mod monitor;
 pub mod observe;
 pub mod operator;
 mod progress;

@@ -92,7 +92,7 @@ show = [
   { trend = "parts.Acc" },
 ]
 """
-PAGES = ["overview", "ladder/Main", "ladder/Steps.Empty", "ladder/Side", "tags", "alarms", "devices", "panel", "trend/level"]
+PAGES = ["overview", "ladder/Main", "ladder/Steps.Empty", "ladder/Side", "tags", "alarms", "events", "devices", "panel", "trend/level"]
 
 
 def cannot(why):

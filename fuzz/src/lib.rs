@@ -264,6 +264,13 @@ pub fn operator(bytes: &[u8]) {
     assert_eq!(serde_json::to_vec(&again).expect("as before"), line);
 }
 
+/// A connection to `rungd web`: it ends, and says nothing to those who have not signed in.
+pub fn web(bytes: &[u8]) {
+    let answer = rungd::web::conversation(bytes);
+    let has = |word: &[u8]| answer.windows(word.len()).any(|part| part == word);
+    assert!(!has(b"set-cookie:") && !has(b"\"csrf\""), "it lets in");
+}
+
 /// A stimulus for the simulator.
 pub fn stimulus(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };

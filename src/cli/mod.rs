@@ -3,6 +3,8 @@
 //! [`run()`] is the whole program except for the process's exit. Findings and failures go to
 //! standard error, results to standard output.
 
+mod ack;
+mod alarms;
 mod check;
 mod compared;
 mod completions;
@@ -20,6 +22,8 @@ mod log_level;
 mod lsp;
 mod man;
 mod mode;
+#[cfg(feature = "monitor")]
+mod monitor;
 mod mutate;
 mod operator;
 mod read;
@@ -93,7 +97,11 @@ enum Command {
     Force(force::ForceArgs),
     Unforce(force::UnforceArgs),
     Watch(watch::WatchArgs),
+    Alarms(alarms::AlarmsArgs),
+    Ack(ack::AckArgs),
     Mode(mode::ModeArgs),
+    #[cfg(feature = "monitor")]
+    Monitor(monitor::MonitorArgs),
     Reload(reload::ReloadArgs),
     Rollback(reload::RollbackArgs),
     Replay(replay_args::ReplayArgs),
@@ -149,7 +157,11 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Force(args) => force::force(args),
         Command::Unforce(args) => force::unforce(args),
         Command::Watch(args) => watch::watch(args),
+        Command::Alarms(args) => alarms::alarms(args),
+        Command::Ack(args) => ack::ack(args),
         Command::Mode(args) => mode::mode(args),
+        #[cfg(feature = "monitor")]
+        Command::Monitor(args) => monitor::monitor(args),
         Command::Reload(args) => reload::reload(args),
         Command::Rollback(args) => reload::rollback(args),
         Command::Replay(args) => replay::replay(args),

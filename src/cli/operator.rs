@@ -16,7 +16,7 @@ use super::terminal::{one_line, plain_json, print, say, say_line};
 use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
-    Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
+    Alarm, AlarmList, AlarmState, Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
 };
 
 /// The socket of the controller, and the form of its printed answer.
@@ -50,6 +50,17 @@ impl New {
 }
 
 impl OperatorArgs {
+    /// Sends a request whose failure does not end the command: the failure is not printed.
+    ///
+    /// # Errors
+    /// The request is refused, or nobody answers.
+    pub fn try_ask<T: DeserializeOwned + Serialize>(
+        &self,
+        request: &Request,
+    ) -> Result<T, CallFailure> {
+        client::ask(&client::socket(self.socket.clone()), request)
+    }
+
     /// Sends a request; `Err` is the exit code of a refusal or failure, which has been printed.
     pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
         let socket = client::socket(self.socket.clone());
@@ -141,6 +152,34 @@ fn kind_of(failure: &CallFailure) -> serde_json::Value {
 
 /// The running controller's names, for the shell. Empty if no controller answers.
 pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
+    let prefix = current.to_string_lossy().into_owned();
+    let names: NameList = match client::ask(&socket_to_complete(), &Request::Names { prefix }) {
+        Ok(names) => names,
+        Err(_) => return Vec::new(),
+    };
+    let candidate = |name: &Name| candidate(&name.name, &name.about);
+    names.names.iter().map(candidate).collect()
+}
+
+/// The alarms that can be acknowledged, for the shell. Empty if no controller answers.
+pub fn complete_alarms(current: &OsStr) -> Vec<CompletionCandidate> {
+    let prefix = current.to_string_lossy();
+    let list: AlarmList = match client::ask(&socket_to_complete(), &Request::Alarms {}) {
+        Ok(list) => list,
+        Err(_) => return Vec::new(),
+    };
+    let fits =
+        |alarm: &&Alarm| alarm.state != AlarmState::Acknowledged && alarm.tag.starts_with(&*prefix);
+    list.alarms.iter().filter(fits).map(|alarm| candidate(&alarm.tag, &alarm.text)).collect()
+}
+
+fn candidate(name: &str, about: &str) -> CompletionCandidate {
+    let about = one_line(about).into_owned();
+    CompletionCandidate::new(one_line(name).into_owned()).help(Some(about.into()))
+}
+
+/// The socket of the command line that is being written, as its command would find it.
+fn socket_to_complete() -> PathBuf {
     let words: Vec<_> = std::env::args_os().collect();
     let after = |(at, word): (usize, &std::ffi::OsString)| match word.to_str() {
         Some("--socket") => words.get(at + 1).map(PathBuf::from),
@@ -149,15 +188,5 @@ pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     };
     let given = words.iter().enumerate().find_map(after);
     let variable = || std::env::var_os(SOCKET_VARIABLE).map(PathBuf::from);
-    let socket = client::socket(given.or_else(variable));
-    let prefix = current.to_string_lossy().into_owned();
-    let names: NameList = match client::ask(&socket, &Request::Names { prefix }) {
-        Ok(names) => names,
-        Err(_) => return Vec::new(),
-    };
-    let candidate = |name: &Name| {
-        let about = one_line(&name.about).into_owned();
-        CompletionCandidate::new(one_line(&name.name).into_owned()).help(Some(about.into()))
-    };
-    names.names.iter().map(candidate).collect()
+    client::socket(given.or_else(variable))
 }

@@ -12,7 +12,8 @@ use crate::operator::protocol::{Request, ShownValue, Values};
 /// Prints the values of a running controller's operands
 #[derive(Args, Debug)]
 pub struct ReadArgs {
-    /// Tags, addresses, members, ranges (`X0..X7`); a structure stands for all its members
+    /// Tags, addresses, members, ranges (`X0..X7`); a structure, block or use of a
+    /// template stands for all its members
     #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operands: Vec<String>,
     #[command(flatten)]
@@ -32,7 +33,8 @@ pub fn read(args: &ReadArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// One line per operand: name, address, value, whether it is forced. A tag that is known by its
+/// One line per operand: name, address, value, whether it is forced; of a Y outside RUN what is at
+/// the output. A tag that is known by its
 /// name alone has no address.
 pub fn table(values: &[ShownValue]) -> String {
     let name =
@@ -47,8 +49,8 @@ pub fn table(values: &[ShownValue]) -> String {
     let gap = if second == 0 { "" } else { "  " };
     let row = |value: &ShownValue| {
         let forced = if value.forced { "  forced" } else { "" };
-        let (name, address) = (name(value), address(value));
-        format!("{name:first$}  {address:second$}{gap}{}{forced}\n", value.value)
+        let (name, address, driven) = (name(value), address(value), value.driven_text("  "));
+        format!("{name:first$}  {address:second$}{gap}{}{forced}{driven}\n", value.value)
     };
     values.iter().map(row).collect()
 }

@@ -9,7 +9,8 @@ use super::read::table;
 use super::terminal::one_line;
 use crate::daemon::span;
 use crate::operator::protocol::{
-    BlockStatus, LogState, Posture, Record, Request, Retain, Scan, Spread, Status,
+    Alarm, AlarmState, BlockStatus, LogState, Posture, Record, Request, Retain, Scan, Spread,
+    Status,
 };
 
 /// The width of the longest bar.
@@ -63,9 +64,11 @@ fn page(status: &Status, histogram: bool) -> String {
         row("controller", &status.controller),
         row("ladder", &ladder),
     ];
-    let alarms = status.alarms.iter().map(|alarm| format!("{}: {}", alarm.tag, alarm.text));
-    lines.extend(rows("alarms", alarms.collect()));
+    lines.extend(rows("alarms", status.alarms.iter().map(alarm_line).collect()));
     lines.extend(rows("forces", table(&status.forces).lines().map(str::to_owned).collect()));
+    if status.mode != "RUN" {
+        lines.extend(rows("outputs", outputs(status)));
+    }
     lines.extend(rows("devices", devices(status)));
     lines.extend(rows("blocks", status.blocks.iter().map(block_line).collect()));
     if let Some(retain) = &status.retain {
@@ -78,6 +81,29 @@ fn page(status: &Status, histogram: bool) -> String {
     lines.extend(rows("posture", status.posture.iter().map(posture_line).collect()));
     lines.push(row("log", &log_line(&status.log)));
     lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
+}
+
+/// What is at the outputs outside RUN, where memory holds something else.
+fn outputs(status: &Status) -> Vec<String> {
+    match status.outputs.is_empty() {
+        true => vec!["at their safe values, as in memory".to_owned()],
+        false => {
+            let rows = table(&status.outputs);
+            let head = "at their safe values; memory holds something else of these:".to_owned();
+            [head].into_iter().chain(rows.lines().map(str::to_owned)).collect()
+        }
+    }
+}
+
+fn alarm_line(alarm: &Alarm) -> String {
+    let Alarm { tag, text, priority, state, .. } = alarm;
+    let acknowledged = match state {
+        AlarmState::Acknowledged => "acknowledged",
+        AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Returned => {
+            "not acknowledged"
+        }
+    };
+    format!("{tag}: {text} ({}, {acknowledged})", priority.name())
 }
 
 fn log_line(log: &LogState) -> String {

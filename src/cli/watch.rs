@@ -23,7 +23,8 @@ const INTERVAL_LEAST: Duration = Duration::from_millis(50);
 /// Shows the values of a running controller's operands, twice a second
 #[derive(Args, Debug)]
 pub struct WatchArgs {
-    /// Tags, addresses, members, ranges (`X0..X7`); a structure stands for all its members
+    /// Tags, addresses, members, ranges (`X0..X7`); a structure, block or use of a
+    /// template stands for all its members
     #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operands: Vec<String>,
     /// The time between two looks
@@ -83,7 +84,10 @@ fn line(values: &Values) -> String {
         |value: &ShownValue| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();
     let forced = |value: &ShownValue| if value.forced { ",forced" } else { "" };
     let shown = values.values.iter();
-    let shown = shown.map(|value| format!(" {}={}{}", name(value), value.value, forced(value)));
+    let shown = shown.map(|value| {
+        let (forced, driven) = (forced(value), value.driven_text(","));
+        format!(" {}={}{forced}{}", name(value), value.value, driven.replace(' ', "="))
+    });
     format!("{} scan={}{}\n", values.mode, values.scans, shown.collect::<String>())
 }
 
@@ -126,6 +130,7 @@ mod tests {
             address: address.into(),
             value,
             forced,
+            driven: None,
         };
         let values = vec![
             value("jam", Some("jam"), "C0", Held::Bit(false), false),
@@ -142,6 +147,17 @@ mod tests {
         assert!(
             drawing.contains("RUN  scan 120\x1b[K\n") && drawing.ends_with("forced\x1b[K\n\x1b[J")
         );
+    }
+
+    #[test]
+    fn outside_run_an_output_shows_what_is_at_it() {
+        let mut values = values();
+        (values.mode, values.values[0].driven) = ("STOP".into(), Some(true));
+        values.values[1].driven = Some(false);
+        let look = "STOP scan=120 jam=OFF,output=ON D12=-7,forced,output=OFF\n";
+        assert_eq!(line(&values), look);
+        let rows = "jam  C0   OFF  output ON\nD12  D12  -7  forced  output OFF\n";
+        assert_eq!(table(&values.values), rows);
     }
 
     #[test]

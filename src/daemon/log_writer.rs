@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 
+use super::alarm_keeper::{BookKeeper, SharedBook};
 use super::allowance::Alarms;
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Facts, Narration, WordNews, reason, span, us};
@@ -68,6 +69,8 @@ pub(super) struct LogWriter {
     /// The monitor has declared the current scan a fault, and the log has said so.
     tripped: bool,
     alarms: Alarms,
+    /// The book of alarms has all of them, whatever the log leaves out.
+    book: BookKeeper,
 }
 
 /// A STOP or FAULT that lasts.
@@ -79,7 +82,12 @@ struct Lasting {
 }
 
 impl LogWriter {
-    pub fn new(narrations: Generations<Narration>, facts: Facts, devices: Vec<Health>) -> Self {
+    pub fn new(
+        narrations: Generations<Narration>,
+        facts: Facts,
+        devices: Vec<Health>,
+        book: SharedBook,
+    ) -> Self {
         let narration = narrations.of(0);
         let (standing, mode, alarms) = (None, Mode::Stop(StopReason::NotStarted), Alarms::new());
         LogWriter {
@@ -93,6 +101,7 @@ impl LogWriter {
             standing,
             tripped: false,
             alarms,
+            book: BookKeeper::new(book),
         }
     }
 
@@ -150,6 +159,9 @@ impl LogWriter {
 
     fn bit(&mut self, watch: u32, on: bool, after_ns: u64, record: &Record) {
         let Some(news) = self.narration.bit(watch) else { return };
+        if news.alarm.is_some() {
+            self.book.edge(watch, on, (record.scan, record.at_ns));
+        }
         let (tag, scan, was) = (&news.tag, record.scan, span(after_ns));
         let lasted_ms = after_ns / 1_000_000;
         match (&news.alarm, on) {
@@ -311,6 +323,7 @@ impl Observer for LogWriter {
                 self.ended(record.at_ns);
                 self.alarms = Alarms::new();
                 self.narration = self.narrations.of(generation);
+                self.book.swap(generation, &self.narration);
                 let swap_us = us(swap_ns);
                 say!(PROGRAM_SWAPPED, scan, swap_us, "the programs are swapped");
             }
@@ -360,6 +373,7 @@ impl Observer for LogWriter {
     }
 
     fn dropped(&mut self, records: u64) {
+        self.book.lost();
         say!(
             RECORDS_DROPPED,
             records,
@@ -373,6 +387,7 @@ impl Observer for LogWriter {
     }
 
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
+        self.book.turn(latest);
         self.stand(latest.mode, now_ns);
         (self.mode, self.forces) = (latest.mode, latest.forces.list().len());
         self.beat(latest, now_ns);
@@ -408,7 +423,10 @@ pub(super) fn tell_statistics(statistics: &Statistics) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
+
     use super::*;
+    use crate::daemon::alarm_book::AlarmBook;
 
     const SECOND_NS: u64 = 1_000_000_000;
 
@@ -422,7 +440,8 @@ mod tests {
             has_operator: true,
             record: None,
         };
-        LogWriter::new(Generations::new(narration), facts, Vec::new())
+        let book = Arc::new(Mutex::new(AlarmBook::new(&[])));
+        LogWriter::new(Generations::new(narration), facts, Vec::new(), book)
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! order. The daemon has signals, systemd, the drivers' tasks and the log. `runtime` has the scan
 //! thread, and knows none of these. Nothing here can make a scan wait.
 
+mod alarm_book;
+mod alarm_keeper;
 mod allowance;
 pub mod config;
 mod devices;

@@ -7,7 +7,7 @@ use crate::controller::log::BlockLines;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::events::{self, Event};
 use crate::isa::{BlockId, StageId};
-use crate::lower::Symbols;
+use crate::lower::{Alarm, Symbols};
 use crate::resolve::program::{Block, BlockKind, Program};
 use crate::runtime::Watched;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
@@ -21,6 +21,8 @@ pub(super) struct Narration {
     stages: Vec<String>,
     bits: Vec<BitNews>,
     words: Vec<WordNews>,
+    /// The alarms: the first of the bits.
+    pub alarms: Vec<Alarm>,
     /// The rungs of MATHs, by number.
     maths: Vec<String>,
     /// The number of rungs of the program.
@@ -161,8 +163,8 @@ impl Narration {
         let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
         let (rungs, tempo) = (rungs(program), Tempo::default());
         let maths = symbols.maths.clone();
-        let told = BlockLines::All;
-        (Narration { blocks, stages, bits, words, maths, rungs, tempo, told }, watched)
+        let (told, alarms) = (BlockLines::All, symbols.alarms.clone());
+        (Narration { blocks, stages, bits, words, alarms, maths, rungs, tempo, told }, watched)
     }
 
     /// The same names for a program with this tempo.

@@ -4,13 +4,15 @@
 //! scan thread fifty times a second, which is often enough for signals and systemd.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
+use super::alarm_book::AlarmBook;
+use super::alarm_keeper::SharedBook;
 use super::config::Setup;
 use super::devices::{self, Starter};
 use super::failure::StartFailure;
@@ -146,7 +148,8 @@ pub fn run(
     };
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
-    let writer = LogWriter::new(narration.clone(), facts, healths.clone());
+    let book = Arc::new(Mutex::new(AlarmBook::new(&setup.symbols.alarms)));
+    let writer = LogWriter::new(narration.clone(), facts, healths.clone(), Arc::clone(&book));
     let clock = MachineClock { offset };
     let (machine, tape) = runtime::tape(engine);
     let (mut prepared, reloader) = runtime::prepare(machine, clock, &settings, writer)?;
@@ -164,7 +167,7 @@ pub fn run(
     let Host { tokio, signals } = host;
     let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
     let field = (prepared.lines(), healths);
-    let first = First { running, reloader, narration, field, limit, socket };
+    let first = First { running, reloader, narration, field, limit, socket, book };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention, recording }))
 }
 
@@ -187,6 +190,8 @@ struct First {
     limit: Duration,
     /// The place of the operator's socket.
     socket: Option<operator::Claim>,
+    /// The book of alarms.
+    book: SharedBook,
 }
 
 /// The shell's duties besides the scan thread.
@@ -345,13 +350,14 @@ async fn start_drivers(
     (retention, recording): &(Option<Retention>, Recording),
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), StartFailure> {
-    let First { running, reloader, narration, field: (ends, healths), limit, socket } = first;
+    let First { running, reloader, narration, field: (ends, healths), limit, socket, book } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
     let patience = port.patience();
     let mut about = operator::AboutParts::new(prepared, retention.clone(), recording.clone());
     about.devices.clone_from(&healths);
+    about.book = book;
     let mut modbus = None;
     if let Some(settings) = &setup.modbus {
         let (server, maps) = bind_modbus(settings, setup, port, patience).await?;

@@ -58,10 +58,9 @@ impl ContactForm {
     /// Whether a contact conducts, of which the contact as `observe` counts it is ON or OFF.
     pub fn conducts(self, on: bool) -> bool {
         match self {
-            ContactForm::Open
-            | ContactForm::Rising
-            | ContactForm::Falling
-            | ContactForm::Boxed => on,
+            ContactForm::Open | ContactForm::Rising | ContactForm::Falling | ContactForm::Boxed => {
+                on
+            }
             ContactForm::Closed
             | ContactForm::NotRising
             | ContactForm::NotFalling

@@ -61,7 +61,9 @@ impl StageJump {
         let (by, rung) = (self.by, &self.rung);
         match (self.to.is_empty(), self.off.is_empty()) {
             (false, _) => format!("{from} -> {}: {by}, rung {rung}", self.to.join(" & ")),
-            (true, false) => format!("{from} turns {} OFF: {by}, rung {rung}", self.off.join(" & ")),
+            (true, false) => {
+                format!("{from} turns {} OFF: {by}, rung {rung}", self.off.join(" & "))
+            }
             (true, true) => format!("{from} -> the end: {by}, rung {rung}"),
         }
     }

@@ -89,7 +89,7 @@ impl Picture {
 
 impl Picture {
     /// The rungs of each block and Stage that has some: its name, its heading, its rungs.
-    pub(super) fn elements(&self) -> Vec<(String, String, &[RungPicture])> {
+    pub(crate) fn elements(&self) -> Vec<(String, String, &[RungPicture])> {
         let mut all = Vec::new();
         for block in &self.blocks {
             let heading = format!("{} ({})", block.name, block.kind);

@@ -4,10 +4,13 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
+use expect_test::expect;
+
 use super::circuit::{Circuit, ContactForm, ContactSymbol, InstructionSymbol, Outlet, RungCircuit};
 use super::grid::RungGrid;
 use super::power::{FlowOfPower, flow_of_power};
 use super::read_back::expected;
+use super::text::powered;
 use super::wording::{OperandLabel, Wording};
 use crate::random::SplitMix64;
 use crate::resolve::program::Rung;
@@ -81,7 +84,8 @@ fn contact(leaf: usize) -> Circuit {
 
 fn coil() -> InstructionSymbol {
     let (mnemonic, coil) = ("OUT", Some(""));
-    InstructionSymbol { mnemonic, coil, label: OperandLabel::default(), operands: Vec::new() }
+    let label = OperandLabel { name: "Y0".to_owned(), ..OperandLabel::default() };
+    InstructionSymbol { mnemonic, coil, label, operands: Vec::new() }
 }
 
 /// Two contacts beside each other, then a third one, before a coil.
@@ -111,4 +115,55 @@ fn no_power_goes_back_through_a_contact() {
 fn an_empty_rung_has_no_power_to_show() {
     let flow = flow_of_power(&RungGrid::default(), &|_| true);
     assert_eq!(flow, FlowOfPower::default());
+}
+
+#[test]
+fn what_has_power_is_heavy_and_marked() {
+    let drawn = |conducting: &[usize]| {
+        let flow = flow_of_power(&grid(), &|symbol| conducting.contains(&symbol.leaf));
+        powered(&grid(), Some(&flow)).lines.join("\n")
+    };
+    expect![[r#"
+        ┃ X0    X2    Y0
+        ┣━] [━┳━] [───( )
+        ┃ X1  ┃
+        ┣━]●[━┛"#]]
+    .assert_eq(&drawn(&[1]));
+    expect![[r#"
+        ┃ X0    X2    Y0
+        ┣━]●[━┳━]●[━━━(●)
+        ┃ X1  ┃
+        ┣━] [━┛"#]]
+    .assert_eq(&drawn(&[0, 2]));
+    let idle = powered(&grid(), None);
+    expect![[r#"
+        │ X0    X2    Y0
+        ├─] [─┬─] [───( )
+        │ X1  │
+        ├─] [─┘"#]]
+    .assert_eq(&idle.lines.join("\n"));
+    let operands: Vec<_> = idle.symbols.iter().map(|of| of.operand.as_str()).collect();
+    assert_eq!(operands, ["X0", "X1", "X2", "Y0"]);
+    for symbol in idle.symbols {
+        let line: Vec<char> = idle.lines[symbol.line].chars().collect();
+        assert!("](".contains(line[symbol.columns.0]), "{symbol:?}");
+    }
+}
+
+#[test]
+fn the_operand_of_a_box_is_its_first_name() {
+    let legs = vec![("enable", contact(0)), ("reset", contact(1))];
+    let operands = ["1s", "to=D1"].map(str::to_owned).to_vec();
+    let label = OperandLabel::default();
+    let symbol = InstructionSymbol { mnemonic: "TMR", coil: None, label, operands };
+    let grid = RungGrid::of(&RungCircuit::Legs(legs, symbol));
+    let flow = flow_of_power(&grid, &|symbol| symbol.leaf == 0);
+    let drawn = powered(&grid, Some(&flow));
+    expect![[r#"
+        ┃ X0
+        ┣━]●[━━━[enable●TMR 1s to=D1]
+        ┃ X1    [                   ]
+        ┣━] [───[reset              ]"#]]
+    .assert_eq(&drawn.lines.join("\n"));
+    assert_eq!(drawn.symbols[2].operand, "D1");
 }

@@ -7,8 +7,8 @@
 use std::fmt::Write as _;
 
 use super::circuit::{ContactForm, ContactSymbol};
+use super::face::boxed;
 use super::grid::{PlacedInstruction, RungGrid};
-use super::text::boxed;
 
 /// The width of a character, in pixels.
 const CHAR: usize = 8;
@@ -103,9 +103,8 @@ impl<'a> Pen<'a> {
 
     fn wires(&mut self, grid: &RungGrid) {
         let along = grid.along.iter();
-        let along = along.map(|(row, from, to)| {
-            format!("M{} {}H{}", self.x(*from), wire(*row), self.x(*to))
-        });
+        let along = along
+            .map(|(row, from, to)| format!("M{} {}H{}", self.x(*from), wire(*row), self.x(*to)));
         let down = grid.down.iter();
         let down = down.map(|(column, from, to)| {
             format!("M{} {}V{}", self.x(*column), wire(*from), wire(*to))

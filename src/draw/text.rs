@@ -1,9 +1,11 @@
 //! A rung as lines of text: for a terminal, and for a review of what has changed.
 //!
 //! Three lines a row: names, wires with their symbols, addresses. Rows without addresses have two.
+//! With its power, what has power is heavy and marked, and the places of the symbols are told.
 
-use super::circuit::{ContactForm, ContactSymbol, InstructionSymbol};
+use super::face::{Face, MARK, boxed, plain};
 use super::grid::{PlacedInstruction, RungGrid};
+use super::power::FlowOfPower;
 
 /// The characters of wires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +21,8 @@ const LEFT: u8 = 1;
 const RIGHT: u8 = 2;
 const UP: u8 = 4;
 const DOWN: u8 = 8;
+/// It has power.
+const HEAVY: u8 = 16;
 
 /// A space that hides the wire under it: within a contact.
 const BLANK: char = '\0';
@@ -30,6 +34,28 @@ const LEAD: usize = 2;
 struct Canvas {
     chars: Vec<Vec<char>>,
     wires: Vec<Vec<u8>>,
+    /// What is added to each wire: `HEAVY` or nothing.
+    weight: u8,
+}
+
+/// A rung with its power.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PoweredRung {
+    /// Its lines, without spaces at their ends.
+    pub lines: Vec<String>,
+    /// Its contacts, then its instructions, in the order of the grid.
+    pub symbols: Vec<SymbolPlace>,
+}
+
+/// Where a symbol stands in the text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SymbolPlace {
+    /// Its line, from 0.
+    pub line: usize,
+    /// Its first character, and the one behind its last.
+    pub columns: (usize, usize),
+    /// The operand that it shows, or the first one that its text names; "" if it names none.
+    pub operand: String,
 }
 
 /// Where columns and rows of a grid lie on a canvas.
@@ -44,102 +70,52 @@ struct Lay {
 
 /// The lines of a rung, without spaces at their ends.
 pub fn lines(grid: &RungGrid, style: WireStyle) -> Vec<String> {
-    let lay = Lay::of(grid);
+    let lay = Lay::of(grid, false);
     let mut canvas = Canvas::new(lay.width, lay.height);
-    for (row, from, to) in &grid.along {
-        canvas.along(lay.lines[*row], (lay.boundaries[*from], lay.boundaries[*to]));
-    }
-    for (column, from, to) in &grid.down {
-        canvas.down(lay.boundaries[*column], (lay.lines[*from], lay.lines[*to]));
-    }
-    for contact in &grid.contacts {
-        let line = lay.lines[contact.row];
-        let (from, to) = (lay.boundaries[contact.column], lay.boundaries[contact.column + 1]);
-        canvas.along(line, (from, to));
-        let face = Face::of_contact(&contact.symbol);
-        canvas.put_face(&face, (line, from + 1, to));
-    }
-    let at = lay.boundaries[grid.columns];
-    for instruction in &grid.instructions {
-        canvas.instruction(instruction, (&lay, at));
-    }
-    canvas.rail();
+    canvas.draw(grid, &lay, None);
     canvas.lines(style)
 }
 
-/// What is written at a contact or coil.
-struct Face {
-    above: String,
-    symbol: String,
-    below: String,
+/// A rung with its power; `None`: its block does not execute.
+pub fn powered(grid: &RungGrid, flow: Option<&FlowOfPower>) -> PoweredRung {
+    let lay = Lay::of(grid, true);
+    let mut canvas = Canvas::new(lay.width, lay.height);
+    let symbols = canvas.draw(grid, &lay, Some(flow));
+    PoweredRung { lines: canvas.lines(WireStyle::Lines), symbols }
 }
 
-impl Face {
-    fn of_contact(symbol: &ContactSymbol) -> Face {
-        let name = plain(&symbol.label.name);
-        let below = symbol.label.address.clone().unwrap_or_default();
-        let plain = |symbol: &str| Face { above: name.clone(), symbol: symbol.to_owned(), below };
-        match symbol.form {
-            ContactForm::Open => plain("] ["),
-            ContactForm::Closed => plain("]/["),
-            ContactForm::Rising => plain("]P["),
-            ContactForm::Falling => plain("]N["),
-            ContactForm::NotRising => plain("]/P["),
-            ContactForm::NotFalling => plain("]/N["),
-            ContactForm::Boxed => {
-                Face { above: String::new(), symbol: format!("[{name}]"), below: String::new() }
-            }
-            ContactForm::NotBoxed => {
-                Face { above: String::new(), symbol: format!("[!({name})]"), below: String::new() }
-            }
-        }
-    }
+/// The power that is drawn: none at all; of a block that does not execute; the flow.
+type Shown<'f> = Option<Option<&'f FlowOfPower>>;
 
-    fn of_instruction(symbol: &InstructionSymbol) -> Face {
-        match symbol.coil {
-            Some(letter) => Face {
-                above: plain(&symbol.label.name),
-                symbol: format!("({})", if letter.is_empty() { " " } else { letter }),
-                below: symbol.label.address.clone().unwrap_or_default(),
-            },
-            None => Face {
-                above: String::new(),
-                symbol: format!("[{}]", plain(&boxed(symbol))),
-                below: String::new(),
-            },
-        }
-    }
-
-    fn width(&self) -> usize {
-        let widths = [&self.above, &self.symbol, &self.below].map(|of| of.chars().count());
-        widths.into_iter().max().unwrap_or(0)
-    }
+/// The first operand in the text of a box.
+fn first_operand(text: &str) -> String {
+    let of_name = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '$' | '[' | ']');
+    let mut words = text.split(|c| !of_name(c)).filter(|word| !word.is_empty());
+    let is_name = |word: &&str| word.starts_with(|c: char| c.is_alphabetic() || c == '$');
+    words.find(is_name).unwrap_or_default().to_owned()
 }
 
-/// A name without characters that a terminal obeys.
-fn plain(name: &str) -> String {
-    name.replace(char::is_control, "?")
-}
-
-/// The text of a box: the mnemonic with its operands.
-pub(super) fn boxed(symbol: &InstructionSymbol) -> String {
-    let operands = symbol.operands.iter().map(String::as_str);
-    std::iter::once(symbol.mnemonic).chain(operands).collect::<Vec<_>>().join(" ")
+/// The first operand of an instruction that is no constant: of `to=D1`, that behind the sign.
+fn operand_of_box(operands: &[String]) -> String {
+    let value = |of: &String| first_operand(of.split_once('=').map_or(of, |(_, value)| value));
+    operands.iter().map(value).find(|of| !of.is_empty()).unwrap_or_default()
 }
 
 impl Lay {
-    fn of(grid: &RungGrid) -> Lay {
+    /// `marks`: with room for a mark in each symbol.
+    fn of(grid: &RungGrid, marks: bool) -> Lay {
+        let marked = |face: Face| if marks { face.marked(false) } else { face };
         let mut widths = vec![1; grid.columns];
         let mut has_address = vec![false; grid.rows.max(1)];
         for contact in &grid.contacts {
-            let face = Face::of_contact(&contact.symbol);
+            let face = marked(Face::of_contact(&contact.symbol));
             let width = &mut widths[contact.column];
             *width = (*width).max(face.width() + 2);
             has_address[contact.row] |= !face.below.is_empty();
         }
         let mut last = 0;
         for placed in &grid.instructions {
-            let face = Face::of_instruction(&placed.symbol);
+            let face = marked(Face::of_instruction(&placed.symbol));
             let legs = placed.legs.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0);
             last = last.max(face.width() + legs);
             has_address[placed.row] |= !face.below.is_empty();
@@ -161,13 +137,52 @@ impl Lay {
 
 impl Canvas {
     fn new(width: usize, height: usize) -> Canvas {
-        Canvas { chars: vec![vec![' '; width]; height], wires: vec![vec![0; width]; height] }
+        let (chars, wires) = (vec![vec![' '; width]; height], vec![vec![0; width]; height]);
+        Canvas { chars, wires, weight: 0 }
+    }
+
+    /// Draws a rung; where its symbols stand.
+    fn draw(&mut self, grid: &RungGrid, lay: &Lay, shown: Shown) -> Vec<SymbolPlace> {
+        let flow = shown.flatten();
+        let heavy = |on: Option<bool>| if on == Some(true) { HEAVY } else { 0 };
+        for (at, (row, from, to)) in grid.along.iter().enumerate() {
+            self.weight = heavy(flow.map(|flow| flow.along[at]));
+            self.along(lay.lines[*row], (lay.boundaries[*from], lay.boundaries[*to]));
+        }
+        for (at, (column, from, to)) in grid.down.iter().enumerate() {
+            self.weight = heavy(flow.map(|flow| flow.down[at]));
+            self.down(lay.boundaries[*column], (lay.lines[*from], lay.lines[*to]));
+        }
+        let mut symbols = Vec::new();
+        for (at, contact) in grid.contacts.iter().enumerate() {
+            let power = flow.map(|flow| flow.contacts[at]);
+            let line = lay.lines[contact.row];
+            let (from, to) = (lay.boundaries[contact.column], lay.boundaries[contact.column + 1]);
+            let middle = usize::midpoint(from, to);
+            self.weight = heavy(power.map(|of| of.before));
+            self.along(line, (from, middle));
+            self.weight = heavy(power.map(|of| of.behind));
+            self.along(line, (middle, to));
+            let mut face = Face::of_contact(&contact.symbol);
+            if shown.is_some() {
+                face = face.marked(power.is_some_and(|of| of.conducts));
+            }
+            symbols.push(self.put_face(&face, (line, from + 1, to)));
+        }
+        for (at, instruction) in grid.instructions.iter().enumerate() {
+            let powers = flow.map_or(&[][..], |flow| &flow.outlets[at]);
+            symbols.push(self.instruction(instruction, lay, shown.map(|_| powers)));
+        }
+        self.weight = heavy(Some(flow.is_some()));
+        self.rail();
+        symbols
     }
 
     fn along(&mut self, line: usize, (from, to): (usize, usize)) {
         for at in from..=to {
             self.wires[line][at] |= if at > from { LEFT } else { 0 };
             self.wires[line][at] |= if at < to { RIGHT } else { 0 };
+            self.wires[line][at] |= self.weight;
         }
     }
 
@@ -175,6 +190,7 @@ impl Canvas {
         for line in from..=to {
             self.wires[line][at] |= if line > from { UP } else { 0 };
             self.wires[line][at] |= if line < to { DOWN } else { 0 };
+            self.wires[line][at] |= self.weight;
         }
     }
 
@@ -191,24 +207,47 @@ impl Canvas {
         }
     }
 
-    /// A contact in the middle of its cell.
-    fn put_face(&mut self, face: &Face, (line, from, to): (usize, usize, usize)) {
+    /// A contact in the middle of its cell; where its symbol stands.
+    fn put_face(&mut self, face: &Face, (line, from, to): (usize, usize, usize)) -> SymbolPlace {
         let middle = |text: &str| from + (to - from).saturating_sub(text.chars().count()) / 2;
         self.put((line - 1, middle(&face.above)), &face.above);
         self.put((line, middle(&face.symbol)), &face.symbol);
         if !face.below.is_empty() {
             self.put((line + 1, middle(&face.below)), &face.below);
         }
+        let at = middle(&face.symbol);
+        let operand = match face.above.is_empty() {
+            true => first_operand(face.symbol.trim_start_matches(['[', MARK])),
+            false => face.above.clone(),
+        };
+        SymbolPlace { line, columns: (at, at + face.symbol.chars().count()), operand }
     }
 
-    fn instruction(&mut self, placed: &PlacedInstruction, (lay, at): (&Lay, usize)) {
-        let face = Face::of_instruction(&placed.symbol);
+    /// `powers`: of its legs, or of it; `None`: without room for marks.
+    fn instruction(
+        &mut self,
+        placed: &PlacedInstruction,
+        lay: &Lay,
+        powers: Option<&[bool]>,
+    ) -> SymbolPlace {
+        let at = lay.boundaries.last().copied().unwrap_or(0);
+        let power = |leg: usize| powers.and_then(|of| of.get(leg)).copied().unwrap_or(false);
+        let heavy = |on: bool| if on { HEAVY } else { 0 };
+        let mut face = Face::of_instruction(&placed.symbol);
         let line = lay.lines[placed.row];
+        self.weight = heavy(power(0));
         if placed.legs.is_empty() {
+            if powers.is_some() {
+                face = face.marked(power(0));
+            }
             let symbol = face.width().saturating_sub(face.symbol.chars().count()) / 2;
             self.along(line, (at, at + LEAD + symbol));
             let to = at + LEAD + face.width();
-            return self.put_face(&face, (line, at + LEAD, to));
+            let mut place = self.put_face(&face, (line, at + LEAD, to));
+            if placed.symbol.coil.is_none() {
+                place.operand = operand_of_box(&placed.symbol.operands);
+            }
+            return place;
         }
         let name = placed.legs.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
         let text = plain(&boxed(&placed.symbol));
@@ -217,11 +256,18 @@ impl Canvas {
         for line in line..=last {
             self.put((line, at + LEAD), &format!("[{:width$}]", ""));
         }
-        for (leg, row) in &placed.legs {
+        for (number, (leg, row)) in placed.legs.iter().enumerate() {
+            self.weight = heavy(power(number));
             self.along(lay.lines[*row], (at, at + LEAD));
             self.put((lay.lines[*row], at + LEAD + 1), leg);
+            if power(number) {
+                self.put((lay.lines[*row], at + LEAD + 1 + leg.len()), &MARK.to_string());
+            }
         }
         self.put((line, at + LEAD + 2 + name), &text);
+        let from = at + LEAD + 2 + name;
+        let columns = (from, from + text.chars().count());
+        SymbolPlace { line, columns, operand: operand_of_box(&placed.symbol.operands) }
     }
 
     fn lines(&self, style: WireStyle) -> Vec<String> {
@@ -241,7 +287,7 @@ impl Canvas {
 /// The character of a wire that leaves in these directions.
 fn wire_char(wire: u8, style: WireStyle) -> char {
     if style == WireStyle::Ascii {
-        return match wire {
+        return match wire & !HEAVY {
             0 => ' ',
             w if w & (UP | DOWN) == 0 => '-',
             w if w & (LEFT | RIGHT) == 0 => '|',
@@ -250,5 +296,8 @@ fn wire_char(wire: u8, style: WireStyle) -> char {
     }
     const CHARS: [char; 16] =
         [' ', '─', '─', '─', '│', '┘', '└', '┴', '│', '┐', '┌', '┬', '│', '┤', '├', '┼'];
-    CHARS[usize::from(wire & 15)]
+    const HEAVY_CHARS: [char; 16] =
+        [' ', '━', '━', '━', '┃', '┛', '┗', '┻', '┃', '┓', '┏', '┳', '┃', '┫', '┣', '╋'];
+    let chars = if wire & HEAVY == 0 { CHARS } else { HEAVY_CHARS };
+    chars[usize::from(wire & 15)]
 }

@@ -138,4 +138,10 @@ rows! {
         "Something removed the operator's socket while the controller ran. rungd makes it again; \
          until then, no operator's command reaches the controller. Scans go on.",
         "Find out which program clears the folder, or mend what the line names.";
+
+    OPERATOR_ACK = 815, "operator-ack", Info, NONE, Never:
+        "23854393a6dd4c85a3bcaee0260974f1",
+        "An operator acknowledged an alarm: user, tag, state before, state after. An alarm that \
+         stands stays in the list as acknowledged; one that went away before leaves the list.",
+        "Nothing, if you know the user.";
 }

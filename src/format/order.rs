@@ -43,7 +43,7 @@ impl KeyOrder {
             KeyOrder::Legs => &["up", "dn", "en", "data", "clk", "rst"],
             KeyOrder::Tag => &[
                 "at", "type", "value", "count", "default", "initial", "min", "max", "doc", "log",
-                "alarm", "spare",
+                "alarm", "priority", "spare",
             ],
         }
     }

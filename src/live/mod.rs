@@ -5,6 +5,7 @@
 //! scan log and keeps the last minute; a [`LiveView`] is what it saw, and answers questions without
 //! the controller. `web` and `monitor` show it. Deliberately absent: threads and clocks.
 
+mod events;
 mod follower;
 mod program;
 #[cfg(test)]
@@ -12,7 +13,8 @@ mod tests;
 mod trend;
 mod view;
 
+pub use events::LiveEvent;
 pub use follower::{Follower, LookFailure};
 pub use program::{LiveProgram, LiveTag};
-pub use trend::{Trend, TrendPoint};
+pub use trend::Trend;
 pub use view::{LiveView, TagValue};

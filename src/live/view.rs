@@ -4,6 +4,7 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
+use super::events::{LiveEvent, events};
 use super::program::LiveProgram;
 use super::trend::{Trend, trend};
 use crate::draw::circuit::ContactSymbol;
@@ -112,6 +113,11 @@ impl LiveView {
     pub fn trend(&self, operand: &str) -> Result<Trend, String> {
         let cell = self.program.subject.cell(operand)?;
         Ok(trend(&self.program.subject, &self.sections, cell))
+    }
+
+    /// What happened in the minute, the newest last.
+    pub fn events(&self) -> Vec<LiveEvent> {
+        events(&self.program, &self.sections)
     }
 
     /// The value of an operand in a scan.

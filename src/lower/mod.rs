@@ -23,6 +23,7 @@ pub mod schedule;
 pub mod sites;
 mod symbols;
 
+pub(crate) use symbols::Alarm;
 pub use symbols::Symbols;
 
 use std::sync::Arc;

@@ -6,6 +6,7 @@
 use super::identity::Identity;
 use crate::engine::{BitCell, Cell, Element, Layout};
 use crate::isa::{Address, BlockId, DeviceId, NumberMap, StageId, Structure, Word};
+use crate::resolve::priority::Priority;
 use crate::resolve::program::{Program, TagMeaning};
 
 /// A tag with an `alarm`.
@@ -17,6 +18,8 @@ pub struct Alarm {
     pub tag: String,
     /// The text.
     pub text: String,
+    /// How soon a person has to act.
+    pub(crate) priority: Priority,
 }
 
 /// A tag with `log = "change"`.
@@ -66,8 +69,12 @@ impl Symbols {
         for tag in &program.tags {
             let TagMeaning::Address(address) = tag.meaning else { continue };
             if let (Address::Bit(bit), Some(text)) = (address, &tag.alarm) {
-                let (bit, tag, text) = (symbols.layout.bit(bit), tag.name.clone(), text.clone());
-                symbols.alarms.push(Alarm { bit, tag, text });
+                symbols.alarms.push(Alarm {
+                    bit: symbols.layout.bit(bit),
+                    tag: tag.name.clone(),
+                    text: text.clone(),
+                    priority: tag.priority,
+                });
             }
             if tag.log_changes {
                 symbols.log(address, &tag.name);

@@ -10,6 +10,7 @@ mod answer;
 mod causes;
 mod cell_index;
 mod change;
+mod changes;
 mod coverage;
 mod decide;
 mod facts;
@@ -45,6 +46,7 @@ pub use answer::{
     Hindrance, Idle, LastChange, LegSeen, Limits, Node, OperandName, Place, Remedy, Restart,
     RungName, SearchEnd, Since, Stop, TapeEnd, When, Write,
 };
+pub use changes::CellChanged;
 pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, TwoWays};
 pub use past::{At, Past, Refusal};
 pub use power::{PartContacts, PowerRun, ScanPower};

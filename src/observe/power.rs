@@ -154,7 +154,8 @@ impl PowerRun {
                 Some((entry, number, now_ns)) if entry == at => {
                     let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
                     let mut power = self.see(*call);
-                    (power.scan, power.unix_ns, power.mode) = (number, unix_ns, mode_at(section, at));
+                    (power.scan, power.unix_ns, power.mode) =
+                        (number, unix_ns, mode_at(section, at));
                     self.last = Some(power);
                     if scan != u64::MAX {
                         return self.last.clone();

@@ -3,7 +3,9 @@
 //! `cli` sends requests through [`client`]; `daemon::operator` answers them. `docs/operator.md`
 //! describes the protocol for authors of other clients. No tokio and no log here.
 
+mod alarm;
 pub mod client;
+mod groups;
 pub mod names;
 mod offer;
 pub(crate) mod operand;

@@ -5,16 +5,18 @@
 
 use std::collections::HashMap;
 
+use super::groups::Groups;
 use super::offer::Offer;
 use super::operand::Variable;
 use super::protocol::{GivenValue, Name, OPERANDS_MAX, Refusal, RefusalKind};
 use crate::engine::Cell;
-use crate::isa::{Address, Bit, Health};
+use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::lower::Symbols;
 use crate::resolve::mistake::sentence;
 use crate::resolve::program::{BlockKind, Program, TagMeaning};
 use crate::resolve::range::{is_range, other_range, resolve_range};
 use crate::resolve::scope::{Scope, Thing};
+use crate::runtime::exchange::{Mode, Snapshot};
 use crate::source::finding::Finding;
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -30,6 +32,8 @@ pub struct Names {
     symbols: Symbols,
     /// The first tag of each address; of structures, with their members.
     tags: HashMap<Address, String>,
+    /// The names that stand for several others.
+    groups: Groups,
     offered: Offer,
 }
 
@@ -40,6 +44,7 @@ impl Names {
             scope: Scope::of(program).searching_at_most(SEARCHED_MAX),
             symbols: symbols.clone(),
             tags: HashMap::new(),
+            groups: Groups::of(program),
             offered: Offer::default(),
         };
         for tag in &program.tags {
@@ -67,6 +72,9 @@ impl Names {
                 names.offered.add(format!("{}.{}", device, health.name()), "a field device");
             }
         }
+        for (name, about) in names.groups.names() {
+            names.offered.add(name.to_owned(), about);
+        }
         for operand in &program.operands {
             names.offered.add(operand.name.clone(), "named in the ladder");
         }
@@ -84,7 +92,8 @@ impl Names {
         }
     }
 
-    /// The operands that a text names: one bit or word, a range, or all members of a structure.
+    /// The operands that a text names: one bit or word, a range, or all members of a structure, a
+    /// block, a device or a use.
     ///
     /// # Errors
     /// It names nothing, or more than one request reads.
@@ -93,11 +102,43 @@ impl Names {
         if is_range(&written.text) || self.is_array(&written.text) {
             return self.range(&written);
         }
+        if let Some(group) = self.group(&written.text) {
+            return group;
+        }
         // Look up the whole text first: a name may contain a `-` without being a range.
         let what = self.look_up(&written.text).map_err(|unknown| {
             other_range(&self.scope, &written).map_or(unknown, |finding| refusal(&finding))
         })?;
         self.members(&written.text, what)
+    }
+
+    /// The members of a block, a device or a use; `None` of any other name.
+    fn group(&self, text: &str) -> Option<Result<Vec<Variable>, Refusal>> {
+        let is_one = match self.scope.look_up(text).map(|found| found.thing) {
+            Ok(Thing::Block(_) | Thing::Device(_)) | Err(_) => true,
+            Ok(
+                Thing::Address(_)
+                | Thing::Constant(..)
+                | Thing::Real(_)
+                | Thing::Array(_)
+                | Thing::Element(_),
+            ) => false,
+        };
+        let members = if is_one { self.groups.members(text, OPERANDS_MAX) } else { Vec::new() };
+        if members.is_empty() {
+            return None;
+        }
+        let mut found = Vec::new();
+        for (name, what) in members {
+            match self.members(&name, what) {
+                Ok(operands) => found.extend(operands),
+                Err(refusal) => return Some(Err(refusal)),
+            }
+        }
+        Some(match found.len() > OPERANDS_MAX {
+            true => Err(too_many(text)),
+            false => Ok(found),
+        })
     }
 
     fn is_array(&self, text: &str) -> bool {
@@ -111,12 +152,7 @@ impl Names {
         for what in range.addresses() {
             found.extend(self.members(&self.address(what), what)?);
             if found.len() > OPERANDS_MAX {
-                let message = format!(
-                    "`{}` has more than {OPERANDS_MAX} operands, and one request reads at most \
-                     {OPERANDS_MAX}",
-                    written.text
-                );
-                return Err(Refusal::new(RefusalKind::BadRequest, message));
+                return Err(too_many(&written.text));
             }
         }
         Ok(found)
@@ -143,10 +179,24 @@ impl Names {
         if is_range(&written.text) {
             return Err(range());
         }
-        let what = self
-            .look_up(&written.text)
-            .map_err(|unknown| other_range(&self.scope, &written).map_or(unknown, |_| range()))?;
+        let what = self.look_up(&written.text).map_err(|unknown| {
+            let of_use = || self.use_only(&written.text, unknown);
+            other_range(&self.scope, &written).map_or_else(of_use, |_| range())
+        })?;
         self.operand(&written.text, what)
+    }
+
+    /// The refusal of a name that stands for nothing: it may be a use.
+    fn use_only(&self, text: &str, unknown: Refusal) -> Refusal {
+        let is_block = self.scope.look_up(text).is_ok();
+        match self.groups.members(text, 0).first() {
+            Some((tag, _)) if !is_block => {
+                let message =
+                    format!("`{text}` is a use of a template: name one of its tags, as `{tag}`");
+                Refusal::new(RefusalKind::BadOperand, message)
+            }
+            Some(_) | None => unknown,
+        }
     }
 
     /// The operand of an address, with its name in this program.
@@ -198,10 +248,35 @@ impl Names {
         self.called(self.symbols.layout.address(cell)?)
     }
 
+    /// The outputs at which, outside RUN, is something else than memory holds; in order, at most as
+    /// many as one request reads.
+    pub(crate) fn held_otherwise(&self, image: &Snapshot) -> Vec<Variable> {
+        let outputs = 0..image.outputs.len() as u32;
+        let differs = |n: &u32| {
+            let cell = self.symbols.layout.bit(Bit::Space(BitSpace::Y, *n));
+            image.bit(cell) != (image.outputs[*n as usize] != 0)
+        };
+        let named = |n| self.called(Address::Bit(Bit::Space(BitSpace::Y, n)));
+        match image.mode {
+            Mode::Run => Vec::new(),
+            Mode::Stop(_) | Mode::Fault(_) => {
+                outputs.filter(differs).filter_map(named).take(OPERANDS_MAX).collect()
+            }
+        }
+    }
+
     /// The names that completion offers behind a prefix.
     pub fn beginning(&self, prefix: &str) -> Vec<Name> {
         self.offered.beginning(prefix)
     }
+}
+
+fn too_many(text: &str) -> Refusal {
+    let message = format!(
+        "`{text}` has more than {OPERANDS_MAX} operands, and one request reads at most \
+         {OPERANDS_MAX}"
+    );
+    Refusal::new(RefusalKind::BadRequest, message)
 }
 
 /// A text from a request, without the spaces around it.

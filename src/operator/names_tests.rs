@@ -162,7 +162,8 @@ fn completion_goes_up_to_the_dot_and_then_behind_it() {
     };
     assert_eq!(offered("p"), "parts");
     assert_eq!(offered("parts."), "parts.Acc parts.DnDone parts.Done parts.Reset parts.Zero");
-    assert_eq!(offered("Side"), "Side.Open Side.Running");
+    assert_eq!(offered("S"), "Side");
+    assert_eq!(offered("Side"), "Side Side.Open Side.Running");
     assert_eq!(offered("nothing"), "");
     assert_eq!(names.beginning("eye")[0].about, "X0: Photo eye");
 }
@@ -194,4 +195,21 @@ fn a_tag_with_a_type_is_known_by_its_name_alone() {
     let offered = names.beginning("size");
     assert_eq!(offered.iter().map(|name| &*name.about).collect::<Vec<_>>(), ["int: Of a bin"]);
     assert!(names.beginning("hours.").iter().all(|name| !name.about.contains("T255")));
+}
+
+/// A program may have more Stages than one request reads.
+#[test]
+fn a_block_stands_for_all_its_members_up_to_a_limit() {
+    let names = names();
+    let found = |text: &str| {
+        let found = names.find(text).map_err(|refusal| refusal.message)?;
+        Ok::<_, String>(found.into_iter().map(|of| of.operand).collect::<Vec<_>>().join(" "))
+    };
+    assert_eq!(found("Side"), Ok("Side.Running Side.Open".to_owned()));
+    assert_eq!(found(" Main "), Ok("Main.Running".to_owned()));
+    assert!(found("Sid").is_err_and(|message| message.contains("nothing is called `Sid`")));
+    assert!(names.find_one("Side").is_err());
+    let refusal = many(OPERANDS_MAX).find("Main").unwrap_err();
+    assert!(refusal.message.starts_with("`Main` has more than 256 operands"), "{refusal:?}");
+    assert_eq!(many(OPERANDS_MAX - 1).find("Main").map(|found| found.len()), Ok(OPERANDS_MAX));
 }

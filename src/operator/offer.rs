@@ -40,12 +40,13 @@ impl Offer {
             bytes <= BYTES_MAX
         });
         let named = bounded.map(|(name, about)| Name { name: name.clone(), about: about.clone() });
-        let names: Vec<Name> = named.collect();
-        match names.is_empty() && !members {
-            // The name is whole: what follows is behind its dot.
-            true => self.beginning(&format!("{prefix}.")),
-            false => names,
+        let mut names: Vec<Name> = named.collect();
+        // A whole name: what follows is behind its dot.
+        if !members && names.iter().all(|name| name.name == prefix) {
+            names.extend(self.beginning(&format!("{prefix}.")));
+            names.truncate(NAMES_MAX);
         }
+        names
     }
 
     /// The names from a prefix on. Without `members`, of all names with the same text before a dot

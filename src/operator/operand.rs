@@ -6,7 +6,7 @@
 use super::protocol::{GivenValue, Held, Refusal, RefusalKind, ShownValue};
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
-use crate::runtime::exchange::Snapshot;
+use crate::runtime::exchange::{Mode, Snapshot};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::Code;
 use crate::source::span::Span;
@@ -158,7 +158,15 @@ impl Variable {
             address: self.address.clone(),
             value: self.held(image.value(self.cell)),
             forced: image.forces.has(self.cell),
+            driven: self.driven(image),
         }
+    }
+
+    /// What is at the output, of a Y outside RUN.
+    pub(super) fn driven(&self, image: &Snapshot) -> Option<bool> {
+        let Address::Bit(Bit::Space(BitSpace::Y, n)) = self.what else { return None };
+        let driven = image.outputs.get(n as usize)?;
+        (image.mode != Mode::Run).then_some(*driven != 0)
     }
 
     /// The number of an X.

@@ -8,9 +8,12 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use super::alarm::{
+    AckList, AckedAlarm, Alarm, AlarmAck, AlarmList, AlarmState, AlarmTime,
+};
 pub(crate) use super::state::{
-    Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Record, RecordDir,
-    Retain, Scan, Spread,
+    Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Record, RecordDir, Retain,
+    Scan, Spread,
 };
 pub use super::state::{Posture, Status};
 pub use super::value::GivenValue;
@@ -61,6 +64,18 @@ pub enum Request {
     },
     /// Ends all forces: the present [`Values`] of the operands that were forced.
     UnforceAll {},
+    /// The alarms that stand or wait for an acknowledgement: [`AlarmList`].
+    Alarms {},
+    /// Acknowledges alarms; all of them or none: [`AckList`].
+    Ack {
+        /// Tags with an `alarm`, or the addresses of their bits.
+        alarms: Vec<String>,
+        /// The person for whom a program acknowledges, for the log: a user of `rungd web`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
+    },
+    /// Acknowledges all alarms: [`AckList`].
+    AckAll {},
     /// Runs or stops: [`ModeChange`].
     Mode {
         /// The mode.
@@ -293,6 +308,9 @@ impl Request {
             | Request::Read { .. }
             | Request::Names { .. }
             | Request::Recording { .. }
+            | Request::Alarms {}
+            | Request::Ack { .. }
+            | Request::AckAll {}
             | Request::LogLevel { .. } => Awaited::Nothing,
             Request::Mode { to: ModeWanted::Stop, no_wait: false } | Request::RetainSave {} => {
                 Awaited::Image
@@ -315,6 +333,7 @@ impl Request {
             Request::Status {}
             | Request::Read { .. }
             | Request::Recording { .. }
+            | Request::Alarms {}
             | Request::Names { .. } => true,
             Request::Write { .. }
             | Request::Force { .. }
@@ -323,6 +342,8 @@ impl Request {
             | Request::Mode { .. }
             | Request::Reload { .. }
             | Request::Rollback {}
+            | Request::Ack { .. }
+            | Request::AckAll {}
             | Request::LogLevel { .. }
             | Request::RetainSave {} => false,
         }

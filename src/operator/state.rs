@@ -4,6 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::alarm::Alarm;
 use super::value::ShownValue;
 use crate::events::Level;
 
@@ -38,6 +39,9 @@ pub struct Status {
     pub(crate) alarms: Vec<Alarm>,
     /// The forced operands.
     pub(crate) forces: Vec<ShownValue>,
+    /// Outside RUN: the outputs at which is something else than memory holds.
+    #[serde(default)]
+    pub(crate) outputs: Vec<ShownValue>,
     pub(crate) devices: Devices,
     /// Retentive memory, if the controller file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,14 +50,6 @@ pub struct Status {
     #[serde(default)]
     pub record: Record,
     pub(crate) log: LogState,
-}
-
-/// An alarm that stands: the bit of a tag with an `alarm` is ON.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[allow(missing_docs)]
-pub struct Alarm {
-    pub tag: String,
-    pub text: String,
 }
 
 /// A field device.

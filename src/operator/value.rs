@@ -35,6 +35,20 @@ pub struct ShownValue {
     pub value: Held,
     /// Whether it is forced.
     pub forced: bool,
+    /// Of a Y outside RUN: what is at the output, its safe value. In RUN it is the value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driven: Option<bool>,
+}
+
+impl ShownValue {
+    /// What is at the output, in words, after a separator; nothing where the value says it.
+    pub fn driven_text(&self, separator: &str) -> String {
+        match self.driven {
+            Some(true) => format!("{separator}output ON"),
+            Some(false) => format!("{separator}output OFF"),
+            None => String::new(),
+        }
+    }
 }
 
 /// A bit or a number.

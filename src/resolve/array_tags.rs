@@ -7,6 +7,7 @@ use super::Resolver;
 use super::array::Array;
 use super::declare::kept;
 use super::mistake::address_mistake;
+use super::priority::Priority;
 use super::program::{OfArray, Program, Tag, TagMeaning};
 use crate::isa::address_text;
 use crate::isa::{Address, BitSpace, Space, WordSpace};
@@ -49,6 +50,7 @@ impl Resolver<'_> {
                 min,
                 max,
                 alarm: None,
+                priority: Priority::default(),
                 log_changes: tag.log.is_some(),
                 spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
                 used: false,

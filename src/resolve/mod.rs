@@ -26,6 +26,7 @@ pub(crate) mod operands;
 mod order;
 mod placement;
 pub(crate) mod places;
+pub(crate) mod priority;
 pub mod program;
 pub mod range;
 pub(crate) mod reads;

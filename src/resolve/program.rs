@@ -9,6 +9,7 @@ use super::array::{Array, Element};
 pub(crate) use super::instruction::{Action, Instruction, Value};
 use super::layers::Layers;
 pub use super::places::Places;
+use super::priority::Priority;
 use std::sync::Arc;
 
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, StageId};
@@ -190,6 +191,8 @@ pub struct Tag {
     pub(crate) max: Option<(i32, Span)>,
     /// `alarm`: on a bit.
     pub alarm: Option<String>,
+    /// `priority` of the alarm.
+    pub(crate) priority: Priority,
     /// `log = "change"`.
     pub(crate) log_changes: bool,
     /// `spare = true`.

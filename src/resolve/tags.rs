@@ -6,6 +6,7 @@ use super::Resolver;
 use super::declare::kept;
 use super::layers::Layers;
 use super::mistake::address_mistake;
+use super::priority::Priority;
 use super::program::{Program, Tag, TagMeaning, Written};
 use crate::isa::address_text;
 use crate::isa::{Address, Bit, BitSpace, NumberMap, Real};
@@ -41,6 +42,7 @@ impl Resolver<'_> {
             min,
             max,
             alarm: tag.alarm.as_ref().map(|alarm| alarm.text.clone()),
+            priority: priority(tag),
             log_changes: tag.log.is_some(),
             spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
             used: false,
@@ -63,6 +65,27 @@ impl Resolver<'_> {
             let message = format!("the `alarm` of `{name}` has {count} characters");
             let help = format!("a text has at most {TEXT_MAX}; `doc` has room for what to do");
             self.find(Finding::new(Code::TagKey, alarm.span, message).help(help));
+        }
+    }
+
+    /// Reports a priority with an unknown word, and one of no alarm.
+    fn priority_misfits(&mut self, tag: &ladder::Tag) {
+        let Some(written) = &tag.priority else { return };
+        if Priority::named(&written.text).is_none() {
+            let message = format!("`priority` knows no `{}`", kept(&written.text));
+            let help = match Priority::named(&written.text.to_lowercase()) {
+                Some(meant) => format!("write `priority = \"{}\"`", meant.name()),
+                None => {
+                    let words = Priority::ALL.map(|priority| format!("`{}`", priority.name()));
+                    format!("the priorities are {}", words.join(", "))
+                }
+            };
+            self.find(Finding::new(Code::TagKey, written.span, message).help(help));
+        }
+        if tag.alarm.is_none() {
+            let message = "`priority` goes with `alarm`, and this tag has none";
+            let help = "add `alarm = \"…\"`: the text that people read; or leave `priority` out";
+            self.find(Finding::new(Code::TagKey, written.span, message).help(help));
         }
     }
 
@@ -168,6 +191,7 @@ impl Resolver<'_> {
             let finding = Finding::new(Code::TagKey, log.span, message);
             self.find(finding.help("write `log = \"change\"`"));
         }
+        self.priority_misfits(tag);
     }
 
     /// The content of the tag's cell for a value of `initial`, `min` or `max`.
@@ -253,6 +277,12 @@ impl Resolver<'_> {
             }
         }
     }
+}
+
+/// The priority of the tag's alarm.
+fn priority(tag: &ladder::Tag) -> Priority {
+    let written = tag.priority.as_ref();
+    written.and_then(|written| Priority::named(&written.text)).unwrap_or_default()
 }
 
 /// Two values of a tag, each with its place, if it is given.

@@ -31,6 +31,8 @@ pub struct Tag {
     pub max: Option<Located<Constant>>,
     /// `alarm`.
     pub alarm: Option<Text>,
+    /// `priority`, of an alarm.
+    pub priority: Option<Text>,
     /// `log`.
     pub log: Option<Text>,
     /// `spare`.
@@ -55,6 +57,8 @@ impl Tag {
 /// The name of a tag; the grammar in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
+
+const PRIORITIES: &str = r#"{"enum":["critical","high","medium","low"]}"#;
 
 /// The number of elements of an array.
 const COUNT: (i64, i64) = (2, 4096);
@@ -111,6 +115,10 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
             "A write from outside above this is refused; a write by the ladder is limited to it.",
         )),
         alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
+        priority: table.string(
+            key("priority", "How soon a person has to act on the alarm; else `medium`.")
+                .limited(PRIORITIES),
+        ),
         log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
         has_meaning: ["at", "type", "value"].iter().any(|key| table.has(key)),

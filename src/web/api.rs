@@ -10,14 +10,15 @@ use serde_json::{Value, json};
 
 use super::follow::Seen;
 use super::query::Query;
-use super::route::{Answered, Failure, json_answer};
+use super::reply::{WebFailure, WebResult, json_answer};
 use super::sessions::Session;
-use super::site::{Site, say};
-use super::stream::{Told, Window, name_of};
+use super::site::{WebSite, say};
+use super::stream::{Told, Window, name_of, tag_value};
 use crate::controller::web::{Panel, WebSettings, Widget};
-use crate::draw::ladder::{BlockPicture, RungPicture};
+use crate::draw::ladder::{BlockPicture, RungPicture, StagePicture};
 use crate::draw::live_svg;
-use crate::live::{LiveProgram, LiveView};
+use crate::live::{LiveEvent, LiveProgram, LiveTag, LiveView};
+use crate::observe::CellChanged;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{GivenValue, Request};
 
@@ -26,21 +27,21 @@ const RUNGS_MAX: usize = 60;
 const TAGS_MAX: usize = 500;
 
 /// The questions that are answered of the last minute.
-const PAST: [&str; 4] = ["/api/hold", "/api/scan", "/api/why", "/api/trend"];
+const PAST: [&str; 5] = ["/api/events", "/api/hold", "/api/scan", "/api/why", "/api/trend"];
 
 /// The longest name of an operand.
 const OPERAND_BYTES_MAX: usize = 256;
 
-fn bad(why: impl Into<String>) -> Failure {
-    Failure(StatusCode::BAD_REQUEST, why.into())
+fn bad(why: impl Into<String>) -> WebFailure {
+    WebFailure(StatusCode::BAD_REQUEST, why.into())
 }
 
 /// Answers a question.
 pub(super) async fn question(
-    site: &Arc<Site>,
+    site: &Arc<WebSite>,
     path: &str,
     (query, session): (&Query, &Session),
-) -> Answered {
+) -> WebResult {
     if path == "/api/status" {
         let seen = site.follow.now().await;
         return Ok(json_answer(&json!({ "status": seen.status.as_deref() })));
@@ -48,7 +49,7 @@ pub(super) async fn question(
     let view = match query.number("hold") {
         Some(hold) => site.held(hold).ok_or_else(|| {
             let why = "the scans that were held are gone: pause again";
-            Failure(StatusCode::GONE, why.to_owned())
+            WebFailure(StatusCode::GONE, why.to_owned())
         })?,
         None if PAST.contains(&path) => of(site.follow.with_minute().await)?,
         None => viewed(site).await?,
@@ -64,28 +65,29 @@ pub(super) async fn question(
         "/api/ladder" => Ok(json_answer(&ladder(&view.program))),
         "/api/panels" => Ok(json_answer(&panels(&view.program))),
         "/api/tags" => Ok(json_answer(&tags(&view.program, query.get("find")))),
+        "/api/events" => asked(site, move || Ok(happened(&view))).await,
         "/api/rungs" => asked(site, move || rungs(&view, &query)).await,
         "/api/scan" => asked(site, move || scan(&view, &query)).await,
         "/api/why" => asked(site, move || why(&view, &query)).await,
         "/api/trend" => asked(site, move || trend(&view, &query)).await,
-        _ => Err(Failure(StatusCode::NOT_FOUND, "there is no such page".to_owned())),
+        _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned())),
     }
 }
 
 /// The controller as it is seen now.
-async fn viewed(site: &Site) -> Result<LiveView, Failure> {
+async fn viewed(site: &WebSite) -> Result<LiveView, WebFailure> {
     of(site.follow.now().await)
 }
 
-fn of(seen: Arc<Seen>) -> Result<LiveView, Failure> {
-    seen.view.clone().map_err(|why| Failure(StatusCode::BAD_GATEWAY, why))
+fn of(seen: Arc<Seen>) -> Result<LiveView, WebFailure> {
+    seen.view.clone().map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why))
 }
 
 /// Answers a question that takes a while, on a thread for it; few at a time.
 async fn asked(
-    site: &Site,
-    question: impl FnOnce() -> Result<Value, Failure> + Send + 'static,
-) -> Answered {
+    site: &WebSite,
+    question: impl FnOnce() -> Result<Value, WebFailure> + Send + 'static,
+) -> WebResult {
     let place = Arc::clone(&site.questions).acquire_owned().await;
     let answered = tokio::task::spawn_blocking(question).await;
     drop(place);
@@ -93,7 +95,7 @@ async fn asked(
         Ok(answered) => answered.map(|value| json_answer(&value)),
         Err(bug) => {
             let why = format!("a bug in rungd: {bug}");
-            Err(Failure(StatusCode::INTERNAL_SERVER_ERROR, why))
+            Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, why))
         }
     }
 }
@@ -120,8 +122,9 @@ fn ladder(program: &LiveProgram) -> Value {
         rungs.iter().map(|rung| rung.grid.rows.max(1)).collect()
     };
     let block = |block: &BlockPicture| {
-        let stage = |stage: &crate::draw::ladder::StagePicture| {
-            json!({ "name": stage.name, "doc": stage.doc, "rows": rows(&stage.rungs) })
+        let stage = |stage: &StagePicture| {
+            let rows = rows(&stage.rungs);
+            json!({ "name": stage.name, "doc": stage.doc, "rows": rows })
         };
         json!({
             "name": block.name,
@@ -150,7 +153,8 @@ fn panels(program: &LiveProgram) -> Value {
         })
     };
     let panel = |of: &Panel| {
-        json!({ "name": of.name, "show": of.show.iter().map(widget).collect::<Vec<_>>() })
+        let show: Vec<Value> = of.show.iter().map(widget).collect();
+        json!({ "name": of.name, "show": show })
     };
     let all = settings(program).map_or(&[][..], |web| &web.panels);
     json!({ "panels": all.iter().map(panel).collect::<Vec<_>>() })
@@ -160,10 +164,10 @@ fn panels(program: &LiveProgram) -> Value {
 fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
     let find = find.unwrap_or_default().to_lowercase();
     let has = |text: &str| text.to_lowercase().contains(&find);
-    let mut all = program.tags().filter(|tag| {
-        has(tag.name) || has(&tag.address) || tag.doc.is_some_and(&has)
-    });
-    let tag = |tag: crate::live::LiveTag<'_>| {
+    let mut all = program
+        .tags()
+        .filter(|tag| has(tag.name) || has(&tag.address) || tag.doc.is_some_and(&has));
+    let tag = |tag: LiveTag<'_>| {
         json!({
             "name": tag.name,
             "address": tag.address,
@@ -176,7 +180,7 @@ fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
 }
 
 /// The drawings of some rungs.
-fn rungs(view: &LiveView, query: &Query) -> Result<Value, Failure> {
+fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let element = query.get("element").unwrap_or_default();
     let all = view.program.rungs(element);
     let all = all.ok_or_else(|| bad(format!("there is no block or Stage `{element}`")))?;
@@ -204,13 +208,27 @@ fn rungs(view: &LiveView, query: &Query) -> Result<Value, Failure> {
 }
 
 /// The power and the values of a scan of the last minute.
-fn scan(view: &LiveView, query: &Query) -> Result<Value, Failure> {
+fn scan(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let number = query.number("scan").ok_or_else(|| bad("name a scan"))?;
-    let power = view.at(number).map_err(|why| Failure(StatusCode::GONE, why))?;
+    let power = view.at(number).map_err(|why| WebFailure(StatusCode::GONE, why))?;
     Ok(Told::default().news(view, &power, &Window::of(query)))
 }
 
-fn operand(query: &Query) -> Result<&str, Failure> {
+/// What happened in the last minute, the newest first.
+fn happened(view: &LiveView) -> Value {
+    let event = |of: LiveEvent| {
+        json!({
+            "time_ms": of.unix_ns / 1_000_000,
+            "scan": of.scan,
+            "text": of.text,
+            "alarm": of.is_alarm,
+            "operand": of.operand,
+        })
+    };
+    json!({ "events": view.events().into_iter().rev().map(event).collect::<Vec<_>>() })
+}
+
+fn operand(query: &Query) -> Result<&str, WebFailure> {
     let operand = query.get("operand").map(str::trim).filter(|of| !of.is_empty());
     let operand = operand.ok_or_else(|| bad("name an operand"))?;
     match operand.len() > OPERAND_BYTES_MAX {
@@ -219,18 +237,18 @@ fn operand(query: &Query) -> Result<&str, Failure> {
     }
 }
 
-fn why(view: &LiveView, query: &Query) -> Result<Value, Failure> {
+fn why(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let answer = view.why(operand(query)?, query.number("scan")).map_err(bad)?;
     let text = format!("{}{}", answer.text(), answer.hints());
     Ok(json!({ "text": text, "answer": answer.json() }))
 }
 
-fn trend(view: &LiveView, query: &Query) -> Result<Value, Failure> {
+fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let operand = operand(query)?;
     let trend = view.trend(operand).map_err(bad)?;
     let cell = view.program.subject.cell(operand).map_err(bad)?;
-    let point = |of: &crate::live::TrendPoint| {
-        let value = super::stream::tag_value(view.tag_value(cell, of.value));
+    let point = |of: &CellChanged| {
+        let value = tag_value(view.tag_value(cell, of.after));
         json!([of.unix_ns / 1_000_000, of.scan, value])
     };
     let span = trend.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);
@@ -240,21 +258,22 @@ fn trend(view: &LiveView, query: &Query) -> Result<Value, Failure> {
 
 /// Makes a change.
 pub(super) async fn change(
-    site: &Arc<Site>,
+    site: &Arc<WebSite>,
     path: &str,
     (session, said): (&Session, &Value),
-) -> Answered {
+) -> WebResult {
     let Some((user, _)) = &session.user else {
         let why = "only users who have signed in may change something: see `rungd web passwd`";
-        return Err(Failure(StatusCode::FORBIDDEN, why.to_owned()));
+        return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
     };
     match path {
         "/api/write" => write(site, user, said).await,
-        _ => Err(Failure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
+        "/api/ack" => acknowledge(site, user, said).await,
+        _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
     }
 }
 
-async fn write(site: &Arc<Site>, user: &str, said: &Value) -> Answered {
+async fn write(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
     let view = viewed(site).await?;
     let operand = said["operand"].as_str().unwrap_or_default().trim().to_owned();
     let subject = &view.program.subject;
@@ -263,26 +282,42 @@ async fn write(site: &Arc<Site>, user: &str, said: &Value) -> Answered {
     let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
     if !listed.iter().any(is_listed) {
         let why = format!("`{operand}` is not written here: `[web] write` does not list it");
-        return Err(Failure(StatusCode::FORBIDDEN, why));
+        return Err(WebFailure(StatusCode::FORBIDDEN, why));
     }
     let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
     let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
     let for_user = Some(user.to_owned());
-    let request = Request::Write { operand: operand.clone(), value, for_user };
+    let done = sent(site, Request::Write { operand: operand.clone(), value, for_user }).await?;
+    say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
+    Ok(json_answer(&done))
+}
+
+/// Acknowledges an alarm.
+async fn acknowledge(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
+    let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();
+    if alarm.is_empty() || alarm.len() > OPERAND_BYTES_MAX {
+        return Err(bad("name an alarm"));
+    }
+    let alarms = vec![alarm.clone()];
+    let for_user = Some(user.to_owned());
+    let done = sent(site, Request::Ack { alarms, for_user }).await?;
+    say(&format!("{user} acknowledged {alarm}"));
+    Ok(json_answer(&done))
+}
+
+/// Sends a change to the controller.
+async fn sent(site: &Arc<WebSite>, request: Request) -> Result<Value, WebFailure> {
     let socket = site.socket.clone();
     let place = Arc::clone(&site.questions).acquire_owned().await;
     let sent = tokio::task::spawn_blocking(move || client::ask::<Value>(&socket, &request)).await;
     drop(place);
     match sent {
-        Ok(Ok(change)) => {
-            say(&format!("{user} wrote {operand}: {}", change["now"]["value"]));
-            Ok(json_answer(&change))
-        }
+        Ok(Ok(done)) => Ok(done),
         Ok(Err(CallFailure::Refused(refusal))) => {
-            say(&format!("{user} may not write {operand}: {}", refusal.message));
-            Err(Failure(StatusCode::CONFLICT, refusal.message))
+            say(&format!("a change is refused: {}", refusal.message));
+            Err(WebFailure(StatusCode::CONFLICT, refusal.message))
         }
-        Ok(Err(failure)) => Err(Failure(StatusCode::BAD_GATEWAY, failure.to_string())),
-        Err(bug) => Err(Failure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())),
+        Ok(Err(failure)) => Err(WebFailure(StatusCode::BAD_GATEWAY, failure.to_string())),
+        Err(bug) => Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())),
     }
 }

@@ -74,6 +74,15 @@ impl Follow {
         Ok(Follow { seen, began, viewed_ms, thread })
     }
 
+    /// Follows nothing.
+    pub fn of_nothing() -> Follow {
+        let began = Instant::now();
+        let none = Seen { at: began, view: Err("there is nothing".into()), status: None };
+        let (_, seen) = watch::channel(Arc::new(none));
+        let viewed_ms = Arc::new(AtomicU64::new(0));
+        Follow { seen, began, viewed_ms, thread: thread::current() }
+    }
+
     /// Notes that somebody looks.
     fn touch(&self) {
         let now = self.began.elapsed().as_millis() as u64;
@@ -134,8 +143,7 @@ fn follow(socket: &Path, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -
         let view = follower.look().map_err(|failure| failure.to_string());
         let is_due = status_at.is_none_or(|at| at.elapsed() >= STATUS_EVERY);
         if is_due || view.is_err() {
-            let asked = client::ask_within::<Value>(socket, &Request::Status {}, ANSWER_MAX);
-            status = asked.ok().map(Arc::new);
+            status = told(socket).map(Arc::new);
             status_at = Some(Instant::now());
         }
         let pause = match &view {
@@ -145,4 +153,14 @@ fn follow(socket: &Path, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -
         tell.send_replace(Arc::new(Seen { at: Instant::now(), view, status: status.clone() }));
         thread::sleep(pause);
     }
+}
+
+/// The status, with all alarms of the list: those too that are over and not acknowledged.
+fn told(socket: &Path) -> Option<Value> {
+    let ask = |request| client::ask_within::<Value>(socket, &request, ANSWER_MAX).ok();
+    let mut status = ask(Request::Status {})?;
+    if let Some(listed) = ask(Request::Alarms {}) {
+        status["alarms"] = listed["alarms"].clone();
+    }
+    Some(status)
 }

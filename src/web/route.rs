@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use http_body_util::{BodyExt as _, Limited};
 use hyper::body::Incoming;
-use hyper::header::{COOKIE as COOKIE_HEADER, CONTENT_TYPE, HeaderMap, LOCATION, SET_COOKIE};
-use hyper::{Method, Request, Response, StatusCode};
+use hyper::header::{CONTENT_TYPE, COOKIE as COOKIE_HEADER, HeaderMap, LOCATION, SET_COOKIE};
+use hyper::{Method, Request, StatusCode};
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
@@ -14,22 +14,14 @@ use super::api;
 use super::body::AnswerBody;
 use super::guard::{CSRF, secure};
 use super::query::Query;
+use super::reply::{WebAnswer, WebFailure, WebResult, json_answer, typed};
 use super::sessions::{COOKIE, Session, cookie_of};
-use super::site::{Site, say};
+use super::site::{WebSite, say};
 use super::stream;
 
 /// The most bytes of a change, and the time limit of its arrival.
 const BODY_BYTES_MAX: usize = 8 * 1024;
 const BODY_MAX: Duration = Duration::from_secs(10);
-
-/// An answer.
-pub(super) type Answer = Response<AnswerBody>;
-
-/// Why a request has no other answer.
-pub(super) struct Failure(pub StatusCode, pub String);
-
-/// What a question is answered with.
-pub(super) type Answered = Result<Answer, Failure>;
 
 /// The files of the page: path, type, content.
 const PAGES: [(&str, &str, &str); 4] = [
@@ -40,13 +32,13 @@ const PAGES: [(&str, &str, &str); 4] = [
 ];
 
 /// Answers a request.
-pub(super) async fn answer(site: &Arc<Site>, request: Request<Incoming>) -> Answer {
+pub(super) async fn answer(site: &Arc<WebSite>, request: Request<Incoming>) -> WebAnswer {
     let admitted = site.guard.admit(request.method(), request.uri(), request.headers());
     let answered = match admitted {
         Ok(()) => admitted_answer(site, request).await,
-        Err(why) => Err(Failure(StatusCode::FORBIDDEN, why)),
+        Err(why) => Err(WebFailure(StatusCode::FORBIDDEN, why)),
     };
-    let mut answer = answered.unwrap_or_else(|Failure(status, why)| {
+    let mut answer = answered.unwrap_or_else(|WebFailure(status, why)| {
         let mut answer = json_answer(&json!({ "error": why }));
         *answer.status_mut() = status;
         answer
@@ -55,7 +47,7 @@ pub(super) async fn answer(site: &Arc<Site>, request: Request<Incoming>) -> Answ
     answer
 }
 
-async fn admitted_answer(site: &Arc<Site>, request: Request<Incoming>) -> Answered {
+async fn admitted_answer(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     let path = request.uri().path().to_owned();
     let is_get = *request.method() == Method::GET;
     if let Some((_, kind, content)) = PAGES.iter().find(|(at, ..)| *at == path) {
@@ -79,7 +71,7 @@ async fn admitted_answer(site: &Arc<Site>, request: Request<Incoming>) -> Answer
     let token = request.headers().get(CSRF).and_then(|token| token.to_str().ok());
     if !session.has_token(token.unwrap_or_default()) {
         let why = "the token of the session is missing: load the page again";
-        return Err(Failure(StatusCode::FORBIDDEN, why.to_owned()));
+        return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
     }
     if *request.method() != Method::POST {
         return Err(wrong_method());
@@ -92,7 +84,11 @@ async fn admitted_answer(site: &Arc<Site>, request: Request<Incoming>) -> Answer
 }
 
 /// A question of a session.
-async fn question(site: &Arc<Site>, path: &str, (query, session): (&Query, &Session)) -> Answered {
+async fn question(
+    site: &Arc<WebSite>,
+    path: &str,
+    (query, session): (&Query, &Session),
+) -> WebResult {
     if path == "/events" {
         return stream::events(site, query);
     }
@@ -104,23 +100,23 @@ fn cookie(headers: &HeaderMap) -> Option<&str> {
     all.find_map(cookie_of)
 }
 
-fn signed_out(site: &Site) -> Failure {
+fn signed_out(site: &WebSite) -> WebFailure {
     let why = match site.has_users() {
         true => "sign in",
         false => "open the link that `rungd web` has printed: it lets in once",
     };
-    Failure(StatusCode::UNAUTHORIZED, why.to_owned())
+    WebFailure(StatusCode::UNAUTHORIZED, why.to_owned())
 }
 
-fn wrong_method() -> Failure {
-    Failure(StatusCode::METHOD_NOT_ALLOWED, "this is not asked for in this way".to_owned())
+fn wrong_method() -> WebFailure {
+    WebFailure(StatusCode::METHOD_NOT_ALLOWED, "this is not asked for in this way".to_owned())
 }
 
 /// The one-time link.
-fn enter(site: &Site, query: &Query) -> Answered {
+fn enter(site: &WebSite, query: &Query) -> WebResult {
     if site.has_users() || !site.sessions().use_link(query.get("key").unwrap_or_default()) {
         let why = "this link does not let in: it was used, or a newer one was printed";
-        return Err(Failure(StatusCode::FORBIDDEN, why.to_owned()));
+        return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
     }
     let cookie = site.sessions().begin(None, Instant::now());
     say("the link was used; the next one:");
@@ -133,14 +129,14 @@ fn enter(site: &Site, query: &Query) -> Answered {
 }
 
 /// A user with a password.
-async fn sign_in(site: &Arc<Site>, request: Request<Incoming>) -> Answered {
+async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     if !site.has_users() {
         return Err(signed_out(site));
     }
     let said = body(request).await?;
     let text = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
     let (name, password) = (text("user"), text("password"));
-    let failed = |why: &str| Failure(StatusCode::TOO_MANY_REQUESTS, why.to_owned());
+    let failed = |why: &str| WebFailure(StatusCode::TOO_MANY_REQUESTS, why.to_owned());
     if !site.sessions().may_try(&name, Instant::now()) {
         return Err(failed("too many wrong passwords: wait a minute"));
     }
@@ -149,7 +145,7 @@ async fn sign_in(site: &Arc<Site>, request: Request<Incoming>) -> Answered {
     let users = site.users().map_err(|failure| {
         say(&failure.to_string());
         let why = "the file of users cannot be read: the log of `rungd web` says why";
-        Failure(StatusCode::INTERNAL_SERVER_ERROR, why.to_owned())
+        WebFailure(StatusCode::INTERNAL_SERVER_ERROR, why.to_owned())
     })?;
     let tried = name.clone();
     let verified = tokio::task::spawn_blocking(move || users.verified(&tried, &password)).await;
@@ -158,7 +154,7 @@ async fn sign_in(site: &Arc<Site>, request: Request<Incoming>) -> Answered {
         site.sessions().note_wrong(&name, Instant::now());
         say(&format!("a wrong password for `{}`", name.chars().take(32).collect::<String>()));
         let why = "no user has this name and this password";
-        return Err(Failure(StatusCode::UNAUTHORIZED, why.to_owned()));
+        return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
     };
     say(&format!("{name} has signed in"));
     let cookie = site.sessions().begin(Some((name, hash)), Instant::now());
@@ -167,15 +163,15 @@ async fn sign_in(site: &Arc<Site>, request: Request<Incoming>) -> Answered {
     Ok(answer)
 }
 
-fn set_cookie(site: &Site, answer: &mut Answer, cookie: &str) {
+fn set_cookie(site: &WebSite, answer: &mut WebAnswer, cookie: &str) {
     let secure = if site.is_tls { "; Secure" } else { "" };
     let cookie = format!("{COOKIE}={cookie}; Path=/; HttpOnly; SameSite=Strict{secure}");
     answer.headers_mut().insert(SET_COOKIE, cookie.parse().expect("a cookie is ASCII"));
 }
 
 /// The JSON of a change.
-async fn body(request: Request<Incoming>) -> Result<Value, Failure> {
-    let bad = |why: &str| Failure(StatusCode::BAD_REQUEST, why.to_owned());
+async fn body(request: Request<Incoming>) -> Result<Value, WebFailure> {
+    let bad = |why: &str| WebFailure(StatusCode::BAD_REQUEST, why.to_owned());
     let kind = request.headers().get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok());
     if !kind.unwrap_or_default().starts_with("application/json") {
         return Err(bad("a change is JSON"));
@@ -184,16 +180,4 @@ async fn body(request: Request<Incoming>) -> Result<Value, Failure> {
     let read = timeout(BODY_MAX, limited).await.map_err(|_| bad("the request did not come"))?;
     let bytes = read.map_err(|_| bad("the request broke off, or is too long"))?.to_bytes();
     serde_json::from_slice(&bytes).map_err(|_| bad("a change is JSON"))
-}
-
-/// An answer in JSON.
-pub(super) fn json_answer(value: &Value) -> Answer {
-    typed("application/json", AnswerBody::of(value.to_string()))
-}
-
-/// An answer of a type.
-pub(super) fn typed(kind: &'static str, body: AnswerBody) -> Answer {
-    let mut answer = Response::new(body);
-    answer.headers_mut().insert(CONTENT_TYPE, hyper::header::HeaderValue::from_static(kind));
-    answer
 }

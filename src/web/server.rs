@@ -12,6 +12,7 @@ use anyhow::{Context as _, Result};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{sleep, timeout};
@@ -21,7 +22,7 @@ use super::guard::Guard;
 use super::listen::{Connection, Listener, secured, tls};
 use super::options::{ListenAt, WebOptions};
 use super::route::answer;
-use super::site::{Site, SiteParts, say};
+use super::site::{WebSite, WebSiteParts, say};
 use super::stall::NoStall;
 
 /// The most connections at a time. A connection more waits for a place.
@@ -52,7 +53,7 @@ async fn run(options: &WebOptions) -> Result<()> {
     let listener = Listener::open(&options.listen).await?;
     let port = listener.address().map(|address| address.port());
     let follow = Follow::start(options.socket.clone()).context("the system starts no thread")?;
-    let site = Arc::new(Site::new(SiteParts {
+    let site = Arc::new(WebSite::new(WebSiteParts {
         follow,
         guard: Guard::new(options.host_values(port), options.is_tls()),
         socket: options.socket.clone(),
@@ -94,7 +95,7 @@ fn address(options: &WebOptions, listener: &Listener) -> String {
 /// Takes connections in.
 async fn accept(
     listener: &Listener,
-    site: &Arc<Site>,
+    site: &Arc<WebSite>,
     acceptor: Option<&tokio_rustls::TlsAcceptor>,
 ) {
     let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
@@ -119,15 +120,62 @@ async fn accept(
 }
 
 /// Answers the requests of a connection.
-async fn converse(connection: Box<dyn Connection>, site: &Arc<Site>, place: OwnedSemaphorePermit) {
+async fn converse(
+    connection: Box<dyn Connection>,
+    site: &Arc<WebSite>,
+    place: OwnedSemaphorePermit,
+) {
     let service = service_fn(|request| {
         let site = Arc::clone(site);
         async move { Ok::<_, Infallible>(answer(&site, request).await) }
     });
     let mut protocol = http1::Builder::new();
     protocol.timer(TokioTimer::new()).header_read_timeout(HEAD_MAX);
-    protocol.max_buf_size(HEAD_BYTES_MAX).max_headers(HEADERS_MAX).half_close(false);
+    protocol.max_buf_size(HEAD_BYTES_MAX).max_headers(HEADERS_MAX).half_close(true);
     // What goes wrong on a connection is its peer's.
     let _ = protocol.serve_connection(TokioIo::new(NoStall::new(connection)), service).await;
     drop(place);
+}
+
+/// What a connection that sends these bytes gets, without a controller: for the fuzzer.
+pub fn conversation(bytes: &[u8]) -> Vec<u8> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.expect("an event loop").block_on(async {
+        let site = Arc::new(WebSite::new(WebSiteParts {
+            follow: Follow::of_nothing(),
+            guard: Guard::new(vec!["localhost".to_owned()], false),
+            socket: "/nonexistent".into(),
+            is_tls: false,
+            address: String::new(),
+            users: None,
+        }));
+        let place = Arc::new(Semaphore::new(1)).acquire_owned().await.expect("a place");
+        let (near, mut far) = tokio::io::duplex(bytes.len().max(1) + (1 << 20));
+        let asked = async {
+            far.write_all(bytes).await.expect("there is room");
+            far.shutdown().await.expect("it ends");
+        };
+        tokio::join!(asked, converse(Box::new(near), &site, place));
+        let mut answer = Vec::new();
+        let _ = far.read_to_end(&mut answer).await;
+        answer
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_asked_by_name_is_answered_and_bytes_are_not() {
+        let get = |path: &str| {
+            let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n");
+            String::from_utf8(conversation(request.as_bytes())).expect("a text")
+        };
+        assert!(get("/").starts_with("HTTP/1.1 200"));
+        assert!(get("/in?key=x").starts_with("HTTP/1.1 403"));
+        assert!(get("/api/ladder").starts_with("HTTP/1.1 401"));
+        assert!(conversation(b"\0\0\0\0").starts_with(b"HTTP/1.1 400"));
+        assert!(conversation(b"").is_empty());
+    }
 }

@@ -23,7 +23,7 @@ const QUESTIONS_MAX: usize = 2;
 const PASSWORDS_MAX: usize = 1;
 
 /// What all requests share.
-pub(super) struct Site {
+pub(super) struct WebSite {
     pub follow: Follow,
     pub guard: Guard,
     /// The operator's socket, for writes.
@@ -48,8 +48,8 @@ struct UserFile {
     known: Mutex<Option<(SystemTime, Arc<Users>)>>,
 }
 
-/// The parts of a [`Site`].
-pub(super) struct SiteParts {
+/// The parts of a [`WebSite`].
+pub(super) struct WebSiteParts {
     pub follow: Follow,
     pub guard: Guard,
     pub socket: PathBuf,
@@ -58,10 +58,10 @@ pub(super) struct SiteParts {
     pub users: Option<PathBuf>,
 }
 
-impl Site {
-    pub fn new(parts: SiteParts) -> Site {
-        let SiteParts { follow, guard, socket, is_tls, address, users } = parts;
-        Site {
+impl WebSite {
+    pub fn new(parts: WebSiteParts) -> WebSite {
+        let WebSiteParts { follow, guard, socket, is_tls, address, users } = parts;
+        WebSite {
             follow,
             guard,
             socket,

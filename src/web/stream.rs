@@ -10,8 +10,9 @@ use tokio::sync::mpsc;
 
 use super::body::AnswerBody;
 use super::query::Query;
-use super::route::{Answered, Failure, typed};
-use super::site::Site;
+use super::reply::{WebFailure, WebResult, typed};
+use super::site::WebSite;
+use crate::draw::ladder::RungPicture;
 use crate::draw::live_svg;
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BlockId, StageId};
@@ -64,10 +65,10 @@ impl Window {
 }
 
 /// The events of a viewer.
-pub(super) fn events(site: &Arc<Site>, query: &Query) -> Answered {
+pub(super) fn events(site: &Arc<WebSite>, query: &Query) -> WebResult {
     let place = Arc::clone(&site.streams).try_acquire_owned().map_err(|_| {
         let why = "too many pages look at this controller: close one";
-        Failure(StatusCode::SERVICE_UNAVAILABLE, why.to_owned())
+        WebFailure(StatusCode::SERVICE_UNAVAILABLE, why.to_owned())
     })?;
     let (site, window) = (Arc::clone(site), Window::of(query));
     let (send, events) = mpsc::channel(1);
@@ -120,8 +121,7 @@ impl Told {
         event["power"] = changed(&mut self.power, lit);
         event["values"] = changed(&mut self.values, values);
         let (on, running) = blocks(&view.program, power);
-        for (key, told, now) in
-            [("on", &mut self.on, on), ("running", &mut self.running, running)]
+        for (key, told, now) in [("on", &mut self.on, on), ("running", &mut self.running, running)]
         {
             if *told != now {
                 event[key] = now.clone();
@@ -185,8 +185,9 @@ fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
 /// By rung of the window: its power; null: it was not executed.
 fn lit(view: &LiveView, power: &ScanPower, window: &Window) -> Map<String, Value> {
     let Some(rungs) = view.program.rungs(&window.element) else { return Map::new() };
-    let shown = rungs.iter().skip(window.from - 1).take((window.to + 1).saturating_sub(window.from));
-    let of_rung = |rung: &crate::draw::ladder::RungPicture| {
+    let shown =
+        rungs.iter().skip(window.from - 1).take((window.to + 1).saturating_sub(window.from));
+    let of_rung = |rung: &RungPicture| {
         let place = (window.element.as_str(), rung.number as u32);
         let is_executed = view.is_executed(power, place);
         let conducts = |contact: &_| view.conducts(power, place, contact).unwrap_or(false);

@@ -1,5 +1,5 @@
-//! The users: a file with a name and a hash of argon2id in each line. Nobody but its owner may read
-//! it.
+//! The users: a file with a name and a hash of argon2id in each line. Nobody but its owner and its
+//! group may read it.
 
 use std::fmt;
 use std::fs::{self, OpenOptions};
@@ -41,7 +41,7 @@ impl fmt::Display for UserFailure {
             UserFailure::File(path, error) => write!(f, "{}: {error}", path.display()),
             UserFailure::Open(path) => write!(
                 f,
-                "{0}: others may read the users' hashes: `chmod go= {0}` ends that",
+                "{0}: others may read the users' hashes: `chmod o=,g-wx {0}` ends that",
                 path.display()
             ),
             UserFailure::Line(path, line) => write!(
@@ -71,7 +71,8 @@ impl Users {
     pub fn read(path: &Path) -> Result<Users, UserFailure> {
         let failed = |error| UserFailure::File(path.to_owned(), error);
         let facts = fs::metadata(path).map_err(failed)?;
-        if facts.mode() & 0o077 != 0 {
+        // A service reads root's file by its group.
+        if facts.mode() & 0o037 != 0 {
             return Err(UserFailure::Open(path.to_owned()));
         }
         if facts.len() > FILE_BYTES_MAX {
@@ -157,10 +158,14 @@ fn write(path: &Path, users: &Users) -> io::Result<()> {
     let mut file = options.write(true).create_new(true).mode(0o600).open(&beside)?;
     let text: String = users.all.iter().map(|(name, hash)| format!("{name}:{hash}\n")).collect();
     let done = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-    if let Ok(old) = fs::metadata(path) {
-        // The service reads the file as its own user.
-        let _ = std::os::unix::fs::chown(&beside, Some(old.uid()), Some(old.gid()));
-    }
+    let done = done.and_then(|()| match fs::metadata(path) {
+        // Whoever could read the file can do so still.
+        Ok(old) => {
+            std::os::unix::fs::chown(&beside, Some(old.uid()), Some(old.gid()))?;
+            fs::set_permissions(&beside, old.permissions())
+        }
+        Err(_) => Ok(()),
+    });
     let done = done.and_then(|()| fs::rename(&beside, path));
     if done.is_err() {
         let _ = fs::remove_file(&beside);
@@ -191,7 +196,7 @@ mod tests {
         assert!(refused("a:b", Some("long enough")).to_string().contains("no `:`"));
         assert!(refused("dora", Some("short")).to_string().contains("8 to 1024"));
         fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).expect("changed");
-        assert!(Users::read(&path).unwrap_err().to_string().contains("chmod go="));
+        assert!(Users::read(&path).unwrap_err().to_string().contains("chmod o="));
         fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).expect("changed");
         fs::write(&path, "# users\nanna\n").expect("written");
         assert!(Users::read(&path).unwrap_err().to_string().contains(":2: a line is NAME:HASH"));

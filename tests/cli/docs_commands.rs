@@ -1,4 +1,4 @@
-//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/record.md`, `docs/black-box.md`,
+//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/alarms.md`, `docs/record.md`, `docs/black-box.md`,
 //! `docs/testing.md`, `docs/xref.md` and `docs/draw.md`, executed:
 //! each command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`, and
 //! prints what the page shows.
@@ -89,8 +89,10 @@ fn output(command: &str, folder: &Path) -> String {
     let bin = binary.parent().expect("a folder").display();
     // On these pages the commands and their controller meet here.
     let name = folder.to_string_lossy();
-    let has_socket =
-        ["operator"].iter().chain(&RECORDED).any(|page| name.contains(&format!("-{page}-")));
+    let has_socket = ["operator", "alarms"]
+        .iter()
+        .chain(&RECORDED)
+        .any(|page| name.contains(&format!("-{page}-")));
     let socket = has_socket.then(|| folder.join("rungd.sock"));
     let output = Command::new("sh")
         .args(["-c", &format!("{{ {command}\n}} 2>&1")])
@@ -177,6 +179,11 @@ fn the_first_page_shows_what_it_does() {
 #[test]
 fn the_operators_commands_print_what_the_page_shows() {
     run_page("docs/operator.md");
+}
+
+#[test]
+fn the_alarms_are_listed_and_acknowledged_as_the_page_shows() {
+    run_page("docs/alarms.md");
 }
 
 #[test]

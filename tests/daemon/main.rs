@@ -1,5 +1,6 @@
 //! The real process: its runs and ends, its watchdog, its commands, and its messages.
 
+mod alarms;
 mod bottling;
 mod clocks;
 mod endings;
@@ -7,6 +8,8 @@ mod events;
 mod full_disk;
 mod journal;
 mod log_settings;
+#[cfg(feature = "monitor")]
+mod monitor;
 mod names;
 mod no_descriptors;
 mod operator_commands;

@@ -1,6 +1,8 @@
 //! Names that have no address of their own, with the real binary at both ends of the socket: own
-//! tags of a template's use, elements and whole arrays, read, written and forced.
+//! tags of a template's use, elements and whole arrays, read, written and forced; and names that
+//! stand for several others: blocks and uses.
 
+use crate::operator_commands;
 use crate::support::live::Live;
 
 const LADDER: &str = r#"
@@ -54,6 +56,50 @@ fn own_tags_of_a_use_are_read_and_forced_by_their_whole_names() {
     assert_eq!(live.ok("write total 41"), "total: 41, was 40\n");
     let refused = live.say("read p2.failed");
     assert!(refused.err.contains("nothing is called `p2`"), "{}", refused.err);
+}
+
+#[test]
+fn a_block_stands_for_its_bits_and_stages_where_it_is_read() {
+    let live = operator_commands::live();
+    assert_eq!(
+        live.ok("read Drain"),
+        "\
+Drain.Running  Drain.Running  ON
+Drain.Open     Drain.Open     ON
+Drain.Closed   Drain.Closed   OFF
+"
+    );
+    assert_eq!(
+        live.ok("read Often size"),
+        "\
+Often.Running  Often.Running  OFF
+Often.Done     Often.Done     OFF
+size           D1             12
+"
+    );
+    assert!(live.ok("watch Drain --count 1").contains(" Drain.Running=ON Drain.Open=ON "));
+    assert_eq!(live.say("read --json Drain").json()["values"][1]["address"], "Drain.Open");
+    for asked in ["write Drain 1", "force Drain 1"] {
+        let said = live.say(asked);
+        let words = "`Drain` is a block: `Drain.Running` is its bit";
+        assert!(said.code == 2 && said.err.contains(words), "{said:?}");
+    }
+}
+
+#[test]
+fn a_use_stands_for_its_tags_where_it_is_read() {
+    let live = live();
+    let text = live.ok("read p1");
+    let names: Vec<_> = text.lines().filter_map(|line| line.split(' ').next()).collect();
+    let of_timer = ["Acc", "Done", "Reset", "Zero", "Timing"].map(|of| format!("p1.late.{of}"));
+    assert_eq!(names[0], "p1.failed", "in the order of the file");
+    assert_eq!(names[1..], of_timer);
+    for asked in ["write p1 1", "force p1 1"] {
+        let said = live.say(asked);
+        let words = "`p1` is a use of a template: name one of its tags, as `p1.failed`";
+        assert!(said.code == 2 && said.err.contains(words), "{said:?}");
+    }
+    assert!(live.say("read p2").err.contains("nothing is called `p2`"));
 }
 
 #[test]

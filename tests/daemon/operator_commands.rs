@@ -255,7 +255,8 @@ fn status_tells_all() {
     assert!(!text.contains(" us  #") && live.ok("status --histogram").contains(" us  #"));
     live.ok("force jam on");
     live.await_values("lamp", "ON");
-    assert!(live.ok("status").contains("alarms      jam: Bottles jammed\n"));
+    let alarm = "alarms      jam: Bottles jammed (medium, not acknowledged)\n";
+    assert!(live.ok("status").contains(alarm));
     live.ok("unforce jam");
     let json = live.say("status --json").json();
     assert_eq!((&json["mode"], &json["period_us"]), (&"RUN".into(), &10_000.into()));
@@ -401,7 +402,7 @@ fn a_name_with_a_dash_is_an_operand_and_no_range() {
     assert!(live.ok("unforce line-1.Ok").starts_with("line-1.Ok: not forced"));
     for (asked, words) in [
         ("write drain-pump.Running ON", "a block is started and stopped by the ladder"),
-        ("read drain-pump", "`drain-pump` is a block: `drain-pump.Running` is its bit"),
+        ("write drain-pump 1", "`drain-pump` is a block: `drain-pump.Running` is its bit"),
         ("read drain-pmup.Running", "nothing is called `drain-pmup` (did you mean `drain-pump`?)"),
         ("force drain-pump.half-opne ON", "has no stage `half-opne`"),
         ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),

@@ -206,3 +206,62 @@ fn a_force_of_an_output_outside_run_says_that_the_output_stays_safe() {
     live.ok("mode run");
     assert!(!live.say("force Y7 on").err.contains(words));
 }
+
+/// Y0 is SET, Y1 holds its value, Y2 is ON when it is safe.
+#[test]
+fn outside_run_an_output_shows_what_is_at_it() {
+    let ladder = "[tags]\nfeeder = { at = \"Y0\" }\n[[program]]\nname = \"Main\"\nrung = [\n\
+                  { when = [\"$FirstScan\"], do = [\"SET feeder\", \"SET Y1\"] },\n\
+                  { when = [\"$On\"], do = [\"OUT C7\", \"OUT Y3\"] },\n]\n";
+    let safe = "[outputs]\nhold = [\"Y1\"]\non = [\"Y2\"]\n";
+    let live = Live::start(ladder, safe, &[]);
+    live.await_values("C7", "ON");
+    let in_run = "feeder  Y0  ON\nY1      Y1  ON\nY2      Y2  OFF\n";
+    assert_eq!(live.ok("read Y0..Y2"), in_run);
+    assert!(!live.ok("read feeder --json").contains("driven"));
+    assert!(!live.ok("status").contains("\n  outputs "));
+    live.ok("mode stop");
+    assert_eq!(
+        live.ok("read Y0..Y3 C7"),
+        "\
+feeder  Y0  ON  output OFF
+Y1      Y1  ON  output ON
+Y2      Y2  OFF  output ON
+Y3      Y3  OFF  output OFF
+C7      C7  OFF
+"
+    );
+    let json = live.say("read --json feeder Y2 C7").json();
+    let driven = |at: usize| json["values"][at]["driven"].clone();
+    assert_eq!((driven(0), driven(1)), (false.into(), true.into()));
+    assert!(driven(2).is_null(), "not of a C");
+    let look = live.ok("watch feeder Y2 C7 --count 1");
+    assert!(look.contains(" feeder=ON,output=OFF Y2=OFF,output=ON C7=OFF\n"), "{look}");
+    let text = live.ok("status");
+    let rows = "  outputs     at their safe values; memory holds something else of these:\n\
+                \x20             feeder  Y0  ON  output OFF\n\
+                \x20             Y2      Y2  OFF  output ON\n";
+    assert!(text.contains(rows), "{text}");
+    live.ok("force feeder off");
+    live.ok("force Y2 on");
+    let text = live.ok("status");
+    assert!(text.contains("  outputs     at their safe values, as in memory\n"), "{text}");
+    assert!(text.contains("feeder  Y0  OFF  forced  output OFF\n"), "{text}");
+    assert_eq!(live.say("status --json").json()["outputs"], serde_json::json!([]));
+}
+
+#[test]
+fn in_a_fault_memory_stays_and_the_output_is_safe() {
+    if !cfg!(debug_assertions) {
+        return skip(Need::Faults, "a release build has no faults on purpose");
+    }
+    let ladder = "[[program]]\nname = \"Main\"\n\
+                  rung = [ { when = [\"$On\"], do = [\"OUT Y1\"] } ]\n";
+    let controller = "scan.period = \"2ms\"\nscan.watchdog = \"500ms\"\n";
+    let live = Live::start_to_stall(ladder, controller, &[]);
+    live.await_values("Y1", "ON");
+    live.stall();
+    live.await_mode("FAULT");
+    assert_eq!(live.ok("read Y1"), "Y1  Y1  ON  output OFF\n");
+    assert!(live.ok("status").contains("\n              Y1  Y1  ON  output OFF\n"));
+}

@@ -280,6 +280,7 @@ fn uses_tags_and_heads() {
             ("tags.a = { at = \"X0\", ¦ }", &["doc", "count"], &["at"]),
             ("tags.a = { spare = ¦ }", &["true", "false"], &[]),
             ("tags.a = { at = \"X0\", log = \"¦\" }", &["change"], &[]),
+            ("tags.a = { at = \"C0\", priority = \"¦\" }", &["critical", "medium"], &["change"]),
             (
                 "[[template]]\n[template.parameters]\nx = { type = \"¦\" }",
                 &["contact", "int-out"],

@@ -59,7 +59,8 @@ fn a_name_says_why_and_a_held_minute_stays() {
     web.live.ok("write start OFF");
     web.until(WINDOW, &visitor, |event| event["values"]["lamp"] == false);
     let scan = |number: u64| {
-        let path = format!("/api/scan?element=Main&from=1&to=1&tags=lamp&hold={hold}&scan={number}");
+        let path =
+            format!("/api/scan?element=Main&from=1&to=1&tags=lamp&hold={hold}&scan={number}");
         web.get(&path, &visitor)
     };
     assert_eq!(scan(last).json()["values"]["lamp"], true);
@@ -80,7 +81,10 @@ fn tags_are_searched_and_trends_have_every_change() {
     let visitor = web.visit();
     let found = web.get("/api/tags?find=PEOPLE", &visitor).json();
     assert_eq!(found["tags"][0]["name"], "level");
-    assert_eq!(web.get("/api/tags?find=ct0", &visitor).json()["tags"][0]["members"][0], "parts.Acc");
+    assert_eq!(
+        web.get("/api/tags?find=ct0", &visitor).json()["tags"][0]["members"][0],
+        "parts.Acc"
+    );
     for value in ["20", "30", "10"] {
         web.live.ok(&format!("write level {value}"));
     }
@@ -89,6 +93,13 @@ fn tags_are_searched_and_trends_have_every_change() {
     let points = trend["points"].as_array().unwrap();
     let values: Vec<_> = points.iter().map(|point| point[2].as_i64().unwrap()).collect();
     assert_eq!(values, [0, 20, 30, 10]);
+    web.live.ok("force lamp ON");
+    web.until(WINDOW, &visitor, |event| event["values"]["lamp"] == true);
+    let happened = web.get("/api/events", &visitor).json();
+    let texts: Vec<_> =
+        happened["events"].as_array().unwrap().iter().map(|of| &of["text"]).collect();
+    let has = |part: &str| texts.iter().any(|text| text.as_str().unwrap().contains(part));
+    assert!(has("forced lamp to 1") && has("wrote 30 to level") && has("RUN"), "{texts:?}");
     let panels = web.get("/api/panels", &visitor).json();
     assert_eq!(panels["panels"][0]["show"][3]["limits"], json!([0, 100]));
     for (path, says) in [

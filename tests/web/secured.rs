@@ -36,8 +36,7 @@ fn browsers_speak_tls_and_nothing_else() {
     let mode = std::os::unix::fs::PermissionsExt::from_mode(0o600);
     std::fs::set_permissions(&users, mode).unwrap();
     let users = users.display().to_string();
-    let web =
-        Web::of(live, &["--tls-cert", &chain, "--tls-key", &key, "--users-file", &users]);
+    let web = Web::of(live, &["--tls-cert", &chain, "--tls-key", &key, "--users-file", &users]);
     let mut curl = Command::new("curl");
     curl.args(["-s", "-i", "--cacert", &chain, &format!("https://{}/", web.host)]);
     let said = String::from_utf8(curl.output().unwrap().stdout).unwrap();

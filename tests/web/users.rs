@@ -27,7 +27,10 @@ fn error(answer: &HttpAnswer) -> String {
 fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("users").display().to_string();
-    assert_eq!(passwd(&file, "anna", "short"), (2, "rungd web: a password has 8 to 1024 bytes\n".into()));
+    assert_eq!(
+        passwd(&file, "anna", "short"),
+        (2, "rungd web: a password has 8 to 1024 bytes\n".into())
+    );
     assert_eq!(passwd(&file, "anna", "correct horse").0, 0);
     let web = Web::of(live, &["--users-file", &file]);
     assert!(web.link.is_none());

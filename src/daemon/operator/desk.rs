@@ -61,7 +61,7 @@ impl Desk {
     }
 
     /// The latest image, and the names of its program.
-    fn seen(&self) -> (Arc<Snapshot>, Arc<View>) {
+    pub(super) fn seen(&self) -> (Arc<Snapshot>, Arc<View>) {
         let latest = self.port.latest();
         let view = self.views.of(latest.generation);
         (latest, view)
@@ -91,6 +91,12 @@ impl Desk {
                 let changed = self.mode(peer, *to).await?;
                 as_json(&self.durable(changed, *to, *no_wait).await)
             }
+            Request::Alarms {} => as_json(&self.alarms().await),
+            Request::Ack { alarms, for_user } => {
+                let peer = peer.acting_for(for_user.as_deref())?;
+                as_json(&self.acknowledge(&peer, Some(alarms)).await?)
+            }
+            Request::AckAll {} => as_json(&self.acknowledge(peer, None).await?),
             Request::LogLevel { level } => as_json(&log_level(peer, *level)),
             Request::Reload { dry_run } => {
                 let reloads = Arc::clone(&self.reloads);
@@ -119,7 +125,9 @@ impl Desk {
         let (latest, view) = self.seen();
         let forces = self.forces(&latest, &view.names);
         let forces = forces.iter().map(|(operand, _)| operand.seen(&latest)).collect();
-        view.about.status(&latest, forces)
+        let outputs = view.names.held_otherwise(&latest);
+        let outputs = outputs.iter().map(|output| output.seen(&latest)).collect();
+        view.about.status(&latest, forces, outputs)
     }
 
     /// The forced operands with their present names; each with the name by which it was forced.

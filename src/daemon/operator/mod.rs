@@ -7,6 +7,7 @@
 //! wait.
 
 mod accounts;
+mod alarms;
 mod desk;
 mod memory;
 mod pace;

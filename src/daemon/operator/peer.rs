@@ -52,9 +52,8 @@ impl Peer {
         let Some(person) = person else { return Ok(self.clone()) };
         let is_odd = |c: char| c.is_control() || c.is_whitespace();
         if person.is_empty() || person.len() > PERSON_BYTES_MAX || person.contains(is_odd) {
-            let message = format!(
-                "`for_user` is a name without spaces, of at most {PERSON_BYTES_MAX} bytes"
-            );
+            let message =
+                format!("`for_user` is a name without spaces, of at most {PERSON_BYTES_MAX} bytes");
             return Err(Refusal::new(RefusalKind::BadRequest, message));
         }
         Ok(Peer { name: format!("{person} by {}", self.name), ..self.clone() })

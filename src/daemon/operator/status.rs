@@ -4,10 +4,12 @@
 //! command to the scan thread.
 
 use std::collections::HashSet;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::daemon::alarm_book::AlarmBook;
+use crate::daemon::alarm_keeper::SharedBook;
 use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
 use crate::daemon::record_thread::Recording;
@@ -15,6 +17,7 @@ use crate::daemon::retain_thread::Retention;
 use crate::engine::{BitCell, Layout};
 use crate::io::device::Health;
 use crate::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
+use crate::lower;
 use crate::operator::names::Names;
 use crate::operator::protocol::{
     self, Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, PROTOCOL,
@@ -35,10 +38,12 @@ pub(in super::super) struct AboutParts {
     pub recording: Recording,
     /// The field devices, by number.
     pub devices: Vec<Health>,
+    /// The book of alarms.
+    pub book: SharedBook,
 }
 
 impl AboutParts {
-    /// The facts without a Modbus server and field devices; the caller adds these.
+    /// The facts without a Modbus server, field devices and alarms; the caller adds these.
     pub fn new(
         prepared: &Prepared,
         retention: Option<Retention>,
@@ -52,6 +57,7 @@ impl AboutParts {
             retention,
             recording,
             devices: Vec::new(),
+            book: Arc::new(Mutex::new(AlarmBook::new(&[]))),
         }
     }
 }
@@ -142,7 +148,12 @@ impl About {
         mover.map(|(driver, _)| driver.as_str())
     }
 
-    pub(super) fn status(&self, latest: &Snapshot, forces: Vec<ShownValue>) -> Status {
+    pub(super) fn status(
+        &self,
+        latest: &Snapshot,
+        forces: Vec<ShownValue>,
+        outputs: Vec<ShownValue>,
+    ) -> Status {
         let now_ns = monotonic_ns();
         let ladder = &self.ladder;
         Status {
@@ -169,6 +180,7 @@ impl About {
             blocks: self.blocks.iter().map(|block| self.block(block, latest)).collect(),
             alarms: self.standing(latest),
             forces,
+            outputs,
             devices: Devices {
                 modbus: self.parts.modbus.as_ref().map(|(address, connections_max, clients)| {
                     Modbus {
@@ -190,10 +202,20 @@ impl About {
         }
     }
 
-    /// The alarms that are ON.
+    /// The book of alarms.
+    pub(super) fn book(&self) -> MutexGuard<'_, AlarmBook> {
+        self.parts.book.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The alarms that are ON. Of one that has only just risen the book may not say anything yet.
     fn standing(&self, latest: &Snapshot) -> Vec<Alarm> {
-        let standing = self.alarms.iter().filter(|(cell, _)| latest.bit(*cell));
-        standing.map(|(_, alarm)| alarm.clone()).collect()
+        let (book, now_ns) = (self.book(), monotonic_ns());
+        let standing = self.alarms.iter().enumerate().filter(|(_, (cell, _))| latest.bit(*cell));
+        let booked = |(number, (_, alarm)): (usize, &(BitCell, Alarm))| {
+            let booked = book.standing((latest.generation, number), now_ns);
+            booked.unwrap_or_else(|| alarm.clone())
+        };
+        standing.map(booked).collect()
     }
 
     fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {
@@ -230,9 +252,13 @@ impl About {
 }
 
 fn alarms(setup: &Setup) -> Vec<(BitCell, Alarm)> {
-    let named = setup.symbols.alarms.iter();
-    let alarm = |tag: &str, text: &str| Alarm { tag: tag.to_owned(), text: text.to_owned() };
-    named.map(|named| (named.bit, alarm(&named.tag, &named.text))).collect()
+    let alarm = |named: &lower::Alarm| Alarm {
+        tag: named.tag.clone(),
+        text: named.text.clone(),
+        priority: named.priority,
+        ..Alarm::default()
+    };
+    setup.symbols.alarms.iter().map(|named| (named.bit, alarm(named))).collect()
 }
 
 fn named_blocks(setup: &Setup) -> Vec<NamedBlock> {

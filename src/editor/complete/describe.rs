@@ -64,7 +64,9 @@ pub(super) fn doc(declared: &Declared, project: &Project) -> String {
         };
         parts.extend(limits);
         parts.extend(facts.text("initial").map(|of| format!("After a cold start {of}.")));
-        parts.extend(facts.text("alarm").map(|of| format!("Alarm: {}", plain(of))));
+        let priority = facts.text("priority").map(|of| format!(" ({})", plain(of)));
+        let priority = priority.unwrap_or_default();
+        parts.extend(facts.text("alarm").map(|of| format!("Alarm{priority}: {}", plain(of))));
     }
     parts.join("\n\n")
 }

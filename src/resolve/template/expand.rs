@@ -437,7 +437,8 @@ fn too_long(key: &str, tag: &str, text: &str, span: Span) -> Option<Finding> {
 fn moved(mut tag: Tag, name: String, layer: FileId) -> Tag {
     tag.name.text = name;
     tag.name.span.file = layer;
-    for text in [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.log].into_iter().flatten() {
+    let texts = [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.priority, &mut tag.log];
+    for text in texts.into_iter().flatten() {
         text.span.file = layer;
     }
     let constants = [&mut tag.value, &mut tag.initial, &mut tag.min, &mut tag.max];

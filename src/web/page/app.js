@@ -100,7 +100,7 @@ function head() {
   if ($("mode").textContent !== mode) $("mode").textContent = mode;
   $("mode").className = state.mode === "RUN" ? "" : "alarm";
   $("clock").textContent = state.scan ? `, scan ${state.scan}, ${clock}` : "";
-  const alarms = status ? status.alarms.length : 0;
+  const alarms = status ? status.alarms.filter((alarm) => !alarm.ended).length : 0;
   const place = $("alarms-short");
   place.textContent = alarms === 0 ? "no alarm" : alarms === 1 ? "1 alarm" : alarms + " alarms";
   place.className = alarms ? "alarm" : "soft";
@@ -263,11 +263,30 @@ function overviewParts() {
     card("Devices", deviceTable(status.devices)));
 }
 
+// The alarms of the list, first the ones that stand, in the order in which they rose.
 function alarmTable(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no alarm stands");
-  return h("table", {}, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", { class: "alarm" }, alarm.text),
-    h("td", {}, whyButton(alarm.tag), alarm.priority ? ", " + alarm.priority : "")))));
+  const clock = (at) => at ? new Date(at.unix_ns / 1e6).toLocaleTimeString() : "";
+  return h("table", {}, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
+    h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
+    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyButton(alarm.tag)),
+    h("td", {}, alarm.priority), h("td", {}, stateOf(alarm)),
+    h("td", { class: "num" }, clock(alarm.since) + (alarm.order ? ", no. " + alarm.order : "")),
+    h("td", { class: "num" }, String(alarm.day || "")), h("td", {}, ackButton(alarm))))));
+}
+
+function stateOf(alarm) {
+  if (alarm.state === "acknowledged") return "acknowledged" + (alarm.acknowledged ? " by " + alarm.acknowledged.who : "");
+  return alarm.state === "returned" ? "over, not acknowledged" : "not acknowledged";
+}
+
+function ackButton(alarm) {
+  if (alarm.state === "acknowledged" || !state.session.user) return null;
+  const said = h("span", { role: "status", class: "error" });
+  return h("span", {}, h("button", { onclick: async () => {
+    try { await post("/api/ack", { alarm: alarm.tag }); said.textContent = "acknowledged"; said.className = "soft"; }
+    catch (error) { said.textContent = error.message; }
+  } }, "Acknowledge"), " ", said);
 }
 
 function deviceTable(devices) {
@@ -597,6 +616,25 @@ function alarms() {
   return { update(event) { if (event.status) fill(); } };
 }
 
+function events() {
+  watch([]);
+  const body = h("tbody", {}), said = h("p", { class: "soft", role: "status" });
+  async function load() {
+    try {
+      const answer = await get("/api/events", held());
+      said.textContent = answer.events.length ? "" : "nothing happened in the last minute";
+      body.replaceChildren(...answer.events.map((of) => h("tr", { class: of.alarm ? "alarm" : "" },
+        h("td", { class: "num" }, new Date(of.time_ms).toLocaleTimeString()), h("td", { class: "num" }, of.scan),
+        h("td", {}, of.text), h("td", {}, of.operand ? whyButton(of.operand, "why") : ""))));
+    } catch (error) { said.textContent = error.message; }
+  }
+  $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, "Events of the last minute"),
+    h("button", { onclick: load }, "Load anew")), said,
+  h("table", {}, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body));
+  load();
+  return {};
+}
+
 function devices() {
   watch([]);
   const place = h("div", {});
@@ -667,7 +705,7 @@ function panel(name) {
 // --- Pages -------------------------------------------------------------------------------------
 
 const PAGES = [["overview", "Overview", overview], ["ladder", "Ladder", ladder], ["tags", "Tags", tags],
-  ["alarms", "Alarms", alarms], ["devices", "Devices", devices], ["panel", "Panels", panel], ["trend", null, trend]];
+  ["alarms", "Alarms", alarms], ["events", "Events", events], ["devices", "Devices", devices], ["panel", "Panels", panel], ["trend", null, trend]];
 
 async function open() {
   const [name, ...rest] = location.hash.slice(1).split("/");

@@ -1,0 +1,162 @@
+//! `rungd alarms`: lists the alarms of a running controller, each with what explains it.
+//!
+//! The list is an answer of the controller. The explanations are those of `rungd why`, shortened:
+//! made here, of the recording of the last minute.
+
+use anyhow::Result;
+use clap::Args;
+
+use super::exit::Exit;
+use super::operator::OperatorArgs;
+use super::recording::{RecordedPast, subject};
+use super::terminal::{one_line, say_line};
+use super::when::LocalClock;
+use crate::daemon::span;
+use crate::observe::{At, Limits, Subject};
+use crate::operator::protocol::{Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request};
+use crate::record::Recording;
+
+/// The most alarms that are explained: the first of an episode explain the others.
+const EXPLAINED_MAX: usize = 8;
+/// The reasons of reasons that are followed.
+const DEPTH: u32 = 1;
+/// The most lines of an explanation.
+const LINES_MAX: usize = 4;
+
+/// Lists the alarms of a running controller, each with what explains it
+///
+/// First the alarms that stand, in the order in which they rose; then those that went away before
+/// anybody acknowledged them. `rungd ack` acknowledges.
+#[derive(Args, Debug)]
+pub struct AlarmsArgs {
+    #[command(flatten)]
+    at: OperatorArgs,
+}
+
+/// Lists.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn alarms(args: &AlarmsArgs) -> Result<Exit> {
+    let list: AlarmList = match args.at.ask(&Request::Alarms {}) {
+        Ok(list) => list,
+        Err(exit) => return Ok(exit),
+    };
+    let mut untold = None;
+    args.at.print(&list, || {
+        let reasons = reasons(args, &list).unwrap_or_else(|why| {
+            untold = Some(why);
+            Vec::new()
+        });
+        page(&list, &reasons, &LocalClock::here())
+    })?;
+    if let Some(why) = untold {
+        say_line(&format!("note: the alarms are not explained: {why}"));
+    }
+    Ok(Exit::Ok)
+}
+
+/// The whole list; `reasons`: of the first alarms.
+fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String {
+    let stand = list.alarms.iter().filter(|alarm| alarm.state.stands()).count();
+    let gone = list.alarms.len() - stand;
+    let standing = match stand {
+        0 => "no alarm stands".to_owned(),
+        1 => "1 alarm stands".to_owned(),
+        _ => format!("{stand} alarms stand"),
+    };
+    let mut lines = vec![match (stand, gone) {
+        (0, 0) => format!("{standing}, and none waits for an acknowledgement"),
+        (_, 0) => standing,
+        _ => format!("{standing}, {gone} went away unacknowledged"),
+    }];
+    for (at, alarm) in list.alarms.iter().enumerate() {
+        let number = if alarm.state.stands() { alarm.order.to_string() } else { "-".to_owned() };
+        lines.push(format!("{number:>3}  {}: {}", alarm.tag, alarm.text));
+        lines.push(format!("     {}", facts(alarm, clock)));
+        lines.extend(reasons.get(at).into_iter().flatten().map(|line| format!("     {line}")));
+    }
+    lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
+}
+
+/// Priority, acknowledgement, times, and how often.
+fn facts(alarm: &Alarm, clock: &LocalClock) -> String {
+    let acknowledged = match (alarm.state, &alarm.acknowledged) {
+        (AlarmState::Acknowledged, Some(ack)) => {
+            format!("acknowledged by {} at {}", ack.who, clock.text(ack.unix_ns))
+        }
+        (AlarmState::Acknowledged, None) => "acknowledged".to_owned(),
+        (AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Returned, _) => {
+            "NOT ACKNOWLEDGED".to_owned()
+        }
+    };
+    let time = |time: &AlarmTime| format!("{} (scan {})", clock.text(time.unix_ns), time.scan);
+    let lasted = span(alarm.lasted_ms.saturating_mul(1_000_000));
+    let when = match (&alarm.since, &alarm.ended) {
+        (Some(since), Some(ended)) => {
+            format!("from {} to {}, for {lasted}", time(since), time(ended))
+        }
+        (Some(since), None) => format!("since {}, for {lasted}", time(since)),
+        (None, _) => "since just now".to_owned(),
+    };
+    let often = if alarm.day == 1 { "time" } else { "times" };
+    let priority = alarm.priority.name();
+    format!("{priority}, {acknowledged}, {when}; {} {often} in the last day", alarm.day)
+}
+
+/// What explains the first alarms that stand, a few lines each.
+///
+/// # Errors
+/// The user may not read the recording, or it cannot be used.
+fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, String> {
+    let stand = list.alarms.iter().filter(|alarm| alarm.state.stands()).take(EXPLAINED_MAX);
+    let stand: Vec<&Alarm> = stand.collect();
+    if stand.is_empty() {
+        return Ok(Vec::new());
+    }
+    let answer: RecordingBytes = args
+        .at
+        .try_ask(&Request::Recording { from_section: None })
+        .map_err(|failure| failure.to_string())?;
+    let bytes = answer.bytes().ok_or("the controller's answer is no recording")?;
+    let recording = Recording::of_bytes(bytes.clone());
+    let last = recording.count().checked_sub(1).ok_or("the recording is empty")?;
+    let subject = subject(recording.program(last))?;
+    Ok(stand.iter().map(|alarm| reason(&subject, &bytes, alarm)).collect())
+}
+
+/// The first lines of the answer to `rungd why`, without its head: as of the scan in which the
+/// alarm rose, or as of now, if the recording does not reach back to it or is of another program
+/// there.
+fn reason(subject: &Subject, bytes: &[u8], alarm: &Alarm) -> Vec<String> {
+    let recording = Recording::of_bytes(bytes.to_vec());
+    let Some(last) = recording.count().checked_sub(1) else { return Vec::new() };
+    let rise = alarm.since.as_ref().and_then(|since| {
+        let section = recording.place_of_scan(since.scan)?;
+        let is_same = recording.program(section) == recording.program(last);
+        is_same.then_some((section, At::Scan(since.scan)))
+    });
+    let (section, at) = rise.unwrap_or((last, At::Now));
+    let explained = || {
+        let cell = subject.cell(&alarm.tag)?;
+        let mut past = RecordedPast::around(recording, section, subject.code_for(cell));
+        let limits = Limits { depth: DEPTH, change: false, ..Limits::default() };
+        let answer = subject.why(&mut past, cell, (at, limits));
+        answer.map(|answer| answer.text()).map_err(|refusal| refusal.to_string())
+    };
+    match explained() {
+        Ok(text) => short(&text),
+        Err(why) => vec![format!("not explained: {why}")],
+    }
+}
+
+/// What remains of an answer: no head, no description, and the first of its lines.
+fn short(text: &str) -> Vec<String> {
+    let told = text.lines().skip(1).filter(|line| !line.starts_with("  ("));
+    let lines: Vec<&str> = told.map(|line| line.strip_prefix("  ").unwrap_or(line)).collect();
+    let mut short: Vec<String> = lines.iter().take(LINES_MAX).map(|line| (*line).into()).collect();
+    if lines.len() > LINES_MAX {
+        short.push("…".to_owned());
+    }
+    short
+}

@@ -1,0 +1,267 @@
+//! The book of alarms: which stand, since when, in which order they rose, who acknowledged them.
+//!
+//! Pure: times are arguments. `alarm_keeper` enters what the scan thread tells, `operator` reads
+//! the book and acknowledges. All of it is bounded by the number of alarms; it lives as long as the
+//! process. The states are those of ISA-18.2: an alarm that went away before anybody acknowledged
+//! it stays in the list until somebody does.
+
+use std::cmp::Reverse;
+use std::collections::{HashMap, VecDeque};
+
+use crate::engine::BitCell;
+use crate::lower;
+use crate::operator::protocol::{AckedAlarm, Alarm, AlarmAck, AlarmState, AlarmTime};
+use crate::runtime::exchange::Snapshot;
+
+/// Rises are counted by the ten minutes.
+const SLICE_NS: u64 = 600 * 1_000_000_000;
+/// The ten minutes of a day.
+const SLICES: u64 = 144;
+
+/// When something happened: the scan, and its time by both clocks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct BookTime {
+    pub scan: u64,
+    /// CLOCK_MONOTONIC.
+    pub at_ns: u64,
+    /// Since 1970 (UTC).
+    pub unix_ns: i64,
+}
+
+impl BookTime {
+    fn shown(self) -> AlarmTime {
+        AlarmTime { scan: self.scan, unix_ns: self.unix_ns }
+    }
+}
+
+/// How often an alarm rose, by the ten minutes; the oldest first, at most a day of them.
+#[derive(Clone, Debug, Default)]
+struct DayCount(VecDeque<(u64, u32)>);
+
+impl DayCount {
+    fn add(&mut self, at_ns: u64) {
+        let slice = at_ns / SLICE_NS;
+        match self.0.back_mut() {
+            Some((last, count)) if *last >= slice => *count = count.saturating_add(1),
+            Some(_) | None => self.0.push_back((slice, 1)),
+        }
+        while self.0.front().is_some_and(|(first, _)| first + SLICES <= slice) {
+            self.0.pop_front();
+        }
+    }
+
+    fn of_the_day_before(&self, now_ns: u64) -> u32 {
+        let now = now_ns / SLICE_NS;
+        let counted = self.0.iter().filter(|(slice, _)| slice + SLICES > now);
+        counted.fold(0, |sum, (_, count)| sum.saturating_add(*count))
+    }
+}
+
+/// The last time that an alarm rose.
+#[derive(Clone, Copy, Debug)]
+struct AlarmRise {
+    at: BookTime,
+    episode: u64,
+    order: u32,
+}
+
+/// What the book knows of an alarm.
+#[derive(Clone, Debug)]
+struct BookedAlarm {
+    known: lower::Alarm,
+    state: AlarmState,
+    rise: Option<AlarmRise>,
+    /// When it went OFF, if it did since.
+    ended: Option<BookTime>,
+    acknowledged: Option<AlarmAck>,
+    day: DayCount,
+}
+
+impl BookedAlarm {
+    fn new(known: lower::Alarm) -> BookedAlarm {
+        BookedAlarm {
+            known,
+            state: AlarmState::Normal,
+            rise: None,
+            ended: None,
+            acknowledged: None,
+            day: DayCount::default(),
+        }
+    }
+
+    fn shown(&self, now_ns: u64) -> Alarm {
+        let end_ns = self.ended.map_or(now_ns, |ended| ended.at_ns);
+        let begin_ns = self.rise.map_or(end_ns, |rise| rise.at.at_ns);
+        Alarm {
+            tag: self.known.tag.clone(),
+            text: self.known.text.clone(),
+            priority: self.known.priority,
+            state: self.state,
+            since: self.rise.map(|rise| rise.at.shown()),
+            ended: self.ended.map(BookTime::shown),
+            lasted_ms: end_ns.saturating_sub(begin_ns) / 1_000_000,
+            episode: self.rise.map_or(0, |rise| rise.episode),
+            order: self.rise.map_or(0, |rise| rise.order),
+            day: self.day.of_the_day_before(now_ns),
+            acknowledged: self.acknowledged.clone(),
+        }
+    }
+}
+
+/// The book.
+#[derive(Debug)]
+pub(super) struct AlarmBook {
+    /// The program whose alarms these are.
+    generation: u32,
+    /// In file order, as the scan thread numbers them.
+    alarms: Vec<BookedAlarm>,
+    standing: usize,
+    episode: u64,
+    /// The alarms that rose in this episode.
+    risen: u32,
+    /// The scan in which the last standing alarm went away.
+    quiet_scan: Option<u64>,
+}
+
+impl AlarmBook {
+    /// An empty book of the first program's alarms.
+    pub fn new(alarms: &[lower::Alarm]) -> AlarmBook {
+        let alarms = alarms.iter().cloned().map(BookedAlarm::new).collect();
+        AlarmBook { generation: 0, alarms, standing: 0, episode: 0, risen: 0, quiet_scan: None }
+    }
+
+    /// Enters that an alarm went ON or OFF. What the book says already changes nothing.
+    pub fn edge(&mut self, number: usize, on: bool, at: BookTime) {
+        let AlarmBook { alarms, standing, episode, risen, quiet_scan, .. } = self;
+        let Some(alarm) = alarms.get_mut(number) else { return };
+        if alarm.state.stands() == on {
+            return;
+        }
+        if !on {
+            alarm.state = match alarm.state {
+                AlarmState::Unacknowledged => AlarmState::Returned,
+                AlarmState::Acknowledged => AlarmState::Normal,
+                other @ (AlarmState::Normal | AlarmState::Returned) => other,
+            };
+            alarm.ended = Some(at);
+            *standing -= 1;
+            *quiet_scan = Some(at.scan);
+            return;
+        }
+        // Of two changes in one scan nobody knows which came first: an alarm that rises in the
+        // scan in which the last one goes away belongs to its episode.
+        if *standing == 0 && *quiet_scan != Some(at.scan) {
+            *episode += 1;
+            *risen = 0;
+        }
+        let before = alarm.rise.filter(|rise| rise.episode == *episode);
+        let order = before.map_or_else(
+            || {
+                *risen += 1;
+                *risen
+            },
+            |rise| rise.order,
+        );
+        alarm.rise = Some(AlarmRise { at, episode: *episode, order });
+        (alarm.state, alarm.ended, alarm.acknowledged) = (AlarmState::Unacknowledged, None, None);
+        alarm.day.add(at.at_ns);
+        *standing += 1;
+    }
+
+    /// Goes on with the alarms of another program. An alarm keeps what the book knows of its name.
+    pub fn swap(&mut self, generation: u32, alarms: &[lower::Alarm]) {
+        let old = std::mem::take(&mut self.alarms);
+        let mut old: HashMap<String, BookedAlarm> =
+            old.into_iter().map(|alarm| (alarm.known.tag.clone(), alarm)).collect();
+        let booked = |known: &lower::Alarm| match old.remove(&known.tag) {
+            Some(alarm) => BookedAlarm { known: known.clone(), ..alarm },
+            None => BookedAlarm::new(known.clone()),
+        };
+        self.alarms = alarms.iter().map(booked).collect();
+        self.standing = self.alarms.iter().filter(|alarm| alarm.state.stands()).count();
+        self.generation = generation;
+    }
+
+    /// Whether the book says what an image says.
+    pub fn agrees(&self, image: &Snapshot) -> bool {
+        let agrees = |alarm: &BookedAlarm| image.bit(alarm.known.bit) == alarm.state.stands();
+        self.generation == image.generation && self.alarms.iter().all(agrees)
+    }
+
+    /// Enters what an image says, where records of the scan thread are lost; false if it is the
+    /// image of another program.
+    pub fn reconcile(&mut self, image: &Snapshot, unix_ns: i64) -> bool {
+        if self.generation != image.generation {
+            return false;
+        }
+        let at = BookTime { scan: image.scans, at_ns: image.now_ns, unix_ns };
+        for number in 0..self.alarms.len() {
+            let on = image.bit(self.alarms[number].known.bit);
+            self.edge(number, on, at);
+        }
+        true
+    }
+
+    /// The alarms that stand, in the order in which they rose; then those that went away before
+    /// anybody acknowledged them, the last episode first.
+    pub fn list(&self, now_ns: u64) -> Vec<Alarm> {
+        let listed = self.alarms.iter().filter(|alarm| alarm.state != AlarmState::Normal);
+        let mut list: Vec<Alarm> = listed.map(|alarm| alarm.shown(now_ns)).collect();
+        list.sort_by_key(|alarm| (!alarm.state.stands(), Reverse(alarm.episode), alarm.order));
+        list
+    }
+
+    /// An alarm of a program by its number, if it stands.
+    pub fn standing(&self, (generation, number): (u32, usize), now_ns: u64) -> Option<Alarm> {
+        let alarm = self.alarms.get(number).filter(|alarm| alarm.state.stands())?;
+        (self.generation == generation).then(|| alarm.shown(now_ns))
+    }
+
+    /// The number of the alarm of a tag.
+    pub fn of_tag(&self, tag: &str) -> Option<usize> {
+        self.alarms.iter().position(|alarm| alarm.known.tag == tag)
+    }
+
+    /// The numbers of the alarms of a bit of a program: several tags may watch it.
+    pub fn of_bit(&self, (generation, bit): (u32, BitCell)) -> Vec<usize> {
+        let is_ours = self.generation == generation;
+        let watches = |number: &usize| is_ours && self.alarms[*number].known.bit == bit;
+        (0..self.alarms.len()).filter(watches).collect()
+    }
+
+    /// The numbers of the alarms that nobody has acknowledged, in the order of the list.
+    pub fn unacknowledged(&self) -> Vec<usize> {
+        let waits = |alarm: &BookedAlarm| match alarm.state {
+            AlarmState::Unacknowledged | AlarmState::Returned => true,
+            AlarmState::Normal | AlarmState::Acknowledged => false,
+        };
+        let mut numbers: Vec<usize> =
+            (0..self.alarms.len()).filter(|number| waits(&self.alarms[*number])).collect();
+        numbers.sort_by_key(|number| {
+            let BookedAlarm { state, rise, .. } = &self.alarms[*number];
+            (!state.stands(), rise.map(|rise| (Reverse(rise.episode), rise.order)))
+        });
+        numbers
+    }
+
+    /// Enters an acknowledgement. An alarm that stands is acknowledged, one that went away leaves
+    /// the list; of any other nothing changes.
+    pub fn acknowledge(&mut self, number: usize, ack: AlarmAck) -> Option<AckedAlarm> {
+        let alarm = self.alarms.get_mut(number)?;
+        let before = alarm.state;
+        match before {
+            AlarmState::Unacknowledged => {
+                alarm.state = AlarmState::Acknowledged;
+                alarm.acknowledged = Some(ack);
+            }
+            AlarmState::Returned => alarm.state = AlarmState::Normal,
+            AlarmState::Normal | AlarmState::Acknowledged => {}
+        }
+        let (tag, text) = (alarm.known.tag.clone(), alarm.known.text.clone());
+        Some(AckedAlarm { tag, text, before, after: alarm.state })
+    }
+}
+
+#[cfg(test)]
+#[path = "alarm_book_tests.rs"]
+mod tests;

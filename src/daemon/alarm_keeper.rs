@@ -1,0 +1,139 @@
+//! Enters in the book of alarms what the log's observer hears from the scan thread.
+//!
+//! Called by `log_writer`, on the monitor thread, which may not wait: while a reader has the book,
+//! changes wait here, and are entered at the next turn. If records of the scan thread are lost, the
+//! book is put right by the latest image.
+
+use std::sync::{Arc, Mutex, TryLockError};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::alarm_book::{AlarmBook, BookTime};
+use super::narration::Narration;
+use crate::runtime::exchange::Snapshot;
+use crate::runtime::monotonic_ns;
+
+/// The most changes that wait.
+const WAITING_MAX: usize = 10_000;
+
+/// The book, for the monitor thread and the operator's desk.
+pub(super) type SharedBook = Arc<Mutex<AlarmBook>>;
+
+/// A change to be entered.
+enum BookNews {
+    /// An alarm, by its number, went ON or OFF.
+    Edge(usize, bool, BookTime),
+    /// Another program scans.
+    Swap(u32, Arc<Narration>),
+}
+
+/// The monitor thread's side of the book.
+pub(super) struct BookKeeper {
+    book: SharedBook,
+    waiting: Vec<BookNews>,
+    /// Changes are lost: the next image says how it is.
+    lost: bool,
+}
+
+impl BookKeeper {
+    pub fn new(book: SharedBook) -> BookKeeper {
+        BookKeeper { book, waiting: Vec::new(), lost: false }
+    }
+
+    /// An alarm went ON or OFF, in a scan of this time (CLOCK_MONOTONIC).
+    pub fn edge(&mut self, number: u32, on: bool, (scan, at_ns): (u64, u64)) {
+        if self.waiting.len() >= WAITING_MAX {
+            self.lost = true;
+            return;
+        }
+        let at = BookTime { scan, at_ns, unix_ns: unix_ns(at_ns) };
+        self.waiting.push(BookNews::Edge(number as usize, on, at));
+    }
+
+    /// Another program scans, with these alarms.
+    pub fn swap(&mut self, generation: u32, narration: &Arc<Narration>) {
+        self.waiting.push(BookNews::Swap(generation, Arc::clone(narration)));
+    }
+
+    /// Records of the scan thread are lost.
+    pub fn lost(&mut self) {
+        self.lost = true;
+    }
+
+    /// Enters what waits, unless a reader has the book.
+    pub fn turn(&mut self, latest: &Snapshot) {
+        if self.waiting.is_empty() && !self.lost {
+            return;
+        }
+        let mut book = match self.book.try_lock() {
+            Ok(book) => book,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) => return,
+        };
+        for news in self.waiting.drain(..) {
+            match news {
+                BookNews::Edge(number, on, at) => book.edge(number, on, at),
+                BookNews::Swap(generation, narration) => book.swap(generation, &narration.alarms),
+            }
+        }
+        if self.lost && book.reconcile(latest, unix_ns(latest.now_ns)) {
+            self.lost = false;
+        }
+    }
+}
+
+/// A time of CLOCK_MONOTONIC as ns since 1970 (UTC), by the clocks of now.
+pub(super) fn unix_ns(at_ns: u64) -> i64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let now = i64::try_from(now.as_nanos()).unwrap_or(i64::MAX);
+    let ago = i64::try_from(monotonic_ns().saturating_sub(at_ns)).unwrap_or(i64::MAX);
+    now.saturating_sub(ago)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::command::Forces;
+    use crate::runtime::exchange::Mode;
+
+    fn image(scans: u64, on: bool) -> Snapshot {
+        Snapshot {
+            generation: 0,
+            scans,
+            now_ns: scans,
+            mode: Mode::Run,
+            since_ns: 0,
+            ending: false,
+            bits: vec![u8::from(on)].into(),
+            words: Box::default(),
+            outputs: Box::default(),
+            tickets_done: 0,
+            forces: Forces::default(),
+            safe: Vec::new().into(),
+        }
+    }
+
+    #[test]
+    fn while_a_reader_has_the_book_changes_wait_and_what_is_lost_is_put_right() {
+        let alarm = crate::lower::Alarm {
+            bit: crate::engine::BitCell(0),
+            tag: "jam".to_owned(),
+            text: "Jammed".to_owned(),
+            priority: crate::resolve::priority::Priority::High,
+        };
+        let book: SharedBook = Arc::new(Mutex::new(AlarmBook::new(&[alarm])));
+        let mut keeper = BookKeeper::new(Arc::clone(&book));
+        keeper.edge(0, true, (4, 4));
+        {
+            let read = book.lock().unwrap();
+            keeper.turn(&image(4, true));
+            assert!(read.list(9).is_empty(), "it does not wait for the reader");
+        }
+        keeper.turn(&image(5, true));
+        assert_eq!(book.lock().unwrap().list(9)[0].since.map(|since| since.scan), Some(4));
+        keeper.lost();
+        keeper.turn(&image(8, false));
+        let read = book.lock().unwrap();
+        assert_eq!(read.list(9)[0].ended.map(|ended| ended.scan), Some(8));
+        assert!(read.agrees(&image(8, false)) && !read.agrees(&image(8, true)));
+    }
+}

@@ -1,0 +1,139 @@
+//! Answers an operator about alarms: lists them, and acknowledges them.
+//!
+//! Called by `desk`. `daemon::alarm_book` knows the alarms; the monitor thread enters their changes
+//! a few milliseconds after the image that shows them, and an answer waits for that.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep};
+
+use super::desk::Desk;
+use super::peer::Peer;
+use super::status::View;
+use crate::daemon::alarm_book::AlarmBook;
+use crate::daemon::alarm_keeper::unix_ns;
+use crate::daemon::narration::one_line;
+use crate::engine::Cell;
+use crate::operator::protocol::{
+    AckList, AckedAlarm, AlarmAck, AlarmList, AlarmState, Answered, OPERANDS_MAX, Refusal,
+    RefusalKind,
+};
+use crate::runtime::exchange::Snapshot;
+use crate::runtime::monotonic_ns;
+use crate::say::say;
+
+/// The time limit of the monitor thread. An alarm that changes with every scan may never be at
+/// rest: then the answer is what the book says by then.
+const BOOK_MAX: Duration = Duration::from_millis(500);
+/// The time between two looks at the book.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
+
+impl Desk {
+    /// The alarms that stand or wait for an acknowledgement.
+    pub(super) async fn alarms(&self) -> AlarmList {
+        let (latest, view) = self.booked().await;
+        let alarms = view.about.book().list(monotonic_ns());
+        AlarmList { mode: latest.mode.name().to_owned(), scans: latest.scans, alarms }
+    }
+
+    /// The latest image, once the book says what it says.
+    async fn booked(&self) -> (Arc<Snapshot>, Arc<View>) {
+        let began = Instant::now();
+        loop {
+            let (latest, view) = self.seen();
+            if view.about.book().agrees(&latest) || began.elapsed() > BOOK_MAX {
+                return (latest, view);
+            }
+            sleep(LOOK_EVERY).await;
+        }
+    }
+
+    /// Acknowledges the alarms of these texts, or all that wait for it.
+    ///
+    /// # Errors
+    /// A text names no alarm; then none is acknowledged.
+    pub(super) async fn acknowledge(
+        &self,
+        peer: &Peer,
+        texts: Option<&[String]>,
+    ) -> Answered<AckList> {
+        let (latest, view) = self.booked().await;
+        let ack = AlarmAck { who: peer.name.clone(), unix_ns: unix_ns(monotonic_ns()) };
+        let alarms: Vec<AckedAlarm> = {
+            // One lock for all of it: a reload gives alarms other numbers.
+            let mut book = view.about.book();
+            let numbers = match texts {
+                None => book.unacknowledged(),
+                Some(texts) => {
+                    let names = NamedAlarms { book: &book, view: &view, latest: &latest };
+                    names.all(texts)?
+                }
+            };
+            numbers.iter().filter_map(|number| book.acknowledge(*number, ack.clone())).collect()
+        };
+        let changed = alarms.iter().filter(|acked| acked.before != acked.after);
+        changed.for_each(|acked| tell(peer, acked));
+        Ok(AckList { alarms })
+    }
+}
+
+/// What the texts of a request are looked up in.
+struct NamedAlarms<'a> {
+    book: &'a AlarmBook,
+    view: &'a View,
+    latest: &'a Snapshot,
+}
+
+impl NamedAlarms<'_> {
+    /// The numbers of the alarms of these texts.
+    fn all(&self, texts: &[String]) -> Answered<Vec<usize>> {
+        if texts.len() > OPERANDS_MAX {
+            let message = format!("one request acknowledges at most {OPERANDS_MAX} alarms");
+            return Err(Refusal::new(RefusalKind::BadRequest, message));
+        }
+        let mut numbers = Vec::new();
+        for text in texts {
+            numbers.extend(self.one(text.trim())?);
+        }
+        Ok(numbers)
+    }
+
+    /// The numbers of the alarms that a text names: its tag, or the address of its bit, which
+    /// several tags may watch.
+    fn one(&self, text: &str) -> Answered<Vec<usize>> {
+        if let Some(number) = self.book.of_tag(text) {
+            return Ok(vec![number]);
+        }
+        let operand = self.view.names.find_one(text)?;
+        let numbers = match operand.cell {
+            Cell::Bit(bit) => self.book.of_bit((self.latest.generation, bit)),
+            Cell::Word(_) => Vec::new(),
+        };
+        if numbers.is_empty() {
+            let message = format!(
+                "`{text}` is no alarm: an alarm is a bit whose tag has the key `alarm` (`rungd \
+                 alarms` lists those that can be acknowledged)"
+            );
+            return Err(Refusal::new(RefusalKind::BadOperand, message));
+        }
+        Ok(numbers)
+    }
+}
+
+/// The line in the log of an acknowledgement.
+fn tell(peer: &Peer, acked: &AckedAlarm) {
+    let AckedAlarm { tag, text, before, after } = acked;
+    let gone = if *before == AlarmState::Returned { ", which went away before" } else { "" };
+    let text = one_line(text);
+    say!(
+        OPERATOR_ACK,
+        who = %peer.name,
+        uid = peer.uid,
+        pid = peer.pid,
+        %tag,
+        before = %before.name(),
+        after = %after.name(),
+        "{peer} acknowledged alarm {tag}{gone}: {text}"
+    );
+}

@@ -1,0 +1,171 @@
+//! What happened in the minute, for people: modes, blocks and Stages, alarms, tags whose changes
+//! are logged, and what people and clients did.
+
+use std::sync::Arc;
+
+use super::program::LiveProgram;
+use crate::engine::{Cell, EngineCall};
+use crate::isa::{Address, Bit, BlockId, StageId};
+use crate::runtime::exchange::Mode;
+use crate::runtime::{Origin, TapeEntry, TapeSection, numbered_calls};
+
+/// The most events; the newest stay.
+const EVENTS_MAX: usize = 500;
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LiveEvent {
+    /// The scan.
+    pub scan: u64,
+    /// Its time, ns since 1970 (UTC).
+    pub unix_ns: i64,
+    /// Whether an alarm was raised.
+    pub is_alarm: bool,
+    /// What happened.
+    pub text: String,
+    /// The operand that it is about.
+    pub operand: Option<String>,
+}
+
+/// The events of sections, the newest last.
+pub(super) fn events(program: &LiveProgram, sections: &[Arc<TapeSection>]) -> Vec<LiveEvent> {
+    let told = told(program);
+    let cells: Vec<Cell> = told.iter().map(|(cell, _)| *cell).collect();
+    let changes = program.subject.changes(sections, &cells);
+    let mut all: Vec<LiveEvent> = Vec::new();
+    for change in changes.iter().filter(|change| change.before.is_some()) {
+        let of = told.iter().filter(|(cell, _)| *cell == change.cell);
+        all.extend(of.map(|(_, what)| LiveEvent {
+            scan: change.scan,
+            unix_ns: change.unix_ns,
+            is_alarm: matches!(what, Told::Alarm(..)) && change.after != 0,
+            text: what.text(change.before.unwrap_or(0), change.after),
+            operand: Some(what.operand().to_owned()),
+        }));
+    }
+    sections.iter().for_each(|section| outside(program, section, &mut all));
+    all.sort_by_key(|event| (event.unix_ns, event.scan));
+    all.split_off(all.len().saturating_sub(EVENTS_MAX))
+}
+
+/// What is told of a cell.
+enum Told {
+    Block(String),
+    Stage(String),
+    /// The tag and its text.
+    Alarm(String, String),
+    Tag(String),
+}
+
+impl Told {
+    fn operand(&self) -> &str {
+        match self {
+            Told::Block(name) | Told::Stage(name) | Told::Alarm(name, _) | Told::Tag(name) => name,
+        }
+    }
+
+    fn text(&self, before: i32, after: i32) -> String {
+        let state = if after != 0 { "ON" } else { "OFF" };
+        match self {
+            Told::Block(name) => {
+                let name = name.trim_end_matches(".Running");
+                format!("{name} {}", if after != 0 { "started" } else { "stopped" })
+            }
+            Told::Stage(name) => format!("Stage {name} is {state}"),
+            Told::Alarm(tag, text) if after != 0 => format!("alarm: {text} ({tag})"),
+            Told::Alarm(tag, text) => format!("alarm gone: {text} ({tag})"),
+            Told::Tag(name) if (0..=1).contains(&before) && (0..=1).contains(&after) => {
+                format!("{name} is {state}")
+            }
+            Told::Tag(name) => format!("{name} is {after}, was {before}"),
+        }
+    }
+}
+
+fn told(program: &LiveProgram) -> Vec<(Cell, Told)> {
+    let symbols = program.subject.symbols();
+    let bit = |bit: Bit| symbols.layout.cell(Address::Bit(bit));
+    let blocks = (0..).zip(&symbols.blocks).filter_map(|(at, name)| {
+        Some((bit(Bit::Running(BlockId(at)))?, Told::Block(format!("{name}.Running"))))
+    });
+    let stages = (0..).zip(&symbols.stages);
+    let stages = stages
+        .filter_map(|(at, name)| Some((bit(Bit::Stage(StageId(at)))?, Told::Stage(name.clone()))));
+    let alarms = symbols.alarms.iter();
+    let alarms = alarms
+        .map(|alarm| (Cell::Bit(alarm.bit), Told::Alarm(alarm.tag.clone(), alarm.text.clone())));
+    let tags = symbols.logged.iter().map(|of| (of.cell, Told::Tag(of.tag.clone())));
+    blocks.chain(stages).chain(alarms).chain(tags).collect()
+}
+
+/// Modes, and what people and clients did.
+fn outside(program: &LiveProgram, section: &TapeSection, all: &mut Vec<LiveEvent>) {
+    let mut calls = numbered_calls(&section.entries, section.start.number).peekable();
+    let (mut scan, mut origin) = ((section.start.number.saturating_sub(1), 0), None);
+    for (at, entry) in section.entries.iter().enumerate() {
+        if let Some(of) = calls.next_if(|of| of.entry == at) {
+            scan = (of.number, of.now_ns.max(scan.1));
+        }
+        let now_ns = scan.1.max(section.state.now_ns());
+        let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
+        let event = |text: String, operand: Option<String>| LiveEvent {
+            scan: scan.0,
+            unix_ns,
+            is_alarm: false,
+            text,
+            operand,
+        };
+        match entry {
+            TapeEntry::Mode(mode) => all.push(event(mode_text(*mode), None)),
+            TapeEntry::Origin(of) => origin = Some(*of),
+            TapeEntry::Call(call) => {
+                let who = origin.and_then(|origin| who(section, origin));
+                all.extend(done(program, *call, who).map(|(text, name)| event(text, Some(name))));
+            }
+            TapeEntry::Number(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => {}
+        }
+    }
+}
+
+fn mode_text(mode: Mode) -> String {
+    match mode {
+        Mode::Run => "RUN".to_owned(),
+        Mode::Stop(reason) => format!("STOP: {reason}"),
+        Mode::Fault(reason) => format!("FAULT: {reason}"),
+    }
+}
+
+/// The person or client behind an origin.
+fn who(section: &TapeSection, origin: Origin) -> Option<&str> {
+    match origin {
+        Origin::Inputs | Origin::Device(_) => None,
+        Origin::Batch(_) | Origin::Command(_) => {
+            let mut known = section.who.iter().filter(|(of, _)| *of == origin);
+            known.next().map(|(_, who)| who.as_str())
+        }
+    }
+}
+
+/// What a person or client did with an operand: the text, and the operand.
+fn done(program: &LiveProgram, call: EngineCall, who: Option<&str>) -> Option<(String, String)> {
+    let (who, name) = (who?, |cell| program.subject.operand(cell).name);
+    match call {
+        EngineCall::Write(cell, value) => {
+            Some((format!("{who} wrote {value} to {}", name(cell)), name(cell)))
+        }
+        EngineCall::Force(cell, value) => {
+            Some((format!("{who} forced {} to {value}", name(cell)), name(cell)))
+        }
+        EngineCall::Release(cell) => {
+            Some((format!("{who} ended the force of {}", name(cell)), name(cell)))
+        }
+        EngineCall::Start { .. }
+        | EngineCall::RequestStop
+        | EngineCall::Begin { .. }
+        | EngineCall::Execute
+        | EngineCall::Terminate => None,
+    }
+}

@@ -1,0 +1,104 @@
+//! Reads the keyboard, on a thread of its own, and makes keys of what the terminal sends.
+//!
+//! `run` takes them. The thread waits in `read` and ends with the process.
+
+use std::{io, thread};
+
+use crossbeam_channel::{Receiver, bounded};
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, read};
+
+use super::message::Press;
+
+/// Keys that wait to be taken.
+const KEYS_MAX: usize = 64;
+
+/// What the terminal sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TerminalInput {
+    Key(Press),
+    /// The window has another size.
+    Resized,
+    /// Ctrl-L: all is drawn again, over what something else has written.
+    DrawAgain,
+}
+
+/// Starts the thread. The channel is closed when the terminal is gone.
+///
+/// # Errors
+/// The machine has no room for a thread.
+pub(super) fn start() -> io::Result<Receiver<TerminalInput>> {
+    let (send, received) = bounded(KEYS_MAX);
+    let builder = thread::Builder::new().name("keys".to_owned());
+    builder.spawn(move || {
+        while let Ok(event) = read() {
+            if input(&event).is_some_and(|input| send.send(input).is_err()) {
+                return;
+            }
+        }
+    })?;
+    Ok(received)
+}
+
+fn input(event: &Event) -> Option<TerminalInput> {
+    if let Event::Resize(..) = event {
+        return Some(TerminalInput::Resized);
+    }
+    let Event::Key(key) = event else { return None };
+    if key.code == KeyCode::Char('l') && key.modifiers.contains(KeyModifiers::CONTROL) {
+        return Some(TerminalInput::DrawAgain);
+    }
+    press(key).map(TerminalInput::Key)
+}
+
+fn press(key: &KeyEvent) -> Option<Press> {
+    if key.kind == KeyEventKind::Release {
+        return None;
+    }
+    if let KeyCode::Char(c) = key.code {
+        let is_control = key.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT);
+        return match (is_control, c) {
+            (false, c) => Some(Press::Char(c)),
+            (true, 'c') => Some(Press::Interrupt),
+            (true, _) => None,
+        };
+    }
+    let keys = [
+        (KeyCode::Enter, Press::Enter),
+        (KeyCode::Esc, Press::Escape),
+        (KeyCode::Tab, Press::Tab),
+        (KeyCode::BackTab, Press::BackTab),
+        (KeyCode::Up, Press::Up),
+        (KeyCode::Down, Press::Down),
+        (KeyCode::Left, Press::Left),
+        (KeyCode::Right, Press::Right),
+        (KeyCode::PageUp, Press::PageUp),
+        (KeyCode::PageDown, Press::PageDown),
+        (KeyCode::Home, Press::Home),
+        (KeyCode::End, Press::End),
+        (KeyCode::Backspace, Press::Backspace),
+        (KeyCode::Delete, Press::Delete),
+    ];
+    keys.into_iter().find(|(code, _)| *code == key.code).map(|(_, press)| press)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_with_a_modifier_are_no_letters() {
+        let of = |code, modifiers| input(&Event::Key(KeyEvent::new(code, modifiers)));
+        let plain = KeyModifiers::NONE;
+        assert_eq!(
+            of(KeyCode::Char('Y'), KeyModifiers::SHIFT),
+            Some(TerminalInput::Key(Press::Char('Y')))
+        );
+        assert_eq!(of(KeyCode::Enter, plain), Some(TerminalInput::Key(Press::Enter)));
+        assert_eq!(of(KeyCode::F(1), plain), None);
+        assert_eq!(of(KeyCode::Char('y'), KeyModifiers::ALT), None);
+        let control = |c| of(KeyCode::Char(c), KeyModifiers::CONTROL);
+        assert_eq!(control('c'), Some(TerminalInput::Key(Press::Interrupt)));
+        assert_eq!((control('l'), control('y')), (Some(TerminalInput::DrawAgain), None));
+        assert_eq!(input(&Event::Resize(9, 9)), Some(TerminalInput::Resized));
+    }
+}

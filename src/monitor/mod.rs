@@ -1,0 +1,133 @@
+//! `rungd monitor`: a page in a terminal that shows a running controller, and lets its user force
+//! and write. A client of the operator's socket, and a program of its own: no daemon needs it.
+//!
+//! Called by `cli`. Three threads: `keys` reads the keyboard, `asker` asks the controller, and
+//! [`run`] gives what both say to `update`, a pure function of the state, and has `paint` draw the
+//! state. Nothing here loads a file: the ladder comes from the controller's scan log.
+
+mod asker;
+mod dialog;
+mod keys;
+mod ladder_view;
+mod message;
+mod paint;
+mod power_of;
+mod rows;
+mod screen;
+mod state;
+#[cfg(test)]
+mod tests;
+mod update;
+mod watch_list;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use crossbeam_channel::{Receiver, RecvError, Sender, select};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+
+use keys::TerminalInput;
+use message::{MonitorEvent, MonitorNews, MonitorOrder, MonitorWish};
+use screen::Screen;
+use state::MonitorState;
+use update::update;
+
+use crate::faults::{self, FaultPoint};
+
+/// The longest time until a signal is seen, and until a time on the screen goes on.
+const TICK: Duration = Duration::from_millis(100);
+
+/// What to show.
+#[derive(Clone, Debug)]
+pub(crate) struct MonitorSetup {
+    /// The controller's socket.
+    pub socket: PathBuf,
+    /// The first operands of the watch list.
+    pub operands: Vec<String>,
+    /// Whether to use colours beside words and marks.
+    pub has_colours: bool,
+}
+
+/// Shows the page until the user or a signal ends it.
+///
+/// # Errors
+/// The terminal cannot be taken over or written.
+pub(crate) fn run(setup: MonitorSetup) -> Result<()> {
+    let is_ended = Arc::new(AtomicBool::new(false));
+    for signal in [SIGTERM, SIGHUP, SIGINT, SIGQUIT] {
+        signal_hook::flag::register(signal, Arc::clone(&is_ended))?;
+    }
+    let mut screen = Screen::take()?;
+    faults::listen();
+    let (orders, news) = asker::start(setup.socket)?;
+    let channels = Channels { orders, news, keys: keys::start()? };
+    let mut state = MonitorState::watching(setup.operands);
+    let began = Instant::now();
+    let mut is_drawn = false;
+    while !is_ended.load(Ordering::Relaxed) {
+        if !is_drawn {
+            screen.0.draw(|frame| paint::paint(frame, &state, setup.has_colours))?;
+        }
+        faults::point(FaultPoint::Page);
+        let Some(waited) = channels.next() else { return Ok(()) };
+        let tick = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
+        if let Waited::DrawAgain = waited {
+            screen.0.clear()?;
+        }
+        // Where nothing has happened only the time of a silence goes on.
+        is_drawn = matches!(waited, Waited::Nothing) && state.silence.is_none();
+        let mut wishes = update(&mut state, MonitorEvent::Tick(tick));
+        if let Waited::Event(event) = waited {
+            wishes.extend(update(&mut state, event));
+        }
+        for wish in wishes {
+            match wish {
+                MonitorWish::Quit => return Ok(()),
+                // Without the thread `next` tells it.
+                MonitorWish::Ask(order) => drop(channels.orders.send(order)),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The threads.
+struct Channels {
+    orders: Sender<MonitorOrder>,
+    news: Receiver<MonitorNews>,
+    keys: Receiver<TerminalInput>,
+}
+
+/// What came while `run` waited.
+enum Waited {
+    Event(MonitorEvent),
+    /// Only time has passed.
+    Nothing,
+    /// The window has another size.
+    Resized,
+    /// The screen may show something else.
+    DrawAgain,
+}
+
+impl Channels {
+    /// Waits for a while; `None`: the terminal is gone.
+    fn next(&self) -> Option<Waited> {
+        select! {
+            recv(self.keys) -> input => match input {
+                Ok(TerminalInput::Key(press)) => Some(Waited::Event(MonitorEvent::Press(press))),
+                Ok(TerminalInput::Resized) => Some(Waited::Resized),
+                Ok(TerminalInput::DrawAgain) => Some(Waited::DrawAgain),
+                Err(RecvError) => None,
+            },
+            recv(self.news) -> news => {
+                // The thread ends only with the orders, or by a panic.
+                let news = news.expect("the thread that asks the controller has ended");
+                Some(Waited::Event(MonitorEvent::News(news)))
+            },
+            default(TICK) => Some(Waited::Nothing),
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The seam to the live power: what the contacts of one scan did.
+//!
+//! `asker` hands an implementation to the state with each look; `paint` asks it for the contacts
+//! that it draws.
+
+use std::fmt::Debug;
+
+use crate::draw::circuit::ContactSymbol;
+use crate::live::{LiveView, TagValue};
+
+/// The contacts of one scan.
+pub(super) trait PowerOf: Debug + Send + Sync {
+    /// The number of the scan.
+    fn scan(&self) -> u64;
+
+    /// The value of an operand at the end of the scan, as text; `None`: it names nothing.
+    fn value(&self, operand: &str) -> Option<String>;
+
+    /// Whether a contact conducts, as it is drawn; `None`: its rung was not executed. `element`:
+    /// a block or Stage by its whole name; `rung`: from 1.
+    fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool>;
+}
+
+impl PowerOf for LiveView {
+    fn scan(&self) -> u64 {
+        self.power.scan
+    }
+
+    fn value(&self, operand: &str) -> Option<String> {
+        Some(match LiveView::value(self, &self.power, operand).ok()? {
+            TagValue::Bit(on) => if on { "ON" } else { "OFF" }.to_owned(),
+            TagValue::Integer { value, .. } => value.to_string(),
+            TagValue::Real(value) => value.to_string(),
+        })
+    }
+
+    fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool> {
+        LiveView::conducts(self, &self.power, (element, rung), contact)
+    }
+}

@@ -1,0 +1,160 @@
+//! What the monitor knows and shows: the last look at the controller, the watch list, the ladder,
+//! and where the user is.
+//!
+//! `update` changes it, `rows` and `paint` show it. No clock, no thread, no terminal: the time
+//! comes in as an event.
+
+use super::dialog::Dialog;
+use super::ladder_view::LadderView;
+use super::message::{Look, MonitorOrder, MonitorWish};
+use super::watch_list::WatchList;
+use crate::operator::protocol::{ShownValue, Status};
+
+/// The panes of the first page, in the order of Tab.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MonitorPane {
+    Watch,
+    Blocks,
+    Alarms,
+    Forces,
+    Devices,
+}
+
+/// The pages. Each is shown over the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MonitorPage {
+    Panes,
+    Ladder,
+    Why,
+    Help,
+}
+
+/// Why nothing new is shown, and since when.
+#[derive(Clone, Debug)]
+pub(super) struct Silence {
+    pub why: String,
+    pub since_ms: u64,
+}
+
+/// A text that is longer than the page.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LongText {
+    pub heading: String,
+    pub text: String,
+    /// The first line that is shown.
+    pub top: usize,
+}
+
+/// Everything that is shown.
+#[derive(Clone, Debug, Default)]
+pub(super) struct MonitorState {
+    pub now_ms: u64,
+    /// The state of the controller at the last look; `None` before the first one.
+    pub status: Option<Status>,
+    /// The operands of the last look, beside those of the watch list.
+    pub values: Vec<ShownValue>,
+    pub silence: Option<Silence>,
+    pub watch: WatchList,
+    /// Operands of the command line, until a controller has named them.
+    pub at_start: Vec<String>,
+    /// The open pages, the last one on top; without one, the panes.
+    pub pages: Vec<MonitorPage>,
+    /// The pane with the keys, as a number of `MonitorPane::ALL`.
+    pub pane: usize,
+    /// By pane: its row with the mark.
+    pub chosen: [usize; 5],
+    pub ladder: LadderView,
+    /// When the ladder was asked for last.
+    pub ladder_asked_ms: Option<u64>,
+    pub why: LongText,
+    pub dialog: Option<Dialog>,
+    /// What the last command did.
+    pub said: String,
+    /// What was ordered last.
+    pub reads: Vec<String>,
+    pub follows: bool,
+}
+
+impl MonitorPane {
+    pub const ALL: [MonitorPane; 5] = [
+        MonitorPane::Watch,
+        MonitorPane::Blocks,
+        MonitorPane::Alarms,
+        MonitorPane::Forces,
+        MonitorPane::Devices,
+    ];
+
+    /// Its heading.
+    pub fn heading(self) -> &'static str {
+        match self {
+            MonitorPane::Watch => "Watch",
+            MonitorPane::Blocks => "Blocks",
+            MonitorPane::Alarms => "Alarms",
+            MonitorPane::Forces => "Forces",
+            MonitorPane::Devices => "Devices",
+        }
+    }
+}
+
+impl MonitorState {
+    /// The state before the first look.
+    pub fn watching(operands: Vec<String>) -> MonitorState {
+        MonitorState { at_start: operands, ..MonitorState::default() }
+    }
+
+    /// The page on top.
+    pub fn page(&self) -> MonitorPage {
+        self.pages.last().copied().unwrap_or(MonitorPage::Panes)
+    }
+
+    /// The pane with the keys.
+    pub fn focus(&self) -> MonitorPane {
+        MonitorPane::ALL[self.pane % MonitorPane::ALL.len()]
+    }
+
+    /// The value of an operand, as of the last look.
+    pub fn value(&self, operand: &str) -> Option<&ShownValue> {
+        let watched = self.watch.rows.iter().filter_map(|row| row.shown.as_ref());
+        let forced = self.status.iter().flat_map(|status| &status.forces);
+        let is_it = |of: &&ShownValue| of.operand == operand || of.tag.as_deref() == Some(operand);
+        self.values.iter().chain(watched).chain(forced).find(is_it)
+    }
+
+    /// Takes a look at the controller.
+    pub fn look(&mut self, look: Look) {
+        self.watch.take(&look.values, &look.unknown);
+        (self.status, self.values, self.silence) = (Some(look.status), look.values, None);
+    }
+
+    /// The controller does not answer.
+    pub fn miss(&mut self, why: String) {
+        let since_ms = self.silence.as_ref().map_or(self.now_ms, |of| of.since_ms);
+        self.silence = Some(Silence { why, since_ms });
+        self.ladder.power = None;
+        self.watch.miss();
+    }
+
+    /// The orders that follow from what is shown: which operands to read, whether to follow the
+    /// power. Empty if nothing has changed.
+    pub fn standing_orders(&mut self) -> Vec<MonitorWish> {
+        let mut reads: Vec<String> =
+            self.watch.rows.iter().map(|row| row.operand.clone()).collect();
+        let of_dialog = self.dialog.as_ref().and_then(Dialog::operand).map(str::to_owned);
+        let of_ladder = || self.ladder.operand();
+        let shows_ladder = self.page() == MonitorPage::Ladder;
+        reads.extend(of_dialog.or_else(|| shows_ladder.then(of_ladder).flatten()));
+        reads.sort_unstable();
+        reads.dedup();
+        let mut wishes = Vec::new();
+        if reads != self.reads {
+            self.reads.clone_from(&reads);
+            wishes.push(MonitorWish::Ask(MonitorOrder::Read(reads)));
+        }
+        let follows = self.pages.contains(&MonitorPage::Ladder);
+        if follows != self.follows {
+            self.follows = follows;
+            wishes.push(MonitorWish::Ask(MonitorOrder::Follow(follows)));
+        }
+        wishes
+    }
+}

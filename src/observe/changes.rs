@@ -1,0 +1,101 @@
+//! The changes of some cells over sections of a tape, scan by scan.
+//!
+//! Executes the slice that can affect them, and of it what may change something: a minute of a
+//! large plant takes little time. Called by `live`, for trends and lists of events.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::leaves::content;
+use super::slice_run::SliceRun;
+use super::subject::Subject;
+use crate::engine::{Cell, EngineCall};
+use crate::runtime::{TapeEntry, TapeSection, numbered_calls};
+
+/// A value of a cell at the end of a scan, which differs from the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CellChanged {
+    /// The scan; the first of a process is 1.
+    pub scan: u64,
+    /// Its time, ns since 1970 (UTC).
+    pub unix_ns: i64,
+    /// The cell.
+    pub cell: Cell,
+    /// The value before; `None` at the beginning.
+    pub before: Option<i32>,
+    /// The value.
+    pub after: i32,
+}
+
+impl Subject {
+    /// The changes of some cells, in order, each with its first value at the beginning. A section
+    /// that does not fit the program is passed over.
+    pub fn changes(&self, sections: &[Arc<TapeSection>], cells: &[Cell]) -> Vec<CellChanged> {
+        let slice = self.seen.slice(cells);
+        let mut run = SliceRun::new(self, &slice);
+        let mut known: HashMap<Cell, Option<i32>> = cells.iter().map(|at| (*at, None)).collect();
+        let mut all = Vec::new();
+        let mut goes_on = false;
+        for section in sections {
+            if !section.state.fits(&self.seen) {
+                goes_on = false;
+                continue;
+            }
+            if !(goes_on && section.start.follows) {
+                run.resume(&section.state);
+                let image = run.engine().image();
+                let at = (section.start.number.saturating_sub(1), section.state.now_ns());
+                let values = cells.iter().map(|cell| (*cell, content(image, *cell)));
+                let values = values.collect::<Vec<_>>();
+                all.extend(news(&mut known, values, time(section, at)));
+            }
+            goes_on = true;
+            let mut numbers = numbered_calls(&section.entries, section.start.number).peekable();
+            let (mut scan, mut changes) = ((section.start.number.saturating_sub(1), 0), Vec::new());
+            for (at, entry) in (0..).zip(&section.entries) {
+                let TapeEntry::Call(call) = entry else { continue };
+                if let Some(of) = numbers.next_if(|of| of.entry == at as usize) {
+                    scan = (of.number, of.now_ns);
+                }
+                run.call(at, *call, Some(&mut changes));
+                if matches!(call, EngineCall::Execute | EngineCall::Terminate) {
+                    let values = changes.drain(..).map(|change| (change.cell, change.after));
+                    let values = values.filter(|(cell, _)| known.contains_key(cell));
+                    let values = last_of_each(values);
+                    all.extend(news(&mut known, values, time(section, scan)));
+                }
+            }
+        }
+        all
+    }
+}
+
+/// The scan, and its time since 1970.
+fn time(section: &TapeSection, (scan, now_ns): (u64, u64)) -> (u64, i64) {
+    (scan, section.start.unix_offset_ns.saturating_add_unsigned(now_ns))
+}
+
+/// Of each cell its last value, in the order of their first changes.
+fn last_of_each(values: impl Iterator<Item = (Cell, i32)>) -> Vec<(Cell, i32)> {
+    let mut all: Vec<(Cell, i32)> = Vec::new();
+    for (cell, value) in values {
+        match all.iter_mut().find(|(known, _)| *known == cell) {
+            Some((_, known)) => *known = value,
+            None => all.push((cell, value)),
+        }
+    }
+    all
+}
+
+/// The values that differ from the known ones.
+fn news(
+    known: &mut HashMap<Cell, Option<i32>>,
+    values: Vec<(Cell, i32)>,
+    (scan, unix_ns): (u64, i64),
+) -> Vec<CellChanged> {
+    let change = |(cell, after): (Cell, i32)| {
+        let before = known.insert(cell, Some(after)).flatten();
+        (before != Some(after)).then_some(CellChanged { scan, unix_ns, cell, before, after })
+    };
+    values.into_iter().filter_map(change).collect()
+}

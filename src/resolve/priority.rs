@@ -1,0 +1,44 @@
+//! The priority of an alarm: how soon a person has to act.
+//!
+//! The words are those of the field (ISA-18.2, EEMUA 191). Read from a tag's `priority` by `tags`;
+//! `lower` hands it on with the alarm's text. Nothing in a scan depends on it.
+
+use serde::{Deserialize, Serialize};
+
+/// How soon a person has to act on an alarm; the most urgent first.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Priority {
+    /// At once: people or the plant are in danger.
+    Critical,
+    /// Within minutes.
+    High,
+    /// Within the hour; of an alarm that names no priority.
+    #[default]
+    Medium,
+    /// Within the shift.
+    Low,
+}
+
+impl Priority {
+    /// All, the most urgent first.
+    pub(crate) const ALL: [Priority; 4] =
+        [Priority::Critical, Priority::High, Priority::Medium, Priority::Low];
+
+    /// The word for it in files and answers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Priority::Critical => "critical",
+            Priority::High => "high",
+            Priority::Medium => "medium",
+            Priority::Low => "low",
+        }
+    }
+
+    /// The priority of a word.
+    pub(crate) fn named(word: &str) -> Option<Priority> {
+        Priority::ALL.into_iter().find(|priority| priority.name() == word)
+    }
+}

@@ -1,0 +1,28 @@
+//! Answers: JSON, pages, events, and the reason why there is none.
+
+use hyper::header::{CONTENT_TYPE, HeaderValue};
+use hyper::{Response, StatusCode};
+use serde_json::Value;
+
+use super::body::AnswerBody;
+
+/// An answer.
+pub(super) type WebAnswer = Response<AnswerBody>;
+
+/// Why a request has no other answer.
+pub(super) struct WebFailure(pub StatusCode, pub String);
+
+/// What a request is answered with.
+pub(super) type WebResult = Result<WebAnswer, WebFailure>;
+
+/// An answer in JSON.
+pub(super) fn json_answer(value: &Value) -> WebAnswer {
+    typed("application/json", AnswerBody::of(value.to_string()))
+}
+
+/// An answer of a type.
+pub(super) fn typed(kind: &'static str, body: AnswerBody) -> WebAnswer {
+    let mut answer = Response::new(body);
+    answer.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(kind));
+    answer
+}
