@@ -333,6 +333,25 @@ def the_keyboard_alone_reaches_everything(test):
     look.fine()
 
 
+def what_has_the_focus_keeps_it(test):
+    test.plant.say("write", "start", "ON")
+    test.plant.say("write", "halt", "ON")
+    look = test.look()
+    for name, place in [("overview", "#runs a"), ("overview", "#cards button"), ("alarms", "main button")]:
+        look.open(name)
+        look.until("state.status && state.status.alarms.length")
+        look.page.locator(place).first.focus()
+        # Over scans, and over news of the status.
+        look.says("window.seen = state.status")
+        look.until("state.status !== seen")
+        look.says("window.seen = state.status")
+        look.until("state.status !== seen")
+        assert look.says("place => document.activeElement.matches(place)", place), f"{name}: {place} lost the focus"
+    test.plant.say("write", "halt", "OFF")
+    test.plant.say("write", "start", "OFF")
+    look.fine()
+
+
 # Takes the focused place out of those that are left; gives one that does not show its focus.
 UNSEEN = """() => {
   const of = document.activeElement;
@@ -412,6 +431,7 @@ CHECKS = [
     a_user_signs_in_and_writes,
     nothing_is_wider_than_a_narrow_screen,
     the_keyboard_alone_reaches_everything,
+    what_has_the_focus_keeps_it,
     text_and_wires_have_contrast,
     another_site_neither_reads_nor_writes,
     a_controller_that_is_gone_is_said,

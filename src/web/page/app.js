@@ -21,6 +21,18 @@ function h(tag, attributes, ...children) {
   return element;
 }
 
+// Shows these children, and leaves those alone that are as they were made: a place that has the
+// focus keeps it, and a click is not lost between two scans.
+function renew(place, ...children) {
+  children.forEach((child, at) => {
+    child.made = child.outerHTML;
+    const old = place.children[at];
+    if (!old) place.append(child);
+    else if (old.made !== child.made) old.replaceWith(child);
+  });
+  while (place.children.length > children.length) place.lastElementChild.remove();
+}
+
 async function get(path, query) {
   const text = new URLSearchParams(query || {}).toString();
   const answer = await fetch(path + (text ? "?" + text : ""));
@@ -221,7 +233,7 @@ function overview() {
     h("form", { class: "tools", onsubmit: find }, h("label", {}, "Why is it ON or OFF? ", field), h("button", {}, "Find the tag")),
     place);
   overviewParts();
-  return { update() { const runs = $("runs"); if (runs) runs.replaceChildren(...blockRows()); } };
+  return { update() { const runs = $("runs"); if (runs) renew(runs, ...blockRows()); } };
 }
 
 // In STOP and FAULT no block runs, whatever memory holds.
@@ -247,7 +259,7 @@ function overviewParts() {
   const place = $("cards"), status = state.status;
   if (!place || !status) return;
   const scan = status.scan;
-  place.replaceChildren(
+  renew(place,
     card("Controller", list([
       ["ladder", status.ladder.name], ["mode", status.mode + (status.reason ? ": " + status.reason : "")],
       ["rungd", status.version], ["files", status.ladder.files],
@@ -266,7 +278,7 @@ function overviewParts() {
 // The alarms of the list, first the ones that stand, in the order in which they rose.
 function alarmTable(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no alarm stands");
-  const clock = (at) => at ? new Date(at.unix_ns / 1e6).toLocaleTimeString() : "";
+  const clock = (at) => at ? clockOf(at.unix_ns / 1e6) : "";
   return h("table", {}, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
     h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
     h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyButton(alarm.tag)),
@@ -610,7 +622,7 @@ function draw(canvas, data, zoom, limits) {
 function alarms() {
   watch([]);
   const place = h("div", {});
-  const fill = () => place.replaceChildren(alarmTable(state.status ? state.status.alarms : []));
+  const fill = () => renew(place, alarmTable(state.status ? state.status.alarms : []));
   $("content").replaceChildren(h("h2", {}, "Alarms"), place);
   fill();
   return { update(event) { if (event.status) fill(); } };
@@ -624,7 +636,7 @@ function events() {
       const answer = await get("/api/events", held());
       said.textContent = answer.events.length ? "" : "nothing happened in the last minute";
       body.replaceChildren(...answer.events.map((of) => h("tr", { class: of.alarm ? "alarm" : "" },
-        h("td", { class: "num" }, new Date(of.time_ms).toLocaleTimeString()), h("td", { class: "num" }, of.scan),
+        h("td", { class: "num" }, clockOf(of.time_ms, 3)), h("td", { class: "num" }, of.scan),
         h("td", {}, of.text), h("td", {}, of.operand ? whyButton(of.operand, "why") : ""))));
     } catch (error) { said.textContent = error.message; }
   }
@@ -638,7 +650,7 @@ function events() {
 function devices() {
   watch([]);
   const place = h("div", {});
-  const fill = () => { if (state.status) place.replaceChildren(deviceTable(state.status.devices)); };
+  const fill = () => { if (state.status) renew(place, deviceTable(state.status.devices)); };
   $("content").replaceChildren(h("h2", {}, "Devices"), place);
   fill();
   return { update(event) { if (event.status) fill(); } };
