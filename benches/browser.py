@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The cost of a viewer of `rungd web`: in the browser, in `rungd web`, in the controller.
 
-usage: benches/browser.py [BINARY [SECONDS]]      (default: target/release/rungd, 10)
+usage: benches/browser.py [BINARY [SECONDS [WORD]]]      (default: target/release/rungd, 10; WORD: lift or rungs)
 
 For the lift station and for a ladder of 10,000 rungs (10 ms a scan) it prints:
   - the time from navigation to the first rung that is drawn with its power: for the first visitor
@@ -9,22 +9,24 @@ For the lift station and for a ladder of 10,000 rungs (10 ms a scan) it prints:
   - over SECONDS with one viewer of the ladder: events per second, the share of time for which the
     browser's main thread has tasks (Chromium's `Performance.getMetrics`, TaskDuration), the share
     of a core of the process of `rungd web`, and of the controller's;
-  - the controller's lateness (p50, p99, max) and its overruns, each in a RUN of its own, without
-    a viewer, with one, and without one again.
+  - the controller's lateness (p50, p99, max) and its overruns, each in a RUN of its own: without a
+    viewer, with a browser on this machine, with a viewer elsewhere, and without one again.
 It judges nothing: figures of a busy machine say little. tests/browser.py needs the same programs.
 """
 
 import os
 import shutil
 import sys
+import threading
 import time
+import urllib.request
 
 HERE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(HERE, "tests"))
 
 import browser_rig as rig  # noqa: E402
 
-RUNGS = 10_000
+RUNGS, TAGS = 10_000, 1_800
 LARGE = """
 ladder = ["ladder.toml"]
 scan.period = "10ms"
@@ -40,12 +42,13 @@ FIRST = """new MutationObserver((_, self) => {
 
 
 def large_ladder():
-    rungs = "".join(
-        f'[[program.rung]]\nwhen = ["C{n % 4000} | tag_{n}", "!X{n % 60}", "D{n % 900} < {n % 30000 + 1}"]\n'
-        f'do = ["OUT tag_{(n + 1) % RUNGS}"]\n'
-        for n in range(RUNGS)
-    )
-    tags = "".join(f'tag_{n} = {{ type = "bit", doc = "Number {n}" }}\n' for n in range(RUNGS))
+    def rung(n):
+        one, other = n % TAGS, (7 * n + 1) % TAGS
+        when = f'["tag_{one} | C{n % 200}", "!X{n % 60}", "D{n % 200} < {n % 30000 + 1}"]'
+        return f'[[program.rung]]\nwhen = {when}\ndo = ["SET tag_{other}", "RST tag_{one}"]\n'
+
+    tags = "".join(f'tag_{n} = {{ type = "bit", doc = "Number {n}" }}\n' for n in range(TAGS))
+    rungs = "".join(rung(n) for n in range(RUNGS))
     return f'[ladder]\nname = "large"\n[tags]\n{tags}[[program]]\nname = "Main"\n{rungs}'
 
 
@@ -97,7 +100,7 @@ def lateness(plant, seconds, name):
 
 def viewed(plant, pages, page, seconds):
     """One viewer: what it costs whom."""
-    page.evaluate("{ window.events = 0; const before = take; take = (event) => { window.events++; before(event); }; }")
+    page.evaluate("() => { window.events = 0; const before = take; take = (event) => { window.events++; before(event); }; }")
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable")
 
@@ -111,6 +114,24 @@ def viewed(plant, pages, page, seconds):
     main, web, daemon, events, wall = (b - a for a, b in zip(before, after))
     print(f"  one viewer: {events / wall:.1f} events/s; main thread busy {100 * main / wall:.1f} %; "
           f"rungd web {100 * web / wall:.1f} % of a core; controller {100 * daemon / wall:.1f} %")
+
+
+class FarViewer:
+    """A viewer whose browser is on another machine: one who reads the events of a window of the ladder."""
+
+    def __init__(self, context, pages, element):
+        cookie = "; ".join(f"{of['name']}={of['value']}" for of in context.cookies())
+        address = f"{pages.address}/events?element={element}&from=1&to=12"
+        request = urllib.request.Request(address, headers={"Cookie": cookie})
+        self.answer = urllib.request.urlopen(request)
+        threading.Thread(target=self.read, daemon=True).start()
+
+    def read(self):
+        try:
+            while self.answer.read1():
+                pass
+        except (OSError, ValueError, AttributeError):
+            pass  # it was closed
 
 
 def measure(browser, plant, element, seconds):
@@ -128,7 +149,13 @@ def measure(browser, plant, element, seconds):
     print(f"  first rung with power: {cold} ms (first visitor), {idle} ms (nobody looked for {NOBODY_S} s), {warm} ms (next)")
     time.sleep(2)
     viewed(plant, pages, page, seconds)
-    lateness(plant, seconds, "with a viewer")
+    lateness(plant, seconds, "with a viewer on this machine")
+    page.close()
+    far = FarViewer(context, pages, element)
+    before = cpu_s(pages.process)
+    lateness(plant, seconds, "with a viewer on another one")
+    print(f"  for that viewer: rungd web {100 * (cpu_s(pages.process) - before) / seconds:.1f} % of a core")
+    far.answer.close()
     context.close()
     pages.end()
     lateness(plant, seconds, "without a viewer again")
@@ -145,7 +172,9 @@ def main():
             ("the lift station, 50 ms a scan", lift_station, "Pumps"),
             (f"{RUNGS} rungs, 10 ms a scan", lambda: rig.Plant(large_ladder(), LARGE), "Main"),
         ]:
-            print(f"{name}:")
+            if len(sys.argv) > 3 and sys.argv[3] not in name:
+                continue
+            print(f"{name}:", flush=True)
             plant = start()
             try:
                 measure(browser, plant, element, seconds)

@@ -71,7 +71,9 @@ impl Recording {
         let mut indexes = Vec::new();
         for path in &paths {
             match File::open(path) {
-                Ok(mut file) => indexes.push((path.clone(), index(&mut file, &mut LastProgram::default())?)),
+                Ok(mut file) => {
+                    indexes.push((path.clone(), index(&mut file, &mut LastProgram::default())?))
+                }
                 // The oldest one may just have been deleted.
                 Err(error) if error.kind() == io::ErrorKind::NotFound && paths.len() > 1 => {}
                 Err(error) => return Err(error),

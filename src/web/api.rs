@@ -163,7 +163,13 @@ fn panels(program: &LiveProgram) -> Value {
 /// The tags whose name, address or `doc` has a text in it.
 fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
     let find = find.unwrap_or_default().to_lowercase();
-    let has = |text: &str| text.to_lowercase().contains(&find);
+    // `pump 2` finds pump2, and `pump2` finds pump_2.
+    let joined = |text: &str| text.replace([' ', '_'], "");
+    let find_joined = joined(&find);
+    let has = |text: &str| {
+        let text = text.to_lowercase();
+        text.contains(&find) || joined(&text).contains(&find_joined)
+    };
     let mut all = program
         .tags()
         .filter(|tag| has(tag.name) || has(&tag.address) || tag.doc.is_some_and(&has));

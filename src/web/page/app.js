@@ -177,7 +177,7 @@ async function why(name) {
     const answer = await get("/api/why", { operand: name, ...held() });
     if (mine !== asked) return;
     const names = namesIn(answer.answer);
-    pane.replaceChildren(head, linked(answer.text, names));
+    pane.replaceChildren(head, linked(answer.text.replace(/…: more with --depth \d+/, "…: a name leads on"), names));
     pane.scrollTop = 0;
   } catch (error) {
     if (mine === asked) pane.replaceChildren(head, h("p", { class: "error" }, error.message));
@@ -269,10 +269,11 @@ function overviewParts() {
       ["execution, longest", us(scan.execution.max_us)], ["lateness, 99 %", us(scan.lateness.p99_us)],
       ["overruns", String(scan.overruns)], ["scans", String(status.scans)]])),
     card("Alarms", alarmTable(status.alarms)),
-    card("Blocks", h("table", {}, h("tbody", { id: "runs" }, ...blockRows()))),
+    card("Blocks", h("table", {}, h("tbody", { id: "runs" }))),
     card("Forces", status.forces.length ? list(status.forces.map((of) =>
       [whyButton(of.tag || of.operand), text(of.value)])) : h("p", { class: "soft" }, "nothing is forced")),
     card("Devices", deviceTable(status.devices)));
+  renew($("runs"), ...blockRows());
 }
 
 // The alarms of the list, first the ones that stand, in the order in which they rose.
