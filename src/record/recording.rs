@@ -15,7 +15,7 @@ use super::block::BlockHead;
 use super::program::RecordedProgram;
 use super::section::SectionBody;
 use super::segment::{BLOCK_HEAD_BYTES, SegmentStart};
-use super::segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index};
+use super::segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index, index_newest};
 use crate::engine::EngineState;
 use crate::runtime::SectionStart;
 
@@ -71,9 +71,7 @@ impl Recording {
         let mut indexes = Vec::new();
         for path in &paths {
             match File::open(path) {
-                Ok(mut file) => {
-                    indexes.push((path.clone(), index(&mut file, &mut LastProgram::default())?))
-                }
+                Ok(mut file) => indexes.push((path.clone(), index(&mut file)?)),
                 // The oldest one may just have been deleted.
                 Err(error) if error.kind() == io::ErrorKind::NotFound && paths.len() > 1 => {}
                 Err(error) => return Err(error),
@@ -91,7 +89,7 @@ impl Recording {
     /// As [`Recording::of_bytes`], of the newest part of a recording that is asked for again and
     /// again: a program that is known is not read again.
     pub fn newest(bytes: Vec<u8>, last: &mut LastProgram) -> Recording {
-        let index = index(&mut Cursor::new(&bytes[..]), last).expect("memory can be read");
+        let index = index_newest(&mut Cursor::new(&bytes[..]), last).expect("memory can be read");
         Recording::new(vec![RecordSource::Bytes(bytes)], vec![(PathBuf::new(), index)])
     }
 

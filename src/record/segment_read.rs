@@ -106,7 +106,18 @@ enum HeadedPart {
 ///
 /// # Errors
 /// The source's. What is wrong with its bytes is among the index's flaws.
-pub fn index(source: &mut (impl Read + Seek), last: &mut LastProgram) -> io::Result<FileIndex> {
+pub fn index(source: &mut (impl Read + Seek)) -> io::Result<FileIndex> {
+    index_newest(source, &mut LastProgram::default())
+}
+
+/// As [`index`]; a program that is known is not read again.
+///
+/// # Errors
+/// The source's.
+pub(super) fn index_newest(
+    source: &mut (impl Read + Seek),
+    last: &mut LastProgram,
+) -> io::Result<FileIndex> {
     let size = source.seek(SeekFrom::End(0))?;
     let mut indexer = Indexer { source, size, at: 0, segment: None, last };
     let mut index = FileIndex::default();
