@@ -1,5 +1,8 @@
 //! Asks a controller for the newest part of its scan log, again and again, and keeps the last
 //! minute of it.
+//!
+//! The first look at a program sees its newest scans alone, so that a picture is there soon; the
+//! second one fetches the minute before them. Called by `web` and by `monitor`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -12,7 +15,7 @@ use crate::engine::Engine;
 use crate::observe::{PowerRun, ScanPower};
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{RecordingBytes, Request};
-use crate::record::{RecordedProgram, Recording, Replay};
+use crate::record::{LastProgram, RecordedProgram, Recording, Replay, ReplayEngine};
 use crate::runtime::TapeSection;
 
 /// The longest wait for an answer.
@@ -51,11 +54,15 @@ pub struct Follower {
     socket: PathBuf,
     /// What is known of the program that runs.
     known: Option<KnownProgram>,
+    last: LastProgram,
 }
 
 struct KnownProgram {
     program: Arc<LiveProgram>,
     run: PowerRun,
+    engine: Option<ReplayEngine>,
+    /// The minute before its first look is there.
+    has_minute: bool,
     sections: Vec<KeptSection>,
     power: Arc<ScanPower>,
 }
@@ -63,7 +70,7 @@ struct KnownProgram {
 impl Follower {
     /// Follows the controller at a socket.
     pub fn new(socket: PathBuf) -> Follower {
-        Follower { socket, known: None }
+        Follower { socket, known: None, last: LastProgram::default() }
     }
 
     /// Looks at the last scan. Asks the controller once or twice; blocks until it has answered.
@@ -78,40 +85,42 @@ impl Follower {
         looked
     }
 
+    /// Forgets the minute; the program stays, for a look that may come.
+    pub fn rest(&mut self) {
+        if let Some(known) = &mut self.known {
+            known.sections = Vec::new();
+            known.has_minute = false;
+        }
+    }
+
     fn look_on(&mut self) -> Result<LiveView, LookFailure> {
-        let newest = self.known.as_ref().and_then(|known| known.sections.last());
-        let recording = match newest.map(|(sequence, _)| *sequence) {
-            Some(sequence) => self.ask(sequence)?,
-            // The number of the newest section is not known yet.
-            None => self.last_minute()?,
-        };
+        let recording = self.ask(self.next_section())?;
         let running = running(&recording)?;
-        let is_known = self.known.as_ref().is_some_and(|known| *known.program.recorded == *running);
-        let recording = match is_known {
-            true => recording,
-            false => {
-                let program = LiveProgram::of(running).map_err(LookFailure::Unusable)?;
-                self.known = Some(KnownProgram::new(Arc::new(program))?);
-                self.last_minute()?
-            }
-        };
+        if self.known.as_ref().is_none_or(|known| known.program.recorded != running) {
+            let program = LiveProgram::of(running).map_err(LookFailure::Unusable)?;
+            self.known = Some(KnownProgram::new(Arc::new(program)));
+        }
         let known = self.known.as_mut().ok_or_else(exchanged)?;
         known.take(recording)?;
         Ok(known.view())
     }
 
-    fn last_minute(&self) -> Result<Recording, LookFailure> {
-        let newest = self.ask(u64::MAX)?;
-        let Some(last) = newest.count().checked_sub(1) else { return Ok(newest) };
-        self.ask((newest.head(last).sequence + 1).saturating_sub(SECTIONS_MAX))
+    /// The first section to ask for.
+    fn next_section(&self) -> u64 {
+        let Some(known) = &self.known else { return u64::MAX };
+        match known.sections.last() {
+            None => u64::MAX,
+            Some((newest, _)) if known.has_minute => *newest,
+            Some((newest, _)) => (newest + 1).saturating_sub(SECTIONS_MAX),
+        }
     }
 
-    fn ask(&self, from_section: u64) -> Result<Recording, LookFailure> {
+    fn ask(&mut self, from_section: u64) -> Result<Recording, LookFailure> {
         let request = Request::Recording { from_section: Some(from_section) };
         let answer: RecordingBytes =
             client::ask_within(&self.socket, &request, ANSWER_MAX).map_err(LookFailure::Call)?;
         let unusable = || LookFailure::Unusable("the controller's answer is no recording".into());
-        Ok(Recording::of_bytes(answer.bytes().ok_or_else(unusable)?))
+        Ok(Recording::newest(answer.bytes().ok_or_else(unusable)?, &mut self.last))
     }
 }
 
@@ -131,23 +140,25 @@ fn exchanged() -> LookFailure {
 }
 
 impl KnownProgram {
-    fn new(program: Arc<LiveProgram>) -> Result<KnownProgram, LookFailure> {
+    fn new(program: Arc<LiveProgram>) -> KnownProgram {
         let run = PowerRun::new(Arc::clone(&program.subject));
         let power = Arc::new(ScanPower::nothing());
-        Ok(KnownProgram { program, run, sections: Vec::new(), power })
+        let (sections, engine) = (Vec::new(), None);
+        KnownProgram { program, run, engine, has_minute: false, sections, power }
     }
 
     /// Takes the sections of the program, and goes to the last scan.
     fn take(&mut self, recording: Recording) -> Result<(), LookFailure> {
         let subject = Arc::clone(&self.program.subject);
-        let own = Arc::clone(&self.program.recorded);
+        let own = &self.program.recorded;
         let places: Vec<(usize, u64, bool)> = (0..recording.count())
-            .filter(|at| *recording.program(*at) == own)
+            .filter(|at| recording.program(*at) == own)
             .map(|at| (at, recording.head(at).sequence, recording.head(at).follows))
             .collect();
         let first = places.first().ok_or_else(exchanged)?.1;
-        let mut replay =
-            Replay::new(recording, |_: &RecordedProgram| Ok(Engine::new(subject.whole_code())));
+        let make = |_: &RecordedProgram| Ok(Engine::new(subject.whole_code()));
+        let mut replay = Replay::going_on(recording, make, self.engine.take());
+        self.has_minute = !self.sections.is_empty();
         self.sections.retain(|(sequence, _)| *sequence < first);
         for (at, sequence, follows) in places {
             let Ok(mut section) = replay.section(at) else { continue };
@@ -156,6 +167,7 @@ impl KnownProgram {
             section.start.follows = follows && before == Some(sequence);
             self.sections.push((sequence, Arc::new(section)));
         }
+        self.engine = replay.into_engine();
         self.forget();
         let (_, newest) = self.sections.last().ok_or_else(exchanged)?;
         if let Some(power) = self.run.last_of(newest) {
@@ -182,6 +194,7 @@ impl KnownProgram {
         LiveView {
             program: Arc::clone(&self.program),
             power: Arc::clone(&self.power),
+            has_minute: self.has_minute,
             sections: self.sections.iter().map(|(_, section)| Arc::clone(section)).collect(),
         }
     }

@@ -7,7 +7,7 @@ use crate::controller::Controller;
 use crate::draw::ladder::{Picture, RungPicture};
 use crate::isa::Address;
 use crate::load::recorded::loaded;
-use crate::observe::{PartContacts, Subject};
+use crate::observe::Subject;
 use crate::record::RecordedProgram;
 use crate::resolve::program::TagMeaning;
 
@@ -22,12 +22,12 @@ pub struct LiveProgram {
     pub picture: Picture,
     /// The settings of its controller file.
     pub controller: Option<Controller>,
-    /// By block or Stage, rung and branch: its part.
-    parts: HashMap<PartName, PartPlace>,
+    /// By block or Stage, then by rung and branch: its part.
+    parts: HashMap<String, HashMap<PartNumber, PartPlace>>,
 }
 
-/// A block or Stage, a rung in it, a branch of it.
-type PartName = (String, u32, Option<u32>);
+/// A rung of a block or Stage, a branch of it.
+type PartNumber = (u32, Option<u32>);
 
 /// A part of a rung among those of the program.
 #[derive(Clone, Copy, Debug)]
@@ -61,21 +61,26 @@ impl LiveProgram {
         let controller = loaded.controller;
         let subject = Arc::new(Subject::new(Arc::new(program), loaded.files));
         let picture = Picture::of(&subject);
-        let place = |(part, of): (u32, PartContacts)| {
-            ((of.element, of.rung, of.branch), PartPlace { part, first: of.first })
-        };
-        let parts = (0..).zip(subject.contacts()).map(place).collect();
+        let mut parts: HashMap<String, HashMap<PartNumber, PartPlace>> = HashMap::new();
+        for (part, of) in (0..).zip(subject.contacts()) {
+            let of_element = parts.entry(of.element).or_default();
+            of_element.insert((of.rung, of.branch), PartPlace { part, first: of.first });
+        }
         Ok(LiveProgram { recorded, subject, picture, controller, parts })
     }
 
     /// The number of the first contact of a rung or branch, among those of the program.
     pub fn first_contact(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
-        self.parts.get(&(element.to_owned(), rung, branch)).map(|of| of.first)
+        self.place(element, (rung, branch)).map(|of| of.first)
     }
 
     /// The number of a rung or branch, among those of the program.
     pub fn part(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
-        self.parts.get(&(element.to_owned(), rung, branch)).map(|of| of.part)
+        self.place(element, (rung, branch)).map(|of| of.part)
+    }
+
+    fn place(&self, element: &str, part: PartNumber) -> Option<&PartPlace> {
+        self.parts.get(element)?.get(&part)
     }
 
     /// The rungs of a block, or of a Stage with its Program's name.
@@ -94,9 +99,9 @@ impl LiveProgram {
     pub fn words(&self, element: &str, rung: usize) -> Vec<String> {
         let rung = rung as u32;
         let branches = (1..).map(Some);
-        let parts = std::iter::once(None).chain(branches).map_while(|branch| {
-            self.parts.get(&(element.to_owned(), rung, branch)).map(|of| of.part)
-        });
+        let parts = std::iter::once(None)
+            .chain(branches)
+            .map_while(|branch| self.place(element, (rung, branch)).map(|of| of.part));
         let cells = parts.flat_map(|part| self.subject.words(part));
         let mut names: Vec<String> = Vec::new();
         for name in cells.map(|cell| self.subject.operand(cell).name) {

@@ -126,7 +126,7 @@ fn the_power_that_is_shown_is_the_one_that_why_explains() {
             last = run.last_of(section);
         }
         let power = Arc::new(last.expect("it has scans"));
-        let view = LiveView { program, power, sections };
+        let view = LiveView { program, power, has_minute: true, sections };
         let scans = view.scans().expect("it has scans");
         assert_eq!(scans, 1..=5 * SCANS);
         // Those that were followed and those that are executed anew are the same.

@@ -20,6 +20,8 @@ pub struct LiveView {
     pub program: Arc<LiveProgram>,
     /// The last scan.
     pub power: Arc<ScanPower>,
+    /// Whether the minute before the first look is in it.
+    pub has_minute: bool,
     /// The minute, in order.
     pub(super) sections: Vec<Arc<TapeSection>>,
 }

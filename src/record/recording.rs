@@ -15,7 +15,7 @@ use super::block::BlockHead;
 use super::program::RecordedProgram;
 use super::section::SectionBody;
 use super::segment::{BLOCK_HEAD_BYTES, SegmentStart};
-use super::segment_read::{FileIndex, Flaw, IndexedBlock, index};
+use super::segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index, index_newest};
 use crate::engine::EngineState;
 use crate::runtime::SectionStart;
 
@@ -83,7 +83,13 @@ impl Recording {
 
     /// A recording in memory, as `Recent` writes it.
     pub fn of_bytes(bytes: Vec<u8>) -> Recording {
-        let index = index(&mut Cursor::new(&bytes[..])).expect("memory can be read");
+        Recording::newest(bytes, &mut LastProgram::default())
+    }
+
+    /// As [`Recording::of_bytes`], of the newest part of a recording that is asked for again and
+    /// again: a program that is known is not read again.
+    pub fn newest(bytes: Vec<u8>, last: &mut LastProgram) -> Recording {
+        let index = index_newest(&mut Cursor::new(&bytes[..]), last).expect("memory can be read");
         Recording::new(vec![RecordSource::Bytes(bytes)], vec![(PathBuf::new(), index)])
     }
 

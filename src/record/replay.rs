@@ -60,11 +60,14 @@ pub struct ReplayedScan {
     pub section: usize,
 }
 
+/// An engine, and the program that it executes.
+pub type ReplayEngine = (Arc<RecordedProgram>, Box<Engine>);
+
 /// A recording with an engine that executes it.
 pub struct Replay<M> {
     recording: Recording,
     make: M,
-    engine: Option<(Arc<RecordedProgram>, Box<Engine>)>,
+    engine: Option<ReplayEngine>,
     /// The section at whose start the engine is.
     at: Option<usize>,
     /// The last section that could not be executed, so that those behind it, which need it, do not
@@ -76,6 +79,16 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     /// A replay; `make` makes the engine of a program, or says why it cannot.
     pub fn new(recording: Recording, make: M) -> Replay<M> {
         Replay { recording, make, engine: None, at: None, impassable: None }
+    }
+
+    /// A replay of a recording behind one whose engine is left: of the same program none is made.
+    pub fn going_on(recording: Recording, make: M, engine: Option<ReplayEngine>) -> Replay<M> {
+        Replay { engine, ..Replay::new(recording, make) }
+    }
+
+    /// The engine, for [`Replay::going_on`].
+    pub fn into_engine(self) -> Option<ReplayEngine> {
+        self.engine
     }
 
     /// The recording.
@@ -227,7 +240,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         if let Some(state) = base {
             self.at = None;
             let (_, engine) = match &mut self.engine {
-                Some(engine) if engine.0.files == program.files => engine,
+                Some(engine) if has_files_of(&engine.0, &program) => engine,
                 engine => {
                     let made = (self.make)(&program).map_err(Unreplayable::NoEngine)?;
                     engine.insert((program.clone(), Box::new(made)))
@@ -278,6 +291,11 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         self.at = Some(at + 1);
         Ok(ControlFlow::Continue(()))
     }
+}
+
+/// Whether both are of the same files.
+fn has_files_of(one: &Arc<RecordedProgram>, other: &Arc<RecordedProgram>) -> bool {
+    Arc::ptr_eq(one, other) || one.files == other.files
 }
 
 /// Whether a call can be one of an engine's program.

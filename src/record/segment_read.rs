@@ -47,6 +47,23 @@ pub struct IndexedBlock {
     sum: u32,
 }
 
+/// The program that was read last, with its packed bytes: bytes that come again are not unpacked
+/// again. For who asks for the newest part of a recording over and over.
+#[derive(Clone, Debug, Default)]
+pub struct LastProgram(Option<(Vec<u8>, Arc<RecordedProgram>)>);
+
+impl LastProgram {
+    /// The program that is packed in these bytes; `None`: they are none.
+    fn read(&mut self, packed: Vec<u8>) -> Option<Arc<RecordedProgram>> {
+        if let Some((_, program)) = self.0.as_ref().filter(|(bytes, _)| *bytes == packed) {
+            return Some(Arc::clone(program));
+        }
+        let program = Arc::new(RecordedProgram::read(&packed)?);
+        self.0 = Some((packed, Arc::clone(&program)));
+        Some(program)
+    }
+}
+
 /// Something wrong with a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flaw {
@@ -90,8 +107,19 @@ enum HeadedPart {
 /// # Errors
 /// The source's. What is wrong with its bytes is among the index's flaws.
 pub fn index(source: &mut (impl Read + Seek)) -> io::Result<FileIndex> {
+    index_newest(source, &mut LastProgram::default())
+}
+
+/// As [`index`]; a program that is known is not read again.
+///
+/// # Errors
+/// The source's.
+pub(super) fn index_newest(
+    source: &mut (impl Read + Seek),
+    last: &mut LastProgram,
+) -> io::Result<FileIndex> {
     let size = source.seek(SeekFrom::End(0))?;
-    let mut indexer = Indexer { source, size, at: 0, segment: None };
+    let mut indexer = Indexer { source, size, at: 0, segment: None, last };
     let mut index = FileIndex::default();
     while indexer.at < indexer.size {
         indexer.part(&mut index)?;
@@ -105,6 +133,7 @@ struct Indexer<'s, S> {
     at: u64,
     /// The program of the segment, and the checksum of its head; `None` where they are unknown.
     segment: Option<(Arc<RecordedProgram>, u32)>,
+    last: &'s mut LastProgram,
 }
 
 impl<S: Read + Seek> Indexer<'_, S> {
@@ -127,10 +156,11 @@ impl<S: Read + Seek> Indexer<'_, S> {
                 let mut program = vec![0; length as usize];
                 read_at(self.source, begin, &mut program)?;
                 let whole = crc32fast::hash(&program) == sum;
-                let Some(program) = RecordedProgram::read(&program).filter(|_| whole) else {
+                let read = if whole { self.last.read(program) } else { None };
+                let Some(program) = read else {
                     return self.flaw(Flaw::Damaged { at: self.at }, end, index);
                 };
-                self.segment = Some((Arc::new(program), head_sum));
+                self.segment = Some((program, head_sum));
                 self.at = end;
             }
             Some(HeadedPart::Block(head, lengths, sum)) => {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use hyper::StatusCode;
 use serde_json::{Value, json};
 
+use super::follow::Seen;
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, json_answer};
 use super::sessions::Session;
@@ -24,6 +25,9 @@ use crate::operator::protocol::{GivenValue, Request};
 /// The most rungs of an answer, and the most tags.
 const RUNGS_MAX: usize = 60;
 const TAGS_MAX: usize = 500;
+
+/// The questions that are answered of the last minute.
+const PAST: [&str; 5] = ["/api/events", "/api/hold", "/api/scan", "/api/why", "/api/trend"];
 
 /// The longest name of an operand.
 const OPERAND_BYTES_MAX: usize = 256;
@@ -47,6 +51,7 @@ pub(super) async fn question(
             let why = "the scans that were held are gone: pause again";
             WebFailure(StatusCode::GONE, why.to_owned())
         })?,
+        None if PAST.contains(&path) => of(site.follow.with_minute().await)?,
         None => viewed(site).await?,
     };
     let query = query.clone();
@@ -71,7 +76,10 @@ pub(super) async fn question(
 
 /// The controller as it is seen now.
 async fn viewed(site: &WebSite) -> Result<LiveView, WebFailure> {
-    let seen = site.follow.now().await;
+    of(site.follow.now().await)
+}
+
+fn of(seen: Arc<Seen>) -> Result<LiveView, WebFailure> {
     seen.view.clone().map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why))
 }
 
@@ -155,7 +163,13 @@ fn panels(program: &LiveProgram) -> Value {
 /// The tags whose name, address or `doc` has a text in it.
 fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
     let find = find.unwrap_or_default().to_lowercase();
-    let has = |text: &str| text.to_lowercase().contains(&find);
+    // `pump 2` finds pump2, and `pump2` finds pump_2.
+    let joined = |text: &str| text.replace([' ', '_'], "");
+    let find_joined = joined(&find);
+    let has = |text: &str| {
+        let text = text.to_lowercase();
+        text.contains(&find) || joined(&text).contains(&find_joined)
+    };
     let mut all = program
         .tags()
         .filter(|tag| has(tag.name) || has(&tag.address) || tag.doc.is_some_and(&has));

@@ -1,8 +1,8 @@
 //! The thread that follows the controller: it looks five times a second while somebody looks at it,
 //! and hands what it saw to all viewers.
 //!
-//! Nobody at the pages: no request to the controller. An answer that takes long is asked for less
-//! often.
+//! Nobody at the pages: no request to the controller, but for one at the start, so that the program
+//! is known when the first viewer comes. An answer that takes long is asked for less often.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -92,9 +92,19 @@ impl Follow {
 
     /// What is seen now.
     pub async fn now(&self) -> Arc<Seen> {
+        self.when(&|_| true).await
+    }
+
+    /// What is seen now, with the minute before it.
+    pub async fn with_minute(&self) -> Arc<Seen> {
+        self.when(&|seen| seen.view.as_ref().map_or(true, |view| view.has_minute)).await
+    }
+
+    async fn when(&self, fits: &(dyn Fn(&Seen) -> bool + Sync)) -> Arc<Seen> {
         self.touch();
         let mut seen = self.seen.clone();
-        let is_fresh = |seen: &Arc<Seen>| seen.at > self.began && seen.at.elapsed() < FRESH;
+        let is_fresh =
+            |seen: &Arc<Seen>| seen.at > self.began && seen.at.elapsed() < FRESH && fits(seen);
         let fresh = timeout(WAIT_MAX, seen.wait_for(is_fresh)).await;
         match fresh {
             Ok(Ok(seen)) => Arc::clone(&seen),
@@ -120,10 +130,11 @@ impl Follow {
 /// Looks, until nobody listens any more.
 fn follow(socket: &Path, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
     let mut follower = Follower::new(socket.to_owned());
+    let _ = follower.look();
     let (mut status, mut status_at): (Option<Arc<Value>>, Option<Instant>) = (None, None);
     while !tell.is_closed() {
         if !is_viewed() {
-            follower = Follower::new(socket.to_owned());
+            follower.rest();
             status_at = None;
             thread::park_timeout(VIEWED);
             continue;

@@ -3,7 +3,9 @@
 //!
 //! `RUNGD_RECORD_PROGRAMS` (25) of them from `RUNGD_RECORD_SEED` (1) on.
 
+use std::cell;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use crate::drawn::Numbers;
 use crate::line::{COUNTER, Line, UNIX_NS, engine, hashed, in_memory, on_disk, recorded};
@@ -13,10 +15,10 @@ use crate::support::run::{load, target};
 use rungd::calendar::parse_seconds;
 use rungd::engine::{BitCell, Cell, EngineState, WordCell};
 use rungd::lower::lower;
-use rungd::record::{RecordedProgram, Recording, Replay};
+use rungd::record::{LastProgram, RecordedProgram, Recording, Replay};
 use rungd::runtime::command::CommandId;
 use rungd::runtime::exchange::Ticket;
-use rungd::runtime::{Machine, Origin};
+use rungd::runtime::{Machine, Origin, TapeSection};
 use rungd::sim::stimulus::{Change, Stimulus};
 
 fn setting(name: &str, default: u64) -> u64 {
@@ -243,4 +245,43 @@ fn a_recording_that_fits_no_engine_is_refused() {
     let none = |_: &RecordedProgram| Err("no such file".to_owned());
     let error = Replay::new(Recording::of_bytes(bytes), none).engine_at(0).unwrap_err();
     assert_eq!(error.to_string(), "its program cannot be loaded: no such file");
+}
+
+/// Who asks for the newest part again and again reads a program once, and needs one engine.
+#[test]
+fn a_program_that_comes_again_is_read_once() {
+    let counted = |ladder: &str| {
+        let mut line = Line::new(ladder);
+        line.start();
+        for _ in 0..200 {
+            line.scan(10_000_000, |taped| taped.set_input(0, true));
+            line.read();
+        }
+        line.flush();
+        in_memory(&line.blocks)
+    };
+    let (bytes, other) = (counted(COUNTER), counted("[[program]]\nname = \"Main\"\nrung = []\n"));
+    let mut last = LastProgram::default();
+    let first = Recording::newest(bytes.clone(), &mut last);
+    let again = Recording::newest(bytes.clone(), &mut last);
+    assert!(Arc::ptr_eq(first.program(0), again.program(0)));
+    let others = Recording::newest(other, &mut last);
+    assert_ne!(others.program(0), first.program(0));
+    let mut torn = bytes.clone();
+    torn[60] ^= 1;
+    assert_eq!(Recording::newest(torn, &mut last).count(), 0);
+    let back = Recording::newest(bytes, &mut last);
+    assert_eq!(back.program(0), first.program(0));
+    // The engine is at hand; the states are those of a replay of its own.
+    let made = cell::Cell::new(0);
+    let make = |program: &RecordedProgram| {
+        made.set(made.get() + 1);
+        engine(program)
+    };
+    let mut alone = Replay::new(first, make);
+    let state = |section: TapeSection| (section.state, section.entries);
+    let expected = state(alone.section(1).expect("it is whole"));
+    let mut on = Replay::going_on(again, make, alone.into_engine());
+    assert_eq!(state(on.section(1).expect("it is whole")), expected);
+    assert_eq!(made.get(), 1);
 }

@@ -81,6 +81,8 @@ fn tags_are_searched_and_trends_have_every_change() {
     let visitor = web.visit();
     let found = web.get("/api/tags?find=PEOPLE", &visitor).json();
     assert_eq!(found["tags"][0]["name"], "level");
+    let found = web.get("/api/tags?find=Le+vel", &visitor).json();
+    assert_eq!(found["tags"][0]["name"], "level", "as people say it");
     assert_eq!(
         web.get("/api/tags?find=ct0", &visitor).json()["tags"][0]["members"][0],
         "parts.Acc"
@@ -100,6 +102,10 @@ fn tags_are_searched_and_trends_have_every_change() {
         happened["events"].as_array().unwrap().iter().map(|of| &of["text"]).collect();
     let has = |part: &str| texts.iter().any(|text| text.as_str().unwrap().contains(part));
     assert!(has("forced lamp to 1") && has("wrote 30 to level") && has("RUN"), "{texts:?}");
+    // RUN comes before the first scan: it has that scan's time, not that of no scan at all.
+    let run = texts.iter().position(|text| **text == "RUN").expect("it went into RUN");
+    let (run, first) = (&happened["events"][run]["time_ms"], &trend["span_ms"][0]);
+    assert!(run.as_f64().unwrap() + 1.0 >= first.as_f64().unwrap(), "{run}, {first}");
     let panels = web.get("/api/panels", &visitor).json();
     assert_eq!(panels["panels"][0]["show"][3]["limits"], json!([0, 100]));
     for (path, says) in [

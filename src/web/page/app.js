@@ -21,6 +21,18 @@ function h(tag, attributes, ...children) {
   return element;
 }
 
+// Shows these children, and leaves those alone that are as they were made: a place that has the
+// focus keeps it, and a click is not lost between two scans.
+function renew(place, ...children) {
+  children.forEach((child, at) => {
+    child.made = child.outerHTML;
+    const old = place.children[at];
+    if (!old) place.append(child);
+    else if (old.made !== child.made) old.replaceWith(child);
+  });
+  while (place.children.length > children.length) place.lastElementChild.remove();
+}
+
 async function get(path, query) {
   const text = new URLSearchParams(query || {}).toString();
   const answer = await fetch(path + (text ? "?" + text : ""));
@@ -39,6 +51,12 @@ async function post(path, value) {
   return json;
 }
 
+// A time of the day, of the viewer's zone.
+function clockOf(ms, digits) {
+  return new Date(ms).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit",
+    hourCycle: "h23", fractionalSecondDigits: digits });
+}
+
 // --- What comes in -----------------------------------------------------------------------------
 
 const view = { element: "", from: 1, to: 0, tags: [] };
@@ -50,7 +68,12 @@ function listen() {
   state.power = {};
   source = new EventSource("/events?" + new URLSearchParams(windowOf()));
   source.onmessage = (event) => take(JSON.parse(event.data));
-  source.onerror = () => link("the connection to `rungd web` is gone; it is tried again", true);
+  source.onerror = () => link("the connection to `rungd web` is gone; it is tried again" + shownOf(), true);
+}
+
+// What a page without news still shows.
+function shownOf() {
+  return state.scan ? `; what you see is of scan ${state.scan}, ${clockOf(state.time)}` : "";
 }
 
 function windowOf() {
@@ -59,7 +82,7 @@ function windowOf() {
 
 function take(event) {
   if (event.status) { state.status = event.status; overviewParts(); }
-  if (event.error) { link(event.error, true); return; }
+  if (event.error) { link(event.error + shownOf(), true); return; }
   link(state.hold ? "held at a scan of the past" : "live", false);
   if (state.ladder && event.program !== state.ladder.program && !state.hold) {
     state.ladder = null; state.values = {}; open();
@@ -68,6 +91,7 @@ function take(event) {
   Object.assign(state.values, event.values);
   Object.assign(state.power, event.power);
   for (const key of ["on", "running", "scans"]) if (event[key]) state[key] = event[key];
+  state.executes = event.executes !== false;
   [state.scan, state.time, state.mode] = [event.scan, event.time_ms, event.mode];
   head();
   if (page && page.update) page.update(event);
@@ -81,10 +105,13 @@ function link(text, isGone) {
 }
 
 function head() {
-  const clock = new Date(state.time).toLocaleTimeString();
+  const clock = clockOf(state.time);
   const status = state.status;
-  $("mode").textContent = `${state.mode}${state.mode === "RUN" || !status || !status.reason ? ""
-    : " (" + status.reason + ")"}, scan ${state.scan}, ${clock}`;
+  // What is read aloud changes with the mode, not with each scan.
+  const mode = state.mode + (state.mode === "RUN" || !status || !status.reason ? "" : ` (${status.reason})`);
+  if ($("mode").textContent !== mode) $("mode").textContent = mode;
+  $("mode").className = state.mode === "RUN" ? "" : "alarm";
+  $("clock").textContent = state.scan ? `, scan ${state.scan}, ${clock}` : "";
   const alarms = status ? status.alarms.filter((alarm) => !alarm.ended).length : 0;
   const place = $("alarms-short");
   place.textContent = alarms === 0 ? "no alarm" : alarms === 1 ? "1 alarm" : alarms + " alarms";
@@ -128,20 +155,30 @@ function whyButton(name, label) {
 
 // --- Why ---------------------------------------------------------------------------------------
 
+let asker = null;
+
+function closeWhy() {
+  if ($("why").hidden) return;
+  $("why").hidden = true;
+  (asker && asker.isConnected ? asker : $("content")).focus();
+}
+
 async function why(name) {
   const pane = $("why"), mine = ++asked;
-  const close = () => { pane.hidden = true; };
+  if (pane.hidden) asker = document.activeElement;
+  const close = closeWhy;
   const head = h("div", { class: "tools" }, h("h2", {}, "Why " + name),
     h("a", { href: "#trend/" + encodeURIComponent(name), onclick: close }, "trend"),
     h("button", { onclick: close, "aria-label": "close" }, "Close"));
   pane.replaceChildren(head, h("p", { class: "soft" }, "…"));
   pane.hidden = false;
+  pane.focus();
   try {
     const answer = await get("/api/why", { operand: name, ...held() });
     if (mine !== asked) return;
     const names = namesIn(answer.answer);
-    pane.replaceChildren(head, linked(answer.text, names));
-    pane.focus();
+    pane.replaceChildren(head, linked(answer.text.replace(/…: more with --depth \d+/, "…: a name leads on"), names));
+    pane.scrollTop = 0;
   } catch (error) {
     if (mine === asked) pane.replaceChildren(head, h("p", { class: "error" }, error.message));
   }
@@ -182,7 +219,7 @@ function card(title, ...children) {
 
 function list(rows) {
   return h("table", {}, h("tbody", {}, ...rows.map(([name, value]) =>
-    h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "num" }, value)))));
+    h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "value-of" }, value)))));
 }
 
 const us = (value) => value >= 1000 ? (value / 1000).toFixed(1) + " ms" : Math.round(value) + " µs";
@@ -190,9 +227,18 @@ const us = (value) => value >= 1000 ? (value / 1000).toFixed(1) + " ms" : Math.r
 function overview() {
   watch([]);
   const place = h("div", { class: "cards", id: "cards" });
-  $("content").replaceChildren(h("h2", {}, "Overview"), place);
+  const field = h("input", { type: "search", autocomplete: "off", placeholder: "pump1, Y3, contactor …" });
+  const find = (event) => { event.preventDefault(); location.hash = "#tags/" + encodeURIComponent(field.value); };
+  $("content").replaceChildren(h("h2", {}, "Overview"),
+    h("form", { class: "tools", onsubmit: find }, h("label", {}, "Why is it ON or OFF? ", field), h("button", {}, "Find the tag")),
+    place);
   overviewParts();
-  return { update() { const runs = $("runs"); if (runs) runs.replaceChildren(...blockRows()); } };
+  return { update() { const runs = $("runs"); if (runs) renew(runs, ...blockRows()); } };
+}
+
+// In STOP and FAULT no block runs, whatever memory holds.
+function runs(name) {
+  return state.executes !== false && state.running.includes(name);
 }
 
 function blockRows() {
@@ -202,7 +248,7 @@ function blockRows() {
     const on = stages.filter((name) => state.on.includes(name));
     return h("tr", {}, h("th", { scope: "row" },
       h("a", { href: "#ladder/" + encodeURIComponent(block.name) }, block.name)),
-    h("td", {}, state.running.includes(block.name) ? "runs" : "does not run"),
+    h("td", {}, runs(block.name) ? "runs" : "does not run"),
     h("td", {}, ...on.flatMap((name) => [
       h("a", { href: "#ladder/" + encodeURIComponent(name) }, name.slice(block.name.length + 1)), " "])));
   });
@@ -213,7 +259,7 @@ function overviewParts() {
   const place = $("cards"), status = state.status;
   if (!place || !status) return;
   const scan = status.scan;
-  place.replaceChildren(
+  renew(place,
     card("Controller", list([
       ["ladder", status.ladder.name], ["mode", status.mode + (status.reason ? ": " + status.reason : "")],
       ["rungd", status.version], ["files", status.ladder.files],
@@ -223,16 +269,17 @@ function overviewParts() {
       ["execution, longest", us(scan.execution.max_us)], ["lateness, 99 %", us(scan.lateness.p99_us)],
       ["overruns", String(scan.overruns)], ["scans", String(status.scans)]])),
     card("Alarms", alarmTable(status.alarms)),
-    card("Blocks", h("table", {}, h("tbody", { id: "runs" }, ...blockRows()))),
+    card("Blocks", h("table", {}, h("tbody", { id: "runs" }))),
     card("Forces", status.forces.length ? list(status.forces.map((of) =>
       [whyButton(of.tag || of.operand), text(of.value)])) : h("p", { class: "soft" }, "nothing is forced")),
     card("Devices", deviceTable(status.devices)));
+  renew($("runs"), ...blockRows());
 }
 
 // The alarms of the list, first the ones that stand, in the order in which they rose.
 function alarmTable(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no alarm stands");
-  const clock = (at) => at ? new Date(at.unix_ns / 1e6).toLocaleTimeString() : "";
+  const clock = (at) => at ? clockOf(at.unix_ns / 1e6) : "";
   return h("table", {}, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
     h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
     h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyButton(alarm.tag)),
@@ -308,7 +355,7 @@ function ladder(name) {
 function marks(menu) {
   for (const link of menu.querySelectorAll("a")) {
     const name = link.dataset.element;
-    link.className = state.on.includes(name) ? "on" : state.running.includes(name) ? "runs" : "";
+    link.className = state.on.includes(name) ? "on" : runs(name) ? "runs" : "";
   }
 }
 
@@ -351,13 +398,14 @@ async function fetchChunk(shown, chunk, first, last) {
 }
 
 function place(shown, rung) {
-  const root = h("article", { class: "rung", "data-rung": rung.number, tabindex: "-1" });
+  const root = h("article", { class: "rung", "data-rung": rung.number });
   root.style.top = shown.tops[rung.number - 1] + "px";
   const words = h("div", { class: "words" }, ...rung.words.map((name) =>
     h("span", {}, whyButton(name), " = ", valueOf(name))));
-  root.append(h("p", {}, h("strong", {}, rung.title), " ",
+  const at = `${rung.file}:${rung.line}`, title = rung.title.replace(at, "").trim();
+  root.append(h("p", { title: `${title} ${rung.doc || ""} ${at}` }, h("strong", {}, title), " ", h("span", { class: "state" }),
     rung.use ? h("span", { class: "soft" }, "of " + rung.use + " ") : null,
-    h("span", { class: "soft" }, rung.doc || ""), " ", h("span", { class: "state soft" })));
+    rung.doc || "", " ", h("span", { class: "soft" }, at)));
   const drawing = new DOMParser().parseFromString(rung.svg, "image/svg+xml").documentElement;
   root.append(document.importNode(drawing, true), words);
   for (const symbol of root.querySelectorAll("g[data-name]")) {
@@ -369,7 +417,10 @@ function place(shown, rung) {
     symbol.addEventListener("click", ask);
     symbol.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); ask(); } });
   }
-  shown.rungs.append(root);
+  // In the order of the rungs, which is the one of the keyboard.
+  const behind = [...shown.places].filter(([number]) => number > rung.number);
+  const next = behind.reduce((least, one) => !least || one[0] < least[0] ? one : least, null);
+  shown.rungs.insertBefore(root, next && next[1].root);
   shown.words.set(rung.number, rung.words);
   shown.places.set(rung.number, { root, lit: [...root.querySelectorAll("[data-p]")], power: undefined });
 }
@@ -395,7 +446,7 @@ function light(shown, powers) {
 // --- The last minute, scan by scan -------------------------------------------------------------
 
 function stepper() {
-  const range = h("input", { type: "range", id: "scan", "aria-label": "scan", disabled: !state.hold,
+  const range = h("input", { type: "range", id: "scan", "aria-label": "scan", disabled: !state.hold, max: 1, value: 1,
     oninput: (event) => heldScan(Number(event.target.value)) });
   const step = (by) => () => heldScan(state.scan + by);
   const place = h("div", { class: "tools" },
@@ -412,9 +463,8 @@ function scanText() {
   if (!range) return;
   [range.min, range.max] = state.scans;
   range.value = state.scan;
-  const clock = new Date(state.time);
   $("scan-text").textContent = `scan ${state.scan} of ${state.scans[0]} to ${state.scans[1]}, `
-    + clock.toLocaleTimeString() + "." + String(clock.getMilliseconds()).padStart(3, "0");
+    + clockOf(state.time, 3);
 }
 
 async function hold() {
@@ -446,11 +496,11 @@ async function heldScan(scan) {
 
 // --- Tags, trends, devices, panels -------------------------------------------------------------
 
-function tags() {
+function tags(find) {
   const body = h("tbody", {}), more = h("p", { class: "soft" });
-  const field = h("input", { type: "search", id: "find", autocomplete: "off", oninput: () => search() });
-  $("content").replaceChildren(h("h2", {}, "Tags"), h("label", {}, "Search ", field), more,
-    h("table", {}, h("thead", {}, h("tr", {}, ...["tag", "address", "value", "", "what it is"].map((name) =>
+  const field = h("input", { type: "search", id: "find", autocomplete: "off", value: find || null, oninput: () => search() });
+  $("content").replaceChildren(h("h2", {}, "Tags"), h("label", {}, "Search names, addresses and descriptions ", field), more,
+    h("table", { class: "tags" }, h("thead", {}, h("tr", {}, ...["tag", "address", "value", "", "what it is"].map((name) =>
       h("th", { scope: "col" }, name)))), body));
   let turn = 0;
   async function search() {
@@ -465,7 +515,8 @@ function tags() {
       h("td", {}, h("a", { href: "#trend/" + encodeURIComponent(tag.name) }, "trend"), " ", writer(tag.name)),
       h("td", {}, tag.doc || ""))));
     const left = answer.more + Math.max(0, rows.length - 250);
-    more.textContent = left ? `${left} more: search for a part of a name, an address or a description` : "";
+    more.textContent = left ? `${left} more: search for a part of a name, an address or a description`
+      : rows.length ? "A name tells why its tag has this value." : "no tag has this in its name, its address or its description";
     watch(rows.slice(0, 250).map((tag) => tag.name));
   }
   search();
@@ -564,14 +615,15 @@ function draw(canvas, data, zoom, limits) {
   pen.font = "12px system-ui";
   pen.fillText(text(high), 4, 12);
   pen.fillText(text(low), 4, height - 4);
-  const clock = (ms) => new Date(ms).toLocaleTimeString() + "." + String(Math.floor(ms) % 1000).padStart(3, "0");
-  return `${clock(from)} to ${clock(to)}: ${Math.max(0, inside.length - 1)} changes, from ${text(low)} to ${text(high)}`;
+  const times = `${clockOf(from, 3)} to ${clockOf(to, 3)}`;
+  pen.fillText(times, Math.max(width - pen.measureText(times).width - 4, 60), height - 4);
+  return `${times}: ${Math.max(0, inside.length - 1)} changes, from ${text(low)} to ${text(high)}`;
 }
 
 function alarms() {
   watch([]);
   const place = h("div", {});
-  const fill = () => place.replaceChildren(alarmTable(state.status ? state.status.alarms : []));
+  const fill = () => renew(place, alarmTable(state.status ? state.status.alarms : []));
   $("content").replaceChildren(h("h2", {}, "Alarms"), place);
   fill();
   return { update(event) { if (event.status) fill(); } };
@@ -585,7 +637,7 @@ function events() {
       const answer = await get("/api/events", held());
       said.textContent = answer.events.length ? "" : "nothing happened in the last minute";
       body.replaceChildren(...answer.events.map((of) => h("tr", { class: of.alarm ? "alarm" : "" },
-        h("td", { class: "num" }, new Date(of.time_ms).toLocaleTimeString()), h("td", { class: "num" }, of.scan),
+        h("td", { class: "num" }, clockOf(of.time_ms, 3)), h("td", { class: "num" }, of.scan),
         h("td", {}, of.text), h("td", {}, of.operand ? whyButton(of.operand, "why") : ""))));
     } catch (error) { said.textContent = error.message; }
   }
@@ -599,7 +651,7 @@ function events() {
 function devices() {
   watch([]);
   const place = h("div", {});
-  const fill = () => { if (state.status) place.replaceChildren(deviceTable(state.status.devices)); };
+  const fill = () => { if (state.status) renew(place, deviceTable(state.status.devices)); };
   $("content").replaceChildren(h("h2", {}, "Devices"), place);
   fill();
   return { update(event) { if (event.status) fill(); } };
@@ -620,7 +672,7 @@ function panel(name) {
     if (widget.kind === "button") {
       const may = state.session.write.includes(name);
       return card(label, h("button", { class: "big", disabled: !may, onclick: () => write(name, true, said) }, label),
-        may ? said : h("p", { class: "soft" }, "sign in to use it"));
+        may ? said : h("p", { class: "soft" }, state.session.user ? "`[web] write` does not list it" : "for users who have signed in"));
     }
     if (widget.kind === "value") return card(label, h("p", { class: "value" }, valueOf(name)), writer(name, "Set"));
     if (widget.kind === "bar") {
@@ -713,9 +765,10 @@ function signIn(why) {
   h("button", {}, "Sign in"), said) : h("p", {}, why));
 }
 
+$("skip").addEventListener("click", (event) => { event.preventDefault(); $("content").focus(); });
 window.addEventListener("hashchange", () => { $("why").hidden = true; window.scrollTo(0, 0); open(); });
 document.addEventListener("keydown", (event) => {
-  if (event.key === "Escape") $("why").hidden = true;
+  if (event.key === "Escape") closeWhy();
   if (state.hold && !/INPUT|CANVAS/.test(event.target.tagName)) {
     if (event.key === ",") heldScan(state.scan - 1);
     if (event.key === ".") heldScan(state.scan + 1);
