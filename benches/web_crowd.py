@@ -103,7 +103,7 @@ def main():
     web = subprocess.Popen(
         [RUNGD, "web", "--listen", "127.0.0.1:0", "--socket", sock], stderr=subprocess.PIPE, text=True
     )
-    link = web.stderr.readline()
+    link = next(line for line in web.stderr if "://" in line)
     port, path = re.search(r"http://127\.0\.0\.1:(\d+)(\S+)", link).groups()
     threading.Thread(target=lambda: web.stderr.read(), daemon=True).start()
     with socket.create_connection(("127.0.0.1", int(port))) as conn:

@@ -154,7 +154,7 @@ class Pages:
     def __init__(self, plant, *arguments):
         command = [RUNGD, "web", "--socket", plant.socket, "--listen", "127.0.0.1:0", *arguments]
         self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-        first = self.process.stderr.readline()
+        first = next(line for line in self.process.stderr if "://" in line)
         found = re.search(r"(http://[^/\s]+)(/in\S*)?", first)
         assert found, first
         self.address, self.link = found.group(1), found.group(0)

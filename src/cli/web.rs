@@ -10,7 +10,6 @@ use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
 use super::exit::Exit;
 use super::terminal::{print, say, say_line};
 use crate::operator::SOCKET_VARIABLE;
-use crate::operator::client;
 use crate::web::{ListenAt, UserFailure, WebOptions, serve, set_password};
 
 /// Shows a running controller in a browser: its ladder with power, why, trends, alarms
@@ -69,7 +68,7 @@ pub fn web(args: &WebArgs) -> Result<Exit> {
     }
     let options = WebOptions {
         listen: args.listen.clone(),
-        socket: client::socket(args.socket.clone()),
+        socket: args.socket.clone(),
         hosts: args.hosts.clone(),
         tls: args.tls_cert.clone().zip(args.tls_key.clone()),
         behind_proxy: args.behind_proxy,

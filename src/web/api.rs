@@ -9,14 +9,16 @@ use hyper::StatusCode;
 use serde_json::{Value, json};
 
 use super::follow::Seen;
+use super::journal::say;
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, json_answer};
 use super::sessions::Session;
-use super::site::{WebSite, say};
+use super::site::WebSite;
 use super::stream::{Told, Window, name_of, tag_value};
 use crate::controller::web::{Panel, WebSettings, Widget};
 use crate::draw::ladder::{BlockPicture, RungPicture, StagePicture};
 use crate::draw::live_svg;
+use crate::isa::Address;
 use crate::live::{LiveEvent, LiveProgram, LiveTag, LiveView};
 use crate::observe::CellChanged;
 use crate::operator::client::{self, CallFailure};
@@ -104,10 +106,13 @@ fn of_session(session: &Session, view: &LiveView) -> Value {
     let user = session.user.as_ref().map(|(name, _)| name);
     let write = settings(&view.program).map_or(&[][..], |web| &web.write);
     let names: Vec<&str> = write.iter().map(|(name, _)| name.as_str()).collect();
+    let bits = write.iter().filter(|(_, address)| matches!(address, Address::Bit(_)));
+    let bits: Vec<&str> = bits.map(|(name, _)| name.as_str()).collect();
     json!({
         "user": user,
         "csrf": session.csrf,
         "write": if user.is_some() { names } else { Vec::new() },
+        "bits": bits,
         "version": env!("CARGO_PKG_VERSION"),
     })
 }
@@ -286,10 +291,10 @@ async fn write(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
     let cell = subject.cell(&operand).map_err(bad)?;
     let listed = settings(&view.program).map_or(&[][..], |web| &web.write);
     let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
-    if !listed.iter().any(is_listed) {
+    let Some((operand, _)) = listed.iter().find(|of| is_listed(of)).cloned() else {
         let why = format!("`{operand}` is not written here: `[web] write` does not list it");
         return Err(WebFailure(StatusCode::FORBIDDEN, why));
-    }
+    };
     let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
     let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
     let for_user = Some(user.to_owned());
@@ -313,7 +318,7 @@ async fn acknowledge(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult
 
 /// Sends a change to the controller.
 async fn sent(site: &Arc<WebSite>, request: Request) -> Result<Value, WebFailure> {
-    let socket = site.socket.clone();
+    let socket = client::socket(site.socket.clone());
     let place = Arc::clone(&site.questions).acquire_owned().await;
     let sent = tokio::task::spawn_blocking(move || client::ask::<Value>(&socket, &request)).await;
     drop(place);

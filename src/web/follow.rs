@@ -14,6 +14,7 @@ use serde_json::Value;
 use tokio::sync::watch;
 use tokio::time::timeout;
 
+use super::journal::say;
 use crate::live::{Follower, LiveView};
 use crate::operator::client;
 use crate::operator::protocol::Request;
@@ -59,7 +60,7 @@ impl Follow {
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(socket: PathBuf) -> std::io::Result<Follow> {
+    pub fn start(named: Option<PathBuf>) -> std::io::Result<Follow> {
         let began = Instant::now();
         let none = Seen { at: began, view: Err("not looked yet".into()), status: None };
         let (tell, seen) = watch::channel(Arc::new(none));
@@ -70,7 +71,8 @@ impl Follow {
             last > Duration::ZERO && began.elapsed() < last + VIEWED
         };
         let builder = thread::Builder::new().name("follow".to_owned());
-        let thread = builder.spawn(move || follow(&socket, &tell, &is_viewed))?.thread().clone();
+        let thread =
+            builder.spawn(move || follow(named.as_ref(), &tell, &is_viewed))?.thread().clone();
         Ok(Follow { seen, began, viewed_ms, thread })
     }
 
@@ -127,10 +129,14 @@ impl Follow {
     }
 }
 
-/// Looks, until nobody listens any more.
-fn follow(socket: &Path, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
-    let mut follower = Follower::new(socket.to_owned());
-    let _ = follower.look();
+/// Looks, until nobody listens any more. A socket that is not named is looked for at each try: a
+/// controller may start later than the pages.
+fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
+    let mut socket = client::socket(named.cloned());
+    let mut follower = Follower::new(socket.clone());
+    let mut was_seen = follower.look().is_ok();
+    let is = if was_seen { "" } else { ": no controller answers there yet" };
+    say(&format!("shows the controller at {}{is}", socket.display()));
     let (mut status, mut status_at): (Option<Arc<Value>>, Option<Instant>) = (None, None);
     while !tell.is_closed() {
         if !is_viewed() {
@@ -140,16 +146,28 @@ fn follow(socket: &Path, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -
             continue;
         }
         let begun = Instant::now();
-        let view = follower.look().map_err(|failure| failure.to_string());
+        let looked = follower.look();
         let is_due = status_at.is_none_or(|at| at.elapsed() >= STATUS_EVERY);
-        if is_due || view.is_err() {
-            status = told(socket).map(Arc::new);
+        if is_due || looked.is_err() {
+            status = told(&socket).map(Arc::new);
             status_at = Some(Instant::now());
         }
-        let pause = match &view {
+        if was_seen != looked.is_ok() {
+            was_seen = looked.is_ok();
+            say(&match &looked {
+                Ok(_) => format!("the controller at {} answers", socket.display()),
+                Err(failure) => format!("the controller is not seen: {failure}"),
+            });
+        }
+        let pause = match &looked {
             Ok(_) => EVERY.saturating_sub(begun.elapsed()).max(begun.elapsed()),
             Err(_) => RETRY,
         };
+        if looked.is_err() {
+            socket = client::socket(named.cloned());
+            follower = Follower::new(socket.clone());
+        }
+        let view = looked.map_err(|failure| failure.to_string());
         tell.send_replace(Arc::new(Seen { at: Instant::now(), view, status: status.clone() }));
         thread::sleep(pause);
     }

@@ -10,6 +10,7 @@ mod api;
 mod body;
 mod follow;
 mod guard;
+mod journal;
 mod listen;
 mod options;
 mod query;

@@ -11,8 +11,8 @@ use anyhow::{Result, bail};
 pub struct WebOptions {
     /// Where it listens.
     pub listen: ListenAt,
-    /// The operator's socket of the controller.
-    pub socket: PathBuf,
+    /// The operator's socket of the controller; `None`: the usual places, looked at anew each time.
+    pub socket: Option<PathBuf>,
     /// The names by which browsers reach it.
     pub hosts: Vec<String>,
     /// The certificate chain and the key, PEM.
@@ -122,7 +122,7 @@ mod tests {
     fn options(listen: &str) -> WebOptions {
         WebOptions {
             listen: ListenAt::parse(listen).expect("an address"),
-            socket: "rungd.sock".into(),
+            socket: None,
             hosts: Vec::new(),
             tls: None,
             behind_proxy: false,

@@ -13,10 +13,11 @@ use tokio::time::timeout;
 use super::api;
 use super::body::AnswerBody;
 use super::guard::{CSRF, secure};
+use super::journal::say;
 use super::query::Query;
 use super::reply::{WebAnswer, WebFailure, WebResult, json_answer, typed};
 use super::sessions::{COOKIE, Session, cookie_of};
-use super::site::{WebSite, say};
+use super::site::WebSite;
 use super::stream;
 
 /// The most bytes of a change, and the time limit of its arrival.

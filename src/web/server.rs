@@ -19,10 +19,11 @@ use tokio::time::{sleep, timeout};
 
 use super::follow::Follow;
 use super::guard::Guard;
+use super::journal::say;
 use super::listen::{Connection, Listener, secured, tls};
 use super::options::{ListenAt, WebOptions};
 use super::route::answer;
-use super::site::{WebSite, WebSiteParts, say};
+use super::site::{WebSite, WebSiteParts};
 use super::stall::NoStall;
 
 /// The most connections at a time. A connection more waits for a place.
@@ -30,7 +31,7 @@ const CONNECTIONS_MAX: usize = 256;
 /// How long a connection may wait for a place.
 const PLACE_MAX: Duration = Duration::from_secs(5);
 /// The time limit of a request's head; a connection without requests ends then too.
-const HEAD_MAX: Duration = Duration::from_secs(15);
+const HEAD_MAX: Duration = Duration::from_secs(5);
 /// The most bytes of a request's head, and its most headers.
 const HEAD_BYTES_MAX: usize = 16 * 1024;
 const HEADERS_MAX: usize = 64;
@@ -144,7 +145,7 @@ pub fn conversation(bytes: &[u8]) -> Vec<u8> {
         let site = Arc::new(WebSite::new(WebSiteParts {
             follow: Follow::of_nothing(),
             guard: Guard::new(vec!["localhost".to_owned()], false),
-            socket: "/nonexistent".into(),
+            socket: Some("/nonexistent".into()),
             is_tls: false,
             address: String::new(),
             users: None,

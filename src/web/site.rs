@@ -10,6 +10,7 @@ use tokio::sync::Semaphore;
 
 use super::follow::Follow;
 use super::guard::Guard;
+use super::journal::say;
 use super::sessions::{Session, Sessions};
 use super::users::{UserFailure, Users};
 use crate::live::LiveView;
@@ -26,8 +27,8 @@ const PASSWORDS_MAX: usize = 1;
 pub(super) struct WebSite {
     pub follow: Follow,
     pub guard: Guard,
-    /// The operator's socket, for writes.
-    pub socket: PathBuf,
+    /// The operator's socket, if one is named.
+    pub socket: Option<PathBuf>,
     /// Whether browsers speak TLS: cookies are for TLS alone then.
     pub is_tls: bool,
     /// What stands before the path of a link.
@@ -52,7 +53,7 @@ struct UserFile {
 pub(super) struct WebSiteParts {
     pub follow: Follow,
     pub guard: Guard,
-    pub socket: PathBuf,
+    pub socket: Option<PathBuf>,
     pub is_tls: bool,
     pub address: String,
     pub users: Option<PathBuf>,
@@ -128,7 +129,8 @@ impl WebSite {
         let stays = match &session.user {
             None => true,
             Some((name, hash)) => {
-                self.users().is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))
+                let users = self.users().inspect_err(|failure| say(&failure.to_string()));
+                users.is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))
             }
         };
         if !stays {
@@ -142,10 +144,4 @@ impl WebSite {
         let secret = self.sessions().new_link();
         say(&format!("open {}/in?key={secret} (it lets in once)", self.address));
     }
-}
-
-/// A line on standard error, for the journal.
-pub(super) fn say(text: &str) {
-    let is_odd = |c: char| if c.is_control() { '?' } else { c };
-    eprintln!("rungd web: {}", text.chars().map(is_odd).collect::<String>());
 }

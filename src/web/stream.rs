@@ -207,6 +207,8 @@ fn blocks(program: &LiveProgram, power: &ScanPower) -> (Value, Value) {
     let stages = (0..).zip(&symbols.stages);
     let on = stages.filter(|(at, _)| is_on(Bit::Stage(StageId(*at)))).map(|(_, name)| name);
     let blocks = (0..).zip(&symbols.blocks);
+    // In FAULT memory stays as it was, and nothing runs.
+    let blocks = blocks.filter(|_| power.mode == Mode::Run);
     let running = blocks.filter(|(at, _)| is_on(Bit::Running(BlockId(*at)))).map(|(_, name)| name);
     (json!(on.collect::<Vec<_>>()), json!(running.collect::<Vec<_>>()))
 }

@@ -109,7 +109,12 @@ impl Web {
                 let _ = send.send(line);
             }
         });
-        let first = lines.recv_timeout(PATIENCE).expect("it says where it listens");
+        let first = loop {
+            let line = lines.recv_timeout(PATIENCE).expect("it says where it listens");
+            if line.contains("://") {
+                break line;
+            }
+        };
         let at = first.split("://").nth(1).unwrap_or_else(|| panic!("{first}"));
         let host = at.split([' ', '/']).next().unwrap_or_default().to_owned();
         let link = first.split_once(&host).and_then(|(_, path)| path.split(' ').next());

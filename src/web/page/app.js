@@ -268,12 +268,19 @@ function overviewParts() {
       ["period", us(status.period_us)], ["execution, 99 %", us(scan.execution.p99_us)],
       ["execution, longest", us(scan.execution.max_us)], ["lateness, 99 %", us(scan.lateness.p99_us)],
       ["overruns", String(scan.overruns)], ["scans", String(status.scans)]])),
-    card("Alarms", alarmTable(status.alarms)),
+    card("Alarms", ...alarmLines(status.alarms)),
     card("Blocks", h("table", {}, h("tbody", { id: "runs" }))),
     card("Forces", status.forces.length ? list(status.forces.map((of) =>
       [whyButton(of.tag || of.operand), text(of.value)])) : h("p", { class: "soft" }, "nothing is forced")),
     card("Devices", deviceTable(status.devices)));
   renew($("runs"), ...blockRows());
+}
+
+// The alarms in short, for the overview.
+function alarmLines(alarms) {
+  if (!alarms.length) return [h("p", { class: "soft" }, "no alarm stands")];
+  return alarms.map((alarm) => h("p", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ",
+    whyButton(alarm.tag), ", " + stateOf(alarm))).concat(h("p", {}, h("a", { href: "#alarms" }, "all of them")));
 }
 
 // The alarms of the list, first the ones that stand, in the order in which they rose.
@@ -526,8 +533,12 @@ function tags(find) {
 // A form that writes, where the user may.
 function writer(name, label) {
   if (!state.session.write.includes(name)) return null;
-  const field = h("input", { size: "8", "aria-label": "new value of " + name });
   const said = h("span", { role: "status" });
+  if (state.session.bits.includes(name)) {
+    const to = (word) => h("button", { "aria-label": name + " " + word, onclick: () => write(name, word, said) }, word);
+    return h("span", { class: "tools" }, to("ON"), to("OFF"), said);
+  }
+  const field = h("input", { size: "8", "aria-label": "new value of " + name });
   return h("form", { class: "tools", onsubmit: async (event) => {
     event.preventDefault();
     await write(name, field.value, said);
@@ -635,13 +646,13 @@ function events() {
   async function load() {
     try {
       const answer = await get("/api/events", held());
-      said.textContent = answer.events.length ? "" : "nothing happened in the last minute";
+      said.textContent = answer.events.length ? "" : "nothing has happened for a minute";
       body.replaceChildren(...answer.events.map((of) => h("tr", { class: of.alarm ? "alarm" : "" },
         h("td", { class: "num" }, clockOf(of.time_ms, 3)), h("td", { class: "num" }, of.scan),
         h("td", {}, of.text), h("td", {}, of.operand ? whyButton(of.operand, "why") : ""))));
     } catch (error) { said.textContent = error.message; }
   }
-  $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, "Events of the last minute"),
+  $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, "Latest events"),
     h("button", { onclick: load }, "Load anew")), said,
   h("table", {}, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body));
   load();
