@@ -7,7 +7,7 @@ use super::program::LiveProgram;
 use crate::engine::{Cell, EngineCall};
 use crate::isa::{Address, Bit, BlockId, StageId};
 use crate::runtime::exchange::Mode;
-use crate::runtime::{Origin, TapeEntry, TapeSection, numbered_calls, scan_begins};
+use crate::runtime::{Origin, TapeEntry, TapeSection, numbered_calls};
 
 /// The most events; the newest stay.
 const EVENTS_MAX: usize = 500;
@@ -101,13 +101,8 @@ fn told(program: &LiveProgram) -> Vec<(Cell, Told)> {
 /// Modes, and what people and clients did.
 fn outside(program: &LiveProgram, section: &TapeSection, all: &mut Vec<LiveEvent>) {
     let mut calls = numbered_calls(&section.entries, section.start.number).peekable();
-    // Before a process's first scan no time has passed: what happens then has the first scan's.
-    let mut begins = scan_begins(&section.entries, section.start.number);
-    let begin_ns = match section.state.now_ns() {
-        0 => begins.next().map_or(0, |first| first.now_ns),
-        now_ns => now_ns,
-    };
-    let (mut scan, mut origin) = ((section.start.number.saturating_sub(1), begin_ns), None);
+    let before = section.start.number.saturating_sub(1);
+    let (mut scan, mut origin) = ((before, section.begin_ns()), None);
     for (at, entry) in section.entries.iter().enumerate() {
         if let Some(of) = calls.next_if(|of| of.entry == at) {
             scan = (of.number, of.now_ns.max(scan.1));

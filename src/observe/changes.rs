@@ -44,7 +44,7 @@ impl Subject {
             if !(goes_on && section.start.follows) {
                 run.resume(&section.state);
                 let image = run.engine().image();
-                let at = (section.start.number.saturating_sub(1), section.state.now_ns());
+                let at = (section.start.number.saturating_sub(1), section.begin_ns());
                 let values = cells.iter().map(|cell| (*cell, content(image, *cell)));
                 let values = values.collect::<Vec<_>>();
                 all.extend(news(&mut known, values, time(section, at)));

@@ -80,6 +80,18 @@ pub fn numbered_calls(
     })
 }
 
+impl TapeSection {
+    /// The time at its start, ns of the scans' clock. Before a process's first scan none has
+    /// passed: then the time of that scan.
+    pub fn begin_ns(&self) -> u64 {
+        let mut begins = scan_begins(&self.entries, self.start.number);
+        match self.state.now_ns() {
+            0 => begins.next().map_or(0, |first| first.now_ns),
+            now_ns => now_ns,
+        }
+    }
+}
+
 /// The starts of scans in a section, in order. `number`: of its first scan.
 pub fn scan_begins(
     entries: &[TapeEntry],

@@ -268,7 +268,7 @@ function overviewParts() {
       ["period", us(status.period_us)], ["execution, 99 %", us(scan.execution.p99_us)],
       ["execution, longest", us(scan.execution.max_us)], ["lateness, 99 %", us(scan.lateness.p99_us)],
       ["overruns", String(scan.overruns)], ["scans", String(status.scans)]])),
-    card("Alarms", ...alarmLines(status.alarms)),
+    card("Alarms", alarmsInShort(status.alarms)),
     card("Blocks", h("table", {}, h("tbody", { id: "runs" }))),
     card("Forces", status.forces.length ? list(status.forces.map((of) =>
       [whyButton(of.tag || of.operand), text(of.value)])) : h("p", { class: "soft" }, "nothing is forced")),
@@ -277,10 +277,11 @@ function overviewParts() {
 }
 
 // The alarms in short, for the overview.
-function alarmLines(alarms) {
-  if (!alarms.length) return [h("p", { class: "soft" }, "no alarm stands")];
-  return alarms.map((alarm) => h("p", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ",
-    whyButton(alarm.tag), ", " + stateOf(alarm))).concat(h("p", {}, h("a", { href: "#alarms" }, "all of them")));
+function alarmsInShort(alarms) {
+  if (!alarms.length) return h("p", { class: "soft" }, "no alarm stands");
+  return h("table", {}, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
+    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyButton(alarm.tag)),
+    h("td", {}, stateOf(alarm))))));
 }
 
 // The alarms of the list, first the ones that stand, in the order in which they rose.
