@@ -2,6 +2,7 @@
 //! the numbers of requests that may be worked on at a time.
 
 use std::collections::VecDeque;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
@@ -45,8 +46,8 @@ pub(super) struct WebSite {
 
 struct UserFile {
     path: PathBuf,
-    /// What it was when it was read last.
-    known: Mutex<Option<(SystemTime, Arc<Users>)>>,
+    /// What it was when it was read last, by its time and inode.
+    known: Mutex<Option<((SystemTime, u64), Arc<Users>)>>,
 }
 
 /// The parts of a [`WebSite`].
@@ -110,8 +111,10 @@ impl WebSite {
     /// The file cannot be read.
     pub fn users(&self) -> Result<Arc<Users>, UserFailure> {
         let Some(file) = &self.users else { return Ok(Arc::default()) };
-        let changed = std::fs::metadata(&file.path).and_then(|facts| facts.modified());
-        let changed = changed.map_err(|error| UserFailure::File(file.path.clone(), error))?;
+        let failed = |error| UserFailure::File(file.path.clone(), error);
+        let facts = std::fs::metadata(&file.path).map_err(failed)?;
+        // A new file may be written within the same tick of the clock.
+        let changed = (facts.modified().map_err(failed)?, facts.ino());
         let mut known = file.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((at, users)) = &*known
             && *at == changed
