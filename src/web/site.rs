@@ -44,10 +44,13 @@ pub(super) struct WebSite {
     users: Option<UserFile>,
 }
 
+/// When a file was changed, and its inode.
+type FileState = (SystemTime, u64);
+
 struct UserFile {
     path: PathBuf,
-    /// What it was when it was read last, by its time and inode.
-    known: Mutex<Option<((SystemTime, u64), Arc<Users>)>>,
+    /// What was read last, and the state of the file then.
+    known: Mutex<Option<(FileState, Arc<Users>)>>,
 }
 
 /// The parts of a [`WebSite`].
