@@ -31,13 +31,8 @@ pub struct LiveView {
 pub enum TagValue {
     /// Of a bit.
     Bit(bool),
-    /// Of an integer; `is_time`: in ms.
-    Integer {
-        /// The number.
-        value: i32,
-        /// Whether it is a time.
-        is_time: bool,
-    },
+    /// Of an integer, and of a time in ms.
+    Integer(i32),
     /// Of a real.
     Real(f64),
 }
@@ -137,7 +132,7 @@ impl LiveView {
         } else if operand.is_real {
             TagValue::Real(f64::from(Real::of_cell(content)))
         } else {
-            TagValue::Integer { value: content, is_time: operand.is_time }
+            TagValue::Integer(content)
         }
     }
 }

@@ -29,7 +29,7 @@ impl PowerOf for LiveView {
     fn value(&self, operand: &str) -> Option<String> {
         Some(match LiveView::value(self, &self.power, operand).ok()? {
             TagValue::Bit(on) => if on { "ON" } else { "OFF" }.to_owned(),
-            TagValue::Integer { value, .. } => value.to_string(),
+            TagValue::Integer(value) => value.to_string(),
             TagValue::Real(value) => value.to_string(),
         })
     }

@@ -163,8 +163,9 @@ fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &
             Ok(_) => EVERY.saturating_sub(begun.elapsed()).max(begun.elapsed()),
             Err(_) => RETRY,
         };
-        if looked.is_err() {
-            socket = client::socket(named.cloned());
+        let found = client::socket(named.cloned());
+        if looked.is_err() && found != socket {
+            socket = found;
             follower = Follower::new(socket.clone());
         }
         let view = looked.map_err(|failure| failure.to_string());

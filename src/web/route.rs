@@ -16,7 +16,7 @@ use super::guard::{CSRF, secure};
 use super::journal::say;
 use super::query::Query;
 use super::reply::{WebAnswer, WebFailure, WebResult, json_answer, typed};
-use super::sessions::{COOKIE, Session, cookie_of};
+use super::sessions::{COOKIE, cookie_of};
 use super::site::WebSite;
 use super::stream;
 
@@ -67,7 +67,10 @@ async fn admitted_answer(site: &Arc<WebSite>, request: Request<Incoming>) -> Web
     let cookie = cookie(request.headers()).unwrap_or_default().to_owned();
     let session = site.session(&cookie).ok_or_else(|| signed_out(site))?;
     if is_get {
-        return question(site, &path, (&query, &session)).await;
+        if path == "/events" {
+            return stream::events(site, &query, &cookie);
+        }
+        return api::question(site, &path, (&query, &session)).await;
     }
     let token = request.headers().get(CSRF).and_then(|token| token.to_str().ok());
     if !session.has_token(token.unwrap_or_default()) {
@@ -82,18 +85,6 @@ async fn admitted_answer(site: &Arc<WebSite>, request: Request<Incoming>) -> Web
         return Ok(json_answer(&json!({})));
     }
     api::change(site, &path, (&session, &body(request).await?)).await
-}
-
-/// A question of a session.
-async fn question(
-    site: &Arc<WebSite>,
-    path: &str,
-    (query, session): (&Query, &Session),
-) -> WebResult {
-    if path == "/events" {
-        return stream::events(site, query);
-    }
-    api::question(site, path, (query, session)).await
 }
 
 fn cookie(headers: &HeaderMap) -> Option<&str> {

@@ -91,11 +91,16 @@ impl Sessions {
         cookie
     }
 
-    /// The session of a cookie.
+    /// The session of a cookie, with which a request has come.
     pub fn of(&mut self, cookie: &str, now: Instant) -> Option<Session> {
         let session = self.all.get_mut(&hash_of(cookie)).filter(|of| of.is_alive(now))?;
         session.last = now;
         Some(session.clone())
+    }
+
+    /// The session of a cookie, for a page that stays open: that is no request.
+    pub fn peek(&self, cookie: &str, now: Instant) -> Option<Session> {
+        self.all.get(&hash_of(cookie)).filter(|of| of.is_alive(now)).cloned()
     }
 
     /// Ends a session.

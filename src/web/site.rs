@@ -129,20 +129,27 @@ impl WebSite {
         Ok(users)
     }
 
-    /// The session of a cookie. One whose user is gone, or has another password, has ended.
+    /// The session of a cookie, with which a request has come. One whose user is gone, or has
+    /// another password, has ended.
     pub fn session(&self, cookie: &str) -> Option<Session> {
         let session = self.sessions().of(cookie, Instant::now())?;
-        let stays = match &session.user {
-            None => true,
-            Some((name, hash)) => {
-                let users = self.users().inspect_err(|failure| say(&failure.to_string()));
-                users.is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))
-            }
-        };
+        let stays = self.has_its_user(&session);
         if !stays {
             self.sessions().end(cookie);
         }
         stays.then_some(session)
+    }
+
+    /// Whether the session of a page that stays open goes on.
+    pub fn goes_on(&self, cookie: &str) -> bool {
+        let session = self.sessions().peek(cookie, Instant::now());
+        session.is_some_and(|session| self.has_its_user(&session))
+    }
+
+    fn has_its_user(&self, session: &Session) -> bool {
+        let Some((name, hash)) = &session.user else { return true };
+        let users = self.users().inspect_err(|failure| say(&failure.to_string()));
+        users.is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))
     }
 
     /// A new one-time link, printed for the person who started the process.

@@ -64,13 +64,13 @@ impl Window {
     }
 }
 
-/// The events of a viewer.
-pub(super) fn events(site: &Arc<WebSite>, query: &Query) -> WebResult {
+/// The events of a viewer, until its session ends.
+pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebResult {
     let place = Arc::clone(&site.streams).try_acquire_owned().map_err(|_| {
         let why = "too many pages look at this controller: close one";
         WebFailure(StatusCode::SERVICE_UNAVAILABLE, why.to_owned())
     })?;
-    let (site, window) = (Arc::clone(site), Window::of(query));
+    let (site, window, cookie) = (Arc::clone(site), Window::of(query), cookie.to_owned());
     let (send, events) = mpsc::channel(1);
     tokio::spawn(async move {
         let _place = place;
@@ -92,8 +92,8 @@ pub(super) fn events(site: &Arc<WebSite>, query: &Query) -> WebResult {
                 return;
             }
             match site.follow.next(&mut watcher).await {
-                Some(next) => seen = next,
-                None => return,
+                Some(next) if site.goes_on(&cookie) => seen = next,
+                Some(_) | None => return,
             }
         }
     });
@@ -165,7 +165,7 @@ pub(super) fn name_of(program: &LiveProgram) -> String {
 pub(super) fn tag_value(value: TagValue) -> Value {
     match value {
         TagValue::Bit(on) => json!(on),
-        TagValue::Integer { value, .. } => json!(value),
+        TagValue::Integer(value) => json!(value),
         TagValue::Real(value) => json!(value),
     }
 }

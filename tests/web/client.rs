@@ -188,13 +188,19 @@ impl Web {
         Visitor { csrf: session.json()["csrf"].as_str().unwrap().to_owned(), ..visitor }
     }
 
-    /// The events of a stream, until one fits.
-    pub fn until(&self, path: &str, visitor: &Visitor, fits: impl Fn(&Value) -> bool) -> Value {
+    /// A request whose answer is read as it comes; the connection ends with it.
+    pub fn open(&self, path: &str, visitor: &Visitor) -> TcpStream {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let (host, cookie) = (&self.host, &visitor.cookie);
-        let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nCookie: {cookie}\r\n\r\n");
-        stream.write_all(request.as_bytes()).unwrap();
+        let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nCookie: {cookie}\r\n");
+        stream.write_all(format!("{request}Connection: close\r\n\r\n").as_bytes()).unwrap();
+        stream
+    }
+
+    /// The events of a stream, until one fits.
+    pub fn until(&self, path: &str, visitor: &Visitor, fits: impl Fn(&Value) -> bool) -> Value {
+        let stream = self.open(path, visitor);
         let mut all = serde_json::json!({ "power": {}, "values": {} });
         for line in BufReader::new(stream).lines() {
             let line = line.expect("an event in time");

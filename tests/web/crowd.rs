@@ -37,17 +37,8 @@ fn a_crowd_that_sends_nothing_takes_neither_the_memory_nor_the_controller() {
 fn viewers_that_read_nothing_hold_up_nobody() {
     let web = Web::start(&[]);
     let visitor = web.visit();
-    let frozen: Vec<TcpStream> = (0..20)
-        .map(|_| {
-            let mut stream = TcpStream::connect(&web.host).unwrap();
-            let path = "/events?element=Main&from=1&to=2";
-            let (host, cookie) = (&web.host, &visitor.cookie);
-            let request =
-                format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nCookie: {cookie}\r\n\r\n");
-            stream.write_all(request.as_bytes()).unwrap();
-            stream
-        })
-        .collect();
+    let path = "/events?element=Main&from=1&to=2";
+    let frozen: Vec<TcpStream> = (0..20).map(|_| web.open(path, &visitor)).collect();
     std::thread::sleep(Duration::from_secs(1));
     let memory = web.memory();
     web.live.ok("write level 50");

@@ -1,6 +1,6 @@
 //! Users: their passwords, and what they may write.
 
-use std::io::Write as _;
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Command, Stdio};
 
 use serde_json::json;
@@ -63,8 +63,13 @@ fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
     let stolen = Visitor { csrf: String::new(), ..anna.clone() };
     let change = json!({ "operand": "level", "value": 1 });
     assert_eq!(web.post("/api/write", &stolen, &change).status, 403);
-    // A new password ends the sessions that began with the old one.
+    // A new password ends the sessions that began with the old one, and the pages that are open.
+    let open = web.open("/events?element=Main&from=1&to=2", &anna);
+    let mut lines = BufReader::new(open).lines().map(|line| line.expect("a line in time"));
+    assert!(lines.any(|line| line.starts_with("data: {")));
     assert_eq!(passwd(&file, "anna", "another horse").0, 0);
+    // Some ten lines come a second.
+    assert!(lines.take(600).count() < 600, "it ends");
     assert_eq!(web.get("/api/session", &anna).status, 401);
     assert_eq!(web.live.say("read level --json").json()["values"][0]["value"], 43);
 }

@@ -68,7 +68,13 @@ function listen() {
   state.power = {};
   source = new EventSource("/events?" + new URLSearchParams(windowOf()));
   source.onmessage = (event) => take(JSON.parse(event.data));
-  source.onerror = () => link("the connection to `rungd web` is gone; it is tried again" + shownOf(), true);
+  source.onerror = () => {
+    link("the connection to `rungd web` is gone; it is tried again" + shownOf(), true);
+    // The browser tries no refused stream again. If the session has ended, `get` loads the page anew.
+    if (source && source.readyState === EventSource.CLOSED) {
+      setTimeout(() => get("/api/status").then(listen, source && source.onerror), 2000);
+    }
+  };
 }
 
 // What a page without news still shows.
