@@ -40,6 +40,8 @@ pub mod runtime;
 mod say;
 pub mod sim;
 pub mod source;
+#[cfg(feature = "fleet")]
+pub mod sparkplug;
 pub mod testing;
 #[cfg(feature = "web")]
 pub mod web;

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
 #[rustfmt::skip]
-const ORDER: [&str; 34] = [
-    "main", "cli", "web", "monitor", "editor", "daemon", "live", "operator", "draw", "testing", "explain", "load", "record", "observe", "rig", "controller", "io", "say",
+const ORDER: [&str; 35] = [
+    "main", "cli", "web", "monitor", "editor", "daemon", "live", "operator", "sparkplug", "draw", "testing", "explain", "load", "record", "observe", "rig", "controller", "io", "say",
     "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "format", "source", "engine", "isa", "events",
     "calendar", "random", "progress", "faults",

@@ -1,0 +1,20 @@
+//! Sparkplug B 3.0: topics, payloads, types, sequence numbers, a host's state. Pure.
+//!
+//! `edge` publishes with it, `fleet` reads with it. The source is the Eclipse Sparkplug
+//! Specification 3.0 (chapters 4 to 6). Whatever bytes come in, an answer is an error at worst.
+//! Deliberately absent: MQTT (`mqtt`), and the order of messages, which belongs to its users.
+
+mod host_state;
+mod metric;
+mod payload;
+mod sequence;
+mod topic;
+mod types;
+pub mod vocabulary;
+
+pub use host_state::HostState;
+pub use metric::{BornMetric, MetricProperties, metric_of};
+pub use payload::{Metric, MetricContent, Payload, PropertyContent, PropertySet, PropertyValue};
+pub use sequence::Sequence;
+pub use topic::{MessageKind, NameFault, Topic, check_name};
+pub use types::{DataType, MetricValue, ValueFault};

@@ -1,0 +1,140 @@
+//! The payload's protocol buffer messages, as far as an edge node and a host of rungd need them.
+//!
+//! The numbers are those of `sparkplug_b.proto`. Fields that are not named here (metadata, data
+//! sets, templates) are skipped when a payload is read.
+
+use prost::Message;
+
+/// A payload of any message but STATE.
+#[derive(Clone, PartialEq, Message)]
+pub struct Payload {
+    /// When it was published, ms since 1970 (UTC).
+    #[prost(uint64, optional, tag = "1")]
+    pub timestamp: Option<u64>,
+    /// What it tells.
+    #[prost(message, repeated, tag = "2")]
+    pub metrics: Vec<Metric>,
+    /// 0 to 255, one more with each message; absent in NDEATH and in commands.
+    #[prost(uint64, optional, tag = "3")]
+    pub seq: Option<u64>,
+}
+
+/// A metric.
+#[derive(Clone, PartialEq, Message)]
+pub struct Metric {
+    /// Its name; in births, and where there is no alias.
+    #[prost(string, optional, tag = "1")]
+    pub name: Option<String>,
+    /// The number that stands for its name, of the node's last birth.
+    #[prost(uint64, optional, tag = "2")]
+    pub alias: Option<u64>,
+    /// When it had the value, ms since 1970 (UTC).
+    #[prost(uint64, optional, tag = "3")]
+    pub timestamp: Option<u64>,
+    /// A [`super::DataType`]; in births, and where there is no alias.
+    #[prost(uint32, optional, tag = "4")]
+    pub datatype: Option<u32>,
+    /// A value of the past, which is not the present one.
+    #[prost(bool, optional, tag = "5")]
+    pub is_historical: Option<bool>,
+    /// Not to be stored.
+    #[prost(bool, optional, tag = "6")]
+    pub is_transient: Option<bool>,
+    /// There is no value.
+    #[prost(bool, optional, tag = "7")]
+    pub is_null: Option<bool>,
+    /// Its unit, its limits; in births.
+    #[prost(message, optional, tag = "9")]
+    pub properties: Option<PropertySet>,
+    /// The value.
+    #[prost(oneof = "MetricContent", tags = "10, 11, 12, 13, 14, 15, 16")]
+    pub content: Option<MetricContent>,
+}
+
+/// The value of a metric, as it is sent.
+#[derive(Clone, PartialEq, prost::Oneof)]
+#[allow(missing_docs)]
+pub enum MetricContent {
+    /// Integers of up to 32 bits; negative ones in two's complement.
+    #[prost(uint32, tag = "10")]
+    Int(u32),
+    /// Integers of 64 bits, times.
+    #[prost(uint64, tag = "11")]
+    Long(u64),
+    #[prost(float, tag = "12")]
+    Float(f32),
+    #[prost(double, tag = "13")]
+    Double(f64),
+    #[prost(bool, tag = "14")]
+    Boolean(bool),
+    #[prost(string, tag = "15")]
+    Text(String),
+    #[prost(bytes = "vec", tag = "16")]
+    Bytes(Vec<u8>),
+}
+
+/// Properties: keys, and as many values.
+#[derive(Clone, PartialEq, Message)]
+pub struct PropertySet {
+    /// The names.
+    #[prost(string, repeated, tag = "1")]
+    pub keys: Vec<String>,
+    /// The values, in the order of the names.
+    #[prost(message, repeated, tag = "2")]
+    pub values: Vec<PropertyValue>,
+}
+
+/// The value of a property.
+#[derive(Clone, PartialEq, Message)]
+pub struct PropertyValue {
+    /// A [`super::DataType`].
+    #[prost(uint32, optional, tag = "1")]
+    pub datatype: Option<u32>,
+    /// There is no value.
+    #[prost(bool, optional, tag = "2")]
+    pub is_null: Option<bool>,
+    /// The value.
+    #[prost(oneof = "PropertyContent", tags = "3, 4, 5, 6, 7, 8")]
+    pub content: Option<PropertyContent>,
+}
+
+/// The value of a property, as it is sent.
+#[derive(Clone, PartialEq, prost::Oneof)]
+#[allow(missing_docs)]
+pub enum PropertyContent {
+    #[prost(uint32, tag = "3")]
+    Int(u32),
+    #[prost(uint64, tag = "4")]
+    Long(u64),
+    #[prost(float, tag = "5")]
+    Float(f32),
+    #[prost(double, tag = "6")]
+    Double(f64),
+    #[prost(bool, tag = "7")]
+    Boolean(bool),
+    #[prost(string, tag = "8")]
+    Text(String),
+}
+
+impl Payload {
+    /// The payload as bytes.
+    pub fn bytes(&self) -> Vec<u8> {
+        self.encode_to_vec()
+    }
+
+    /// Reads a payload.
+    ///
+    /// # Errors
+    /// The bytes are no payload: the reason, for people.
+    pub fn read(bytes: &[u8]) -> Result<Payload, String> {
+        Payload::decode(bytes).map_err(|error| format!("no Sparkplug payload: {error}"))
+    }
+}
+
+impl PropertySet {
+    /// The value of a property.
+    pub fn get(&self, key: &str) -> Option<&PropertyContent> {
+        let at = self.keys.iter().position(|known| known == key)?;
+        self.values.get(at)?.content.as_ref()
+    }
+}
