@@ -94,7 +94,7 @@ impl ProgramShelf {
         }
         let made = LoggedProgram::of(recorded, choose).map(Arc::new);
         if self.known.len() == PROGRAMS_MAX {
-            self.known.remove(0);
+            drop(self.known.remove(0));
         }
         self.known.push(made.clone().map_err(|why| (recorded.clone(), why)));
         made
