@@ -14,6 +14,8 @@ pub mod cli;
 pub mod controller;
 mod daemon;
 pub mod draw;
+#[cfg(feature = "fleet")]
+pub mod edge;
 pub mod editor;
 pub mod engine;
 pub mod events;
@@ -27,6 +29,8 @@ pub mod load;
 pub mod lower;
 #[cfg(feature = "monitor")]
 mod monitor;
+#[cfg(feature = "fleet")]
+pub mod mqtt;
 pub mod observe;
 pub mod operator;
 mod progress;

@@ -10,6 +10,8 @@ mod compared;
 mod completions;
 mod default_files;
 mod draw;
+#[cfg(feature = "fleet")]
+mod edge;
 mod events;
 mod exit;
 mod explain;
@@ -79,6 +81,8 @@ enum Command {
     Check(check::CheckArgs),
     Completions(completions::CompletionsArgs),
     Draw(draw::DrawArgs),
+    #[cfg(feature = "fleet")]
+    Edge(edge::EdgeArgs),
     Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
     Fmt(fmt::FmtArgs),
@@ -140,6 +144,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Check(args) => check::check(args),
         Command::Completions(args) => completions::completions(args),
         Command::Draw(args) => draw::draw(args),
+        #[cfg(feature = "fleet")]
+        Command::Edge(args) => edge::edge(args),
         Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
         Command::Fmt(args) => fmt::fmt(args),

@@ -26,7 +26,8 @@ pub(super) fn asked(payload: &Payload, tags: &[TagMetric]) -> Vec<AskedCommand> 
     let mut asked: Vec<AskedCommand> =
         payload.metrics.iter().take(METRICS_MAX).filter_map(|metric| one(metric, tags)).collect();
     if payload.metrics.len() > METRICS_MAX {
-        let why = format!("a command of {} metrics: more than {METRICS_MAX}", payload.metrics.len());
+        let why =
+            format!("a command of {} metrics: more than {METRICS_MAX}", payload.metrics.len());
         asked.push(AskedCommand::Refused(why));
     }
     asked

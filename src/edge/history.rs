@@ -58,8 +58,7 @@ impl TellsHistory {
 
     /// The past goes on with this program; `tags`: those of the present one.
     pub fn begins(&mut self, past: &[TagMetric], tags: &[TagMetric]) {
-        self.names =
-            past.iter().map(|of| (of.metric.name.clone(), of.metric.datatype)).collect();
+        self.names = past.iter().map(|of| (of.metric.name.clone(), of.metric.datatype)).collect();
         self.place(tags);
         if self.at.is_none() {
             self.throttle = Throttle::new(tags.len());
@@ -76,9 +75,8 @@ impl TellsHistory {
         let now = tags.iter().enumerate();
         let now = now.map(|(at, of)| ((of.metric.name.as_str(), of.metric.datatype), at));
         let now: HashMap<(&str, DataType), usize> = now.collect();
-        let place = |(name, datatype): &(String, DataType)| {
-            now.get(&(name.as_str(), *datatype)).copied()
-        };
+        let place =
+            |(name, datatype): &(String, DataType)| now.get(&(name.as_str(), *datatype)).copied();
         self.places = self.names.iter().map(place).collect();
     }
 

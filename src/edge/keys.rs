@@ -132,7 +132,8 @@ fn read_broker(mut table: Table<'_>, base: &Path) -> BrokerKeys {
     let explained = key("addresses", "The brokers, tried in turn: `mqtt://` or `mqtts://`.");
     let addresses = table.strings(explained.limited(NOT_EMPTY));
     let addresses = addresses.map_or_else(Vec::new, |texts| judged_addresses(&table, texts));
-    let explained = key("version", "MQTT's version; \"3.1.1\", which every broker speaks, if not given.");
+    let explained =
+        key("version", "MQTT's version; \"3.1.1\", which every broker speaks, if not given.");
     let version = table.string(explained.one_of(|| vec!["5", "3.1.1"]));
     let is_v5 = version.as_ref().is_some_and(|text| text.text == "5");
     if let Some(text) = version.filter(|text| text.text != "5" && text.text != "3.1.1") {

@@ -35,8 +35,8 @@ const COMMANDER: &str = "sparkplug";
 /// What the thread is asked for.
 #[derive(Debug)]
 pub(super) enum LogAsk {
-    /// Begin to read this part of the past, and forget the one before.
-    Replay(HistorySpan),
+    /// Begin to read this part of the past, and forget the one before. Answers have its number.
+    Replay(u64, HistorySpan),
     /// The next piece of it.
     Next,
     /// Write a tag.
@@ -50,10 +50,10 @@ pub(super) enum LogTold {
     Live(Vec<LogEvent>, LogPosition),
     /// What the controller says of itself.
     Facts(Vec<NodeFact>),
-    /// A piece of the past, up to a place.
-    Past(Vec<LogEvent>, LogPosition),
-    /// The past that was asked for has no more.
-    PastDone,
+    /// A piece of the past of this number, up to a place.
+    Past(u64, Vec<LogEvent>, LogPosition),
+    /// The past of this number has no more.
+    PastDone(u64),
 }
 
 /// The thread's two ends.
@@ -79,7 +79,7 @@ impl LogThread {
             interval: settings.interval,
             follower: ChangeFollower::new(choose.clone()),
             choose,
-            history: None,
+            history: (0, None),
             folder: None,
             tell,
             was_seen: None,
@@ -97,7 +97,8 @@ struct LogWorker {
     interval: Duration,
     choose: ChooseCells,
     follower: ChangeFollower,
-    history: Option<ChangeHistory>,
+    /// The past that is read, with its number.
+    history: (u64, Option<ChangeHistory>),
     folder: Option<RecordedFolder>,
     tell: mpsc::Sender<LogTold>,
     was_seen: Option<bool>,
@@ -179,8 +180,8 @@ impl LogWorker {
 
     fn obey(&mut self, ask: LogAsk) -> Result<(), Abandoned> {
         match ask {
-            LogAsk::Replay(span) => {
-                self.replay(span);
+            LogAsk::Replay(number, span) => {
+                self.history = (number, self.replay(span));
                 self.next()
             }
             LogAsk::Next => self.next(),
@@ -191,10 +192,10 @@ impl LogWorker {
         }
     }
 
-    fn replay(&mut self, span: HistorySpan) {
+    fn replay(&self, span: HistorySpan) -> Option<ChangeHistory> {
         let folder = self.folder.as_ref();
         let opened = ChangeHistory::open(&self.socket, folder, span, self.choose.clone());
-        self.history = match opened {
+        match opened {
             Ok((history, note)) => {
                 note.iter().for_each(|note| say(note));
                 Some(history)
@@ -203,19 +204,21 @@ impl LogWorker {
                 say(&format!("the past cannot be read: {failure}"));
                 None
             }
-        };
+        }
     }
 
     fn next(&mut self) -> Result<(), Abandoned> {
-        let Some(history) = &mut self.history else { return self.told(LogTold::PastDone) };
-        match history.next() {
+        let (number, history) = &mut self.history;
+        let number = *number;
+        let Some(known) = history else { return self.told(LogTold::PastDone(number)) };
+        match known.next() {
             Some(events) => {
-                let at = history.position();
-                self.told(LogTold::Past(events, at))
+                let at = known.position();
+                self.told(LogTold::Past(number, events, at))
             }
             None => {
-                self.history = None;
-                self.told(LogTold::PastDone)
+                *history = None;
+                self.told(LogTold::PastDone(number))
             }
         }
     }

@@ -15,10 +15,10 @@ use super::throttle::{Throttle, Told};
 use crate::calendar::Utc;
 use crate::live::{HistorySpan, LogEvent, LogGap, LogPosition, LoggedProgram};
 use crate::operator::protocol::GivenValue;
+use crate::sparkplug::{BornMetric, DataType, MetricProperties};
 use crate::sparkplug::{
     HostState, MessageKind, Metric, MetricValue, Payload, Sequence, Topic, metric_of, vocabulary,
 };
-use crate::sparkplug::{BornMetric, DataType, MetricProperties};
 
 /// The longest silence of a node that is born.
 const HEARTBEAT_MS: u64 = 10_000;
@@ -63,7 +63,6 @@ pub(super) struct EdgeNode {
     state: NodeState,
     birth: Sequence,
     seq: Sequence,
-    program: Option<std::sync::Arc<LoggedProgram>>,
     tags: Vec<TagMetric>,
     values: Vec<i32>,
     throttle: Throttle,
@@ -98,7 +97,6 @@ impl EdgeNode {
             state: NodeState::Away,
             birth,
             seq: Sequence::default(),
-            program: None,
             tags: Vec::new(),
             values: Vec::new(),
             throttle: Throttle::default(),
@@ -180,21 +178,21 @@ impl EdgeNode {
         self.state = NodeState::Born;
         self.history.clear();
         self.owes_history = true;
-        self.owe(now_ms);
+        self.owe();
         self.bear(now_ms);
     }
 
     /// Asks for the past, as soon as the present is known.
-    fn owe(&mut self, now_ms: u64) {
+    fn owe(&mut self) {
         let (Some(until), true) = (self.live_at, self.owes_history) else { return };
         self.owes_history = false;
-        let from = *self.confirmed.get_or_insert(until);
+        let from = self.confirmed.unwrap_or(until);
         if (from.process_start_ns, from.scan) != (until.process_start_ns, until.scan) {
-            self.replay(HistorySpan { from, margin_ns: self.settings.margin_ns(), until }, now_ms);
+            self.replay(HistorySpan { from, margin_ns: self.settings.margin_ns(), until });
         }
     }
 
-    fn replay(&mut self, span: HistorySpan, _: u64) {
+    fn replay(&mut self, span: HistorySpan) {
         let next = self.history.add(span);
         self.out.extend(next.map(NodeOut::Replay));
         self.facts.set(vocabulary::HISTORY_REPLAYING, MetricValue::Bool(true));
@@ -274,7 +272,7 @@ impl EdgeNode {
             match event {
                 LogEvent::Begins { program, values, at } => {
                     self.tell(std::mem::take(&mut told), false, now_ms);
-                    self.run_on(program, values, at);
+                    self.run_on(&program, values, at);
                     if self.state == NodeState::Born {
                         self.bear(now_ms);
                     }
@@ -290,7 +288,7 @@ impl EdgeNode {
                 }
                 LogEvent::Jumped { from, to } => {
                     if self.state == NodeState::Born && !self.owes_history {
-                        self.replay(HistorySpan { from, margin_ns: 0, until: to }, now_ms);
+                        self.replay(HistorySpan { from, margin_ns: 0, until: to });
                     }
                 }
                 LogEvent::Missing(gap) => self.missing(&gap),
@@ -298,34 +296,31 @@ impl EdgeNode {
         }
         self.throttle.release(&self.tags, at.unix_ns, &mut told);
         self.live_at = Some(at);
+        // At the very first start nobody waits for what was before.
+        self.confirmed.get_or_insert(at);
         let scan = i64::try_from(at.scan).unwrap_or(i64::MAX);
         self.facts.set(vocabulary::SCAN, MetricValue::Signed(scan));
         self.tell(told, false, now_ms);
         if self.state == NodeState::Born {
-            self.owe(now_ms);
+            self.owe();
         }
         self.tell_facts(now_ms, false);
     }
 
     /// The controller goes on with a program.
-    fn run_on(
-        &mut self,
-        program: std::sync::Arc<LoggedProgram>,
-        values: Vec<i32>,
-        at: LogPosition,
-    ) {
-        self.tags = tags::metrics(&self.settings, &program, ALIASES);
+    fn run_on(&mut self, program: &LoggedProgram, values: Vec<i32>, at: LogPosition) {
+        self.tags = tags::metrics(&self.settings, program, ALIASES);
         self.values = values;
         self.throttle = Throttle::new(self.tags.len());
         self.history.replaced(&self.tags);
         self.live_at = Some(at);
         for name in &self.settings.commands {
             if !self.tags.iter().any(|tag| tag.metric.name == *name) {
-                let line = format!("`[commands] tags` lists {name}: the program publishes no such tag");
+                let line =
+                    format!("`[commands] tags` lists {name}: the program publishes no such tag");
                 self.out.push_back(NodeOut::Say(line));
             }
         }
-        self.program = Some(program);
     }
 
     /// What the controller says of itself.
@@ -404,7 +399,9 @@ impl EdgeNode {
     /// A message of the broker.
     pub fn message(&mut self, topic: &str, payload: &[u8], now_ms: u64) {
         match Topic::read(topic) {
-            Some(Topic::HostState { host }) if self.settings.primary_host.as_ref() == Some(&host) => {
+            Some(Topic::HostState { host })
+                if self.settings.primary_host.as_ref() == Some(&host) =>
+            {
                 match HostState::read(payload) {
                     Ok(state) => self.host(state, now_ms),
                     Err(why) => self.out.push_back(NodeOut::SayLimited(why)),

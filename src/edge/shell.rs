@@ -68,7 +68,7 @@ pub fn run(settings: &EdgeSettings) -> Result<()> {
     let node = EdgeNode::new(settings.clone(), birth, confirmed);
     let log = LogThread::start(settings).context("a thread")?;
     let lines = LimitedLines::default();
-    let shell = EdgeShell { broker, node, log, cursor, lines, tried: 0, next_past: None };
+    let shell = EdgeShell { broker, node, log, cursor, lines, tried: 0, past: 0, next_past: None };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.context("an event loop")?.block_on(shell.serve())
 }
@@ -108,6 +108,8 @@ struct EdgeShell {
     lines: LimitedLines,
     /// The number of tries to reach a broker: each takes the next address.
     tried: usize,
+    /// The number of the past that was asked for last; 0: none is wanted.
+    past: u64,
     /// When the next piece of the past is asked for.
     next_past: Option<Instant>,
 }
@@ -248,7 +250,8 @@ impl EdgeShell {
                 NodeOut::Leave(why) => return Err(Ended::Broker(why)),
                 NodeOut::Replay(span) => {
                     self.next_past = None;
-                    let _ = self.log.asks.send(LogAsk::Replay(span));
+                    self.past += 1;
+                    let _ = self.log.asks.send(LogAsk::Replay(self.past, span));
                 }
                 NodeOut::Write(operand, value) => {
                     let _ = self.log.asks.send(LogAsk::Write(operand, value));
@@ -279,12 +282,15 @@ impl EdgeShell {
         match told {
             Some(LogTold::Live(events, at)) => self.node.live(events, at, now_ms()),
             Some(LogTold::Facts(facts)) => self.node.facts(facts, now_ms()),
-            Some(LogTold::Past(events, at)) => {
+            Some(LogTold::Past(number, events, at)) if number == self.past => {
                 self.node.past(events, at, now_ms());
                 self.next_past = Some(Instant::now() + PAST_PACE);
             }
-            Some(LogTold::PastDone) => self.node.past_done(now_ms()),
-            None => {}
+            Some(LogTold::PastDone(number)) if number == self.past => {
+                self.node.past_done(now_ms());
+            }
+            // Of a connection before.
+            Some(LogTold::Past(..) | LogTold::PastDone(_)) | None => {}
         }
     }
 

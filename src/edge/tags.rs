@@ -19,8 +19,6 @@ use crate::sparkplug::{BornMetric, DataType, MetricProperties, MetricValue};
 pub(super) struct TagMetric {
     /// As it is born. Its alias is its own among all tags.
     pub metric: BornMetric,
-    /// Its cell.
-    pub cell: Cell,
     /// The rule by which it is published.
     pub rule: PublishRule,
     /// Whether commands may write it.
@@ -59,7 +57,7 @@ pub(super) fn metrics(
         };
         let alias = Some(first_alias + at);
         let metric = BornMetric { name, alias, datatype, properties };
-        TagMetric { metric, cell, rule: rule.clone(), may_write }
+        TagMetric { metric, rule: rule.clone(), may_write }
     };
     (0..).zip(all).map(metric).collect()
 }
@@ -102,9 +100,10 @@ fn datatype(address: Address, cell: Cell, symbols: &Symbols) -> DataType {
             (-0x8000.., ..=0x7fff) => DataType::Int16,
             _ => DataType::Int32,
         },
-        (Address::Word(Word::Acc(_) | Word::Pre(_)) | Address::Bit(_) | Address::Structure(_), _) => {
-            DataType::Int32
-        }
+        (
+            Address::Word(Word::Acc(_) | Word::Pre(_)) | Address::Bit(_) | Address::Structure(_),
+            _,
+        ) => DataType::Int32,
     }
 }
 

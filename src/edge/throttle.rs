@@ -106,7 +106,6 @@ mod tests {
 
     use super::super::settings::PublishRule;
     use super::*;
-    use crate::engine::{Cell, WordCell};
     use crate::sparkplug::{BornMetric, DataType, MetricProperties};
 
     fn tag(deadband: f64, every_ms: u64) -> TagMetric {
@@ -114,7 +113,7 @@ mod tests {
         let metric = BornMetric { name, alias, datatype, properties: MetricProperties::default() };
         let every = Duration::from_millis(every_ms);
         let rule = PublishRule { tags: Vec::new(), deadband, every };
-        TagMetric { metric, cell: Cell::Word(WordCell(0)), rule, may_write: false }
+        TagMetric { metric, rule, may_write: false }
     }
 
     /// What is told of changes (ms, value), and until when nothing more comes.

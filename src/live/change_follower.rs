@@ -67,7 +67,8 @@ impl ChangeFollower {
                        `[record] memory` of the controller file";
             return Err(LookFailure::Unusable(why.to_owned()));
         }
-        let heads: Vec<SectionHead> = (0..count).map(|at| SectionHead::of(&recording, at)).collect();
+        let heads: Vec<SectionHead> =
+            (0..count).map(|at| SectionHead::of(&recording, at)).collect();
         for head in &heads {
             self.shelf.take(&head.program, &self.choose).map_err(LookFailure::Unusable)?;
         }

@@ -41,8 +41,7 @@ impl ChangeRun {
     /// different one is told.
     pub fn followed_by(&self, program: Arc<LoggedProgram>) -> ChangeRun {
         let names = self.program.chosen.iter().map(|(name, _)| name.as_str());
-        let known: HashMap<&str, Option<i32>> =
-            names.zip(self.values.iter().copied()).collect();
+        let known: HashMap<&str, Option<i32>> = names.zip(self.values.iter().copied()).collect();
         let mut run = ChangeRun::new(program);
         for ((name, _), value) in run.program.chosen.iter().zip(&mut run.values) {
             *value = known.get(name.as_str()).copied().flatten();

@@ -138,8 +138,7 @@ impl Plant {
         let (values, changes) = (BTreeMap::new(), BTreeMap::new());
         let random = SplitMix64(seed);
         let (process, generation) = (1, 0);
-        let mut plant =
-            Plant { rig, logs, process, generation, random, chosen, values, changes };
+        let mut plant = Plant { rig, logs, process, generation, random, chosen, values, changes };
         plant.note();
         plant
     }
