@@ -34,7 +34,9 @@ pub struct EdgeArgs {
 pub fn edge(args: &EdgeArgs) -> Result<Exit> {
     let bytes = fs::read(&args.file).with_context(|| args.file.display().to_string())?;
     let read = read_edge(&args.file, &bytes);
-    say_drawn(&render(&read.findings, std::slice::from_ref(&read.file), style(false)));
+    if args.check || !read.findings.is_empty() {
+        say_drawn(&render(&read.findings, std::slice::from_ref(&read.file), style(false)));
+    }
     let Some(settings) = read.settings else { return Ok(Exit::Config) };
     if !args.check {
         run(&settings)?;

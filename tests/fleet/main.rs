@@ -8,6 +8,8 @@ mod broker;
 #[allow(dead_code)]
 mod certificates;
 mod cluster;
+mod edge;
+mod edge_rig;
 #[allow(dead_code)]
 mod mosquitto;
 #[allow(dead_code)]
@@ -19,5 +21,8 @@ mod sessions;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
+    pub mod live;
+    pub mod metronome;
     pub mod needs;
 }
