@@ -1,0 +1,2 @@
+//! The families of a status that is given, as text.
+use super::*;
