@@ -33,6 +33,7 @@ pub struct MetricsArgs {
     textfile: Option<PathBuf>,
     /// Write the file again and again, as 15s
     #[arg(long, value_name = "TIME", requires = "textfile", value_parser = interval)]
+    #[arg(conflicts_with = "listen")]
     every: Option<Duration>,
     /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
     /// yours or root's; else the service's, /run/rungd/rungd.sock)

@@ -16,8 +16,9 @@ const MODES: [&str; 3] = ["RUN", "STOP", "FAULT"];
 const FIRST_LOG2: u32 = 10;
 const LAST_LOG2: u32 = 30;
 
-const US: f64 = 1e-6;
-const MS: f64 = 1e-3;
+/// A division, so that 200 ms are 0.2 s and not almost.
+const US: f64 = 1e6;
+const MS: f64 = 1e3;
 
 /// Whether a controller answers.
 pub(super) fn up(answers: bool) -> MetricFamily {
@@ -49,7 +50,7 @@ fn about(status: &Status, start_s: f64) -> Vec<MetricFamily> {
         MetricFamily::gauge(
             "rungd_mode_duration_seconds",
             "How long it has been in this mode.",
-            status.mode_ms as f64 * MS,
+            status.mode_ms as f64 / MS,
         ),
         MetricFamily::gauge(
             "rungd_forces",
@@ -61,7 +62,7 @@ fn about(status: &Status, start_s: f64) -> Vec<MetricFamily> {
 
 fn scans(status: &Status) -> Vec<MetricFamily> {
     let Scan { overruns, skipped, execution, lateness, .. } = &status.scan;
-    let seconds = |us: u64| us as f64 * US;
+    let seconds = |us: u64| us as f64 / US;
     vec![
         MetricFamily::gauge(
             "rungd_period_seconds",
@@ -120,7 +121,7 @@ fn histogram(name: &'static str, help: &'static str, spread: &Spread) -> MetricF
     }
     let all = up_to(u32::MAX);
     push("_bucket", vec![("le", "+Inf".to_owned())], all);
-    push("_sum", Vec::new(), spread.sum_us * US);
+    push("_sum", Vec::new(), spread.sum_us / US);
     push("_count", Vec::new(), all);
     family
 }

@@ -15,8 +15,8 @@ const TEXT_CHARS_MAX: usize = 128;
 const STATES: [AlarmState; 3] =
     [AlarmState::Unacknowledged, AlarmState::Acknowledged, AlarmState::Returned];
 
-const US: f64 = 1e-6;
-const MS: f64 = 1e-3;
+const US: f64 = 1e6;
+const MS: f64 = 1e3;
 
 fn gauges(name: &'static str, help: &'static str) -> MetricFamily {
     MetricFamily::new(MetricKind::Gauge, name, help)
@@ -82,11 +82,11 @@ fn devices(devices: &Devices) -> Vec<MetricFamily> {
         }),
         of(
             gauges("rungd_device_exchange_seconds", "The duration of the last good exchange."),
-            &|device| device.took_us as f64 * US,
+            &|device| device.took_us as f64 / US,
         ),
         of(
             gauges("rungd_device_exchange_max_seconds", "The duration of the slowest exchange."),
-            &|device| device.took_max_us as f64 * US,
+            &|device| device.took_max_us as f64 / US,
         ),
     ];
     if let Some(modbus) = &devices.modbus {
@@ -101,7 +101,7 @@ fn devices(devices: &Devices) -> Vec<MetricFamily> {
 fn retain(retain: &Retain) -> Vec<MetricFamily> {
     let age = gauges("rungd_retain_age_seconds", "The age of the last durable image.");
     let age = match retain.age_ms {
-        Some(ms) => age.with(&[], ms as f64 * MS),
+        Some(ms) => age.with(&[], ms as f64 / MS),
         None => age,
     };
     vec![
@@ -116,12 +116,12 @@ fn retain(retain: &Retain) -> Vec<MetricFamily> {
         MetricFamily::gauge(
             "rungd_retain_flush_seconds",
             "From the begin of the last write until it was durable.",
-            retain.flush_us as f64 * US,
+            retain.flush_us as f64 / US,
         ),
         MetricFamily::gauge(
             "rungd_retain_flush_max_seconds",
             "The same of the slowest write.",
-            retain.flush_max_us as f64 * US,
+            retain.flush_max_us as f64 / US,
         ),
     ]
 }
@@ -136,7 +136,7 @@ fn record(record: &Record) -> Vec<MetricFamily> {
         MetricFamily::gauge(
             "rungd_record_memory_seconds",
             "How far back the scan log in memory reaches.",
-            record.memory_ms as f64 * MS,
+            record.memory_ms as f64 / MS,
         ),
     ];
     if let Some(disk) = &record.disk {
