@@ -22,11 +22,15 @@ pub mod events;
 pub mod explain;
 mod faults;
 pub mod format;
+#[cfg(any(feature = "web", feature = "fleet"))]
+mod http;
 pub mod io;
 pub mod isa;
 pub mod live;
 pub mod load;
 pub mod lower;
+#[cfg(feature = "fleet")]
+pub mod metrics;
 #[cfg(feature = "monitor")]
 mod monitor;
 #[cfg(feature = "fleet")]

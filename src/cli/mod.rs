@@ -23,6 +23,8 @@ mod init;
 mod log_level;
 mod lsp;
 mod man;
+#[cfg(feature = "fleet")]
+mod metrics;
 mod mode;
 #[cfg(feature = "monitor")]
 mod monitor;
@@ -103,6 +105,8 @@ enum Command {
     Watch(watch::WatchArgs),
     Alarms(alarms::AlarmsArgs),
     Ack(ack::AckArgs),
+    #[cfg(feature = "fleet")]
+    Metrics(metrics::MetricsArgs),
     Mode(mode::ModeArgs),
     #[cfg(feature = "monitor")]
     Monitor(monitor::MonitorArgs),
@@ -165,6 +169,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Watch(args) => watch::watch(args),
         Command::Alarms(args) => alarms::alarms(args),
         Command::Ack(args) => ack::ack(args),
+        #[cfg(feature = "fleet")]
+        Command::Metrics(args) => metrics::metrics(args),
         Command::Mode(args) => mode::mode(args),
         #[cfg(feature = "monitor")]
         Command::Monitor(args) => monitor::monitor(args),

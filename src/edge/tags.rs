@@ -50,7 +50,7 @@ pub(super) fn metrics(
         let limits = limits.filter(|_| is_whole);
         let number = |content| number(&value(datatype, content)).unwrap_or(0.0);
         let properties = MetricProperties {
-            unit: None,
+            unit: tag.unit.as_ref().filter(|_| is_whole).map(|unit| unit.text.clone()),
             documentation: tag.doc.clone(),
             limits: limits.map(|(low, high)| (number(low), number(high))),
             is_read_only: Some(!may_write),
