@@ -54,6 +54,8 @@ pub(super) enum LogTold {
     Past(u64, Vec<LogEvent>, LogPosition),
     /// The past of this number has no more.
     PastDone(u64),
+    /// The past of this number cannot be read now; ask again later.
+    PastFailed(u64),
 }
 
 /// The thread's two ends.
@@ -182,7 +184,10 @@ impl LogWorker {
         match ask {
             LogAsk::Replay(number, span) => {
                 self.history = (number, self.replay(span));
-                self.next()
+                match self.history.1 {
+                    Some(_) => self.next(),
+                    None => self.told(LogTold::PastFailed(number)),
+                }
             }
             LogAsk::Next => self.next(),
             LogAsk::Write(operand, value) => {

@@ -19,7 +19,7 @@ use super::journal::{LimitedLines, say};
 use super::log_thread::{LogAsk, LogThread, LogTold};
 use super::node::{EdgeNode, NodeOut};
 use super::settings::{BrokerKeys, EdgeSettings};
-use crate::live::LogPosition;
+use crate::live::{HistorySpan, LogPosition};
 use crate::mqtt::{
     BrokerAddress, BrokerLogin, BrokerSettings, LastWill, MqttEvent, MqttFailure, MqttSession,
     MqttVersion, Qos, TlsFiles,
@@ -37,6 +37,8 @@ const HOST_WAIT: Duration = Duration::from_secs(10);
 const END_MAX: Duration = Duration::from_secs(2);
 /// A second of the past is sent in this time at least: what is live goes on beside it.
 const PAST_PACE: Duration = Duration::from_millis(10);
+/// The pause before a past that could not be read is asked for again.
+const PAST_RETRY: Duration = Duration::from_secs(2);
 /// The variable in which systemd names the folder of a service's state.
 const STATE_VARIABLE: &str = "STATE_DIRECTORY";
 
@@ -68,7 +70,18 @@ pub fn run(settings: &EdgeSettings) -> Result<()> {
     let node = EdgeNode::new(settings.clone(), birth, confirmed);
     let log = LogThread::start(settings).context("a thread")?;
     let lines = LimitedLines::default();
-    let shell = EdgeShell { broker, node, log, cursor, lines, tried: 0, past: 0, next_past: None };
+    let shell = EdgeShell {
+        broker,
+        node,
+        log,
+        cursor,
+        lines,
+        tried: 0,
+        past: 0,
+        span: None,
+        unread: None,
+        next_past: None,
+    };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.context("an event loop")?.block_on(shell.serve())
 }
@@ -110,6 +123,10 @@ struct EdgeShell {
     tried: usize,
     /// The number of the past that was asked for last; 0: none is wanted.
     past: u64,
+    /// The part of the past that was asked for last.
+    span: Option<HistorySpan>,
+    /// It could not be read, and is to be asked for again.
+    unread: Option<HistorySpan>,
     /// When the next piece of the past is asked for.
     next_past: Option<Instant>,
 }
@@ -141,7 +158,7 @@ impl EdgeShell {
                 Err(failure) => failure.to_string(),
             };
             self.node.disconnected();
-            self.next_past = None;
+            (self.next_past, self.unread) = (None, None);
             self.tried = self.tried.wrapping_add(1);
             pause = if began.elapsed() > PAUSES.1 { Duration::ZERO } else { pause };
             pause = (pause * 2).clamp(PAUSES.0, PAUSES.1);
@@ -217,7 +234,10 @@ impl EdgeShell {
                 told = self.log.told.recv() => self.take(told),
                 () = at(next_past) => {
                     self.next_past = None;
-                    let _ = self.log.asks.send(LogAsk::Next);
+                    match self.unread.take() {
+                        Some(span) => self.replay(span),
+                        None => drop(self.log.asks.send(LogAsk::Next)),
+                    }
                 }
                 _ = ticks.tick() => {
                     self.node.tick(now_ms());
@@ -248,11 +268,7 @@ impl EdgeShell {
                     sent.map_err(|failure| Ended::Broker(failure.to_string()))?;
                 }
                 NodeOut::Leave(why) => return Err(Ended::Broker(why)),
-                NodeOut::Replay(span) => {
-                    self.next_past = None;
-                    self.past += 1;
-                    let _ = self.log.asks.send(LogAsk::Replay(self.past, span));
-                }
+                NodeOut::Replay(span) => self.replay(span),
                 NodeOut::Write(operand, value) => {
                     let _ = self.log.asks.send(LogAsk::Write(operand, value));
                 }
@@ -261,6 +277,13 @@ impl EdgeShell {
             }
         }
         Ok(())
+    }
+
+    /// Asks for a part of the past; what was asked for before is not wanted any more.
+    fn replay(&mut self, span: HistorySpan) {
+        (self.past, self.span) = (self.past + 1, Some(span));
+        (self.next_past, self.unread) = (None, None);
+        let _ = self.log.asks.send(LogAsk::Replay(self.past, span));
     }
 
     /// Nobody hears what is published; the journal hears its lines.
@@ -289,8 +312,12 @@ impl EdgeShell {
             Some(LogTold::PastDone(number)) if number == self.past => {
                 self.node.past_done(now_ms());
             }
+            Some(LogTold::PastFailed(number)) if number == self.past => {
+                self.next_past = Some(Instant::now() + PAST_RETRY);
+                self.unread = self.span;
+            }
             // Of a connection before.
-            Some(LogTold::Past(..) | LogTold::PastDone(_)) | None => {}
+            Some(LogTold::Past(..) | LogTold::PastDone(_) | LogTold::PastFailed(_)) | None => {}
         }
     }
 

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::change_run::{ChangeRun, SectionName};
+use super::change_run::{ChangeRun, SectionName, begin_unix_ns};
 use super::follower::LookFailure;
 use super::log_event::{LogEvent, LogPosition};
 use super::logged_program::{ChooseCells, LoggedProgram, ProgramShelf};
@@ -139,7 +139,7 @@ impl SectionHead {
 
 /// The place at the start of a section.
 pub(super) fn start((process_start_ns, _): SectionName, section: &TapeSection) -> LogPosition {
-    let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(section.begin_ns());
+    let unix_ns = begin_unix_ns(section);
     LogPosition { process_start_ns, scan: section.start.number.saturating_sub(1), unix_ns }
 }
 

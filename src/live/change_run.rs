@@ -15,6 +15,9 @@ use crate::runtime::{TapeEntry, TapeSection, numbered_calls};
 /// A section among those of all processes: when its process started, and its number in it.
 pub(super) type SectionName = (i64, u64);
 
+/// The times of values have milliseconds.
+const MOMENT_NS: i64 = 1_000_000;
+
 /// Executes the sections of one program.
 pub(super) struct ChangeRun {
     pub program: Arc<LoggedProgram>,
@@ -27,6 +30,16 @@ pub(super) struct ChangeRun {
     pub at: LogPosition,
     /// The mode behind what is executed.
     pub mode: Mode,
+}
+
+/// The time at the start of a section, ns since 1970 (UTC). Before a process's first scan it is a
+/// moment earlier than that scan, so that no two values of a cell have one time.
+pub(super) fn begin_unix_ns(section: &TapeSection) -> i64 {
+    let begin_ns = section.start.unix_offset_ns.saturating_add_unsigned(section.begin_ns());
+    match section.state.now_ns() {
+        0 => begin_ns.saturating_sub(MOMENT_NS),
+        _ => begin_ns,
+    }
 }
 
 impl ChangeRun {
@@ -75,7 +88,7 @@ impl ChangeRun {
         let name = (process_start_ns, sequence);
         let begun = self.done.filter(|(of, done)| *of == name && *done <= section.entries.len());
         let unix = |now_ns| section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
-        let begin_ns = unix(section.begin_ns());
+        let begin_ns = begin_unix_ns(section);
         if begun.is_none() {
             if !self.engine.resume(&section.state) {
                 self.done = None;
