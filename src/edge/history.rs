@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use super::tags::TagMetric;
-use super::throttle::{Throttle, Told};
+use super::throttle::{Throttle, ToldChanges};
 use crate::live::{HistorySpan, LogPosition, LoggedChange};
 use crate::sparkplug::DataType;
 
@@ -81,7 +81,7 @@ impl TellsHistory {
     }
 
     /// Takes a change of the past; adds what is to be told.
-    pub fn take(&mut self, change: LoggedChange, tags: &[TagMetric], out: &mut Told) {
+    pub fn take(&mut self, change: LoggedChange, tags: &[TagMetric], out: &mut ToldChanges) {
         let place = self.places.get(change.cell as usize).copied().flatten();
         match place.and_then(|at| Some((at, tags.get(at)?))) {
             Some(tag) => self.throttle.take(tag, change, out),
@@ -90,7 +90,7 @@ impl TellsHistory {
     }
 
     /// Adds the changes whose wait has ended before a time.
-    pub fn release(&mut self, tags: &[TagMetric], until_ns: i64, out: &mut Told) {
+    pub fn release(&mut self, tags: &[TagMetric], until_ns: i64, out: &mut ToldChanges) {
         self.throttle.release(tags, until_ns, out);
     }
 }

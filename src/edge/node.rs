@@ -11,7 +11,7 @@ use super::facts::{ALIASES, FactTable, NodeFact};
 use super::history::TellsHistory;
 use super::settings::EdgeSettings;
 use super::tags::{self, TagMetric};
-use super::throttle::{Throttle, Told};
+use super::throttle::{Throttle, ToldChanges};
 use crate::calendar::Utc;
 use crate::live::{HistorySpan, LogEvent, LogGap, LogPosition, LoggedProgram};
 use crate::operator::protocol::GivenValue;
@@ -245,7 +245,7 @@ impl EdgeNode {
     }
 
     /// What was told to be published, as data.
-    fn tell(&mut self, mut told: Told, is_historical: bool, now_ms: u64) {
+    fn tell(&mut self, mut told: ToldChanges, is_historical: bool, now_ms: u64) {
         told.sort_by_key(|(_, change)| change.unix_ns);
         let metric = |(at, change): &(usize, crate::live::LoggedChange)| {
             let tag = self.tags.get(*at)?;
@@ -267,7 +267,7 @@ impl EdgeNode {
 
     /// What happened in the controller up to a scan.
     pub fn live(&mut self, events: Vec<LogEvent>, at: LogPosition, now_ms: u64) {
-        let mut told = Told::new();
+        let mut told = ToldChanges::new();
         for event in events {
             match event {
                 LogEvent::Begins { program, values, at } => {
@@ -334,7 +334,7 @@ impl EdgeNode {
         if self.state != NodeState::Born || !self.history.is_under_way() {
             return;
         }
-        let mut told = Told::new();
+        let mut told = ToldChanges::new();
         for event in events {
             match event {
                 LogEvent::Begins { program, .. } => {

@@ -132,7 +132,7 @@ struct EdgeShell {
 }
 
 /// Why a time with a broker, or without one, is over.
-enum Ended {
+enum EndedTime {
     /// The process is told to end.
     Told,
     /// The broker is gone, or is left.
@@ -152,8 +152,8 @@ impl EdgeShell {
             let why = match self.connect(&mut ends).await {
                 Ok(None) => return Ok(()),
                 Ok(Some(session)) => match self.converse(session, &mut ends).await {
-                    Ended::Told => return Ok(()),
-                    Ended::Broker(why) => why,
+                    EndedTime::Told => return Ok(()),
+                    EndedTime::Broker(why) => why,
                 },
                 Err(failure) => failure.to_string(),
             };
@@ -208,7 +208,7 @@ impl EdgeShell {
     }
 
     /// A time with a broker.
-    async fn converse(&mut self, mut session: MqttSession, ends: &mut [Signal; 2]) -> Ended {
+    async fn converse(&mut self, mut session: MqttSession, ends: &mut [Signal; 2]) -> EndedTime {
         say(&format!("the broker at {} answers", session.broker()));
         let connected = Instant::now();
         self.node.connected(now_ms());
@@ -229,7 +229,7 @@ impl EdgeShell {
                     }
                     Ok(MqttEvent::Pong(count)) => self.confirm(count, &mut asked),
                     Ok(MqttEvent::Acknowledged(_)) => {}
-                    Err(failure) => return Ended::Broker(failure.to_string()),
+                    Err(failure) => return EndedTime::Broker(failure.to_string()),
                 },
                 told = self.log.told.recv() => self.take(told),
                 () = at(next_past) => {
@@ -244,30 +244,30 @@ impl EdgeShell {
                     let is_one = self.broker.addresses.len() == 1;
                     if self.node.waits() && !is_one && connected.elapsed() > HOST_WAIT {
                         let why = "the primary host is not at this broker".to_owned();
-                        return self.leave(session, Ended::Broker(why)).await;
+                        return self.leave(session, EndedTime::Broker(why)).await;
                     }
                 }
                 _ = confirms.tick() => {
                     let Some(published) = self.node.published() else { continue };
                     match session.ping().await {
                         Ok(count) => asked.push_back((count, published)),
-                        Err(failure) => return Ended::Broker(failure.to_string()),
+                        Err(failure) => return EndedTime::Broker(failure.to_string()),
                     }
                 }
-                () = told_to_end(ends) => return self.leave(session, Ended::Told).await,
+                () = told_to_end(ends) => return self.leave(session, EndedTime::Told).await,
             }
         }
     }
 
     /// Does what the node hands out.
-    async fn send(&mut self, session: &mut MqttSession) -> Result<(), Ended> {
+    async fn send(&mut self, session: &mut MqttSession) -> Result<(), EndedTime> {
         while let Some(out) = self.node.take_out() {
             match out {
                 NodeOut::Publish(topic, payload) => {
                     let sent = session.publish(&topic, &payload, Qos::AtMostOnce, false).await;
-                    sent.map_err(|failure| Ended::Broker(failure.to_string()))?;
+                    sent.map_err(|failure| EndedTime::Broker(failure.to_string()))?;
                 }
-                NodeOut::Leave(why) => return Err(Ended::Broker(why)),
+                NodeOut::Leave(why) => return Err(EndedTime::Broker(why)),
                 NodeOut::Replay(span) => self.replay(span),
                 NodeOut::Write(operand, value) => {
                     let _ = self.log.asks.send(LogAsk::Write(operand, value));
@@ -332,7 +332,7 @@ impl EdgeShell {
     }
 
     /// Says that the node dies, and leaves the broker in order.
-    async fn leave(&mut self, mut session: MqttSession, ended: Ended) -> Ended {
+    async fn leave(&mut self, mut session: MqttSession, ended: EndedTime) -> EndedTime {
         let (topic, payload) = self.node.death(now_ms());
         let farewell = async {
             session.publish(&topic, &payload, Qos::AtLeastOnce, false).await?;

@@ -38,7 +38,12 @@ impl Throttle {
     }
 
     /// Takes a change of the tag with this number; adds what is to be told.
-    pub fn take(&mut self, (at, of): (usize, &TagMetric), change: LoggedChange, out: &mut Told) {
+    pub fn take(
+        &mut self,
+        (at, of): (usize, &TagMetric),
+        change: LoggedChange,
+        out: &mut ToldChanges,
+    ) {
         let Some(tag) = self.tags.get_mut(at) else { return };
         let every_ns = i64::try_from(of.rule.every.as_nanos()).unwrap_or(i64::MAX);
         if every_ns == 0 && of.rule.deadband == 0.0 {
@@ -61,7 +66,7 @@ impl Throttle {
     }
 
     /// Adds the changes whose wait has ended before a time.
-    pub fn release(&mut self, tags: &[TagMetric], until_ns: i64, out: &mut Told) {
+    pub fn release(&mut self, tags: &[TagMetric], until_ns: i64, out: &mut ToldChanges) {
         if !self.any_waits {
             return;
         }
@@ -73,10 +78,10 @@ impl Throttle {
 }
 
 /// What is to be told: the number of a tag, and its change.
-pub(super) type Told = Vec<(usize, LoggedChange)>;
+pub(super) type ToldChanges = Vec<(usize, LoggedChange)>;
 
 impl ToldTag {
-    fn release(&mut self, (at, of): (usize, &TagMetric), until_ns: i64, out: &mut Told) {
+    fn release(&mut self, (at, of): (usize, &TagMetric), until_ns: i64, out: &mut ToldChanges) {
         let every_ns = i64::try_from(of.rule.every.as_nanos()).unwrap_or(i64::MAX);
         let Some((waits, (known, last_ns))) = self.waits.zip(self.last) else { return };
         let unix_ns = last_ns.saturating_add(every_ns);

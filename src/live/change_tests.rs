@@ -77,9 +77,9 @@ impl Logs {
     }
 }
 
-struct Listener(Arc<Mutex<Logs>>);
+struct LogListener(Arc<Mutex<Logs>>);
 
-impl TapeListener for Listener {
+impl TapeListener for LogListener {
     fn hear(&mut self, _: &Arc<RigProgram>, entry: TapeEntry, state: Option<&EngineState>) {
         let mut logs = self.0.lock().expect("it is whole");
         let block = logs.recorder.take(entry, state, CLOCK);
@@ -94,7 +94,7 @@ const CLOCK: TapeClock = TapeClock { unix_ns: 0, unix_offset_ns: 0 };
 type Happened = (i64, u64, String);
 
 /// A rig with its log, and what happened in it.
-struct Plant {
+struct LoggedPlant {
     rig: Rig,
     logs: Arc<Mutex<Logs>>,
     process: i64,
@@ -125,20 +125,21 @@ fn program(more: &str) -> (Program, Arc<RigProgram>) {
     (program, lowered)
 }
 
-impl Plant {
-    fn new(seed: u64, memory: usize) -> Plant {
+impl LoggedPlant {
+    fn new(seed: u64, memory: usize) -> LoggedPlant {
         let (first, lowered) = program("");
         let (recent, disk) = (Recent::new(memory), Recent::new(1 << 26));
         let recorder = Recorder::new(recorded(1, 0, ""));
         let logs = Arc::new(Mutex::new(Logs { recorder, recent, disk }));
         let setup = RigSetup { is_taped: true, ..RigSetup::default() };
         let mut rig = Rig::new(&lowered, &setup);
-        rig.listen(Box::new(Listener(Arc::clone(&logs))));
+        rig.listen(Box::new(LogListener(Arc::clone(&logs))));
         let chosen = choose_all()(&first, &lowered.symbols);
         let (values, changes) = (BTreeMap::new(), BTreeMap::new());
         let random = SplitMix64(seed);
         let (process, generation) = (1, 0);
-        let mut plant = Plant { rig, logs, process, generation, random, chosen, values, changes };
+        let mut plant =
+            LoggedPlant { rig, logs, process, generation, random, chosen, values, changes };
         plant.note();
         plant
     }
@@ -216,7 +217,7 @@ impl Plant {
 
 /// Gathers what is told, and holds it to its order.
 #[derive(Default)]
-struct Told {
+struct ToldEvents {
     names: Vec<String>,
     process: i64,
     last: (i64, u64),
@@ -225,7 +226,7 @@ struct Told {
     jumps: Vec<(LogPosition, LogPosition)>,
 }
 
-impl Told {
+impl ToldEvents {
     fn take(&mut self, events: Vec<LogEvent>) {
         for event in events {
             match event {
@@ -249,9 +250,9 @@ impl Told {
     }
 }
 
-fn past(recording: Recording, span: HistorySpan) -> Told {
+fn past(recording: Recording, span: HistorySpan) -> ToldEvents {
     let mut history = ChangeHistory::new(recording, span, choose_all());
-    let mut told = Told::default();
+    let mut told = ToldEvents::default();
     while let Some(events) = history.next() {
         told.take(events);
     }
@@ -262,9 +263,9 @@ fn past(recording: Recording, span: HistorySpan) -> Told {
 
 #[test]
 fn a_follower_tells_each_change_once() {
-    let mut plant = Plant::new(5, 1 << 22);
+    let mut plant = LoggedPlant::new(5, 1 << 22);
     let mut follower = ChangeFollower::new(choose_all());
-    let mut told = Told::default();
+    let mut told = ToldEvents::default();
     (0..30).for_each(|_| plant.scan());
     told.take(follower.take(plant.answer(u64::MAX)).expect("it has a section"));
     let first = follower.position().expect("it has scans");
@@ -289,7 +290,7 @@ fn a_follower_tells_each_change_once() {
 
 #[test]
 fn the_past_has_each_change_once_from_any_place() {
-    let mut plant = Plant::new(7, 1 << 22);
+    let mut plant = LoggedPlant::new(7, 1 << 22);
     let mut places = vec![LogPosition { process_start_ns: 1, ..LogPosition::default() }];
     for round in 0..200 {
         (0..plant.random.next() % 60).for_each(|_| plant.scan());
@@ -314,7 +315,7 @@ fn the_past_has_each_change_once_from_any_place() {
 
 #[test]
 fn what_memory_does_not_reach_is_counted() {
-    let mut plant = Plant::new(9, 1 << 12);
+    let mut plant = LoggedPlant::new(9, 1 << 12);
     (0..5000).for_each(|_| plant.scan());
     let from = LogPosition { process_start_ns: 1, scan: 100, unix_ns: 1_000_000_000 };
     let until = LogPosition { process_start_ns: 1, scan: 5000, unix_ns: 50_000_000_000 };
@@ -336,10 +337,10 @@ fn what_memory_does_not_reach_is_counted() {
 /// A restart and a pause beyond memory are jumps, and the past has what lies between.
 #[test]
 fn a_jump_and_the_past_give_all() {
-    let mut plant = Plant::new(11, 1 << 12);
+    let mut plant = LoggedPlant::new(11, 1 << 12);
     let mut follower = ChangeFollower::new(choose_all());
     plant.scan();
-    let mut told = Told::default();
+    let mut told = ToldEvents::default();
     told.take(follower.take(plant.answer(u64::MAX)).expect("it has a section"));
     let first = follower.position().expect("it has scans");
     told.changes.clear();
@@ -352,7 +353,11 @@ fn a_jump_and_the_past_give_all() {
             (0..300).for_each(|_| plant.scan());
         }
         let from = follower.newest.expect("it has looked").1;
-        let mut live = Told { names: told.names.clone(), process: told.process, ..Told::default() };
+        let mut live = ToldEvents {
+            names: told.names.clone(),
+            process: told.process,
+            ..ToldEvents::default()
+        };
         live.take(follower.take(plant.answer(from)).expect("it has a section"));
         (told.names, told.process) = (live.names.clone(), live.process);
         for (from, until) in std::mem::take(&mut live.jumps) {

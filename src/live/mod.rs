@@ -4,7 +4,8 @@
 //! A client of the operator's socket that only looks. [`Follower`] asks for the newest part of the
 //! scan log and keeps the last minute; a [`LiveView`] is what it saw, and answers questions without
 //! the controller. `web` and `monitor` show it. A [`ChangeFollower`] tells every change of chosen
-//! cells, each once, and a [`ChangeHistory`] those of the past: `edge` publishes them. Deliberately absent: threads and clocks.
+//! cells, each once, and a [`ChangeHistory`] those of the past: `edge` publishes them. Deliberately
+//! absent: threads and clocks.
 
 mod change_follower;
 mod change_history;

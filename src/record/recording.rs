@@ -12,16 +12,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::block::BlockHead;
-use super::file_name::begun_ns;
+use super::file_name::{EXTENSION, begun_ns};
 use super::program::RecordedProgram;
 use super::section::SectionBody;
 use super::segment::{BLOCK_HEAD_BYTES, SegmentStart};
 use super::segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index, index_newest};
 use crate::engine::EngineState;
 use crate::runtime::SectionStart;
-
-/// The ending of the names of files of segments.
-pub const EXTENSION: &str = "rungd-log";
 
 /// A recording.
 #[derive(Debug)]
