@@ -247,7 +247,11 @@ impl MqttSession {
                     return Poll::Ready(Ok(event));
                 }
             }
-            ready!(self.step(cx, self.settings.queue_bytes_max))?;
+            let moved = ready!(self.step(cx, self.settings.queue_bytes_max));
+            // What came before a failure is given first.
+            if self.heard.is_empty() {
+                moved?;
+            }
         }
     }
 

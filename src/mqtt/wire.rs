@@ -211,10 +211,9 @@ impl Wire {
                     self.out.extend(packet.to_continuous_buffer());
                 }
                 Event::NotifyError(error) => return Err(wrong(error)),
-                Event::RequestClose => {
-                    return Err(MqttCause::NotSendable(format!("{what}: the session is closed")));
-                }
-                Event::NotifyPacketReceived(_)
+                // After a DISCONNECT.
+                Event::RequestClose
+                | Event::NotifyPacketReceived(_)
                 | Event::NotifyPacketIdReleased(_)
                 | Event::RequestTimerReset { .. }
                 | Event::RequestTimerCancel(_) => {}
