@@ -1,7 +1,7 @@
 //! `unused-tag`: the ladder names neither this tag nor a member of it.
 //!
-//! Not reported: tags with `alarm`, `log` or `metric`, which are useful without being named, and tags with
-//! `spare = true`. If the ladder names the tag's address instead, the finding says so.
+//! Not reported: tags with `alarm`, `log` or `metric`, which are useful without being named, and
+//! tags with `spare = true`. If the ladder names the tag's address instead, the finding says so.
 //!
 //! Passes:
 //!

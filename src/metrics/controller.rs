@@ -1,10 +1,10 @@
-//! The families about a controller as a whole: its program, mode, scans. Pure.
+//! The families about a controller as a whole: its program, mode, scans. Called by `scrape`. Pure.
 //!
 //! Statistics cover the time since the start of RUN: these counters begin at 0 with each of them,
 //! as those of a process that has started anew.
 
 use super::family::{MetricFamily, MetricKind, MetricSample, flag};
-use super::scrape::Scraped;
+use super::scraped::Scraped;
 use super::text::number;
 use crate::operator::protocol::{Scan, Spread, Status};
 

@@ -10,6 +10,7 @@ mod family;
 mod journal;
 mod parts;
 mod scrape;
+mod scraped;
 mod serve;
 #[cfg(test)]
 mod tests;

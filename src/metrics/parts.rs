@@ -1,7 +1,8 @@
-//! The families about the parts of a controller: alarms, devices, memory, scan log, log, tags. Pure.
+//! The families about the parts of a controller: alarms, devices, memory, scan log, log, tags.
+//! Called by `scrape`. Pure.
 
 use super::family::{MetricFamily, MetricKind, flag};
-use super::scrape::Scraped;
+use super::scraped::Scraped;
 use crate::operator::protocol::{
     Alarm, AlarmState, Devices, FieldDevice, Held, LogState, Record, Retain, ShownValue,
 };

@@ -9,10 +9,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use serde::de::DeserializeOwned;
 
 use super::family::MetricFamily;
+use super::scraped::Scraped;
 use super::{controller, parts};
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
-    Alarm, AlarmList, MetricList, OPERANDS_MAX, Request, ShownValue, Status, Values,
+    AlarmList, MetricList, OPERANDS_MAX, Request, ShownValue, Status, Values,
 };
 
 /// The longest wait for an answer: who asks here waits ten seconds as a rule.
@@ -29,18 +30,6 @@ pub(super) struct Scraper {
     known: Option<(String, MetricList)>,
     /// The process, and when it started.
     started: Option<(u32, f64)>,
-}
-
-/// What was seen at one look.
-#[derive(Debug)]
-pub(super) struct Scraped {
-    pub status: Status,
-    pub alarms: Vec<Alarm>,
-    pub values: Vec<ShownValue>,
-    /// The operands that were not read: too many.
-    pub left_out: usize,
-    /// When the process started, s since 1970.
-    pub start_s: f64,
 }
 
 impl Scraper {

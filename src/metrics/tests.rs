@@ -3,7 +3,7 @@
 use expect_test::expect_file;
 use serde_json::json;
 
-use super::scrape::Scraped;
+use super::scraped::Scraped;
 use super::text::{Exposition, text};
 use super::{controller, parts};
 
