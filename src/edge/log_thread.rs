@@ -216,7 +216,7 @@ impl LogWorker {
         let (number, history) = &mut self.history;
         let number = *number;
         let Some(known) = history else { return self.told(LogTold::PastDone(number)) };
-        match known.next() {
+        match known.next_section() {
             Some(events) => {
                 let at = known.position();
                 self.told(LogTold::Past(number, events, at))

@@ -29,6 +29,9 @@ use crate::mqtt::{
 const TICK: Duration = Duration::from_millis(100);
 /// The time between two confirmations.
 const CONFIRM_EVERY: Duration = Duration::from_secs(1);
+/// The time between two writes of the confirmed place: it spares a flash card, and a node that is
+/// killed sends so much more again.
+const KEEP_EVERY: Duration = Duration::from_secs(5);
 /// The shortest and the longest pause before a broker is tried again.
 const PAUSES: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(30));
 /// A node with several brokers looks for its primary host at each of them so long.
@@ -69,13 +72,14 @@ pub fn run(settings: &EdgeSettings) -> Result<()> {
     let (birth, confirmed) = (cursor.last_birth(), cursor.position());
     let node = EdgeNode::new(settings.clone(), birth, confirmed);
     let log = LogThread::start(settings).context("a thread")?;
-    let lines = LimitedLines::default();
     let shell = EdgeShell {
         broker,
         node,
         log,
         cursor,
-        lines,
+        lines: LimitedLines::default(),
+        confirmed: None,
+        kept: None,
         tried: 0,
         past: 0,
         span: None,
@@ -119,6 +123,9 @@ struct EdgeShell {
     log: LogThread,
     cursor: NodeCursor,
     lines: LimitedLines,
+    /// The place up to which a broker has everything, and when it was kept last.
+    confirmed: Option<LogPosition>,
+    kept: Option<Instant>,
     /// The number of tries to reach a broker: each takes the next address.
     tried: usize,
     /// The number of the past that was asked for last; 0: none is wanted.
@@ -323,16 +330,28 @@ impl EdgeShell {
 
     /// The broker has read all before this question.
     fn confirm(&mut self, count: u64, asked: &mut VecDeque<(u64, LogPosition)>) {
-        while let Some((_, at)) = asked.pop_front_if(|(question, _)| *question <= count) {
+        while let Some((_, at)) = asked.front().copied().filter(|(of, _)| *of <= count) {
+            asked.pop_front();
             self.node.confirm(at);
-            if let Err(error) = self.cursor.keep(at) {
-                self.lines.say(&format!("the place in the log cannot be kept: {error}"));
-            }
+            self.confirmed = Some(at);
+        }
+        if self.kept.is_none_or(|kept| kept.elapsed() >= KEEP_EVERY) {
+            self.keep();
+        }
+    }
+
+    /// Keeps the place that is confirmed.
+    fn keep(&mut self) {
+        self.kept = Some(Instant::now());
+        let kept = self.confirmed.map_or(Ok(()), |at| self.cursor.keep(at));
+        if let Err(error) = kept {
+            self.lines.say(&format!("the place in the log cannot be kept: {error}"));
         }
     }
 
     /// Says that the node dies, and leaves the broker in order.
     async fn leave(&mut self, mut session: MqttSession, ended: EndedTime) -> EndedTime {
+        self.keep();
         let (topic, payload) = self.node.death(now_ms());
         let farewell = async {
             session.publish(&topic, &payload, Qos::AtLeastOnce, false).await?;

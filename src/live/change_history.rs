@@ -118,7 +118,7 @@ impl ChangeHistory {
     }
 
     /// The changes of the next section; `None`: there is no more.
-    pub fn next(&mut self) -> Option<Vec<LogEvent>> {
+    pub fn next_section(&mut self) -> Option<Vec<LogEvent>> {
         let Some(at) = self.left.pop() else { return self.end() };
         let mut events = Vec::new();
         match self.section(at) {

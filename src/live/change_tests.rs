@@ -253,7 +253,7 @@ impl ToldEvents {
 fn past(recording: Recording, span: HistorySpan) -> ToldEvents {
     let mut history = ChangeHistory::new(recording, span, choose_all());
     let mut told = ToldEvents::default();
-    while let Some(events) = history.next() {
+    while let Some(events) = history.next_section() {
         told.take(events);
     }
     let (at, until) = (history.position(), span.until);

@@ -69,10 +69,13 @@ pub(super) fn content(image: &Image, cell: Cell) -> i32 {
     }
 }
 
+/// A program, or why it cannot be made.
+type KnownResult = Result<Arc<LoggedProgram>, (Arc<RecordedProgram>, String)>;
+
 /// The programs that are known, so that none is made twice.
 #[derive(Clone, Default)]
 pub(super) struct ProgramShelf {
-    known: Vec<Result<Arc<LoggedProgram>, (Arc<RecordedProgram>, String)>>,
+    known: Vec<KnownResult>,
 }
 
 /// The most programs that are kept.
@@ -110,9 +113,7 @@ impl ProgramShelf {
     }
 }
 
-fn recorded_of(
-    known: &Result<Arc<LoggedProgram>, (Arc<RecordedProgram>, String)>,
-) -> &Arc<RecordedProgram> {
+fn recorded_of(known: &KnownResult) -> &Arc<RecordedProgram> {
     match known {
         Ok(of) => &of.recorded,
         Err((recorded, _)) => recorded,
