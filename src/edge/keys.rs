@@ -281,3 +281,71 @@ impl TimeLimits {
         Duration::from_millis(value.unsigned_abs().into())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> ReadEdge {
+        read_edge(Path::new("/etc/rungd/edge.toml"), text.as_bytes())
+    }
+
+    const LEAST: &str =
+        "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = [\"mqtt://h\"]\n";
+
+    #[test]
+    fn what_is_not_given_has_a_default() {
+        let settings = read(LEAST).settings.expect("it is enough");
+        assert_eq!(settings.interval, Duration::from_millis(100));
+        assert_eq!(settings.broker.keepalive, Duration::from_secs(15));
+        assert_eq!(settings.margin_ns(), 30_000_000_000);
+        assert!(settings.rule("anything").is_some() && settings.commands.is_empty());
+        let text = format!("{LEAST}[[publish]]\ntags = [\"a*\"]\nevery = \"1m\"\ndeadband = 0.5\n");
+        let settings = read(&text).settings.expect("it is right");
+        let rule = settings.rule("abc").expect("it is named");
+        assert_eq!((rule.deadband, rule.every), (0.5, Duration::from_secs(60)));
+        // What waits for its time is within the margin.
+        assert!(settings.rule("b").is_none() && settings.margin_ns() == 60_000_000_000);
+    }
+
+    #[test]
+    fn what_cannot_be_is_a_finding() {
+        for (more, said) in [
+            ("[sparkplug]\ninterval = \"1ms\"", "`interval` is 10ms to 1m"),
+            ("[sparkplug]\nprimary-host = \"a/b\"", "cannot be a level of a topic"),
+            ("[history]\nmargin = \"2h\"", "`margin` is 0ms to 1h"),
+            ("[[publish]]\ntags = [\"a\"]\ndeadband = -1", "0 or more"),
+            ("[[publish]]\ntags = [\"a\"]\ndeadband = true", "a deadband is a number"),
+            ("[[publish]]\n", "has no `tags`"),
+            ("[commands]\ntags = [\"a*\"]", "has its name here"),
+            ("[comands]\n", "no key `comands`"),
+        ] {
+            let read = read(&format!("{LEAST}{more}\n"));
+            let messages: Vec<&str> = read.findings.iter().map(|of| &*of.message).collect();
+            let is_said = messages.iter().any(|message| message.contains(said));
+            assert!(is_said && read.settings.is_none(), "{more}: {messages:?}");
+        }
+        for (from, to, said) in [
+            ("mqtt://h\"]", "http://h\"]", "neither with `mqtt://`"),
+            ("[\"mqtt://h\"]", "[]", "no broker"),
+            ("[broker]\n", "[broker]\nversion = \"4\"\n", "no version `4`"),
+            ("[broker]\n", "[broker]\npassword-file = \"p\"\n", "a password has a user"),
+            ("[broker]\n", "[broker]\nkey = \"p\"\n", "belong together"),
+            ("[broker]\n", "[broker]\nca = \"p\"\n", "for `mqtts://`"),
+            ("name = \"n\"\n", "", "no `name`"),
+            ("[node]\ngroup = \"g\"\nname = \"n\"\n", "", "no `node`"),
+        ] {
+            let read = read(&LEAST.replace(from, to));
+            let messages: Vec<&str> = read.findings.iter().map(|of| &*of.message).collect();
+            let is_said = messages.iter().any(|message| message.contains(said));
+            assert!(is_said && read.settings.is_none(), "{to}: {messages:?}");
+        }
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_file() {
+        let text = LEAST.replace("name = \"n\"\n", "name = \"n\"\nstate-dir = \"state\"\n");
+        let state = read(&text).settings.expect("it is right").state_dir;
+        assert_eq!(state.as_deref(), Some(Path::new("/etc/rungd/state")));
+    }
+}

@@ -157,7 +157,7 @@ impl LoggedPlant {
 
     fn scan(&mut self) {
         let input = (self.random.next() % 2) as u32;
-        let on = self.random.next() % 3 == 0;
+        let on = self.random.next().is_multiple_of(3);
         self.rig.set_input(input, on);
         let is_last = self.rig.scan();
         self.rig.end_scan(is_last);

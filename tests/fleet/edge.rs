@@ -138,6 +138,40 @@ fn a_reload_and_a_new_start_of_the_controller_are_births() {
 }
 
 #[test]
+fn a_controller_that_is_killed_leaves_a_gap_that_is_said() {
+    let Some((mut live, broker, host)) = plant() else { return };
+    let edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 10);
+    live.child.kill().unwrap();
+    live.child.wait().unwrap();
+    edge.await_line("the controller is not seen", 1);
+    let command = run(&live.folder, &[]);
+    let folder = live.folder.clone();
+    std::mem::forget(live);
+    let _live = Live::of(folder, command);
+    edge.await_line("lost: perhaps some scans", 1);
+    let is_first = |of: &crate::edge_rig::ToldValue| {
+        of.is_historical && of.name == "n" && of.value == MetricValue::Signed(1)
+    };
+    host.await_it("the first values", |host| host.told().iter().any(is_first));
+}
+
+/// Two brokers, of which one is killed: the other one gets everything.
+#[test]
+fn another_broker_takes_over() {
+    let Some((live, mut broker, _host)) = plant() else { return };
+    let Some(other) = Mosquitto::start(&MosquittoOptions::default()) else { return };
+    let host = Host::listen(&other.url());
+    let urls = format!("{}\", \"{}", broker.url(), other.url());
+    let edge = Edge::start(&live, &urls, PRIMARY);
+    edge.await_line("answers", 2);
+    std::thread::sleep(Duration::from_secs(1));
+    broker.kill();
+    await_more(&host, 20);
+    is_whole(&host.integers("n"));
+}
+
+#[test]
 fn only_listed_tags_are_written() {
     let Some((live, broker, host)) = plant() else { return };
     let more = format!("{PRIMARY}[commands]\ntags = [\"start\"]\n");
