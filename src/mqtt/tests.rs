@@ -94,7 +94,12 @@ async fn session(version: MqttVersion) -> (MqttSession, Broker) {
 }
 
 /// A PUBLISH of QoS 0 or 1, as a broker sends it.
-fn publish(version: MqttVersion, topic: &str, payload: &[u8], (qos, retained): (Qos, bool)) -> Vec<u8> {
+fn publish(
+    version: MqttVersion,
+    topic: &str,
+    payload: &[u8],
+    (qos, retained): (Qos, bool),
+) -> Vec<u8> {
     let mut body = vec![0, topic.len() as u8];
     body.extend_from_slice(topic.as_bytes());
     if qos == Qos::AtLeastOnce {

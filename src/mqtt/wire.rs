@@ -27,6 +27,8 @@ const IN_FLIGHT_MAX: u16 = 256;
 /// The filters of one subscription.
 const FILTERS_MAX: usize = 64;
 
+const NO_CONNACK: &str = "no CONNACK at first";
+
 /// What a session tells its caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MqttEvent {
@@ -226,14 +228,14 @@ impl Wire {
     ///
     /// # Errors
     /// They are out of order, or say that the session is at its end.
-    pub fn receive(
-        &mut self,
-        bytes: &[u8],
-        heard: &mut VecDeque<Heard>,
-    ) -> Result<(), MqttCause> {
+    pub fn receive(&mut self, bytes: &[u8], heard: &mut VecDeque<Heard>) -> Result<(), MqttCause> {
         if !self.is_welcome {
             let missing = 4 - self.beginning.len().min(4);
             self.beginning.extend(bytes.iter().take(missing));
+            // What is no broker often says less than the packet that its first bytes announce.
+            if self.beginning.first().is_some_and(|first| *first != 0x20) {
+                return Err(MqttCause::Garbage(NO_CONNACK.to_owned()));
+            }
         }
         let mut cursor = Cursor::new(bytes);
         while cursor.position() < bytes.len() as u64 {
@@ -269,7 +271,7 @@ impl Wire {
     fn heard(&mut self, packet: Packet) -> Result<Option<Heard>, MqttCause> {
         let is_connack = matches!(packet, Packet::V3_1_1Connack(_) | Packet::V5_0Connack(_));
         if is_connack == self.is_welcome {
-            let what = if is_connack { "a second CONNACK" } else { "no CONNACK at first" };
+            let what = if is_connack { "a second CONNACK" } else { NO_CONNACK };
             return Err(MqttCause::Garbage(what.to_owned()));
         }
         match packet {

@@ -140,7 +140,7 @@ fn what_cannot_be_sent_leaves_the_session_alive() {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
             let long = "a".repeat(70_000);
-            for topic in ["", "a/#", "+", &long] {
+            for topic in ["", "a/#", "+", "a\0", &long] {
                 let sent = session.publish(topic, b"", Qos::AtLeastOnce, false).await;
                 let cause = sent.unwrap_err().cause;
                 assert!(matches!(cause, MqttCause::NotSendable(_)), "{cause}");
