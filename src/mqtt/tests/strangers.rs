@@ -24,7 +24,7 @@ fn a_refusal_is_said_in_words() {
             (MqttVersion::V3, &[0x20, 2, 0, 2], "client id"),
             (MqttVersion::V3, &[0x20, 2, 0, 3], "not available"),
             (MqttVersion::V3, &[0x20, 2, 0, 4], "password is wrong"),
-            (MqttVersion::V3, &[0x20, 2, 0, 5], "set a login"),
+            (MqttVersion::V3, &[0x20, 2, 0, 5], "correct the login"),
             (MqttVersion::V5, &[0x20, 3, 0, 0x86, 0], "password is wrong"),
             (MqttVersion::V5, &[0x20, 3, 0, 0x9d, 0], "moved"),
             // A broker that knows MQTT 3.1.1 only.
