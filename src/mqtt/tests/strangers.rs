@@ -24,7 +24,7 @@ fn a_refusal_is_said_in_words() {
             (MqttVersion::V3, &[0x20, 2, 0, 2], "client id"),
             (MqttVersion::V3, &[0x20, 2, 0, 3], "not available"),
             (MqttVersion::V3, &[0x20, 2, 0, 4], "password is wrong"),
-            (MqttVersion::V3, &[0x20, 2, 0, 5], "set a login"),
+            (MqttVersion::V3, &[0x20, 2, 0, 5], "correct the login"),
             (MqttVersion::V5, &[0x20, 3, 0, 0x86, 0], "password is wrong"),
             (MqttVersion::V5, &[0x20, 3, 0, 0x9d, 0], "moved"),
             // A broker that knows MQTT 3.1.1 only.
@@ -140,7 +140,7 @@ fn what_cannot_be_sent_leaves_the_session_alive() {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
             let long = "a".repeat(70_000);
-            for topic in ["", "a/#", "+", &long] {
+            for topic in ["", "a/#", "+", "a\0", &long] {
                 let sent = session.publish(topic, b"", Qos::AtLeastOnce, false).await;
                 let cause = sent.unwrap_err().cause;
                 assert!(matches!(cause, MqttCause::NotSendable(_)), "{cause}");
