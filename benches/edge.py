@@ -33,8 +33,8 @@ def seconds(pid):
 
 
 def write_files(folder, port):
-    tags = "\n".join(f't{n} = {{ at = "D{n}" }}' for n in range(TAGS))
-    do = ",\n".join(f'"MATH t{n} = t{n} + 1"' for n in range(TAGS))
+    tags = "\n".join(f'value{n} = {{ at = "D{n}" }}' for n in range(TAGS))
+    do = ",\n".join(f'"MATH value{n} = value{n} + 1"' for n in range(TAGS))
     rung = f'[[program.rung]]\nwhen = ["rise($100ms)"]\ndo = [{do}]\n'
     (folder / "ladder.toml").write_text(f'[tags]\n{tags}\n[[program]]\nname = "Main"\n{rung}')
     (folder / "controller.toml").write_text(
@@ -45,7 +45,7 @@ def write_files(folder, port):
         f'[broker]\naddresses = ["mqtt://127.0.0.1:{port}"]\n'
     )
     (folder / "mosquitto.conf").write_text(
-        f"listener {port} 127.0.0.1\nallow_anonymous true\nmax_packet_size 0\n"
+        f"listener {port} 127.0.0.1\nallow_anonymous true\n"
     )
 
 
@@ -64,6 +64,8 @@ def main():
             edge = subprocess.Popen([RUNGD, "edge", "edge.toml"], **quiet)
             started.append(edge)
             time.sleep(3)
+            if any(process.poll() is not None for process in started):
+                sys.exit("a process has ended: `rungd check` and the logs say why")
             before = [seconds(process.pid) for process in (edge, controller)]
             began = time.monotonic()
             time.sleep(duration)
