@@ -3,10 +3,12 @@
 
 use std::time::Duration;
 
+use rungd::mqtt::TlsFiles;
 use rungd::sparkplug::{DataType, MessageKind, MetricValue, vocabulary};
 
 use crate::edge_rig::{CONTROLLER, Edge, Host, LADDER, commanded};
 use crate::mosquitto::{Mosquitto, MosquittoOptions};
+use crate::nats::NatsCluster;
 use crate::support::live::{Live, run};
 
 /// A controller, a broker and a host that is the edge node's primary one.
@@ -169,6 +171,44 @@ fn another_broker_takes_over() {
     broker.kill();
     await_more(&host, 20);
     is_whole(&host.integers("n"));
+}
+
+/// A cluster of which the node of the edge is killed: the host at another one gets everything.
+#[test]
+fn a_cluster_that_loses_a_node_loses_no_change() {
+    let Some(mut cluster) = NatsCluster::start() else { return };
+    let urls = cluster.urls();
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let host = Host::listen(&urls[2]);
+    let edge = Edge::start(&live, &urls[..2].join("\", \""), "");
+    await_more(&host, 20);
+    cluster.kill(0);
+    edge.await_line("the next try", 1);
+    host.await_it("past", |host| host.told().iter().any(|of| of.is_historical && of.name == "n"));
+    await_more(&host, 30);
+    is_whole(&host.integers("n"));
+}
+
+#[test]
+fn certificates_are_shown_and_wanted() {
+    let options = MosquittoOptions { tls: true, ..MosquittoOptions::default() };
+    let Some(broker) = Mosquitto::start(&options) else { return };
+    let of = broker.certificates.as_ref().unwrap();
+    let (ca, certificate, key) =
+        (Some(of.ca.clone()), Some(of.client.clone()), Some(of.client_key.clone()));
+    let host = Host::listen_secured(&broker.url(), Some(TlsFiles { ca, certificate, key }));
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let stranger = Edge::start(&live, &broker.url(), "");
+    stranger.await_line("the next try", 1);
+    drop(stranger);
+    let more = format!(
+        "ca = \"{}\"\ncertificate = \"{}\"\nkey = \"{}\"\n",
+        of.ca.display(),
+        of.client.display(),
+        of.client_key.display()
+    );
+    let _edge = Edge::start(&live, &broker.url(), &more);
+    await_more(&host, 5);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use rungd::mqtt::{BrokerAddress, BrokerSettings, LastWill, MqttEvent, MqttSession, Qos};
+use rungd::mqtt::{BrokerAddress, BrokerSettings, LastWill, MqttEvent, MqttSession, Qos, TlsFiles};
 use rungd::sparkplug::{
     DataType, HostState, MessageKind, Metric, MetricValue, Payload, Topic, metric_of,
 };
@@ -46,13 +46,22 @@ pub struct Host {
 impl Host {
     /// Listens at a broker, until the value is dropped.
     pub fn listen(url: &str) -> Host {
+        Host::listen_secured(url, None)
+    }
+
+    /// As [`Host::listen`], with certificates.
+    pub fn listen_secured(url: &str, tls: Option<TlsFiles>) -> Host {
         let heard = Arc::new(Mutex::new(Vec::new()));
         let (publish, inbox) = channel();
         let address = BrokerAddress::parse(url).unwrap();
+        let mut settings = BrokerSettings::new(vec![address], "judge");
+        settings.tls = tls;
+        // It sits out a broker that is held.
+        settings.keepalive = Duration::from_secs(300);
         let shared = Arc::clone(&heard);
         std::thread::spawn(move || {
             let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-            runtime.unwrap().block_on(listen(&address, &shared, &inbox));
+            runtime.unwrap().block_on(listen(&settings, &shared, &inbox));
         });
         Host { heard, publish }
     }
@@ -134,12 +143,12 @@ impl Host {
 }
 
 async fn listen(
-    address: &BrokerAddress,
+    settings: &BrokerSettings,
     heard: &Mutex<Vec<HeardMessage>>,
     inbox: &Receiver<(String, Vec<u8>)>,
 ) {
     loop {
-        let _ = session(address, heard, inbox).await;
+        let _ = session(settings, heard, inbox).await;
         match inbox.try_recv() {
             Err(std::sync::mpsc::TryRecvError::Disconnected) => return,
             _ => tokio::time::sleep(Duration::from_millis(100)).await,
@@ -148,20 +157,17 @@ async fn listen(
 }
 
 async fn session(
-    address: &BrokerAddress,
+    settings: &BrokerSettings,
     heard: &Mutex<Vec<HeardMessage>>,
     inbox: &Receiver<(String, Vec<u8>)>,
 ) -> Result<(), rungd::mqtt::MqttFailure> {
-    let mut settings = BrokerSettings::new(vec![address.clone()], "judge");
-    // It sits out a broker that is held.
-    settings.keepalive = Duration::from_secs(300);
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
     let timestamp = since.as_millis() as u64;
     let topic = Topic::HostState { host: HOST.to_owned() }.to_string();
     let state = |online| HostState { online, timestamp }.bytes();
     let payload = state(false);
     let will = LastWill { topic: topic.clone(), payload, qos: Qos::AtLeastOnce, retain: true };
-    let mut session = MqttSession::connect(&settings, address, Some(&will)).await?;
+    let mut session = MqttSession::connect(settings, &settings.addresses[0], Some(&will)).await?;
     session.subscribe(&[("spBv1.0/#", Qos::AtLeastOnce)]).await?;
     session.publish(&topic, &state(true), Qos::AtLeastOnce, true).await?;
     let mut ticks = tokio::time::interval(Duration::from_millis(20));
