@@ -19,6 +19,8 @@ pub mod engine;
 pub mod events;
 pub mod explain;
 mod faults;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 pub mod format;
 pub mod io;
 pub mod isa;
