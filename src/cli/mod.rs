@@ -13,6 +13,12 @@ mod draw;
 mod events;
 mod exit;
 mod explain;
+#[cfg(feature = "fleet")]
+mod fleet;
+#[cfg(feature = "fleet")]
+mod fleet_broker;
+#[cfg(feature = "fleet")]
+mod fleet_page;
 mod fmt;
 mod fmt_file;
 mod folders;
@@ -81,6 +87,8 @@ enum Command {
     Draw(draw::DrawArgs),
     Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
+    #[cfg(feature = "fleet")]
+    Fleet(fleet::FleetArgs),
     Fmt(fmt::FmtArgs),
     Init(init::InitArgs),
     #[command(hide = true)]
@@ -142,6 +150,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Draw(args) => draw::draw(args),
         Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
+        #[cfg(feature = "fleet")]
+        Command::Fleet(args) => fleet::fleet(args),
         Command::Fmt(args) => fmt::fmt(args),
         Command::Init(args) => init::init(args),
         Command::Man(args) => man::man(args, Cli::command()),

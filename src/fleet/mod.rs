@@ -11,11 +11,13 @@ mod ask;
 mod expect;
 mod host;
 mod limits;
+mod listen;
 mod metrics;
 mod news;
 mod node;
 mod report;
 mod view;
+mod watched;
 
 #[cfg(test)]
 mod tests;
@@ -23,11 +25,13 @@ mod tests;
 pub(crate) use alarms::{FleetAlarm, FleetAlarmList};
 pub(crate) use ask::rebirth_request;
 pub(crate) use expect::{ExpectedLadders, LadderVerdict};
-pub(crate) use host::HostSession;
 pub(crate) use limits::FleetCounts;
 pub use limits::FleetLimits;
+pub(crate) use listen::{FleetHeard, FleetOptions, FleetWord, listen, now_ms};
+pub(crate) use news::shown;
 pub use news::{FleetChange, FleetNews};
 pub(crate) use node::Standing;
 pub use report::FleetReport;
 pub(crate) use report::NodeReport;
 pub use view::{FleetView, HeardMessage, NodeName};
+pub(crate) use watched::WatchedMetrics;
