@@ -29,6 +29,8 @@ pub mod load;
 pub mod lower;
 #[cfg(feature = "monitor")]
 mod monitor;
+#[cfg(feature = "fleet")]
+pub mod mqtt;
 pub mod observe;
 pub mod operator;
 mod progress;

@@ -55,7 +55,7 @@ fn headline(report: &FleetReport, listened: Duration) -> String {
         return format!("no edge node was heard in {listened}");
     }
     let count = |state: &&str| {
-        let count = report.nodes.iter().filter(|node| node.state == **state).count();
+        let count = report.nodes.iter().filter(|node| node.state == *state).count();
         (count > 0).then(|| format!("{count} {state}"))
     };
     let counts: Vec<String> = STATES.iter().filter_map(count).collect();

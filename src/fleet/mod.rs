@@ -22,15 +22,12 @@ mod watched;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use alarms::{FleetAlarm, FleetAlarmList};
-pub(crate) use ask::rebirth_request;
+pub(crate) use alarms::FleetAlarmList;
 pub(crate) use expect::{ExpectedLadders, LadderVerdict};
-pub(crate) use limits::FleetCounts;
 pub use limits::FleetLimits;
 pub(crate) use listen::{FleetHeard, FleetOptions, FleetWord, listen, now_ms};
 pub(crate) use news::shown;
 pub use news::{FleetChange, FleetNews};
-pub(crate) use node::Standing;
 pub use report::FleetReport;
 pub(crate) use report::NodeReport;
 pub use view::{FleetView, HeardMessage, NodeName};

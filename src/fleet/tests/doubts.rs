@@ -1,7 +1,8 @@
 //! When values may be old: gaps, unknown aliases, a lost link; and when births are asked for.
 
 use super::{Fleet, death, running};
-use crate::fleet::{FleetNews, HeardMessage, rebirth_request};
+use crate::fleet::ask::rebirth_request;
+use crate::fleet::{FleetNews, HeardMessage};
 use crate::sparkplug::{DataType, MetricContent, MetricValue, Payload, Topic, vocabulary};
 
 fn jam() -> (DataType, MetricValue) {

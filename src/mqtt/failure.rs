@@ -1,0 +1,178 @@
+//! Why a session ended, or never began: the place, the cause, and what to do, as texts for people.
+//! Callers print these; whether to connect again is theirs to decide.
+
+use std::error::Error;
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use super::reason::{of_version_3, of_version_5};
+use super::settings::{BrokerAddress, MqttVersion};
+
+/// Why a session ended, or never began. After one, a session gives nothing else.
+#[derive(Clone, Debug)]
+pub struct MqttFailure {
+    /// The broker.
+    pub broker: BrokerAddress,
+    /// What went wrong.
+    pub cause: MqttCause,
+}
+
+/// What went wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MqttCause {
+    /// No TCP connection.
+    Unreachable(String),
+    /// No answer to the beginning within this time.
+    Late(Duration),
+    /// A file for TLS.
+    File(PathBuf, String),
+    /// The settings contradict themselves.
+    Settings(&'static str),
+    /// TLS: another certificate, another name, or no TLS at all.
+    Insecure(String),
+    /// The broker refuses the session.
+    Refused(MqttVersion, u8),
+    /// The broker refuses a subscription.
+    FilterRefused(MqttVersion, u8, String),
+    /// The broker refuses a message (MQTT 5).
+    MessageRefused(u8, u16),
+    /// The broker ends the session, and says why (MQTT 5).
+    Ended(u8),
+    /// The connection is at its end without a word.
+    Closed,
+    /// The connection broke.
+    Broken(String),
+    /// Nothing comes, or nothing goes, for too long.
+    Silent(Silence, Duration),
+    /// What came is not MQTT, or not what may come now.
+    Garbage(String),
+    /// A frame is longer than this many bytes.
+    TooLong(u32),
+    /// What the caller wants to send cannot be sent.
+    NotSendable(String),
+}
+
+/// What is silent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Silence {
+    /// No byte comes after a question.
+    NoByte,
+    /// Bytes come, but never the answer to a question.
+    NoPong,
+    /// The broker or the link takes no byte.
+    NoProgress,
+    /// The broker or the link takes bytes, but too slowly for what is to be sent.
+    NoRoom,
+    /// The broker does not answer a subscription.
+    NoSubscription,
+    /// Too many messages are without the broker's acknowledgement.
+    NoAcknowledgement,
+}
+
+impl MqttFailure {
+    /// Whether the broker was silent, rather than gone.
+    pub fn is_silent(&self) -> bool {
+        matches!(self.cause, MqttCause::Silent(..))
+    }
+}
+
+impl Error for MqttFailure {}
+
+impl fmt::Display for MqttFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "broker {}: {}", self.broker, self.cause)
+    }
+}
+
+impl fmt::Display for MqttCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            MqttCause::Unreachable(why) => {
+                write!(f, "no connection ({why}): is it running, and are host and port right?")
+            }
+            MqttCause::Late(longest) => {
+                write!(f, "no session within {longest:?}: the broker or the link answers too late")
+            }
+            MqttCause::File(path, why) => write!(f, "{}: {why}", path.display()),
+            MqttCause::Settings(what) => f.write_str(what),
+            MqttCause::Insecure(why) => write!(
+                f,
+                "TLS failed ({why}): compare `ca`, `certificate` and `key` with the broker's, and \
+                 the address with the names in its certificate"
+            ),
+            MqttCause::Refused(..)
+            | MqttCause::FilterRefused(..)
+            | MqttCause::MessageRefused(..)
+            | MqttCause::Ended(_) => self.said_by_the_broker(f),
+            MqttCause::Closed => f.write_str(
+                "the connection is closed without a word: the broker ended, or did not like what \
+                 it received; see its log",
+            ),
+            MqttCause::Broken(why) => write!(f, "the connection broke: {why}"),
+            MqttCause::Silent(what, longest) => {
+                write!(f, "{what} for {longest:?}: the broker or the link hangs")
+            }
+            MqttCause::Garbage(what) => write!(
+                f,
+                "the broker sends what is not in order ({what}): is it an MQTT broker, and of \
+                 this version?"
+            ),
+            MqttCause::TooLong(max) => write!(
+                f,
+                "the broker sends a packet of more than {max} bytes, the longest that is allowed"
+            ),
+            MqttCause::NotSendable(why) => write!(f, "cannot be sent: {why}"),
+        }
+    }
+}
+
+impl MqttCause {
+    /// Of a connection that was there.
+    pub(super) fn of_socket(error: &io::Error) -> MqttCause {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => MqttCause::Closed,
+            io::ErrorKind::InvalidData => MqttCause::Insecure(error.to_string()),
+            _ => MqttCause::Broken(error.to_string()),
+        }
+    }
+
+    fn said_by_the_broker(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = |version: &MqttVersion, code: u8| match version {
+            MqttVersion::V3 => of_version_3(code),
+            MqttVersion::V5 => of_version_5(code),
+        };
+        if let MqttCause::Refused(version, code) = self {
+            let (why, remedy) = words(version, *code);
+            write!(f, "the session is refused: {why} (code {code}): {remedy}")
+        } else if let MqttCause::FilterRefused(version, code, filter) = self {
+            let (why, remedy) = words(version, *code);
+            write!(f, "subscription `{filter}` is refused: {why} (code {code}): {remedy}")
+        } else if let MqttCause::MessageRefused(code, packet) = self {
+            let (why, remedy) = of_version_5(*code);
+            write!(f, "message {packet} is refused: {why} (code {code}): {remedy}")
+        } else if let MqttCause::Ended(code) = self {
+            let (why, remedy) = match code {
+                0 => ("without a reason", "see the broker's log"),
+                code => of_version_5(*code),
+            };
+            write!(f, "the broker ends the session: {why} (code {code}): {remedy}")
+        } else {
+            Ok(())
+        }
+    }
+}
+
+impl fmt::Display for Silence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Silence::NoByte => "no byte came",
+            Silence::NoPong => "a PINGREQ was without an answer",
+            Silence::NoProgress => "no byte was taken",
+            Silence::NoRoom => "the queue of what is to be sent was full",
+            Silence::NoSubscription => "a subscription was without an answer",
+            Silence::NoAcknowledgement => "messages were without an acknowledgement",
+        })
+    }
+}

@@ -1,0 +1,120 @@
+//! The packets of a client, in both versions of the protocol. `wire` sends them.
+
+use std::time::Duration;
+
+use mqtt_protocol_core::mqtt::packet::{self, Packet, SubEntry, SubOpts, v3_1_1, v5_0};
+use mqtt_protocol_core::mqtt::result_code::{DisconnectReasonCode, MqttError};
+
+use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
+
+/// CONNECT, with a clean session: nothing of an earlier one is continued.
+pub(super) fn connect(
+    settings: &BrokerSettings,
+    will: Option<&LastWill>,
+) -> Result<Packet, MqttError> {
+    let id = settings.client_id.as_str();
+    let seconds = seconds(settings.keepalive);
+    // Both builders have the same methods, and no common trait.
+    macro_rules! built {
+        ($builder:expr) => {{
+            let mut packet = $builder.client_id(id)?.clean_start(true).keep_alive(seconds);
+            if let Some(LastWill { topic, payload, qos, retain }) = will {
+                let topic = topic.as_str();
+                packet = packet.will_message(topic, payload, level(*qos), *retain)?;
+            }
+            if let Some(login) = &settings.login {
+                packet = packet.user_name(login.user.as_str())?;
+                packet = packet.password(login.password.as_str())?;
+            }
+            packet.build().map(Packet::from)
+        }};
+    }
+    match settings.version {
+        MqttVersion::V3 => built!(v3_1_1::Connect::builder()),
+        MqttVersion::V5 => built!(v5_0::Connect::builder()),
+    }
+}
+
+/// The keepalive as MQTT has it: a whole number of seconds, and 0 would mean none.
+fn seconds(keepalive: Duration) -> u16 {
+    let whole = keepalive.as_secs() + u64::from(keepalive.subsec_nanos() > 0);
+    u16::try_from(whole).unwrap_or(u16::MAX).max(1)
+}
+
+/// A message to send.
+pub(super) struct OutMessage<'m> {
+    pub topic: &'m str,
+    pub payload: &'m [u8],
+    pub qos: Qos,
+    pub retain: bool,
+}
+
+/// PUBLISH; with QoS 1 it has a number.
+pub(super) fn publish(
+    version: MqttVersion,
+    message: &OutMessage<'_>,
+    number: Option<u16>,
+) -> Result<Packet, MqttError> {
+    let OutMessage { topic, payload, qos, retain } = *message;
+    let qos = level(qos);
+    match version {
+        MqttVersion::V3 => {
+            let packet = v3_1_1::Publish::builder().topic_name(topic)?.qos(qos).retain(retain);
+            packet.packet_id(number).payload(payload).build().map(Packet::from)
+        }
+        MqttVersion::V5 => {
+            let packet = v5_0::Publish::builder().topic_name(topic)?.qos(qos).retain(retain);
+            packet.packet_id(number).payload(payload).build().map(Packet::from)
+        }
+    }
+}
+
+/// One filter of a subscription.
+pub(super) fn entry(filter: &str, qos: Qos) -> Result<SubEntry, MqttError> {
+    SubEntry::new(filter, SubOpts::new().set_qos(level(qos)))
+}
+
+/// SUBSCRIBE.
+pub(super) fn subscribe(
+    version: MqttVersion,
+    entries: Vec<SubEntry>,
+    number: u16,
+) -> Result<Packet, MqttError> {
+    match version {
+        MqttVersion::V3 => {
+            let packet = v3_1_1::Subscribe::builder().packet_id(number).entries(entries);
+            packet.build().map(Packet::from)
+        }
+        MqttVersion::V5 => {
+            let packet = v5_0::Subscribe::builder().packet_id(number).entries(entries);
+            packet.build().map(Packet::from)
+        }
+    }
+}
+
+/// PINGREQ.
+pub(super) fn ping(version: MqttVersion) -> Result<Packet, MqttError> {
+    match version {
+        MqttVersion::V3 => v3_1_1::Pingreq::builder().build().map(Packet::from),
+        MqttVersion::V5 => v5_0::Pingreq::builder().build().map(Packet::from),
+    }
+}
+
+/// DISCONNECT, a normal one: the broker does not publish the last will.
+pub(super) fn disconnect(version: MqttVersion) -> Result<Packet, MqttError> {
+    match version {
+        MqttVersion::V3 => v3_1_1::Disconnect::builder().build().map(Packet::from),
+        MqttVersion::V5 => {
+            let packet = v5_0::Disconnect::builder();
+            let packet = packet.reason_code(DisconnectReasonCode::NormalDisconnection);
+            packet.build().map(Packet::from)
+        }
+    }
+}
+
+fn level(qos: Qos) -> packet::Qos {
+    match qos {
+        Qos::AtMostOnce => packet::Qos::AtMostOnce,
+        Qos::AtLeastOnce => packet::Qos::AtLeastOnce,
+    }
+}

@@ -1,0 +1,49 @@
+//! What a hostile broker can send, for fuzzing: bytes into the protocol of a session, without a
+//! socket. `fuzz/` calls it.
+
+use std::collections::VecDeque;
+
+use super::packets::OutMessage;
+use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
+use super::wire::{Heard, Wire};
+
+/// The longest frame that is accepted in this conversation.
+const PACKET_BYTES_MAX: usize = 4096;
+
+/// A conversation with a broker that says these bytes. The first byte chooses the version, and
+/// whether the session has begun, with a subscription, a message and a question under way.
+///
+/// # Panics
+/// More is kept than the bytes can be: that is what fuzzing looks for.
+pub fn conversation(bytes: &[u8]) {
+    let Some((choice, bytes)) = bytes.split_first() else { return };
+    let mut settings = BrokerSettings::new(Vec::new(), "fuzz");
+    settings.packet_bytes_max = PACKET_BYTES_MAX as u32;
+    let mut welcome: &[u8] = &[0x20, 2, 0, 0];
+    if choice & 1 != 0 {
+        settings.version = MqttVersion::V5;
+        welcome = &[0x20, 3, 0, 0, 0];
+    }
+    let (topic, qos) = ("t/0", Qos::AtLeastOnce);
+    let will = LastWill { topic: topic.to_owned(), payload: vec![1], qos, retain: false };
+    let mut wire = Wire::new(&settings, Some(&will)).expect("they fit");
+    let mut heard = VecDeque::new();
+    if choice & 2 != 0 {
+        wire.receive(welcome, &mut heard).expect("it is a CONNACK");
+        wire.subscribe(&[("t/#", qos), ("u", Qos::AtMostOnce)]).expect("they are filters");
+        let message = OutMessage { topic, payload: &[1, 2], qos, retain: false };
+        wire.publish(&message).expect("it is a message");
+        wire.ping().expect("the session has begun");
+    }
+    let sent = wire.out().len();
+    // In parts of 1 to 64 bytes, so that frames are cut anywhere.
+    for part in bytes.chunks(usize::from(choice >> 2) + 1) {
+        if wire.receive(part, &mut heard).is_err() {
+            break;
+        }
+    }
+    let kept: usize = heard.iter().map(Heard::bytes).sum();
+    assert!(kept <= 128 * (bytes.len() + 16), "{kept} bytes of {}", bytes.len());
+    let answers = wire.out().len() - sent;
+    assert!(answers <= bytes.len() + 64, "{answers} bytes answer {}", bytes.len());
+}

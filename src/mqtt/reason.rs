@@ -1,0 +1,56 @@
+//! The numbers by which a broker says why, in words, with what to do. `failure` prints them.
+
+/// What MQTT 5 calls a reason code: the words, and the remedy where there is one.
+pub(super) fn of_version_5(code: u8) -> (&'static str, &'static str) {
+    match code {
+        0x80 => ("the broker gives no reason", "see the broker's log"),
+        0x81 => ("the broker could not read a packet of ours", "see the broker's log"),
+        0x82 => ("the broker holds a packet of ours to be against the protocol", LOG),
+        0x83 => ("the broker allows it not, by a rule of its own", LOG),
+        0x84 => ("the broker does not speak this version of MQTT", "set the other version"),
+        0x85 => ("the broker does not accept the client id", "set another client id"),
+        0x86 => ("user name or password is wrong", "correct the login"),
+        0x87 => ("the user is not allowed to do this", "allow it in the broker's settings"),
+        0x88 => ("the broker is not available", "wait, or name another broker"),
+        0x89 => ("the broker is busy", "wait, or name another broker"),
+        0x8a => ("the broker has banned this client", "lift the ban in the broker's settings"),
+        0x8b => ("the broker ends", "wait, or name another broker"),
+        0x8c => ("the broker wants another method of login", "allow user and password"),
+        0x8d => ("the broker heard nothing for one and a half keepalives", LINK),
+        0x8e => ("another client with the same client id has connected", "give each its own"),
+        0x8f => ("the broker does not accept the topic filter", "correct the filter"),
+        0x90 => ("the broker does not accept the topic", "correct the topic"),
+        0x91 => ("the broker still has a message of this number", LOG),
+        0x93 => ("more messages were without an answer than the broker allows", LOG),
+        0x95 => ("the packet is longer than the broker allows", "raise the broker's limit"),
+        0x96 => ("the messages came too fast for the broker", "send less, or raise its limit"),
+        0x97 => ("a quota of the broker is used up", "raise the quota"),
+        0x98 => ("the broker's administrator has ended it", "ask the administrator"),
+        0x99 => ("the broker does not accept the payload's format", LOG),
+        0x9a => ("the broker keeps no retained messages", "turn them on in the broker"),
+        0x9b => ("the broker does not offer this QoS", "allow QoS 1 in the broker"),
+        0x9c => ("the broker wants us to use another one for now", "name another broker"),
+        0x9d => ("the broker has moved", "name the other broker"),
+        0x9e => ("the broker has no shared subscriptions", "subscribe without `$share`"),
+        0x9f => ("too many connect at once", "wait"),
+        0xa0 => ("the longest time of a connection is over", "connect again"),
+        0xa2 => ("the broker has no filters with wildcards", "turn them on in the broker"),
+        _ => ("the broker gives a number that MQTT does not know", LOG),
+    }
+}
+
+/// The return code of a CONNACK of MQTT 3.1.1.
+pub(super) fn of_version_3(code: u8) -> (&'static str, &'static str) {
+    match code {
+        1 => of_version_5(0x84),
+        2 => of_version_5(0x85),
+        3 => of_version_5(0x88),
+        4 => of_version_5(0x86),
+        5 => ("the user, or a client without one, is not allowed to connect", "set a login"),
+        0x80 => ("the broker refuses it without a reason", "allow it in the broker's settings"),
+        other => of_version_5(other),
+    }
+}
+
+const LOG: &str = "see the broker's log";
+const LINK: &str = "look at the link";

@@ -1,0 +1,197 @@
+//! To which brokers, and how. `connect`, `session` and `wire` read these; the settings of `edge`
+//! and `fleet` make them.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// The longest frame that is accepted from a broker, where nothing else is set.
+const PACKET_BYTES_MAX: u32 = 1 << 20;
+
+/// What waits to be sent at most, where nothing else is set.
+const QUEUE_BYTES_MAX: usize = 1 << 20;
+
+/// How a session is to be.
+#[derive(Clone, Debug)]
+pub struct BrokerSettings {
+    /// Where brokers are. A session is with one of them, which its caller chooses.
+    pub addresses: Vec<BrokerAddress>,
+    /// The version of the protocol.
+    pub version: MqttVersion,
+    /// The name of this client, by which a broker knows it: two with one name throw each other
+    /// out.
+    pub client_id: String,
+    /// The longest silence: of the broker after a question, and of a link that takes no byte.
+    pub keepalive: Duration,
+    /// The user, if the broker asks for one.
+    pub login: Option<BrokerLogin>,
+    /// Files for TLS, only with addresses `mqtts://`. None: the system's authorities, no
+    /// certificate of our own.
+    pub tls: Option<TlsFiles>,
+    /// The longest frame that is accepted from the broker.
+    pub packet_bytes_max: u32,
+    /// The bytes that may wait to be sent, or to be read by the caller. One message may be longer
+    /// than this.
+    pub queue_bytes_max: usize,
+    /// The longest wait for the broker's answer: to a connection (TCP, TLS and CONNACK together),
+    /// to a subscription, to a message when too many are without one.
+    pub answer_max: Duration,
+}
+
+impl BrokerSettings {
+    /// MQTT 3.1.1, a keepalive of 30 s, no login, the system's authorities.
+    pub fn new(addresses: Vec<BrokerAddress>, client_id: &str) -> BrokerSettings {
+        BrokerSettings {
+            addresses,
+            version: MqttVersion::V3,
+            client_id: client_id.to_owned(),
+            keepalive: Duration::from_secs(30),
+            login: None,
+            tls: None,
+            packet_bytes_max: PACKET_BYTES_MAX,
+            queue_bytes_max: QUEUE_BYTES_MAX,
+            answer_max: Duration::from_secs(10),
+        }
+    }
+}
+
+/// The version of the protocol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MqttVersion {
+    /// MQTT 3.1.1: every broker, and the only one of NATS.
+    V3,
+    /// MQTT 5: the broker gives reasons.
+    V5,
+}
+
+/// How often a message arrives. (Exactly once, QoS 2, is not offered: nothing here needs it.)
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Qos {
+    /// QoS 0: once, or never.
+    AtMostOnce,
+    /// QoS 1: once, or more often; the broker acknowledges it.
+    AtLeastOnce,
+}
+
+/// A user of a broker.
+#[derive(Clone)]
+pub struct BrokerLogin {
+    /// The user's name.
+    pub user: String,
+    /// The password.
+    pub password: String,
+}
+
+impl fmt::Debug for BrokerLogin {
+    /// Without the password.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("BrokerLogin").field("user", &self.user).finish_non_exhaustive()
+    }
+}
+
+/// Files in PEM.
+#[derive(Clone, Debug, Default)]
+pub struct TlsFiles {
+    /// The authorities that may have signed the broker's certificate. None: those of the system.
+    pub ca: Option<PathBuf>,
+    /// Our own certificate, with those between it and its authority.
+    pub certificate: Option<PathBuf>,
+    /// The key of our certificate.
+    pub key: Option<PathBuf>,
+}
+
+/// The message that the broker publishes for us when the session ends without `disconnect`.
+#[derive(Clone, Debug)]
+pub struct LastWill {
+    /// The topic.
+    pub topic: String,
+    /// The payload.
+    pub payload: Vec<u8>,
+    /// How often it arrives.
+    pub qos: Qos,
+    /// Whether the broker keeps it for those who subscribe later.
+    pub retain: bool,
+}
+
+/// Where a broker is: `mqtt://host:port`, or `mqtts://host:port` with TLS.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct BrokerAddress {
+    /// A name or an address; of IPv6 without brackets.
+    pub host: String,
+    /// The TCP port.
+    pub port: u16,
+    /// Whether the connection is secured.
+    pub tls: bool,
+}
+
+impl BrokerAddress {
+    /// Reads one; without a port, 1883, or 8883 with TLS.
+    ///
+    /// # Errors
+    /// Why it is none, as a sentence without its end.
+    pub fn parse(text: &str) -> Result<BrokerAddress, String> {
+        let scheme = |name: &str| text.strip_prefix(name);
+        let (rest, tls) = match (scheme("mqtt://"), scheme("mqtts://")) {
+            (Some(rest), _) => (rest, false),
+            (None, Some(rest)) => (rest, true),
+            (None, None) => {
+                return Err(format!(
+                    "`{text}` begins neither with `mqtt://` nor with `mqtts://` (with TLS)"
+                ));
+            }
+        };
+        let rest = rest.strip_suffix('/').unwrap_or(rest);
+        if let Some(wrong) = rest.chars().find(|c| "/@?#".contains(*c) || c.is_whitespace()) {
+            return Err(format!(
+                "`{text}` has `{wrong}`: a broker's address is a scheme, a host and a port; user, \
+                 password and files have keys of their own"
+            ));
+        }
+        let (host, port) = split(text, rest)?;
+        if host.is_empty() {
+            return Err(format!("`{text}` names no host"));
+        }
+        let port = match port {
+            None if tls => 8883,
+            None => 1883,
+            Some(digits) => match digits.parse() {
+                Ok(port) if port > 0 && !digits.starts_with('+') => port,
+                _ => return Err(format!("`{digits}` in `{text}` is no port: 1 to 65535")),
+            },
+        };
+        Ok(BrokerAddress { host: host.to_owned(), port, tls })
+    }
+}
+
+/// Host and port of what stands behind the scheme.
+fn split<'t>(text: &str, rest: &'t str) -> Result<(&'t str, Option<&'t str>), String> {
+    if let Some(inner) = rest.strip_prefix('[') {
+        let closed = inner.split_once(']').filter(|(host, _)| host.contains(':'));
+        let Some((host, behind)) = closed else {
+            return Err(format!("`{text}` has no IPv6 address within its brackets"));
+        };
+        return match behind.strip_prefix(':') {
+            Some(port) => Ok((host, Some(port))),
+            None if behind.is_empty() => Ok((host, None)),
+            None => Err(format!("`{behind}` in `{text}` is no port: `:1883`")),
+        };
+    }
+    match rest.split_once(':') {
+        Some((_, port)) if port.contains(':') => {
+            Err(format!("`{text}` has an IPv6 address without brackets: `mqtt://[::1]:1883`"))
+        }
+        Some((host, port)) => Ok((host, Some(port))),
+        None => Ok((rest, None)),
+    }
+}
+
+impl fmt::Display for BrokerAddress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let scheme = if self.tls { "mqtts" } else { "mqtt" };
+        if self.host.contains(':') {
+            write!(f, "{scheme}://[{}]:{}", self.host, self.port)
+        } else {
+            write!(f, "{scheme}://{}:{}", self.host, self.port)
+        }
+    }
+}

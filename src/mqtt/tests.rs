@@ -1,0 +1,1 @@
+//! Sessions with a broker that a test scripts.

@@ -1,0 +1,82 @@
+//! What begins TLS with a broker: the authorities that are trusted, our certificate, and the
+//! checks, which nothing turns off. `connect` uses it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use tokio_rustls::TlsConnector;
+use tokio_rustls::rustls::crypto::ring::default_provider;
+use tokio_rustls::rustls::pki_types::pem::PemObject as _;
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use tokio_rustls::rustls::{ClientConfig, RootCertStore};
+
+use super::failure::MqttCause;
+use super::settings::TlsFiles;
+
+/// The authorities of the system: of Debian, and of most others.
+const SYSTEM_CA: &str = "/etc/ssl/certs/ca-certificates.crt";
+
+/// What begins TLS.
+///
+/// # Errors
+/// A file is not there, or is not what it should be.
+pub(super) fn connector(files: &TlsFiles) -> Result<TlsConnector, MqttCause> {
+    let ca = files.ca.clone().unwrap_or_else(|| PathBuf::from(SYSTEM_CA));
+    let builder = ClientConfig::builder_with_provider(Arc::new(default_provider()));
+    let builder = builder.with_safe_default_protocol_versions();
+    let builder = builder.map_err(|error| MqttCause::Insecure(error.to_string()))?;
+    let builder = builder.with_root_certificates(authorities(&ca, files.ca.is_some())?);
+    let config = match (&files.certificate, &files.key) {
+        (None, None) => builder.with_no_client_auth(),
+        (Some(certificate), Some(key)) => {
+            let chain = certificates(certificate)?;
+            let secret = PrivateKeyDer::from_pem_file(key);
+            let secret = secret.map_err(|error| of_file(key, &error, "a key"))?;
+            let config = builder.with_client_auth_cert(chain, secret);
+            config.map_err(|error| of_file(certificate, &error, "the certificate of the key"))?
+        }
+        (Some(_), None) => {
+            return Err(MqttCause::Settings(
+                "`certificate` is given without `key`: name the key's file too",
+            ));
+        }
+        (None, Some(_)) => {
+            return Err(MqttCause::Settings(
+                "`key` is given without `certificate`: name the certificate's file too",
+            ));
+        }
+    };
+    Ok(TlsConnector::from(Arc::new(config)))
+}
+
+/// Of a file that is named, each certificate must be good; the system's bundle may have some that
+/// rustls cannot read.
+fn authorities(path: &Path, named: bool) -> Result<RootCertStore, MqttCause> {
+    let mut store = RootCertStore::empty();
+    for certificate in certificates(path)? {
+        let added = store.add(certificate);
+        if let (true, Err(error)) = (named, added) {
+            return Err(of_file(path, &error, "an authority"));
+        }
+    }
+    if store.is_empty() {
+        let missing = "it has no authority: name a file of PEM certificates as `ca`";
+        return Err(MqttCause::File(path.to_owned(), missing.to_owned()));
+    }
+    Ok(store)
+}
+
+fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, MqttCause> {
+    let chain = CertificateDer::pem_file_iter(path);
+    let chain = chain.and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let chain = chain.map_err(|error| of_file(path, &error, "a certificate"))?;
+    if chain.is_empty() {
+        let missing = "it has no certificate in PEM (`-----BEGIN CERTIFICATE-----`)";
+        return Err(MqttCause::File(path.to_owned(), missing.to_owned()));
+    }
+    Ok(chain)
+}
+
+fn of_file(path: &Path, error: &dyn std::error::Error, what: &str) -> MqttCause {
+    MqttCause::File(path.to_owned(), format!("not to be had as {what}: {error}"))
+}

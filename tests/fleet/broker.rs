@@ -1,0 +1,121 @@
+//! Real brokers for tests: mosquitto, and a cluster of three NATS servers. Each is a process on
+//! loopback ports of the system's choice; a test kills it, stops it (SIGSTOP) and starts it again.
+//! `mosquitto.rs` and `nats.rs` use this; it knows neither.
+
+use std::fs::File;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+/// The longest wait of a test for what should come within seconds.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A broker's process. It ends with this value, by SIGKILL.
+pub struct Process {
+    command: Vec<String>,
+    log: PathBuf,
+    child: Option<Child>,
+}
+
+impl Process {
+    /// A process that is not started yet; `log` receives what it prints.
+    pub fn new(command: Vec<String>, log: PathBuf) -> Process {
+        Process { command, log, child: None }
+    }
+
+    /// Starts it.
+    pub fn start(&mut self) {
+        assert!(self.child.is_none(), "{:?} runs already", self.command);
+        let log = File::options().create(true).append(true).open(&self.log).unwrap();
+        let mut command = Command::new(&self.command[0]);
+        command.args(&self.command[1..]).stdin(Stdio::null());
+        command.stdout(log.try_clone().unwrap()).stderr(log);
+        self.child = Some(command.spawn().unwrap());
+    }
+
+    /// Ends it by SIGKILL. Nothing of what it has in memory is written.
+    pub fn kill(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+    }
+
+    /// Holds it (SIGSTOP): its sockets stay open, and it answers nothing.
+    pub fn stop(&self) {
+        self.signal(Signal::STOP);
+    }
+
+    /// Lets it go on after [`Process::stop`].
+    pub fn cont(&self) {
+        self.signal(Signal::CONT);
+    }
+
+    /// Whether it has ended by itself.
+    pub fn has_ended(&mut self) -> bool {
+        self.child.as_mut().is_none_or(|child| child.try_wait().unwrap().is_some())
+    }
+
+    /// What it has printed in all of its lives.
+    pub fn said(&self) -> String {
+        let bytes = std::fs::read(&self.log).unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+
+    /// Waits until it has printed a word `count` times. False if it ended before.
+    pub fn waits_for(&mut self, word: &str, count: usize) -> bool {
+        let begun = Instant::now();
+        loop {
+            if self.said().matches(word).count() >= count {
+                return true;
+            }
+            if self.has_ended() {
+                return false;
+            }
+            assert!(begun.elapsed() < PATIENCE, "no `{word}`: {}", self.said());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    fn signal(&self, signal: Signal) {
+        let child = self.child.as_ref().expect("it runs");
+        kill_process(Pid::from_child(child), signal).unwrap();
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// A folder of its own for each broker, below the system's temporary files.
+pub fn fresh_folder(of: &str) -> PathBuf {
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    let name = format!("rungd-{of}-{}-{number}", std::process::id());
+    let folder = std::env::temp_dir().join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Ports of 127.0.0.1 that were free a moment ago. A broker that finds one taken ends, and is
+/// started again with others.
+pub fn free_ports(count: usize) -> Vec<u16> {
+    let open = || TcpListener::bind("127.0.0.1:0").unwrap();
+    let listeners: Vec<TcpListener> = (0..count).map(|_| open()).collect();
+    listeners.iter().map(|listener| listener.local_addr().unwrap().port()).collect()
+}
+
+/// Where a program is: in `PATH`, or where `.ci/run` and Debian put it.
+pub fn program(name: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let mut folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
+    folders.push(std::env::temp_dir().join("rungd-ci-venv/bin"));
+    folders.push(Path::new("/usr/sbin").to_owned());
+    folders.into_iter().map(|folder| folder.join(name)).find(|path| path.is_file())
+}

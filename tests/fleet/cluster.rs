@@ -1,0 +1,77 @@
+//! Sessions with a cluster of three NATS servers, one of which is killed, held, and comes back.
+
+use std::time::Duration;
+
+use rungd::mqtt::{BrokerSettings, MqttCause, MqttEvent, MqttSession, MqttVersion, Qos};
+
+use crate::nats::NatsCluster;
+use crate::sessions::{confirmed, message, refusal, run, settings};
+
+/// A session of a node that may not have a leader now: it is tried again.
+async fn session(settings: &BrokerSettings) -> MqttSession {
+    loop {
+        match MqttSession::connect(settings, &settings.addresses[0], None).await {
+            Ok(session) => return session,
+            Err(failure) => eprintln!("again: {failure}"),
+        }
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+}
+
+#[test]
+fn a_message_of_one_node_arrives_at_another_while_the_third_is_down() {
+    let Some(mut cluster) = NatsCluster::start() else { return };
+    let urls = cluster.urls();
+    let of = |n: usize| settings(&urls[n], MqttVersion::V3, &format!("client-{n}"));
+    run(async {
+        let mut reader = session(&of(0)).await;
+        reader.subscribe(&[("plant/#", Qos::AtLeastOnce)]).await.unwrap();
+        let mut writer = session(&of(1)).await;
+        let number = writer.publish("plant/1", b"1", Qos::AtLeastOnce, true).await.unwrap();
+        assert_eq!(confirmed_with(&mut writer).await, number);
+        assert_eq!(message(&mut reader).await.1, b"1");
+
+        let mut third = session(&of(2)).await;
+        cluster.kill(2);
+        let failure = third.next().await.unwrap_err();
+        let gone = matches!(failure.cause, MqttCause::Closed | MqttCause::Broken(_));
+        assert!(gone, "{failure}");
+        writer.publish("plant/2", b"2", Qos::AtMostOnce, false).await.unwrap();
+        assert_eq!(confirmed(&mut writer).await, []);
+        assert_eq!(message(&mut reader).await.1, b"2");
+
+        cluster.start_again(2);
+        assert!(cluster.waits_for(2), "{}", cluster.said(2));
+        let mut third = session(&of(2)).await;
+        third.subscribe(&[("plant/1", Qos::AtMostOnce)]).await.unwrap();
+        assert_eq!(message(&mut third).await, ("plant/1".to_owned(), b"1".to_vec(), true));
+    });
+}
+
+/// The number of the one acknowledgement that comes.
+async fn confirmed_with(session: &mut MqttSession) -> Option<u16> {
+    loop {
+        if let MqttEvent::Acknowledged(number) = session.next().await.unwrap() {
+            return Some(number);
+        }
+    }
+}
+
+#[test]
+fn a_held_node_is_noticed_and_mqtt_5_is_refused_in_words() {
+    let Some(cluster) = NatsCluster::start() else { return };
+    let urls = cluster.urls();
+    run(async {
+        let failure = refusal(&settings(&urls[0], MqttVersion::V5, "five")).await;
+        assert!(failure.to_string().contains("version of MQTT"), "{failure}");
+        let mut short = settings(&urls[1], MqttVersion::V3, "held");
+        short.keepalive = Duration::from_secs(2);
+        let mut held = session(&short).await;
+        cluster.stop(1);
+        let failure = held.next().await;
+        let failure = failure.expect_err("nothing comes");
+        assert!(failure.is_silent(), "{failure}");
+        cluster.cont(1);
+        session(&short).await.disconnect().await.unwrap();
+    });
+}

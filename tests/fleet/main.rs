@@ -1,0 +1,23 @@
+//! `src/mqtt` and what stands on it, with real brokers: mosquitto, and a cluster of NATS servers
+//! of which one is killed, or held. `Mosquitto` and `NatsCluster` are the rig.
+#![cfg(feature = "fleet")]
+
+// A test uses a part of the rig.
+#[allow(dead_code)]
+mod broker;
+#[allow(dead_code)]
+mod certificates;
+mod cluster;
+#[allow(dead_code)]
+mod mosquitto;
+#[allow(dead_code)]
+mod nats;
+mod secured;
+mod sessions;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod needs;
+}

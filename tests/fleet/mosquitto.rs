@@ -1,0 +1,124 @@
+//! One mosquitto, with or without TLS and passwords.
+
+use std::path::{Path, PathBuf};
+
+use crate::broker::{Process, free_ports, fresh_folder, program};
+use crate::certificates::Certificates;
+use crate::support::needs::not_installed;
+
+/// How a mosquitto is to run.
+#[derive(Default)]
+pub struct MosquittoOptions {
+    /// TLS; a client without a certificate of the test's authority is refused.
+    pub tls: bool,
+    /// The one user who may come in, with the password.
+    pub login: Option<(&'static str, &'static str)>,
+    /// More lines of its configuration.
+    pub lines: &'static str,
+}
+
+/// A mosquitto on a port of 127.0.0.1. It keeps its port when it is started again.
+pub struct Mosquitto {
+    pub port: u16,
+    /// With TLS.
+    pub certificates: Option<Certificates>,
+    process: Process,
+    lives: usize,
+}
+
+impl Mosquitto {
+    /// Starts one, and waits until it listens. None where none is installed, which has been said.
+    pub fn start(options: &MosquittoOptions) -> Option<Mosquitto> {
+        let Some(mosquitto) = program("mosquitto") else {
+            not_installed("mosquitto");
+            return None;
+        };
+        if options.tls && program("openssl").is_none() {
+            not_installed("openssl");
+            return None;
+        }
+        let folder = fresh_folder("mosquitto");
+        let certificates = options.tls.then(|| Certificates::make(&folder.join("tls")));
+        loop {
+            let [port] = free_ports(1)[..] else { panic!("one port was asked for") };
+            let conf = configuration(options, certificates.as_ref(), &folder);
+            let conf = format!("listener {port} 127.0.0.1\n{conf}");
+            let file = folder.join("mosquitto.conf");
+            std::fs::write(&file, &conf).unwrap();
+            let words = [mosquitto.clone(), "-c".into(), file, "-v".into()];
+            let command = words.iter().map(|word| word.display().to_string()).collect();
+            let log = folder.join(format!("log-{port}"));
+            let mut process = Process::new(command, log);
+            process.start();
+            if process.waits_for(" running", 1) {
+                return Some(Mosquitto { port, certificates, process, lives: 1 });
+            }
+            let said = process.said();
+            assert!(said.contains("Address already in use"), "{conf}\n{said}");
+        }
+    }
+
+    /// Its address, as rungd's settings name it.
+    pub fn url(&self) -> String {
+        let scheme = if self.certificates.is_some() { "mqtts" } else { "mqtt" };
+        format!("{scheme}://localhost:{}", self.port)
+    }
+
+    /// Ends it by SIGKILL.
+    pub fn kill(&mut self) {
+        self.process.kill();
+    }
+
+    /// Starts it again after [`Mosquitto::kill`], and waits until it listens.
+    pub fn start_again(&mut self) {
+        self.lives += 1;
+        self.process.start();
+        let runs = self.process.waits_for(" running", self.lives);
+        assert!(runs, "{}", self.process.said());
+    }
+
+    /// Holds it: its sockets stay open, and it answers nothing.
+    pub fn stop(&self) {
+        self.process.stop();
+    }
+
+    /// Lets it go on.
+    pub fn cont(&self) {
+        self.process.cont();
+    }
+
+    /// Its log.
+    pub fn said(&self) -> String {
+        self.process.said()
+    }
+}
+
+fn configuration(
+    options: &MosquittoOptions,
+    certificates: Option<&Certificates>,
+    folder: &Path,
+) -> String {
+    let mut conf = "user root\nlog_dest stderr\n".to_owned();
+    if let Some(Certificates { ca, server, server_key, .. }) = certificates {
+        let named = |key: &str, file: &PathBuf| format!("{key} {}\n", file.display());
+        conf += &named("cafile", ca);
+        conf += &named("certfile", server);
+        conf += &named("keyfile", server_key);
+        conf += "require_certificate true\n";
+    }
+    conf += &match options.login {
+        None => "allow_anonymous true\n".to_owned(),
+        Some((user, password)) => {
+            let file = folder.join("passwords");
+            passwords(&file, user, password);
+            format!("allow_anonymous false\npassword_file {}\n", file.display())
+        }
+    };
+    conf + options.lines + "\n"
+}
+
+fn passwords(file: &Path, user: &str, password: &str) {
+    let mut command = std::process::Command::new("mosquitto_passwd");
+    command.args(["-c", "-b"]).arg(file).args([user, password]);
+    assert!(command.output().unwrap().status.success(), "mosquitto_passwd");
+}

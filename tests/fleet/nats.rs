@@ -1,0 +1,131 @@
+//! A cluster of three NATS servers with JetStream and their MQTT listeners (MQTT 3.1.1 only).
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use crate::broker::{PATIENCE, Process, free_ports, fresh_folder, program};
+use crate::support::needs::not_installed;
+
+/// The nodes of a cluster.
+pub const NODES: usize = 3;
+
+/// Three servers; every one has the messages of all. Nodes are numbered from zero.
+pub struct NatsCluster {
+    mqtt: Vec<u16>,
+    nodes: Vec<Process>,
+}
+
+impl NatsCluster {
+    /// Starts a cluster, and waits until every node takes an MQTT client. None where none is
+    /// installed, which has been said.
+    pub fn start() -> Option<NatsCluster> {
+        let Some(server) = program("nats-server") else {
+            not_installed("nats-server");
+            return None;
+        };
+        loop {
+            let ports = free_ports(3 * NODES);
+            let folder = fresh_folder("nats");
+            let node = |n| Process::new(command(&server, &folder, &ports, n), log(&folder, n));
+            let mut nodes: Vec<Process> = (0..NODES).map(node).collect();
+            nodes.iter_mut().for_each(Process::start);
+            let mqtt = ports[..NODES].to_vec();
+            let mut cluster = NatsCluster { mqtt, nodes };
+            if (0..NODES).all(|n| cluster.waits_for(n)) {
+                return Some(cluster);
+            }
+            let said: Vec<String> = cluster.nodes.iter().map(Process::said).collect();
+            let taken = |said: &String| said.contains("address already in use");
+            assert!(said.iter().any(taken), "{}", said.join("\n"));
+        }
+    }
+
+    /// The addresses of its nodes, as rungd's settings name them.
+    pub fn urls(&self) -> Vec<String> {
+        self.mqtt.iter().map(|port| format!("mqtt://127.0.0.1:{port}")).collect()
+    }
+
+    /// Ends a node by SIGKILL.
+    pub fn kill(&mut self, n: usize) {
+        self.nodes[n].kill();
+    }
+
+    /// Starts a node again after [`NatsCluster::kill`]. It does not wait until it takes clients:
+    /// [`NatsCluster::waits_for`] does.
+    pub fn start_again(&mut self, n: usize) {
+        self.nodes[n].start();
+    }
+
+    /// Holds a node: its sockets stay open, and it answers nothing.
+    pub fn stop(&self, n: usize) {
+        self.nodes[n].stop();
+    }
+
+    /// Lets a node go on.
+    pub fn cont(&self, n: usize) {
+        self.nodes[n].cont();
+    }
+
+    /// A node's log.
+    pub fn said(&self, n: usize) -> String {
+        self.nodes[n].said()
+    }
+
+    /// Waits until a node takes an MQTT client. False if it has ended.
+    pub fn waits_for(&mut self, n: usize) -> bool {
+        let begun = Instant::now();
+        while !takes_a_client(self.mqtt[n]) {
+            if self.nodes[n].has_ended() {
+                return false;
+            }
+            assert!(begun.elapsed() < PATIENCE, "takes no client: {}", self.said(n));
+            std::thread::sleep(Duration::from_millis(200));
+        }
+        true
+    }
+}
+
+fn log(folder: &Path, n: usize) -> PathBuf {
+    folder.join(format!("log-{n}"))
+}
+
+/// Ports: those of MQTT, of the cluster, of NATS's own clients.
+fn command(server: &Path, folder: &Path, ports: &[u16], n: usize) -> Vec<String> {
+    let (mqtt, rest) = ports.split_at(NODES);
+    let (routes, clients) = rest.split_at(NODES);
+    let store = folder.join(format!("store-{n}"));
+    let urls: Vec<String> =
+        routes.iter().map(|port| format!("\"nats-route://127.0.0.1:{port}\"")).collect();
+    let conf = format!(
+        "server_name: \"n{n}\"\nlisten: \"127.0.0.1:{client}\"\n\
+         jetstream {{ store_dir: \"{store}\", sync_interval: always }}\n\
+         cluster {{ name: rungd, listen: \"127.0.0.1:{route}\", routes: [{urls}] }}\n\
+         mqtt {{ listen: \"127.0.0.1:{mqtt}\" }}\n",
+        client = clients[n],
+        store = store.display(),
+        route = routes[n],
+        urls = urls.join(", "),
+        mqtt = mqtt[n],
+    );
+    let file = folder.join(format!("n{n}.conf"));
+    std::fs::write(&file, conf).unwrap();
+    vec![server.display().to_string(), "-c".to_owned(), file.display().to_string()]
+}
+
+/// One CONNECT of MQTT 3.1.1 with a clean session: the server needs a leader of its JetStream
+/// before it accepts one, and refuses it after some seconds without.
+fn takes_a_client(port: u16) -> bool {
+    let connect = b"\x10\x16\x00\x04MQTT\x04\x02\x00\x3c\x00\x0arungd-rig-";
+    let asked = || -> std::io::Result<bool> {
+        let mut stream = TcpStream::connect(("127.0.0.1", port))?;
+        stream.set_read_timeout(Some(Duration::from_secs(20)))?;
+        stream.write_all(connect)?;
+        let mut answer = [0; 4];
+        stream.read_exact(&mut answer)?;
+        stream.write_all(b"\xe0\x00")?;
+        Ok(answer == [0x20, 2, 0, 0])
+    };
+    asked().unwrap_or(false)
+}

@@ -1,0 +1,162 @@
+//! Sessions with a mosquitto, in both versions of MQTT.
+
+use std::time::Duration;
+
+use rungd::mqtt::{
+    BrokerAddress, BrokerSettings, LastWill, MqttCause, MqttEvent, MqttFailure, MqttSession,
+    MqttVersion, Qos,
+};
+
+use crate::broker::PATIENCE;
+use crate::mosquitto::{Mosquitto, MosquittoOptions};
+
+const VERSIONS: [MqttVersion; 2] = [MqttVersion::V3, MqttVersion::V5];
+
+/// Runs a test's body, with an end.
+pub fn run(body: impl Future<Output = ()>) {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let body = async { tokio::time::timeout(2 * PATIENCE, body).await };
+    runtime.block_on(body).expect("it ends in time");
+}
+
+/// The settings of a client of this broker.
+pub fn settings(url: &str, version: MqttVersion, id: &str) -> BrokerSettings {
+    let address = BrokerAddress::parse(url).unwrap();
+    let mut settings = BrokerSettings::new(vec![address], id);
+    // A busy machine is no silent broker.
+    settings.answer_max = PATIENCE;
+    settings.version = version;
+    settings
+}
+
+/// A session that must begin.
+pub async fn session(settings: &BrokerSettings) -> MqttSession {
+    MqttSession::connect(settings, &settings.addresses[0], None).await.unwrap()
+}
+
+/// Why there is no session.
+pub async fn refusal(settings: &BrokerSettings) -> MqttFailure {
+    let refused = MqttSession::connect(settings, &settings.addresses[0], None).await;
+    refused.err().expect("no session")
+}
+
+/// The next message: topic, payload, whether it was retained.
+pub async fn message(session: &mut MqttSession) -> (String, Vec<u8>, bool) {
+    loop {
+        if let MqttEvent::Message { topic, payload, retained, .. } = session.next().await.unwrap() {
+            return (topic, payload, retained);
+        }
+    }
+}
+
+/// A ping, and all that comes before its answer.
+pub async fn confirmed(session: &mut MqttSession) -> Vec<MqttEvent> {
+    let asked = session.ping().await.unwrap();
+    let mut events = Vec::new();
+    loop {
+        match session.next().await.unwrap() {
+            MqttEvent::Pong(number) if number == asked => return events,
+            event => events.push(event),
+        }
+    }
+}
+
+#[test]
+fn messages_come_and_are_acknowledged() {
+    let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
+    for version in VERSIONS {
+        run(async {
+            let of = |id: &str| settings(&broker.url(), version, id);
+            let mut reader = session(&of("reader")).await;
+            reader.subscribe(&[("a/+", Qos::AtLeastOnce), ("b", Qos::AtMostOnce)]).await.unwrap();
+            let mut writer = session(&of("writer")).await;
+            let once = Qos::AtLeastOnce;
+            let number = writer.publish("a/1", b"one", once, true).await.unwrap().unwrap();
+            let acknowledged = writer.next().await.unwrap();
+            assert_eq!(acknowledged, MqttEvent::Acknowledged(number));
+            writer.publish("b", b"", Qos::AtMostOnce, false).await.unwrap();
+            assert_eq!(confirmed(&mut writer).await, []);
+            assert_eq!(message(&mut reader).await, ("a/1".to_owned(), b"one".to_vec(), false));
+            assert_eq!(message(&mut reader).await, ("b".to_owned(), Vec::new(), false));
+            // Whoever comes later gets what was retained, and sees that it was.
+            let mut late = session(&of("late")).await;
+            late.subscribe(&[("a/#", Qos::AtMostOnce)]).await.unwrap();
+            assert_eq!(message(&mut late).await, ("a/1".to_owned(), b"one".to_vec(), true));
+            late.disconnect().await.unwrap();
+        });
+    }
+}
+
+#[test]
+fn the_last_will_is_for_those_who_do_not_say_goodbye() {
+    let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
+    for version in VERSIONS {
+        run(async {
+            let of = |id: &str| settings(&broker.url(), version, id);
+            let mut reader = session(&of("reader")).await;
+            reader.subscribe(&[("#", Qos::AtMostOnce)]).await.unwrap();
+            let will = |topic: &str| LastWill {
+                topic: topic.to_owned(),
+                payload: b"gone".to_vec(),
+                qos: Qos::AtLeastOnce,
+                retain: false,
+            };
+            let polite = of("polite");
+            let polite =
+                MqttSession::connect(&polite, &polite.addresses[0], Some(&will("polite"))).await;
+            polite.unwrap().disconnect().await.unwrap();
+            let lost = of("lost");
+            let lost = MqttSession::connect(&lost, &lost.addresses[0], Some(&will("lost"))).await;
+            drop(lost.unwrap());
+            assert_eq!(message(&mut reader).await, ("lost".to_owned(), b"gone".to_vec(), false));
+        });
+    }
+}
+
+#[test]
+fn a_held_broker_is_noticed_and_a_killed_one_too() {
+    let Some(mut broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
+    run(async {
+        let mut short = settings(&broker.url(), MqttVersion::V3, "held");
+        short.keepalive = Duration::from_secs(2);
+        let mut held = session(&short).await;
+        broker.stop();
+        let failure = loop {
+            // Messages without an acknowledgement do not hide it.
+            match held.publish("a", &[7; 1000], Qos::AtMostOnce, false).await {
+                Err(failure) => break failure,
+                Ok(_) => tokio::time::sleep(Duration::from_millis(100)).await,
+            }
+        };
+        assert!(failure.is_silent(), "{failure}");
+        assert!(failure.to_string().contains(&broker.port.to_string()), "{failure}");
+        broker.cont();
+        let mut other = session(&settings(&broker.url(), MqttVersion::V3, "other")).await;
+        broker.kill();
+        let failure = other.next().await.unwrap_err();
+        let gone = matches!(failure.cause, MqttCause::Closed | MqttCause::Broken(_));
+        assert!(gone, "{failure}");
+        let failure = refusal(&short).await;
+        assert!(matches!(failure.cause, MqttCause::Unreachable(_)), "{failure}");
+        broker.start_again();
+        session(&short).await.disconnect().await.unwrap();
+    });
+}
+
+#[test]
+fn a_packet_that_is_too_long_ends_the_session() {
+    let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
+    run(async {
+        let mut writer = session(&settings(&broker.url(), MqttVersion::V3, "writer")).await;
+        let mut small = settings(&broker.url(), MqttVersion::V3, "small");
+        small.packet_bytes_max = 1000;
+        let mut reader = session(&small).await;
+        reader.subscribe(&[("a", Qos::AtMostOnce)]).await.unwrap();
+        writer.publish("a", &[0; 900], Qos::AtMostOnce, false).await.unwrap();
+        writer.publish("a", &[0; 1000], Qos::AtMostOnce, false).await.unwrap();
+        confirmed(&mut writer).await;
+        assert_eq!(message(&mut reader).await.1.len(), 900);
+        let failure = reader.next().await.unwrap_err();
+        assert_eq!(failure.cause, MqttCause::TooLong(1000));
+    });
+}
