@@ -16,12 +16,8 @@ use crate::mqtt::{
 use crate::sparkplug::check_name;
 
 /// Refused for who one is: bad login, not authorized, by MQTT 3.1.1 and 5.
-const NOT_PERMITTED: [(MqttVersion, u8); 4] = [
-    (MqttVersion::V3, 4),
-    (MqttVersion::V3, 5),
-    (MqttVersion::V5, 0x86),
-    (MqttVersion::V5, 0x87),
-];
+const NOT_PERMITTED: [(MqttVersion, u8); 4] =
+    [(MqttVersion::V3, 4), (MqttVersion::V3, 5), (MqttVersion::V5, 0x86), (MqttVersion::V5, 0x87)];
 
 #[derive(Args, Debug)]
 pub(super) struct BrokerArgs {

@@ -105,12 +105,6 @@ impl FleetView {
         .collect()
     }
 
-    /// Whether a birth of each node that was heard of is known.
-    pub(crate) fn is_settled(&self) -> bool {
-        let is_open = |node: &NodeView| node.standing == Standing::Unborn;
-        !self.nodes.is_empty() && !self.nodes.values().any(is_open)
-    }
-
     fn is_other(&self, group: &str) -> bool {
         self.group.as_ref().is_some_and(|own| own != group)
     }

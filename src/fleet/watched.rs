@@ -41,9 +41,13 @@ mod tests {
 
     #[test]
     fn patterns() {
-        for (pattern, name) in
-            [("*", ""), ("jam", "jam"), ("rungd/*", "rungd/mode"), ("*.Acc", "a.Acc"), ("a*b*c", "axbbxc")]
-        {
+        for (pattern, name) in [
+            ("*", ""),
+            ("jam", "jam"),
+            ("rungd/*", "rungd/mode"),
+            ("*.Acc", "a.Acc"),
+            ("a*b*c", "axbbxc"),
+        ] {
             assert!(fits(pattern, name), "{pattern} {name}");
         }
         for (pattern, name) in [("jam", "jams"), ("", "x"), ("*.Acc", "a.Acc2"), ("a*a", "a")] {

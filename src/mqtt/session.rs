@@ -138,9 +138,8 @@ impl MqttSession {
         let number = self.queued(number).await?;
         let limit = self.settings.answer_max;
         let answer = timeout(limit, poll_fn(|cx| self.poll_subscribed(cx, number))).await;
-        let answer = answer.unwrap_or_else(|_| {
-            self.fail(MqttCause::Silent(Silence::NoSubscription, limit))
-        });
+        let answer =
+            answer.unwrap_or_else(|_| self.fail(MqttCause::Silent(Silence::NoSubscription, limit)));
         answer.map_err(|cause| self.failure(cause))
     }
 

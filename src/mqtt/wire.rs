@@ -227,11 +227,7 @@ impl Wire {
     ///
     /// # Errors
     /// They are out of order, or say that the session is at its end.
-    pub fn receive(
-        &mut self,
-        bytes: &[u8],
-        heard: &mut VecDeque<Heard>,
-    ) -> Result<(), MqttCause> {
+    pub fn receive(&mut self, bytes: &[u8], heard: &mut VecDeque<Heard>) -> Result<(), MqttCause> {
         if !self.is_welcome {
             let missing = 4 - self.beginning.len().min(4);
             self.beginning.extend(bytes.iter().take(missing));

@@ -7,7 +7,10 @@
 mod broker;
 #[allow(dead_code)]
 mod certificates;
+#[allow(dead_code)]
+mod checker;
 mod cluster;
+mod host_wire;
 #[allow(dead_code)]
 mod mosquitto;
 #[allow(dead_code)]

@@ -12,7 +12,10 @@ pub const RULES: &[Rule] = &[
         &["message-flow-edge-node-birth-publish-will-message", "payloads-ndeath-will-message"],
         has_will,
     ),
-    (&["message-flow-edge-node-birth-publish-will-message-topic", "topics-ndeath-topic"], will_topic),
+    (
+        &["message-flow-edge-node-birth-publish-will-message-topic", "topics-ndeath-topic"],
+        will_topic,
+    ),
     (&["message-flow-edge-node-birth-publish-will-message-payload"], will_payload),
     (
         &[
@@ -22,7 +25,10 @@ pub const RULES: &[Rule] = &[
         will_number,
     ),
     (
-        &["message-flow-edge-node-birth-publish-will-message-qos", "payloads-ndeath-will-message-qos"],
+        &[
+            "message-flow-edge-node-birth-publish-will-message-qos",
+            "payloads-ndeath-will-message-qos",
+        ],
         will_qos,
     ),
     (
@@ -37,6 +43,7 @@ pub const RULES: &[Rule] = &[
     (
         &[
             "operational-behavior-edge-node-intentional-disconnect-ndeath",
+            "operational-behavior-edge-node-intentional-disconnect-packet",
             "payloads-ndeath-will-message-publisher",
             "payloads-ndeath-will-message-publisher-disconnect-mqtt311",
         ],
@@ -48,6 +55,7 @@ pub const RULES: &[Rule] = &[
             "message-flow-edge-node-birth-publish-phid-wait",
             "message-flow-edge-node-birth-publish-phid-wait-id",
             "message-flow-edge-node-birth-publish-phid-wait-online",
+            "message-flow-edge-node-birth-publish-phid-wait-timestamp",
             "operational-behavior-edge-node-birth-sequence-wait",
             "operational-behavior-primary-application-state-with-multiple-servers-state-subs",
         ],
@@ -60,6 +68,7 @@ pub const RULES: &[Rule] = &[
         ],
         ends_without_host,
     ),
+    (&["operational-behavior-edge-node-termination-host-offline-timestamp"], ignores_old_deaths),
 ];
 
 fn by_version(story: &Story, version: u8) -> impl Iterator<Item = &Connection> {
@@ -159,7 +168,7 @@ fn end_with_will(story: &Story) -> Complaints {
 
 /// What the primary host says in a step.
 fn primary(story: &Story, step: &Step) -> Option<HostState> {
-    let topic = Topic::of_host(story.primary_host.as_ref()?).to_string();
+    let topic = Topic::of_host(story.host.as_ref()?).to_string();
     match step {
         Step::Got(got) if got.topic == topic => HostState::read(&got.payload).ok(),
         Step::Got(_) | Step::Subscribed(_) | Step::Sent(_) | Step::Disconnected(_) => None,
@@ -167,7 +176,7 @@ fn primary(story: &Story, step: &Step) -> Option<HostState> {
 }
 
 fn waits_for_host(story: &Story) -> Complaints {
-    let Some(host) = &story.primary_host else { return Vec::new() };
+    let Some(host) = &story.host else { return Vec::new() };
     let topic = Topic::of_host(host).to_string();
     let mut wrong = Vec::new();
     for connection in &story.connections {
@@ -175,7 +184,10 @@ fn waits_for_host(story: &Story) -> Complaints {
         let subscribed = connection.subscribed().any(|(filter, _)| *filter == topic);
         wrong.extend(unless(subscribed, "no subscription of the primary host's STATE"));
         let told = connection.steps[..born].iter().filter_map(|step| primary(story, step));
-        let is_online = told.last().is_some_and(|state| state.online);
+        // What is older than what was told before says nothing.
+        let newest =
+            told.reduce(|known, it| if it.timestamp < known.timestamp { known } else { it });
+        let is_online = newest.is_some_and(|state| state.online);
         wrong.extend(unless(is_online, "born while the primary host is not online"));
     }
     wrong
@@ -193,6 +205,23 @@ fn ends_without_host(story: &Story) -> Complaints {
             }
             let goes_on = step.sent().is_some_and(|it| it.kind() != Some(MessageKind::NodeDeath));
             wrong.extend(unless(!(is_over && goes_on), "goes on while the primary host is gone"));
+        }
+    }
+    wrong
+}
+
+/// A death of the primary host that is older than its birth is one of an older session.
+fn ignores_old_deaths(story: &Story) -> Complaints {
+    let mut wrong = Vec::new();
+    for connection in &story.connections {
+        let mut since = 0;
+        for (at, step) in connection.steps.iter().enumerate() {
+            let Some(state) = primary(story, step) else { continue };
+            let next = connection.steps[at..].iter().find_map(Step::sent);
+            let ends = next.is_some_and(|sent| sent.kind() == Some(MessageKind::NodeDeath));
+            let is_old = !state.online && state.timestamp < since;
+            wrong.extend(unless(!(is_old && ends), "ends by an old death of the primary host"));
+            since = if state.online { since.max(state.timestamp) } else { since };
         }
     }
     wrong

@@ -37,16 +37,14 @@ pub const RULES: &[Rule] = &[
         ],
         |story| plain(story, MessageKind::NodeBirth),
     ),
-    (
-        &["topics-ndata-mqtt", "payloads-ndata-qos", "payloads-ndata-retain"],
-        |story| plain(story, MessageKind::NodeData),
-    ),
-    (
-        &["message-flow-edge-node-birth-publish-nbirth-payload"],
-        |story| each(story.sent().map(|(_, sent)| sent), "no payload", |sent| {
+    (&["topics-ndata-mqtt", "payloads-ndata-qos", "payloads-ndata-retain"], |story| {
+        plain(story, MessageKind::NodeData)
+    }),
+    (&["message-flow-edge-node-birth-publish-nbirth-payload"], |story| {
+        each(story.sent().map(|(_, sent)| sent), "no payload", |sent| {
             Payload::read(&sent.payload).is_ok()
-        }),
-    ),
+        })
+    }),
     (
         &[
             "topics-nbirth-seq-num",
@@ -54,7 +52,9 @@ pub const RULES: &[Rule] = &[
             "payloads-sequence-num-zero-nbirth",
             "message-flow-edge-node-birth-publish-nbirth-payload-seq",
         ],
-        |story| each(story.of(MessageKind::NodeBirth), "seq is not 0", |it| it.read().seq == Some(0)),
+        |story| {
+            each(story.of(MessageKind::NodeBirth), "seq is not 0", |it| it.read().seq == Some(0))
+        },
     ),
     (
         &[
@@ -76,7 +76,10 @@ pub const RULES: &[Rule] = &[
         ],
         told_when,
     ),
-    (&["payloads-name-birth-data-requirement", "payloads-metric-timestamp-in-UTC"], metrics_told_when),
+    (
+        &["payloads-name-birth-data-requirement", "payloads-metric-timestamp-in-UTC"],
+        metrics_told_when,
+    ),
     (
         &[
             "topics-nbirth-bdseq-included",
@@ -85,6 +88,7 @@ pub const RULES: &[Rule] = &[
             "payloads-nbirth-bdseq",
             "payloads-nbirth-bdseq-repeat",
             "payloads-ndeath-bdseq",
+            "operational-behavior-data-commands-rebirth-action-3",
         ],
         births_have_the_number,
     ),
@@ -116,7 +120,11 @@ pub const RULES: &[Rule] = &[
     (&["payloads-ndata-order", "message-flow-edge-node-birth-publish-connect"], data_after_birth),
     (&["operational-behavior-data-publish-nbirth-order"], in_order),
     (
-        &["topics-ndata-payload", "operational-behavior-data-publish-nbirth-change", "principles-rbe-recommended"],
+        &[
+            "topics-ndata-payload",
+            "operational-behavior-data-publish-nbirth-change",
+            "principles-rbe-recommended",
+        ],
         tells_changes,
     ),
     (&["case-sensitivity-metric-names"], names_differ),
@@ -136,7 +144,6 @@ pub const RULES: &[Rule] = &[
         &[
             "operational-behavior-data-commands-rebirth-action-1",
             "operational-behavior-data-commands-rebirth-action-2",
-            "operational-behavior-data-commands-rebirth-action-3",
         ],
         answers_rebirth,
     ),
@@ -306,8 +313,10 @@ fn data_after_birth(story: &Story) -> Complaints {
         let is = |kind: MessageKind| {
             move |step: &Step| step.sent().is_some_and(|sent| sent.kind() == Some(kind))
         };
-        let (born, data) =
-            (connection.place(is(MessageKind::NodeBirth)), connection.place(is(MessageKind::NodeData)));
+        let (born, data) = (
+            connection.place(is(MessageKind::NodeBirth)),
+            connection.place(is(MessageKind::NodeData)),
+        );
         let fits = data.is_none_or(|data| born.is_some_and(|born| born < data));
         wrong.extend(unless(fits, "NDATA before NBIRTH"));
     }
@@ -339,7 +348,10 @@ fn names_differ(story: &Story) -> Complaints {
     each(story.of(MessageKind::NodeBirth), "two names differ in case alone", |sent| {
         let metrics = sent.read().metrics;
         let mut seen = HashSet::new();
-        metrics.iter().filter_map(|it| it.name.as_ref()).all(|name| seen.insert(name.to_lowercase()))
+        metrics
+            .iter()
+            .filter_map(|it| it.name.as_ref())
+            .all(|name| seen.insert(name.to_lowercase()))
     })
 }
 

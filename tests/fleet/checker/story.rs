@@ -8,8 +8,8 @@ use rungd::sparkplug::{MessageKind, Payload, Topic};
 pub struct Story {
     pub group: String,
     pub node: String,
-    /// The primary host that an edge node was configured with.
-    pub primary_host: Option<String>,
+    /// The primary host that an edge node was configured with; of a host application: itself.
+    pub host: Option<String>,
     pub connections: Vec<Connection>,
 }
 
@@ -57,9 +57,9 @@ pub enum Step {
 impl Story {
     /// Everything that was sent, with its connection: not the wills.
     pub fn sent(&self) -> impl Iterator<Item = (&Connection, &Published)> {
-        self.connections.iter().flat_map(|connection| {
-            connection.sent().map(move |published| (connection, published))
-        })
+        self.connections
+            .iter()
+            .flat_map(|connection| connection.sent().map(move |published| (connection, published)))
     }
 
     /// The sent messages of one kind.
