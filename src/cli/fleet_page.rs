@@ -224,3 +224,73 @@ fn columns(rows: Vec<[String; 8]>) -> Vec<String> {
     };
     rows.iter().map(line).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::{ControllerReport, FleetView, NodeName};
+
+    fn node(name: &str, state: &'static str, age_ms: u64) -> NodeReport {
+        let name = NodeName { group: "plant".to_owned(), node: name.to_owned() };
+        NodeReport { name, state, age_ms, is_rungd: true, ..NodeReport::default() }
+    }
+
+    fn told(mode: &str, ladder: &str, sha256: &str) -> ControllerReport {
+        ControllerReport {
+            mode: Some(mode.to_owned()),
+            ladder: Some(ladder.to_owned()),
+            ladder_sha256: Some(sha256.repeat(16)),
+            forces: Some(0),
+            overruns: Some(0),
+            alarms: Some(0),
+            ..ControllerReport::default()
+        }
+    }
+
+    /// The report that `docs/fleet.md` shows.
+    fn report() -> FleetReport {
+        let mut oven = node("oven", "online", 1_200);
+        oven.told = told("RUN", "oven", "3f9a");
+        let mut press = node("press", "online", 300);
+        press.told = ControllerReport {
+            mode_reason: Some("watchdog: a scan took 31 ms".to_owned()),
+            forces: Some(2),
+            overruns: Some(1),
+            alarms: Some(3),
+            alarms_unacknowledged: Some(1),
+            ..told("FAULT", "press", "b012")
+        };
+        press.ladder_verdict = Some(LadderVerdict::Differs {
+            file: "ladders/plant/press/controller.toml".to_owned(),
+            expected: "77c1".repeat(16),
+        });
+        let mut pump = node("pump", "silent", 65_000);
+        pump.told = told("RUN", "pump", "e3d0");
+        let mut report = FleetView::default().report(0);
+        report.nodes = vec![oven, press, pump, node("saw", "unborn", 4_000)];
+        report
+    }
+
+    #[test]
+    fn the_page_is_the_one_that_the_docs_show() {
+        let page = status_page(&report(), Duration::from_secs(12));
+        let docs = include_str!("../../docs/fleet.md");
+        assert!(docs.contains(&page), "docs/fleet.md does not show this:\n{page}");
+    }
+
+    #[test]
+    fn a_name_adds_no_line() {
+        let mut report = report();
+        report.nodes[0].name.node = "a\nb\u{1b}[2J".to_owned();
+        report.nodes[0].told.mode = Some("RUN\nFAULT".to_owned());
+        let lines = status_page(&report, Duration::from_secs(12)).lines().count();
+        let before = status_page(&self::report(), Duration::from_secs(12)).lines().count();
+        assert_eq!(lines, before);
+    }
+
+    #[test]
+    fn nothing_heard_is_said() {
+        let page = status_page(&FleetView::default().report(0), Duration::from_secs(12));
+        assert_eq!(page, "no edge node was heard in 12s\n");
+    }
+}

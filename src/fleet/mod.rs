@@ -29,6 +29,6 @@ pub(crate) use listen::{FleetHeard, FleetOptions, FleetWord, listen, now_ms};
 pub(crate) use news::shown;
 pub use news::{FleetChange, FleetNews};
 pub use report::FleetReport;
-pub(crate) use report::NodeReport;
+pub(crate) use report::{ControllerReport, NodeReport};
 pub use view::{FleetView, HeardMessage, NodeName};
 pub(crate) use watched::WatchedMetrics;
