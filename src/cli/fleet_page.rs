@@ -107,7 +107,7 @@ fn remarks(node: &NodeReport) -> Vec<String> {
         say("its controller does not answer its edge node".to_owned());
     }
     if let Some(why) = told.mode_reason.as_ref().filter(|why| !why.is_empty()) {
-        say(why.clone());
+        say(format!("{}: {why}", told.mode.as_deref().unwrap_or("-")));
     }
     if let Some(ahead) = node.clock_ahead_ms.filter(|ms| ms.unsigned_abs() >= CLOCK_TOLD_MS) {
         let side = if ahead > 0 { "ahead of" } else { "behind" };
