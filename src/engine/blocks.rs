@@ -188,6 +188,7 @@ impl Machine {
     }
 
     /// Executes a block's own rungs; returns `false` if an instruction ended the block's execution.
+    #[inline(always)]
     fn execute_own<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) -> bool {
         let code = &self.program.blocks[id.0 as usize].own;
         let state = &mut self.blocks[id.0 as usize];
@@ -374,6 +375,7 @@ impl Machine {
     }
 
     /// Turns a Stage's bit ON or OFF. Does not mark its pass as due.
+    #[inline(always)]
     pub fn switch_stage(&mut self, stage: StageId, on: bool) {
         if self.bit_of(Bit::Stage(stage)) != on {
             self.put_bit(Bit::Stage(stage), on);

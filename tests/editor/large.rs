@@ -72,14 +72,23 @@ fn assert_in_proportion(texts: &[LargeText]) {
     let little = little();
     let mut wrong = Vec::new();
     for text in texts {
-        let pairs = costs(text, SIZE).into_iter().zip(costs(text, TIMES * SIZE));
-        for ((what, small), (_, large)) in pairs {
-            if large > small * RATIO_MAX + little {
-                wrong.push(format!("{}, {what}: {small:?}, {large:?}", text.name));
-            }
-        }
+        // What costs too much does so each time; a busy machine, whose caches other programs
+        // empty, may cost more in one of three.
+        let tries: Vec<_> = (0..3).map_while(|_| out_of_proportion(text, little)).collect();
+        wrong.extend((tries.len() == 3).then(|| tries.join("\n")));
     }
-    assert!(wrong.is_empty(), "little is {little:?}:\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What costs too much, each with its cost for the smaller and for the larger text.
+fn out_of_proportion(text: &LargeText, little: Duration) -> Option<String> {
+    let pairs = costs(text, SIZE).into_iter().zip(costs(text, TIMES * SIZE));
+    let wrong = pairs.filter(|((_, small), (_, large))| *large > *small * RATIO_MAX + little);
+    let told = wrong.map(|((what, small), (_, large))| {
+        format!("{}, {what}: {small:?}, {large:?}; little is {little:?}", text.name)
+    });
+    let told: Vec<String> = told.collect();
+    (!told.is_empty()).then(|| told.join("\n"))
 }
 
 #[test]

@@ -138,7 +138,9 @@ fn a_reload_that_takes_too_long_is_refused_and_the_next_one_is_done() {
     assert_eq!(said.code, 1, "{said:?}");
     assert!(said.err.contains("not read and checked within 2s"), "{said:?}");
     assert!(said.err.contains("What took longest was "), "{said:?}");
-    assert!(!said.err.contains("disk"), "nothing was wrong with it: {said:?}");
+    // On a busy machine reading may take longest; nothing else is blamed on the disk.
+    let was_reading = said.err.contains("What took longest was reading ");
+    assert_eq!(said.err.contains("disk"), was_reading, "{said:?}");
     load(&live, &says(3));
     live.await_values("D0", "3");
 }

@@ -32,6 +32,10 @@ const BEAT: (&str, u64) = ("holding", 1);
 /// The coils of the second device that show `.Ok` and `.Stale` of the first.
 const SHOWN: [(&str, u64); 2] = [("coil", 8), ("coil", 9)];
 
+/// The event of a lost device in the log, and the reason that a busy machine gives it.
+const DEVICE_LOST: &str = "\"device-lost\"";
+const NO_ANSWER: &str = "no answer in";
+
 /// The event of a FAULT in the log.
 const FAULT: &str = "\"mode-fault\"";
 
@@ -94,9 +98,12 @@ fn of(changes: &[Change], (bank, address): (&str, u64)) -> Vec<Change> {
 }
 
 impl Story {
-    /// Whether the machine was too busy for the device's watchdog while rungd was in RUN.
-    pub fn was_held_up(&self) -> bool {
-        self.outputs.iter().any(Outputs::dropped_before)
+    /// Whether the machine was too busy: for the device's watchdog while rungd was in RUN, or for
+    /// an answer of a device that is there.
+    pub fn was_held_up(&self, way: Way) -> bool {
+        let is_late = |line: &String| line.contains(DEVICE_LOST) && line.contains(NO_ANSWER);
+        let late = way == Way::PanicInDriver && self.log.iter().any(is_late);
+        late || self.outputs.iter().any(Outputs::dropped_before)
     }
 }
 
