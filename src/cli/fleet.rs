@@ -46,8 +46,9 @@ struct FleetStatusArgs {
     at: BrokerArgs,
     #[command(flatten)]
     wait: WaitArgs,
-    /// Compare the ladders with those of a folder, a checkout of git: `DIR/GROUP/NODE/controller.toml`
-    /// or `DIR/NODE/controller.toml`. Exit with 1 if a node does not run what the folder has
+    /// Compare the ladders with those of a folder, a checkout of git:
+    /// `DIR/GROUP/NODE/controller.toml` or `DIR/NODE/controller.toml`. Exit with 1 if a node does
+    /// not run what the folder has
     #[arg(long, value_name = "DIR")]
     expect: Option<PathBuf>,
     /// Exit with 1 unless each node is online and its controller's mode is RUN

@@ -228,7 +228,8 @@ fn columns(rows: Vec<[String; 8]>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fleet::{ControllerReport, FleetView, NodeName};
+    use crate::fleet::report::ControllerReport;
+    use crate::fleet::{FleetView, NodeName};
 
     fn node(name: &str, state: &'static str, age_ms: u64) -> NodeReport {
         let name = NodeName { group: "plant".to_owned(), node: name.to_owned() };

@@ -5,7 +5,7 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use super::view::NodeName;
+use super::heard::NodeName;
 use crate::operator::protocol::Alarm;
 
 /// The most alarms of a node.

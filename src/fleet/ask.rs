@@ -2,7 +2,7 @@
 //!
 //! Only `--rebirth` sends it. It changes no value of a controller, but the node sends all it has.
 
-use super::view::NodeName;
+use super::heard::NodeName;
 use crate::sparkplug::{
     DataType, MessageKind, Metric, MetricValue, Payload, Topic, metric_of, vocabulary,
 };

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::view::NodeName;
+use super::heard::NodeName;
 use crate::daemon::config::sha256_of;
 use crate::load;
 use crate::source::finding::Severity;

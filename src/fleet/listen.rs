@@ -12,10 +12,11 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until, timeout_at};
 
 use super::ask::rebirth_request;
+use super::heard::HeardMessage;
 use super::host::{HostSession, StateMessage};
 use super::limits::FleetLimits;
 use super::news::FleetChange;
-use super::view::{FleetView, HeardMessage};
+use super::view::FleetView;
 use crate::mqtt::{
     BrokerAddress, BrokerSettings, LastWill, MqttEvent, MqttFailure, MqttSession, Qos,
 };
@@ -268,10 +269,10 @@ fn last_will(state: StateMessage) -> LastWill {
 /// Says that this host goes, and closes the session. What fails here changes nothing: the broker
 /// publishes the will.
 async fn end(mut session: MqttSession, host: Option<HostSession>) {
-    if let Some(mut host) = host {
-        if tell(&mut session, host.death(now_ms())).await.is_err() {
-            return;
-        }
+    if let Some(mut host) = host
+        && tell(&mut session, host.death(now_ms())).await.is_err()
+    {
+        return;
     }
     let _ = session.disconnect().await;
 }

@@ -9,13 +9,14 @@
 mod alarms;
 mod ask;
 mod expect;
+mod heard;
 mod host;
 mod limits;
 mod listen;
 mod metrics;
 mod news;
 mod node;
-mod report;
+pub(crate) mod report;
 mod view;
 mod watched;
 
@@ -24,11 +25,12 @@ mod tests;
 
 pub(crate) use alarms::FleetAlarmList;
 pub(crate) use expect::{ExpectedLadders, LadderVerdict};
+pub use heard::{HeardMessage, NodeName};
 pub use limits::FleetLimits;
 pub(crate) use listen::{FleetHeard, FleetOptions, FleetWord, listen, now_ms};
 pub(crate) use news::shown;
 pub use news::{FleetChange, FleetNews};
 pub use report::FleetReport;
-pub(crate) use report::{ControllerReport, NodeReport};
-pub use view::{FleetView, HeardMessage, NodeName};
+pub(crate) use report::NodeReport;
+pub use view::FleetView;
 pub(crate) use watched::WatchedMetrics;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::view::NodeName;
+use super::heard::NodeName;
 use crate::sparkplug::MetricValue;
 
 /// A change.

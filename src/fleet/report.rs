@@ -7,9 +7,10 @@ use serde::Serialize;
 
 use super::alarms::{FleetAlarm, FleetAlarmList, alarms_of};
 use super::expect::{ExpectedLadders, LadderVerdict};
+use super::heard::NodeName;
 use super::limits::FleetCounts;
 use super::node::{NodeView, Standing};
-use super::view::{FleetView, NodeName};
+use super::view::FleetView;
 use crate::sparkplug::{HostState, MetricValue, vocabulary};
 
 /// An edge node of rungd tells its scan every 10 s. After three of them it is silent.

@@ -5,10 +5,8 @@
 //! out if it is too large, no payload, kept by the broker, or of a node beyond the limits.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
-use serde::Serialize;
-
+use super::heard::{HeardMessage, NodeName};
 use super::limits::{FleetCounts, FleetLimits};
 use super::news::{FleetChange, FleetNews};
 use super::node::{NodeView, StaleReason, Standing};
@@ -20,32 +18,6 @@ const HOSTS_MAX: usize = 100;
 const ASK_AGAIN_MS: u64 = 10_000;
 /// The most births that are asked for at once.
 const ASK_AT_ONCE: usize = 20;
-
-/// The name of an edge node.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub struct NodeName {
-    /// Its group.
-    pub group: String,
-    /// Its own name in the group.
-    pub node: String,
-}
-
-impl fmt::Display for NodeName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.group, self.node)
-    }
-}
-
-/// A message as a broker delivers it.
-#[derive(Clone, Copy, Debug)]
-pub struct HeardMessage<'m> {
-    /// Its topic.
-    pub topic: &'m str,
-    /// Its bytes.
-    pub payload: &'m [u8],
-    /// The broker had kept it from before the subscription.
-    pub is_retained: bool,
-}
 
 /// All nodes that were heard of.
 #[derive(Clone, Debug, Default)]

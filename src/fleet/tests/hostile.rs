@@ -115,7 +115,8 @@ proptest! {
         let mut fleet = Fleet::new();
         fleet.born(0, &running());
         for (topic, payload, is_retained) in &messages {
-            let message = HeardMessage { topic: topics[*topic], payload, is_retained: *is_retained };
+            let (topic, is_retained) = (topics[*topic], *is_retained);
+            let message = HeardMessage { topic, payload, is_retained };
             fleet.view.hear(message, fleet.now_ms);
         }
         fleet.view.wants_birth(fleet.now_ms);

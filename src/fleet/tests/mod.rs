@@ -17,7 +17,7 @@ pub(super) struct Fleet {
 }
 
 /// Metrics with their aliases, types and values.
-pub(super) type Told<'t> = &'t [(&'t str, u64, DataType, MetricValue)];
+pub(super) type ToldMetrics<'t> = &'t [(&'t str, u64, DataType, MetricValue)];
 
 impl Fleet {
     pub fn new() -> Fleet {
@@ -36,7 +36,7 @@ impl Fleet {
     }
 
     /// The birth of `plant/press`.
-    pub fn born(&mut self, bd_seq: i64, metrics: Told) -> Vec<FleetNews> {
+    pub fn born(&mut self, bd_seq: i64, metrics: ToldMetrics) -> Vec<FleetNews> {
         let payload = birth(bd_seq, metrics, self.now_ms);
         self.press("NBIRTH", &payload)
     }
@@ -62,7 +62,7 @@ impl Fleet {
     }
 }
 
-pub(super) fn birth(bd_seq: i64, metrics: Told, now_ms: u64) -> Payload {
+pub(super) fn birth(bd_seq: i64, metrics: ToldMetrics, now_ms: u64) -> Payload {
     let plain = |name: &str, alias: Option<u64>, datatype: DataType| BornMetric {
         name: name.to_owned(),
         alias,
