@@ -272,6 +272,11 @@ pub fn web(bytes: &[u8]) {
     assert!(!has(b"set-cookie:") && !has(b"\"csrf\""), "it lets in");
 }
 
+/// What an MQTT broker says: no packet panics, and none makes more of itself.
+pub fn mqtt(bytes: &[u8]) {
+    rungd::mqtt::conversation(bytes);
+}
+
 /// A stimulus for the simulator.
 pub fn stimulus(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };

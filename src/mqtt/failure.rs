@@ -144,7 +144,8 @@ impl MqttCause {
             MqttVersion::V5 => of_version_5(code),
         };
         if let MqttCause::Refused(version, code) = self {
-            let (why, remedy) = words(version, *code);
+            // Not a right to do something, but to come in.
+            let (why, remedy) = if *code == 0x87 { of_version_3(5) } else { words(version, *code) };
             write!(f, "the session is refused: {why} (code {code}): {remedy}")
         } else if let MqttCause::FilterRefused(version, code, filter) = self {
             let (why, remedy) = words(version, *code);

@@ -56,6 +56,9 @@ pub(super) fn publish(
     number: Option<u16>,
 ) -> Result<Packet, MqttError> {
     let OutMessage { topic, payload, qos, retain } = *message;
+    if topic.contains('\0') {
+        return Err(MqttError::TopicNameInvalid);
+    }
     let qos = level(qos);
     match version {
         MqttVersion::V3 => {
@@ -71,6 +74,9 @@ pub(super) fn publish(
 
 /// One filter of a subscription.
 pub(super) fn entry(filter: &str, qos: Qos) -> Result<SubEntry, MqttError> {
+    if filter.is_empty() || filter.contains('\0') {
+        return Err(MqttError::TopicFilterInvalid);
+    }
     SubEntry::new(filter, SubOpts::new().set_qos(level(qos)))
 }
 

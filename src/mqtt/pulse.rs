@@ -69,11 +69,11 @@ impl Pulse {
     }
 
     pub fn heard(&mut self, now: Instant) {
-        (self.heard, self.doubted) = (now, None);
+        self.heard = now;
     }
 
     pub fn taken(&mut self, now: Instant) {
-        (self.taken, self.doubted) = (now, None);
+        self.taken = now;
     }
 
     /// A question is queued.

@@ -46,7 +46,7 @@ pub(super) fn of_version_3(code: u8) -> (&'static str, &'static str) {
         2 => of_version_5(0x85),
         3 => of_version_5(0x88),
         4 => of_version_5(0x86),
-        5 => ("the user, or a client without one, is not allowed to connect", "set a login"),
+        5 => ("the broker lets this user, or a client without one, not in", "correct the login"),
         0x80 => ("the broker refuses it without a reason", "allow it in the broker's settings"),
         other => of_version_5(other),
     }

@@ -114,7 +114,7 @@ impl MqttSession {
         retain: bool,
     ) -> Result<Option<u16>, MqttFailure> {
         let message = OutMessage { topic, payload, qos, retain };
-        let limit = self.settings.answer_max.max(self.settings.keepalive);
+        let limit = self.settings.answer_max + self.settings.keepalive;
         let room = timeout(limit, poll_fn(|cx| self.poll_room(cx, &message))).await;
         let number = match room {
             Ok(Ok(())) => self.wire.publish(&message),
@@ -247,7 +247,11 @@ impl MqttSession {
                     return Poll::Ready(Ok(event));
                 }
             }
-            ready!(self.step(cx, self.settings.queue_bytes_max))?;
+            let moved = ready!(self.step(cx, self.settings.queue_bytes_max));
+            // What came before a failure is given first.
+            if self.heard.is_empty() {
+                moved?;
+            }
         }
     }
 

@@ -27,6 +27,8 @@ const IN_FLIGHT_MAX: u16 = 256;
 /// The filters of one subscription.
 const FILTERS_MAX: usize = 64;
 
+const NO_CONNACK: &str = "no CONNACK at first";
+
 /// What a session tells its caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MqttEvent {
@@ -211,10 +213,9 @@ impl Wire {
                     self.out.extend(packet.to_continuous_buffer());
                 }
                 Event::NotifyError(error) => return Err(wrong(error)),
-                Event::RequestClose => {
-                    return Err(MqttCause::NotSendable(format!("{what}: the session is closed")));
-                }
-                Event::NotifyPacketReceived(_)
+                // After a DISCONNECT.
+                Event::RequestClose
+                | Event::NotifyPacketReceived(_)
                 | Event::NotifyPacketIdReleased(_)
                 | Event::RequestTimerReset { .. }
                 | Event::RequestTimerCancel(_) => {}
@@ -231,6 +232,10 @@ impl Wire {
         if !self.is_welcome {
             let missing = 4 - self.beginning.len().min(4);
             self.beginning.extend(bytes.iter().take(missing));
+            // What is no broker often says less than the packet that its first bytes announce.
+            if self.beginning.first().is_some_and(|first| *first != 0x20) {
+                return Err(MqttCause::Garbage(NO_CONNACK.to_owned()));
+            }
         }
         let mut cursor = Cursor::new(bytes);
         while cursor.position() < bytes.len() as u64 {
@@ -266,7 +271,7 @@ impl Wire {
     fn heard(&mut self, packet: Packet) -> Result<Option<Heard>, MqttCause> {
         let is_connack = matches!(packet, Packet::V3_1_1Connack(_) | Packet::V5_0Connack(_));
         if is_connack == self.is_welcome {
-            let what = if is_connack { "a second CONNACK" } else { "no CONNACK at first" };
+            let what = if is_connack { "a second CONNACK" } else { NO_CONNACK };
             return Err(MqttCause::Garbage(what.to_owned()));
         }
         match packet {
