@@ -120,7 +120,7 @@ fn status(args: &FleetStatusArgs) -> Result<Exit> {
     expected.iter_mut().for_each(|folder| report.compare(folder));
     let differs = expected.is_some() && !report.is_as_expected();
     let stands = args.require_run && !report.all_run();
-    answer(args.at.json, &report, || status_page(&report, args.wait.wait))?;
+    answer(args.at.json, &report, || status_page(&report, heard.lasted))?;
     Ok(match heard.failure {
         Some(_) => Exit::Unavailable,
         None if differs || stands => Exit::Refused,

@@ -9,7 +9,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Result;
 use tokio::signal::unix::{Signal, SignalKind, signal};
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until, timeout_at};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until, timeout, timeout_at};
 
 use super::ask::rebirth_request;
 use super::heard::HeardMessage;
@@ -27,6 +27,8 @@ const ASK_EVERY: Duration = Duration::from_millis(500);
 /// The first and the longest wait before the next attempt to connect.
 const AGAIN: Duration = Duration::from_secs(1);
 const AGAIN_MAX: Duration = Duration::from_secs(30);
+/// The most messages that are read after the end has come.
+const REST_MAX: usize = 10_000;
 /// What nodes and their devices send.
 const HEARD: [MessageKind; 6] = [
     MessageKind::NodeBirth,
@@ -71,6 +73,8 @@ pub(crate) struct FleetHeard {
     pub failure: Option<MqttFailure>,
     /// Whether there was one at all.
     pub was_connected: bool,
+    /// How long it listened.
+    pub lasted: Duration,
 }
 
 /// Prints, or does whatever else with a word.
@@ -89,8 +93,11 @@ pub(crate) fn listen(options: &FleetOptions, ear: FleetEar) -> Result<FleetHeard
             end: options.lasts.map(|lasts| Instant::now() + lasts),
         };
         let view = FleetView::new(FleetLimits::default(), options.group.clone());
-        let heard = FleetHeard { view, failure: None, was_connected: false };
-        FleetListener { options, ear, stop, heard }.run().await
+        let (began, lasted) = (Instant::now(), Duration::ZERO);
+        let heard = FleetHeard { view, failure: None, was_connected: false, lasted };
+        let mut heard = FleetListener { options, ear, stop, heard }.run().await?;
+        heard.lasted = began.elapsed();
+        Ok(heard)
     })
 }
 
@@ -186,6 +193,7 @@ impl FleetListener<'_> {
                 },
                 _ = asks.tick(), if self.options.asks_births => self.ask(&mut session).await,
                 () = self.stop.wait() => {
+                    self.take_rest(&mut session, &mut host).await?;
                     end(session, host).await;
                     return Ok(Over::Stopped);
                 }
@@ -194,6 +202,22 @@ impl FleetListener<'_> {
                 return Ok(Over::Broken(failure));
             }
         }
+    }
+
+    /// What has come by the end, and was not read yet; a flood of it has an end.
+    async fn take_rest(
+        &mut self,
+        session: &mut MqttSession,
+        host: &mut Option<HostSession>,
+    ) -> Result<()> {
+        for _ in 0..REST_MAX {
+            // Time for what is there already, and for nothing else.
+            let Ok(Ok(event)) = timeout(Duration::ZERO, session.next()).await else { break };
+            if self.take(session, host, event).await?.is_err() {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// An event of the session.

@@ -227,14 +227,20 @@ pub fn pong(stream: &mut impl Write) -> Result<()> {
     write(stream, 0xd0, &[])
 }
 
-/// PUBLISH with QoS 0.
-pub fn deliver(stream: &mut impl Write, version: u8, message: &Published) -> Result<()> {
+/// PUBLISH with QoS 1 and a number.
+pub fn deliver(
+    stream: &mut impl Write,
+    version: u8,
+    number: u16,
+    message: &Published,
+) -> Result<()> {
     let topic = message.topic.as_bytes();
     let mut body = (topic.len() as u16).to_be_bytes().to_vec();
     body.extend_from_slice(topic);
+    body.extend_from_slice(&number.to_be_bytes());
     if version == 5 {
         body.push(0);
     }
     body.extend_from_slice(&message.payload);
-    write(stream, 0x30 | u8::from(message.retain), &body)
+    write(stream, 0x32 | u8::from(message.retain), &body)
 }

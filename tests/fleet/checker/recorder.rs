@@ -31,6 +31,9 @@ struct Book {
     connections: Vec<Connection>,
     /// The client of the last connection, with its version.
     client: Option<(TcpStream, u8)>,
+    /// Messages that were delivered, and those that clients have acknowledged.
+    delivered: u16,
+    acknowledged: u16,
 }
 
 /// This machine's clock, ms since 1970.
@@ -53,21 +56,19 @@ impl Recorder {
         Recorder { url, kept }
     }
 
-    /// Delivers a message to the client; whether it has one.
-    pub fn deliver(&self, topic: &str, payload: Vec<u8>) -> bool {
+    /// Delivers a message to the client, and waits until the client says that it has it.
+    pub fn deliver(&self, topic: &str, payload: Vec<u8>) {
         let (topic, at_ms) = (topic.to_owned(), now_ms());
-        let message = Published { topic, payload, qos: 0, retain: false, at_ms };
+        let message = Published { topic, payload, qos: 1, retain: false, at_ms };
         let mut book = self.kept.book();
-        let Some((mut stream, version)) =
-            book.client.as_ref().map(|(stream, version)| (stream.try_clone().unwrap(), *version))
-        else {
-            return false;
-        };
-        let sent = packets::deliver(&mut stream, version, &message).is_ok();
-        if let (true, Some(last)) = (sent, book.connections.last_mut()) {
-            last.steps.push(Step::Got(message));
-        }
-        sent
+        let (stream, version) = book.client.as_ref().expect("a client");
+        let (mut stream, version) = (stream.try_clone().unwrap(), *version);
+        book.delivered += 1;
+        packets::deliver(&mut stream, version, book.delivered, &message).unwrap();
+        book.connections.last_mut().expect("a connection").steps.push(Step::Got(message));
+        let due = book.delivered;
+        drop(book);
+        self.wait("an acknowledgement", |book| book.acknowledged >= due);
     }
 
     /// Closes the connection of the client, without a word.
@@ -84,9 +85,13 @@ impl Recorder {
 
     /// Waits until what was kept fits.
     pub fn until(&self, what: &str, fits: impl Fn(&[Connection]) -> bool) {
+        self.wait(what, |book| fits(&book.connections));
+    }
+
+    fn wait(&self, what: &str, fits: impl Fn(&Book) -> bool) {
         let end = Instant::now() + PATIENCE;
         let mut book = self.kept.book();
-        while !fits(&book.connections) {
+        while !fits(&book) {
             let left = end.saturating_duration_since(Instant::now());
             assert!(!left.is_zero(), "{what} did not come: {:#?}", book.connections);
             book = self.kept.news.wait_timeout(book, left).unwrap().0;
@@ -134,7 +139,10 @@ impl Kept {
                     drop(_book);
                     self.step(at, Step::Subscribed(filters));
                 }
-                Packet::Acknowledged => {}
+                Packet::Acknowledged => {
+                    self.book().acknowledged += 1;
+                    self.news.notify_all();
+                }
                 Packet::Ping => {
                     let _book = self.book();
                     packets::pong(&mut stream)?;
