@@ -46,10 +46,8 @@ pub(super) async fn open(
 }
 
 fn insecure(error: &io::Error) -> MqttCause {
-    match error.kind() {
-        io::ErrorKind::UnexpectedEof => {
-            MqttCause::Insecure("the connection is closed: does it speak TLS at all?".to_owned())
-        }
-        _ => MqttCause::Insecure(error.to_string()),
+    if error.kind() == io::ErrorKind::UnexpectedEof {
+        return MqttCause::Insecure("the connection is closed: does it speak TLS?".to_owned());
     }
+    MqttCause::Insecure(error.to_string())
 }

@@ -45,7 +45,7 @@ pub enum MqttCause {
     /// The connection broke.
     Broken(String),
     /// Nothing comes, or nothing goes, for too long.
-    Silent(Silence, Duration),
+    Silent(LinkSilence, Duration),
     /// What came is not MQTT, or not what may come now.
     Garbage(String),
     /// A frame is longer than this many bytes.
@@ -56,7 +56,7 @@ pub enum MqttCause {
 
 /// What is silent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Silence {
+pub enum LinkSilence {
     /// No byte comes after a question.
     NoByte,
     /// Bytes come, but never the answer to a question.
@@ -131,10 +131,12 @@ impl fmt::Display for MqttCause {
 impl MqttCause {
     /// Of a connection that was there.
     pub(super) fn of_socket(error: &io::Error) -> MqttCause {
-        match error.kind() {
-            io::ErrorKind::UnexpectedEof => MqttCause::Closed,
-            io::ErrorKind::InvalidData => MqttCause::Insecure(error.to_string()),
-            _ => MqttCause::Broken(error.to_string()),
+        if error.kind() == io::ErrorKind::UnexpectedEof {
+            MqttCause::Closed
+        } else if error.kind() == io::ErrorKind::InvalidData {
+            MqttCause::Insecure(error.to_string())
+        } else {
+            MqttCause::Broken(error.to_string())
         }
     }
 
@@ -165,15 +167,15 @@ impl MqttCause {
     }
 }
 
-impl fmt::Display for Silence {
+impl fmt::Display for LinkSilence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Silence::NoByte => "no byte came",
-            Silence::NoPong => "a PINGREQ was without an answer",
-            Silence::NoProgress => "no byte was taken",
-            Silence::NoRoom => "the queue of what is to be sent was full",
-            Silence::NoSubscription => "a subscription was without an answer",
-            Silence::NoAcknowledgement => "messages were without an acknowledgement",
+            LinkSilence::NoByte => "no byte came",
+            LinkSilence::NoPong => "a PINGREQ was without an answer",
+            LinkSilence::NoProgress => "no byte was taken",
+            LinkSilence::NoRoom => "the queue of what is to be sent was full",
+            LinkSilence::NoSubscription => "a subscription was without an answer",
+            LinkSilence::NoAcknowledgement => "messages were without an acknowledgement",
         })
     }
 }

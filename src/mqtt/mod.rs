@@ -6,9 +6,9 @@
 //! the link takes no byte for a keepalive. Whatever is queued has a limit of bytes.
 //!
 //! `settings` says to whom and how; `connect` opens TCP and TLS (`tls`); `session` is what callers
-//! use, with its deadlines in `pulse`; `wire` is the protocol without sockets and time (its packets in
-//! `packets`), `probe` the part of fuzzing; `failure` says what went wrong in words for people, with `reason` for the
-//! broker's numbers.
+//! use, with its deadlines in `pulse`; `wire` is the protocol without sockets and time (its packets
+//! in `packets`), `probe` the part of fuzzing; `failure` says what went wrong in words for people,
+//! with `reason` for the broker's numbers.
 //!
 //! It connects once, logs nothing and has no thread: callers connect again, choose among addresses
 //! and say what happened. (A host's name is looked up by tokio's pool of blocking calls.)
@@ -27,7 +27,7 @@ mod wire;
 #[cfg(test)]
 mod tests;
 
-pub use failure::{MqttCause, MqttFailure, Silence};
+pub use failure::{LinkSilence, MqttCause, MqttFailure};
 pub use probe::conversation;
 pub use session::MqttSession;
 pub use settings::{

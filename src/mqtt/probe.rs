@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use super::packets::OutMessage;
 use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
-use super::wire::{Heard, Wire};
+use super::wire::{BrokerWord, Wire};
 
 /// The longest frame that is accepted in this conversation.
 const PACKET_BYTES_MAX: usize = 4096;
@@ -42,7 +42,7 @@ pub fn conversation(bytes: &[u8]) {
             break;
         }
     }
-    let kept: usize = heard.iter().map(Heard::bytes).sum();
+    let kept: usize = heard.iter().map(BrokerWord::bytes).sum();
     assert!(kept <= 128 * (bytes.len() + 16), "{kept} bytes of {}", bytes.len());
     let answers = wire.out().len() - sent;
     assert!(answers <= bytes.len() + 64, "{answers} bytes answer {}", bytes.len());

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::failure::Silence;
+use super::failure::LinkSilence;
 
 /// A silence is judged only when this time more has brought nothing: a process that was held, or
 /// busy, has not looked into its socket since.
@@ -22,7 +22,7 @@ pub(super) enum PulseVerdict {
     /// A question is due.
     Ask,
     /// The session is at its end.
-    Silent(Silence),
+    Silent(LinkSilence),
 }
 
 /// The times that decide.
@@ -120,17 +120,17 @@ impl Pulse {
         quiet_since + self.keepalive / 2
     }
 
-    fn silence(&self, waiting: bool, reading: bool, now: Instant) -> Option<Silence> {
+    fn silence(&self, waiting: bool, reading: bool, now: Instant) -> Option<LinkSilence> {
         let over = self.limits(waiting, reading).into_iter().flatten();
         over.filter(|(limit, _)| now >= *limit).map(|(_, what)| what).next()
     }
 
-    fn limits(&self, waiting: bool, reading: bool) -> [Option<(Instant, Silence)>; 3] {
+    fn limits(&self, waiting: bool, reading: bool) -> [Option<(Instant, LinkSilence)>; 3] {
         let asked = self.asked.filter(|_| reading);
         [
-            waiting.then_some((self.taken + self.keepalive, Silence::NoProgress)),
-            asked.map(|at| (at.max(self.heard) + self.keepalive, Silence::NoByte)),
-            asked.map(|at| (at + self.keepalive * PONG_KEEPALIVES, Silence::NoPong)),
+            waiting.then_some((self.taken + self.keepalive, LinkSilence::NoProgress)),
+            asked.map(|at| (at.max(self.heard) + self.keepalive, LinkSilence::NoByte)),
+            asked.map(|at| (at + self.keepalive * PONG_KEEPALIVES, LinkSilence::NoPong)),
         ]
     }
 }

@@ -14,11 +14,11 @@ use tokio::io::{AsyncRead as _, AsyncReadExt as _, AsyncWrite as _, AsyncWriteEx
 use tokio::time::{Instant, Sleep, sleep_until, timeout};
 
 use super::connect::{BrokerSocket, open};
-use super::failure::{MqttCause, MqttFailure, Silence};
+use super::failure::{LinkSilence, MqttCause, MqttFailure};
 use super::packets::OutMessage;
 use super::pulse::{Pulse, PulseVerdict};
 use super::settings::{BrokerAddress, BrokerSettings, LastWill, Qos};
-use super::wire::{Heard, MqttEvent, Wire};
+use super::wire::{BrokerWord, MqttEvent, Wire};
 
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
@@ -36,7 +36,7 @@ pub struct MqttSession {
     wire: Wire,
     pulse: Pulse,
     /// What the broker said, and the caller has not taken.
-    heard: VecDeque<Heard>,
+    heard: VecDeque<BrokerWord>,
     heard_bytes: usize,
     /// Bytes were written since the socket was flushed.
     flushing: bool,
@@ -120,9 +120,9 @@ impl MqttSession {
             Ok(Ok(())) => self.wire.publish(&message),
             Ok(Err(cause)) => Err(cause),
             Err(_) if self.wire.has_place() || qos == Qos::AtMostOnce => {
-                self.fail(MqttCause::Silent(Silence::NoRoom, limit))
+                self.fail(MqttCause::Silent(LinkSilence::NoRoom, limit))
             }
-            Err(_) => self.fail(MqttCause::Silent(Silence::NoAcknowledgement, limit)),
+            Err(_) => self.fail(MqttCause::Silent(LinkSilence::NoAcknowledgement, limit)),
         };
         self.queued(number).await
     }
@@ -138,8 +138,8 @@ impl MqttSession {
         let number = self.queued(number).await?;
         let limit = self.settings.answer_max;
         let answer = timeout(limit, poll_fn(|cx| self.poll_subscribed(cx, number))).await;
-        let answer =
-            answer.unwrap_or_else(|_| self.fail(MqttCause::Silent(Silence::NoSubscription, limit)));
+        let answer = answer
+            .unwrap_or_else(|_| self.fail(MqttCause::Silent(LinkSilence::NoSubscription, limit)));
         answer.map_err(|cause| self.failure(cause))
     }
 
@@ -173,7 +173,7 @@ impl MqttSession {
         let broker = self.broker.clone();
         let limit = self.settings.answer_max;
         let ended = timeout(limit, self.end()).await;
-        let ended = ended.unwrap_or(Err(MqttCause::Silent(Silence::NoProgress, limit)));
+        let ended = ended.unwrap_or(Err(MqttCause::Silent(LinkSilence::NoProgress, limit)));
         ended.map_err(|cause| MqttFailure { broker, cause })
     }
 
@@ -228,7 +228,7 @@ impl MqttSession {
 impl MqttSession {
     fn poll_welcome(&mut self, cx: &mut Context<'_>) -> Poll<Result<(), MqttCause>> {
         loop {
-            if let Some(Heard::Welcome(keepalive)) = self.heard.front() {
+            if let Some(BrokerWord::Welcome(keepalive)) = self.heard.front() {
                 if let Some(keepalive) = keepalive {
                     self.pulse.shorten(*keepalive);
                 }
@@ -243,7 +243,7 @@ impl MqttSession {
     fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<Result<MqttEvent, MqttCause>> {
         loop {
             while let Some(heard) = self.take() {
-                if let Heard::Event(event) = heard {
+                if let BrokerWord::Event(event) = heard {
                     return Poll::Ready(Ok(event));
                 }
             }
@@ -257,7 +257,7 @@ impl MqttSession {
 
     fn poll_subscribed(&mut self, cx: &mut Context<'_>, asked: u16) -> Poll<Result<(), MqttCause>> {
         loop {
-            if self.heard.contains(&Heard::Subscribed(asked)) {
+            if self.heard.contains(&BrokerWord::Subscribed(asked)) {
                 return Poll::Ready(Ok(()));
             }
             ready!(self.step(cx, self.settings.queue_bytes_max.max(FLOOD_BYTES_MAX)))?;
@@ -368,7 +368,7 @@ impl MqttSession {
         self.pulse.heard(now);
         let (before, unanswered) = (self.heard.len(), self.wire.unanswered());
         let received = self.wire.receive(buffer.filled(), &mut self.heard);
-        self.heard_bytes += self.heard.iter().skip(before).map(Heard::bytes).sum::<usize>();
+        self.heard_bytes += self.heard.iter().skip(before).map(BrokerWord::bytes).sum::<usize>();
         if self.wire.unanswered() < unanswered {
             let more = self.wire.unanswered() > 0;
             self.pulse.answered(more, self.before_question.is_none(), now);
@@ -379,7 +379,7 @@ impl MqttSession {
         })
     }
 
-    fn take(&mut self) -> Option<Heard> {
+    fn take(&mut self) -> Option<BrokerWord> {
         let heard = self.heard.pop_front()?;
         self.heard_bytes -= heard.bytes();
         Some(heard)

@@ -52,7 +52,7 @@ pub enum MqttEvent {
 
 /// What the broker has said.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(super) enum BrokerWord {
     /// The session begins; the broker may want a shorter keepalive.
     Welcome(Option<Duration>),
     /// It has accepted the subscription of this number.
@@ -61,17 +61,17 @@ pub(super) enum Heard {
     Event(MqttEvent),
 }
 
-impl Heard {
+impl BrokerWord {
     /// What it takes in memory.
     pub fn bytes(&self) -> usize {
-        let beside = size_of::<Heard>();
+        let beside = size_of::<BrokerWord>();
         match self {
-            Heard::Event(MqttEvent::Message { topic, payload, .. }) => {
+            BrokerWord::Event(MqttEvent::Message { topic, payload, .. }) => {
                 beside + topic.len() + payload.len()
             }
-            Heard::Event(MqttEvent::Acknowledged(_) | MqttEvent::Pong(_))
-            | Heard::Welcome(_)
-            | Heard::Subscribed(_) => beside,
+            BrokerWord::Event(MqttEvent::Acknowledged(_) | MqttEvent::Pong(_))
+            | BrokerWord::Welcome(_)
+            | BrokerWord::Subscribed(_) => beside,
         }
     }
 }
@@ -228,7 +228,11 @@ impl Wire {
     ///
     /// # Errors
     /// They are out of order, or say that the session is at its end.
-    pub fn receive(&mut self, bytes: &[u8], heard: &mut VecDeque<Heard>) -> Result<(), MqttCause> {
+    pub fn receive(
+        &mut self,
+        bytes: &[u8],
+        heard: &mut VecDeque<BrokerWord>,
+    ) -> Result<(), MqttCause> {
         if !self.is_welcome {
             let missing = 4 - self.beginning.len().min(4);
             self.beginning.extend(bytes.iter().take(missing));
@@ -268,7 +272,7 @@ impl Wire {
         MqttCause::Garbage(error.to_string())
     }
 
-    fn heard(&mut self, packet: Packet) -> Result<Option<Heard>, MqttCause> {
+    fn heard(&mut self, packet: Packet) -> Result<Option<BrokerWord>, MqttCause> {
         let is_connack = matches!(packet, Packet::V3_1_1Connack(_) | Packet::V5_0Connack(_));
         if is_connack == self.is_welcome {
             let what = if is_connack { "a second CONNACK" } else { NO_CONNACK };
@@ -325,17 +329,17 @@ impl Wire {
         }
     }
 
-    fn welcome_3(&mut self, packet: &v3_1_1::Connack) -> Result<Option<Heard>, MqttCause> {
+    fn welcome_3(&mut self, packet: &v3_1_1::Connack) -> Result<Option<BrokerWord>, MqttCause> {
         match packet.return_code() as u8 {
             0 => {
                 self.is_welcome = true;
-                Ok(Some(Heard::Welcome(None)))
+                Ok(Some(BrokerWord::Welcome(None)))
             }
             code => Err(MqttCause::Refused(self.version, code)),
         }
     }
 
-    fn welcome_5(&mut self, packet: &v5_0::Connack) -> Result<Option<Heard>, MqttCause> {
+    fn welcome_5(&mut self, packet: &v5_0::Connack) -> Result<Option<BrokerWord>, MqttCause> {
         if packet.reason_code() != ConnectReasonCode::Success {
             return Err(MqttCause::Refused(self.version, packet.reason_code() as u8));
         }
@@ -349,18 +353,18 @@ impl Wire {
             }
         }
         self.is_welcome = true;
-        Ok(Some(Heard::Welcome(keepalive)))
+        Ok(Some(BrokerWord::Welcome(keepalive)))
     }
 
-    fn acknowledged(&mut self, number: u16, code: u8) -> Result<Option<Heard>, MqttCause> {
+    fn acknowledged(&mut self, number: u16, code: u8) -> Result<Option<BrokerWord>, MqttCause> {
         self.in_flight = self.in_flight.saturating_sub(1);
         if code >= 0x80 {
             return Err(MqttCause::MessageRefused(code, number));
         }
-        Ok(Some(Heard::Event(MqttEvent::Acknowledged(number))))
+        Ok(Some(BrokerWord::Event(MqttEvent::Acknowledged(number))))
     }
 
-    fn subscribed(&mut self, number: u16, codes: Vec<u8>) -> Result<Option<Heard>, MqttCause> {
+    fn subscribed(&mut self, number: u16, codes: Vec<u8>) -> Result<Option<BrokerWord>, MqttCause> {
         let at = self.asked.iter().position(|(asked, _)| *asked == number);
         let filters = at.map(|at| self.asked.swap_remove(at).1).unwrap_or_default();
         if filters.len() != codes.len() {
@@ -372,15 +376,15 @@ impl Wire {
                 return Err(MqttCause::FilterRefused(self.version, code, filter));
             }
         }
-        Ok(Some(Heard::Subscribed(number)))
+        Ok(Some(BrokerWord::Subscribed(number)))
     }
 
-    fn pong(&mut self) -> Result<Option<Heard>, MqttCause> {
+    fn pong(&mut self) -> Result<Option<BrokerWord>, MqttCause> {
         if self.unanswered() == 0 {
             return Err(MqttCause::Garbage("a PINGRESP without a PINGREQ".to_owned()));
         }
         self.pongs += 1;
-        Ok(Some(Heard::Event(MqttEvent::Pong(self.pongs))))
+        Ok(Some(BrokerWord::Event(MqttEvent::Pong(self.pongs))))
     }
 }
 
@@ -388,7 +392,7 @@ fn message(
     topic: &str,
     payload: &[u8],
     (qos, retained): (packet::Qos, bool),
-) -> Result<Option<Heard>, MqttCause> {
+) -> Result<Option<BrokerWord>, MqttCause> {
     let qos = match qos {
         packet::Qos::AtMostOnce => Qos::AtMostOnce,
         packet::Qos::AtLeastOnce => Qos::AtLeastOnce,
@@ -400,5 +404,5 @@ fn message(
         return Err(MqttCause::Garbage("a message without a proper topic".to_owned()));
     }
     let (topic, payload) = (topic.to_owned(), payload.to_vec());
-    Ok(Some(Heard::Event(MqttEvent::Message { topic, payload, retained, qos })))
+    Ok(Some(BrokerWord::Event(MqttEvent::Message { topic, payload, retained, qos })))
 }

@@ -5,10 +5,10 @@ use std::time::Duration;
 use tokio::io::{AsyncReadExt as _, duplex};
 use tokio::time::{Instant, advance, sleep, timeout};
 
-use super::super::{MqttEvent, MqttFailure, MqttSession, MqttVersion, Qos, Silence};
+use super::super::{LinkSilence, MqttEvent, MqttFailure, MqttSession, MqttVersion, Qos};
 use super::*;
 
-fn silence(failure: &MqttFailure) -> Option<Silence> {
+fn silence(failure: &MqttFailure) -> Option<LinkSilence> {
     if let MqttCause::Silent(silence, _) = failure.cause { Some(silence) } else { None }
 }
 
@@ -25,7 +25,7 @@ fn a_broker_is_asked_after_half_a_keepalive_and_silent_after_one_more() {
         let since = Instant::now();
         let failure = session.next().await.unwrap_err();
         within(since, 15, 16);
-        assert_eq!(silence(&failure), Some(Silence::NoByte), "{failure}");
+        assert_eq!(silence(&failure), Some(LinkSilence::NoByte), "{failure}");
         assert_eq!(broker.packet().await, (PINGREQ[0], Vec::new()));
         // Nothing else comes of it.
         assert_eq!(session.next().await.unwrap_err().cause, failure.cause);
@@ -71,7 +71,7 @@ fn a_stream_of_messages_into_nothing_is_noticed() {
                 let sent = session.publish("a", b"value", Qos::AtMostOnce, false).await;
                 if let Err(failure) = sent {
                     within(since, 15, 17);
-                    assert_eq!(silence(&failure), Some(Silence::NoByte));
+                    assert_eq!(silence(&failure), Some(LinkSilence::NoByte));
                     drop(session);
                     return;
                 }
@@ -98,7 +98,7 @@ fn a_link_that_takes_nothing_is_noticed_and_what_is_queued_has_a_limit() {
         };
         assert!((9..=10).contains(&queued), "{queued}");
         within(since, 10, 11);
-        assert_eq!(silence(&failure), Some(Silence::NoProgress), "{failure}");
+        assert_eq!(silence(&failure), Some(LinkSilence::NoProgress), "{failure}");
     });
 }
 
@@ -167,7 +167,7 @@ fn bytes_without_the_answer_to_a_question_do_not_count_forever() {
             loop {
                 if let Err(failure) = session.next().await {
                     within(since, 40, 42);
-                    return assert_eq!(silence(&failure), Some(Silence::NoPong), "{failure}");
+                    return assert_eq!(silence(&failure), Some(LinkSilence::NoPong), "{failure}");
                 }
             }
         };
@@ -217,12 +217,12 @@ fn a_subscription_and_messages_without_an_answer_have_an_end() {
                     Err(failure) => break failure,
                 }
             };
-            assert_eq!((numbers, silence(&failure)), (256, Some(Silence::NoAcknowledgement)));
+            assert_eq!((numbers, silence(&failure)), (256, Some(LinkSilence::NoAcknowledgement)));
         };
         tokio::select! { () = answers => {}, () = asks => {} }
         let (mut session, _broker) = super::session(MqttVersion::V3).await;
         let failure = session.subscribe(&[("a", Qos::AtMostOnce)]).await.unwrap_err();
-        assert_eq!(silence(&failure), Some(Silence::NoSubscription));
+        assert_eq!(silence(&failure), Some(LinkSilence::NoSubscription));
     });
 }
 
