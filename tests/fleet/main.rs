@@ -10,6 +10,7 @@ mod certificates;
 #[allow(dead_code)]
 mod checker;
 mod cluster;
+mod foreign;
 mod host_wire;
 #[allow(dead_code)]
 mod mosquitto;
