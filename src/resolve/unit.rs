@@ -29,7 +29,7 @@ impl Resolver<'_> {
             let help = "a unit has at most 16, as `bar` or `m³/h`; `doc` has room for more";
             (format!("the `unit` of `{name}` has {count} characters"), help)
         } else if unit.text.contains(is_obeyed) {
-            let help = "write it as it is to be seen, in one line: `bar`, `°C`";
+            let help = "a unit is printed as it stands, in one line: leave the character out";
             (format!("the `unit` of `{name}` has a control character"), help)
         } else {
             return;
