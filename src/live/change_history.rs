@@ -62,7 +62,8 @@ pub struct ChangeHistory {
 
 impl ChangeHistory {
     /// The past between two places: of the controller's memory, and of its folder where memory does
-    /// not reach; with a note, if the folder cannot be read. Asks the controller some times; blocks.
+    /// not reach; with a note, if the folder cannot be read. Asks the controller a few
+    /// times; blocks.
     ///
     /// # Errors
     /// [`LookFailure`].
