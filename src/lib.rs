@@ -21,6 +21,8 @@ pub mod engine;
 pub mod events;
 pub mod explain;
 mod faults;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 pub mod format;
 #[cfg(any(feature = "web", feature = "fleet"))]
 mod http;

@@ -12,6 +12,7 @@ use std::sync::LazyLock;
 use rungd::calendar::LocalTime;
 use rungd::controller::{self, Controller, resolve_controller};
 use rungd::engine::{Engine, ScanTimes};
+use rungd::fleet::{FleetLimits, FleetView, HeardMessage};
 use rungd::io::modbus::Map;
 use rungd::io::modbus::answer::{Answer, answer, refused, written};
 use rungd::io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
@@ -325,6 +326,41 @@ pub fn record(bytes: &[u8]) {
     if let Some(section) = SectionBody::read(bytes) {
         assert_eq!(SectionBody::read(&section.write()), Some(section));
     }
+}
+
+/// What a hostile broker sends to `rungd fleet`: messages of a byte for topic and flags, two for the
+/// length, and so many bytes.
+pub fn sparkplug(mut bytes: &[u8]) {
+    let limits =
+        FleetLimits { nodes_max: 3, metrics_max: 50, bytes_max: 20_000, ..Default::default() };
+    let mut view = FleetView::new(limits, None);
+    let mut now_ms = 1_000_000;
+    while let [head, low, high, rest @ ..] = bytes {
+        let length = usize::from(u16::from_le_bytes([*low, *high])).min(rest.len());
+        let (payload, rest) = rest.split_at(length);
+        bytes = rest;
+        let raw = String::from_utf8_lossy(payload).into_owned();
+        let topic = match head & 7 {
+            0 => "spBv1.0/g/NBIRTH/n",
+            1 => "spBv1.0/g/NDATA/n",
+            2 => "spBv1.0/g/NDEATH/n",
+            3 => "spBv1.0/g/DDATA/n/d",
+            4 => "spBv1.0/g/NBIRTH/m",
+            5 => "spBv1.0/g/NDATA/m",
+            6 => "spBv1.0/STATE/h",
+            _ => &raw,
+        };
+        let message = HeardMessage { topic, payload, is_retained: head & 8 != 0 };
+        let _ = view.hear(message, now_ms);
+        if head & 16 != 0 {
+            now_ms += 7_000;
+            let _ = view.wants_birth(now_ms);
+        }
+        if head & 32 != 0 {
+            let _ = view.lose_link(now_ms);
+        }
+    }
+    let _ = serde_json::to_string(&view.report(now_ms)).expect("a report is JSON");
 }
 
 /// A storage device in memory.

@@ -80,7 +80,7 @@ fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String
 }
 
 /// Priority, acknowledgement, times, and how often.
-fn facts(alarm: &Alarm, clock: &LocalClock) -> String {
+pub(super) fn facts(alarm: &Alarm, clock: &LocalClock) -> String {
     let acknowledged = match (alarm.state, &alarm.acknowledged) {
         (AlarmState::Acknowledged, Some(ack)) => {
             format!("acknowledged by {} at {}", ack.who, clock.text(ack.unix_ns))

@@ -15,6 +15,12 @@ mod edge;
 mod events;
 mod exit;
 mod explain;
+#[cfg(feature = "fleet")]
+mod fleet;
+#[cfg(feature = "fleet")]
+mod fleet_broker;
+#[cfg(feature = "fleet")]
+mod fleet_page;
 mod fmt;
 mod fmt_file;
 mod folders;
@@ -87,6 +93,8 @@ enum Command {
     Edge(edge::EdgeArgs),
     Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
+    #[cfg(feature = "fleet")]
+    Fleet(fleet::FleetArgs),
     Fmt(fmt::FmtArgs),
     Init(init::InitArgs),
     #[command(hide = true)]
@@ -152,6 +160,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Edge(args) => edge::edge(args),
         Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
+        #[cfg(feature = "fleet")]
+        Command::Fleet(args) => fleet::fleet(args),
         Command::Fmt(args) => fmt::fmt(args),
         Command::Init(args) => init::init(args),
         Command::Man(args) => man::man(args, Cli::command()),

@@ -4,6 +4,11 @@
 //! sets, templates) are skipped when a payload is read.
 
 use prost::Message;
+use prost::encoding::{DecodeContext, decode_key, skip_field};
+
+/// The most metrics of a payload that is read. Two bytes can be a metric, which takes a hundred
+/// times as much in memory.
+const METRICS_MAX: usize = 50_000;
 
 /// A payload of any message but STATE.
 #[derive(Clone, PartialEq, Message)]
@@ -127,8 +132,23 @@ impl Payload {
     /// # Errors
     /// The bytes are no payload: the reason, for people.
     pub fn read(bytes: &[u8]) -> Result<Payload, String> {
+        if metrics_in(bytes) > METRICS_MAX {
+            return Err(format!("no Sparkplug payload: it has more than {METRICS_MAX} metrics"));
+        }
         Payload::decode(bytes).map_err(|error| format!("no Sparkplug payload: {error}"))
     }
+}
+
+/// How many metrics a payload has, as far as its fields can be told apart.
+fn metrics_in(mut bytes: &[u8]) -> usize {
+    let mut metrics = 0;
+    while let Ok((tag, wire_type)) = decode_key(&mut bytes) {
+        metrics += usize::from(tag == 2);
+        if skip_field(wire_type, tag, &mut bytes, DecodeContext::default()).is_err() {
+            break;
+        }
+    }
+    metrics
 }
 
 impl PropertySet {

@@ -156,8 +156,12 @@ impl DataType {
             | MetricValue::Text(_) => None,
         };
         match (self, value) {
-            (DataType::Int8, _) => int(i8::MIN.into(), i8::MAX.into()),
-            (DataType::Int16, _) => int(i16::MIN.into(), i16::MAX.into()),
+            (DataType::Int8, _) => {
+                int(i8::MIN.into(), i8::MAX.into()).map(|it| cut(it, u8::MAX.into()))
+            }
+            (DataType::Int16, _) => {
+                int(i16::MIN.into(), i16::MAX.into()).map(|it| cut(it, u16::MAX.into()))
+            }
             (DataType::Int32, _) => int(i32::MIN.into(), i32::MAX.into()),
             (DataType::UInt8, _) => int(0, u8::MAX.into()),
             (DataType::UInt16, _) => int(0, u16::MAX.into()),
@@ -188,6 +192,20 @@ impl DataType {
                 _,
             ) => None,
         }
+    }
+}
+
+/// A signed value of fewer than 32 bits in its own width: -1 of 16 bits is 65,535. A library that
+/// checks the type's range refuses 32 bits of ones.
+fn cut(content: MetricContent, own_bits: u32) -> MetricContent {
+    match content {
+        MetricContent::Int(bits) => MetricContent::Int(bits & own_bits),
+        MetricContent::Long(_)
+        | MetricContent::Float(_)
+        | MetricContent::Double(_)
+        | MetricContent::Boolean(_)
+        | MetricContent::Text(_)
+        | MetricContent::Bytes(_) => content,
     }
 }
 
@@ -248,6 +266,14 @@ mod tests {
         assert_eq!(DataType::Int16.read(&MetricContent::Int(65_535)), Ok(MetricValue::Signed(-1)));
         assert_eq!(DataType::Int16.read(&MetricContent::Int(65_536)), Err(ValueFault::OutOfRange));
         assert_eq!(DataType::Int8.read(&MetricContent::Int(128)), Ok(MetricValue::Signed(-128)));
+    }
+
+    #[test]
+    fn a_short_negative_number_is_written_in_its_own_width() {
+        let written = |of: DataType| of.write(&MetricValue::Signed(-1));
+        assert_eq!(written(DataType::Int8), Some(MetricContent::Int(255)));
+        assert_eq!(written(DataType::Int16), Some(MetricContent::Int(65_535)));
+        assert_eq!(written(DataType::Int32), Some(MetricContent::Int(u32::MAX)));
     }
 
     #[test]

@@ -7,9 +7,13 @@
 mod broker;
 #[allow(dead_code)]
 mod certificates;
+#[allow(dead_code)]
+mod checker;
 mod cluster;
 mod edge;
 mod edge_rig;
+mod foreign;
+mod host_wire;
 #[allow(dead_code)]
 mod mosquitto;
 #[allow(dead_code)]

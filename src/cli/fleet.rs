@@ -1,0 +1,202 @@
+//! `rungd fleet`: the controllers behind a broker, as their edge nodes tell of them.
+//!
+//! `fleet` listens; `fleet_page` draws. Everything here reads: `--rebirth` asks nodes for births,
+//! and `--host-id` tells that this host is there; nothing else is published.
+
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::{Context as _, Result};
+use clap::{Args, Subcommand};
+use serde::Serialize;
+
+use super::exit::Exit;
+use super::fleet_broker::BrokerArgs;
+use super::fleet_page::{alarms_page, change_line, status_page};
+use super::terminal::{plain_json, print, say_line};
+use super::when::LocalClock;
+use crate::fleet::{
+    ExpectedLadders, FleetChange, FleetHeard, FleetNews, FleetWord, WatchedMetrics, listen, now_ms,
+};
+use crate::isa::duration;
+
+/// Shows the controllers behind an MQTT broker, as their edge nodes tell of them by Sparkplug B
+///
+/// An edge node is born when it connects, and the broker keeps no births. So a node that connected
+/// before `rungd fleet` did is known by its name alone, until it is born again: `--rebirth` asks
+/// for that. Nothing else is sent to a node, and no value is written.
+#[derive(Args, Debug)]
+pub struct FleetArgs {
+    #[command(subcommand)]
+    command: FleetCommand,
+}
+
+#[derive(Subcommand, Debug)]
+enum FleetCommand {
+    Status(FleetStatusArgs),
+    Watch(FleetWatchArgs),
+    Alarms(FleetAlarmsArgs),
+}
+
+/// Lists the nodes: state, mode, ladder, forces, overruns, alarms, age of the last word
+#[derive(Args, Debug)]
+struct FleetStatusArgs {
+    #[command(flatten)]
+    at: BrokerArgs,
+    #[command(flatten)]
+    wait: WaitArgs,
+    /// Compare the ladders with those of a folder, a checkout of git:
+    /// `DIR/GROUP/NODE/controller.toml` or `DIR/NODE/controller.toml`. Exit with 1 if a node does
+    /// not run what the folder has
+    #[arg(long, value_name = "DIR")]
+    expect: Option<PathBuf>,
+    /// Exit with 1 unless each node is online and its controller's mode is RUN
+    #[arg(long)]
+    require_run: bool,
+}
+
+/// Prints each change as a line: births, deaths, values
+#[derive(Args, Debug)]
+struct FleetWatchArgs {
+    /// Names of metrics, in which `*` stands for any characters (default: all but the heartbeat)
+    #[arg(value_name = "METRIC")]
+    metrics: Vec<String>,
+    #[command(flatten)]
+    at: BrokerArgs,
+    /// How long it watches (default: until it is interrupted)
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    wait: Option<Duration>,
+}
+
+/// Lists the alarms of all nodes: those that stand, and those that wait for an acknowledgement
+#[derive(Args, Debug)]
+struct FleetAlarmsArgs {
+    #[command(flatten)]
+    at: BrokerArgs,
+    #[command(flatten)]
+    wait: WaitArgs,
+}
+
+#[derive(Args, Debug)]
+struct WaitArgs {
+    /// How long it listens before it answers. An edge node of rungd says a word every 10 s
+    #[arg(long, value_name = "TIME", default_value = "12s", value_parser = time)]
+    wait: Duration,
+}
+
+fn time(text: &str) -> Result<Duration, String> {
+    match duration::parse(text).map(|ms| Duration::from_millis(ms.unsigned_abs().into())) {
+        Ok(time) if !time.is_zero() => Ok(time),
+        Ok(_) | Err(_) => Err(format!("`{text}` is no such time: write it as 12s or 2m")),
+    }
+}
+
+/// Listens, and prints.
+///
+/// # Errors
+/// Standard output cannot be written; a file cannot be read.
+pub fn fleet(args: &FleetArgs) -> Result<Exit> {
+    match &args.command {
+        FleetCommand::Status(args) => status(args),
+        FleetCommand::Watch(args) => watch(args),
+        FleetCommand::Alarms(args) => alarms(args),
+    }
+}
+
+fn status(args: &FleetStatusArgs) -> Result<Exit> {
+    let mut expected = match &args.expect {
+        Some(folder) => {
+            let opened = ExpectedLadders::of(folder);
+            Some(opened.with_context(|| format!("--expect {}", folder.display()))?)
+        }
+        None => None,
+    };
+    let heard = match for_a_while(&args.at, args.wait.wait)? {
+        Ok(heard) => heard,
+        Err(exit) => return Ok(exit),
+    };
+    let mut report = heard.view.report(now_ms());
+    expected.iter_mut().for_each(|folder| report.compare(folder));
+    let differs = expected.is_some() && !report.is_as_expected();
+    let stands = args.require_run && !report.all_run();
+    answer(args.at.json, &report, || status_page(&report, heard.lasted))?;
+    Ok(match heard.failure {
+        Some(_) => Exit::Unavailable,
+        None if differs || stands => Exit::Refused,
+        None => Exit::Ok,
+    })
+}
+
+fn alarms(args: &FleetAlarmsArgs) -> Result<Exit> {
+    let heard = match for_a_while(&args.at, args.wait.wait)? {
+        Ok(heard) => heard,
+        Err(exit) => return Ok(exit),
+    };
+    let list = heard.view.alarms(now_ms());
+    answer(args.at.json, &list, || alarms_page(&list, &LocalClock::here()))?;
+    Ok(if heard.failure.is_some() { Exit::Unavailable } else { Exit::Ok })
+}
+
+fn watch(args: &FleetWatchArgs) -> Result<Exit> {
+    let options = match args.at.options(args.wait) {
+        Ok(options) => options,
+        Err(exit) => return Ok(exit),
+    };
+    let watched = WatchedMetrics::new(args.metrics.clone());
+    let clock = LocalClock::here();
+    let heard = listen(&options, &mut |word| match word {
+        FleetWord::Connected(address) => {
+            say_line(&format!("rungd fleet: listens at {address}"));
+            Ok(())
+        }
+        FleetWord::Failed(failure) => {
+            say_line(&format!("rungd fleet: {failure}"));
+            Ok(())
+        }
+        FleetWord::Changed(changes) => {
+            let wanted = changes.iter().filter(|change| is_wanted(change, &watched));
+            for change in wanted {
+                answer(args.at.json, change, || change_line(change, &clock))?;
+            }
+            io::stdout().flush().map_err(Into::into)
+        }
+    })?;
+    Ok(args.at.exit(&heard))
+}
+
+fn is_wanted(change: &FleetChange, watched: &WatchedMetrics) -> bool {
+    match &change.news {
+        FleetNews::Value { name, .. } => watched.has(name),
+        FleetNews::Heard | FleetNews::Born { .. } | FleetNews::Died | FleetNews::Stale { .. } => {
+            true
+        }
+    }
+}
+
+/// Listens for a while; the inner `Err` is the exit code of a failure, which has been printed.
+fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetHeard, Exit>> {
+    let options = match at.options(Some(wait)) {
+        Ok(options) => options,
+        Err(exit) => return Ok(Err(exit)),
+    };
+    let heard = listen(&options, &mut |word| {
+        match word {
+            FleetWord::Failed(failure) => say_line(&format!("rungd fleet: {failure}")),
+            FleetWord::Connected(_) | FleetWord::Changed(_) => {}
+        }
+        Ok(())
+    })?;
+    Ok(if heard.was_connected { Ok(heard) } else { Err(at.exit(&heard)) })
+}
+
+/// Prints an answer, as a line of JSON or as text.
+fn answer<T: Serialize>(json: bool, answer: &T, text: impl FnOnce() -> String) -> Result<()> {
+    if json {
+        let json = serde_json::to_string(answer)?;
+        writeln!(io::stdout().lock(), "{}", plain_json(&json))?;
+    } else {
+        print(&text())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,167 @@
+//! The arguments of `rungd fleet` that name a broker, and the exit codes of what fails there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process;
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+
+use super::exit::Exit;
+use super::terminal::say_line;
+use crate::fleet::{FleetHeard, FleetOptions, now_ms};
+use crate::mqtt::{
+    BrokerAddress, BrokerLogin, BrokerSettings, MqttCause, MqttFailure, MqttVersion, TlsFiles,
+};
+use crate::sparkplug::check_name;
+
+/// Refused for who one is: bad login, not authorized, by MQTT 3.1.1 and 5.
+const NOT_PERMITTED: [(MqttVersion, u8); 4] =
+    [(MqttVersion::V3, 4), (MqttVersion::V3, 5), (MqttVersion::V5, 0x86), (MqttVersion::V5, 0x87)];
+
+#[derive(Args, Debug)]
+pub(super) struct BrokerArgs {
+    /// A broker: mqtt://HOST[:PORT], or mqtts:// with TLS; several times for several brokers, of
+    /// which one at a time is used
+    #[arg(long = "broker", value_name = "URL", required = true, env = "RUNGD_BROKER")]
+    #[arg(value_parser = BrokerAddress::parse, value_delimiter = ',')]
+    brokers: Vec<BrokerAddress>,
+    /// The version of MQTT
+    #[arg(long, value_name = "VERSION", default_value = "3.1.1")]
+    mqtt: Version,
+    /// The authorities that may sign the broker's certificate, as PEM (default: the system's)
+    #[arg(long, value_name = "FILE")]
+    ca: Option<PathBuf>,
+    /// This client's certificate and its chain, as PEM
+    #[arg(long, value_name = "FILE", requires = "key")]
+    cert: Option<PathBuf>,
+    /// The certificate's key, as PEM
+    #[arg(long, value_name = "FILE", requires = "cert")]
+    key: Option<PathBuf>,
+    /// The user at the broker
+    #[arg(long, value_name = "NAME", requires = "password_file")]
+    user: Option<String>,
+    /// A file whose first line is the user's password
+    #[arg(long, value_name = "FILE", requires = "user")]
+    password_file: Option<PathBuf>,
+    /// One group of nodes alone
+    #[arg(long, value_name = "GROUP", value_parser = name)]
+    group: Option<String>,
+    /// Ask nodes whose birth was not heard to be born again (the one command that is sent to nodes;
+    /// it changes no value)
+    #[arg(long)]
+    rebirth: bool,
+    /// Publish the state of this host as ID: edge nodes with `primary-host = "ID"` hold back what
+    /// they have while it is away
+    #[arg(long, value_name = "ID", value_parser = name)]
+    host_id: Option<String>,
+    /// Print JSON: names of times end in their unit
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Version {
+    #[value(name = "3.1.1")]
+    V3,
+    #[value(name = "5")]
+    V5,
+}
+
+fn name(text: &str) -> Result<String, String> {
+    check_name(text).map(|()| text.to_owned()).map_err(|fault| fault.to_string())
+}
+
+impl BrokerArgs {
+    /// What to listen to, for so long; `Err`: the exit code of a failure, which has been printed.
+    pub fn options(&self, lasts: Option<Duration>) -> Result<FleetOptions, Exit> {
+        let mut brokers = BrokerSettings::new(self.brokers.clone(), &client_id());
+        brokers.version = match self.mqtt {
+            Version::V3 => MqttVersion::V3,
+            Version::V5 => MqttVersion::V5,
+        };
+        let login = self.user.as_ref().zip(self.password_file.as_ref());
+        brokers.login = login.map(|(user, file)| login_of(user, file)).transpose()?;
+        let (ca, certificate, key) = (self.ca.clone(), self.cert.clone(), self.key.clone());
+        let has_files = ca.is_some() || certificate.is_some();
+        brokers.tls = has_files.then_some(TlsFiles { ca, certificate, key });
+        Ok(FleetOptions {
+            brokers,
+            group: self.group.clone(),
+            host_id: self.host_id.clone(),
+            asks_births: self.rebirth,
+            lasts,
+        })
+    }
+
+    /// The exit code after listening.
+    pub fn exit(&self, heard: &FleetHeard) -> Exit {
+        match &heard.failure {
+            Some(failure) => exit_of(failure),
+            None if heard.was_connected => Exit::Ok,
+            None => {
+                say_line("rungd fleet: no broker answered in time: allow more by `--wait`");
+                Exit::Unavailable
+            }
+        }
+    }
+}
+
+fn login_of(user: &str, file: &Path) -> Result<BrokerLogin, Exit> {
+    let text = fs::read_to_string(file).map_err(|error| {
+        say_line(&format!("rungd fleet: {}: {error}", file.display()));
+        Exit::Io
+    })?;
+    let password = text.lines().next().unwrap_or_default().to_owned();
+    Ok(BrokerLogin { user: user.to_owned(), password })
+}
+
+/// A name for this process: two clients of one name throw each other out. 23 characters, which
+/// every broker takes.
+fn client_id() -> String {
+    let moment = now_ms().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+    format!("rungdf{:x}{moment:x}", process::id()).chars().take(23).collect()
+}
+
+fn exit_of(failure: &MqttFailure) -> Exit {
+    match &failure.cause {
+        MqttCause::File(..) => Exit::Io,
+        MqttCause::Settings(_) | MqttCause::NotSendable(_) => Exit::Usage,
+        MqttCause::Refused(version, code) if NOT_PERMITTED.contains(&(*version, *code)) => {
+            Exit::NoPerm
+        }
+        MqttCause::FilterRefused(..) => Exit::NoPerm,
+        MqttCause::Unreachable(_)
+        | MqttCause::Late(_)
+        | MqttCause::Insecure(_)
+        | MqttCause::Refused(..)
+        | MqttCause::MessageRefused(..)
+        | MqttCause::Ended(_)
+        | MqttCause::Closed
+        | MqttCause::Broken(_)
+        | MqttCause::Silent(..)
+        | MqttCause::Garbage(_)
+        | MqttCause::TooLong(_) => Exit::Unavailable,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_client_has_a_name_that_every_broker_takes() {
+        let id = client_id();
+        assert!((10..=23).contains(&id.len()), "{id}");
+        assert!(id.chars().all(|c| c.is_ascii_alphanumeric()), "{id}");
+    }
+
+    #[test]
+    fn what_fails_has_its_code() {
+        let broker = BrokerAddress::parse("mqtt://localhost").expect("an address");
+        let exit = |cause| exit_of(&MqttFailure { broker: broker.clone(), cause });
+        assert_eq!(exit(MqttCause::Refused(MqttVersion::V3, 5)), Exit::NoPerm);
+        assert_eq!(exit(MqttCause::Refused(MqttVersion::V5, 5)), Exit::Unavailable);
+        assert_eq!(exit(MqttCause::Closed), Exit::Unavailable);
+    }
+}

@@ -1,0 +1,159 @@
+//! The ladders that a folder says should run: a checkout of git, a folder for each node.
+//!
+//! `DIR/GROUP/NODE/controller.toml`, or `DIR/NODE/controller.toml`. The hash is the one by which
+//! the log and `rungd status` name a ladder: SHA-256 of the ladder files' texts, one behind the
+//! other. The names of nodes come from a broker: none of them leads out of the folder.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::heard::NodeName;
+use crate::daemon::config::sha256_of;
+use crate::load;
+use crate::source::finding::Severity;
+
+/// The file of a node.
+const CONTROLLER_FILE: &str = "controller.toml";
+
+/// A folder of controller files.
+#[derive(Debug)]
+pub(crate) struct ExpectedLadders {
+    folder: PathBuf,
+    hashes: BTreeMap<PathBuf, Result<String, String>>,
+}
+
+/// How the ladder of a node compares with the folder's.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "verdict", rename_all = "kebab-case")]
+pub(crate) enum LadderVerdict {
+    /// The node runs what the folder has.
+    Same {
+        /// The folder's file.
+        file: String,
+    },
+    /// The node runs something else.
+    Differs {
+        /// The folder's file.
+        file: String,
+        /// Its hash.
+        expected: String,
+    },
+    /// The folder has no file for the node.
+    Unlisted,
+    /// The folder's file cannot be read, or has errors.
+    Unreadable {
+        /// The folder's file.
+        file: String,
+        /// The reason.
+        why: String,
+    },
+    /// It is not known what the node runs.
+    Untold {
+        /// The folder's file.
+        file: String,
+    },
+    /// The folder has a file, and the node was not heard of.
+    Missing {
+        /// The folder's file.
+        file: String,
+    },
+}
+
+impl LadderVerdict {
+    /// Whether the node is as the folder says.
+    pub fn is_same(&self) -> bool {
+        match self {
+            LadderVerdict::Same { .. } => true,
+            LadderVerdict::Differs { .. }
+            | LadderVerdict::Unlisted
+            | LadderVerdict::Unreadable { .. }
+            | LadderVerdict::Untold { .. }
+            | LadderVerdict::Missing { .. } => false,
+        }
+    }
+}
+
+impl ExpectedLadders {
+    /// A folder.
+    ///
+    /// # Errors
+    /// It cannot be listed.
+    pub fn of(folder: &Path) -> std::io::Result<ExpectedLadders> {
+        fs::read_dir(folder)?;
+        Ok(ExpectedLadders { folder: folder.to_owned(), hashes: BTreeMap::new() })
+    }
+
+    /// Compares the ladder of a node.
+    pub fn judge(&mut self, node: &NodeName, runs: Option<&str>) -> LadderVerdict {
+        let Some(path) = self.file(node) else { return LadderVerdict::Unlisted };
+        let file = path.display().to_string();
+        let expected = self.hashes.entry(path.clone()).or_insert_with(|| hash(&path)).clone();
+        match (expected, runs) {
+            (Err(why), _) => LadderVerdict::Unreadable { file, why },
+            (Ok(_), None) => LadderVerdict::Untold { file },
+            (Ok(expected), Some(runs)) if expected == runs => LadderVerdict::Same { file },
+            (Ok(expected), Some(_)) => LadderVerdict::Differs { file, expected },
+        }
+    }
+
+    /// The files whose node is none of `heard`: group, if the layout tells it, node, file.
+    pub fn missing(&self, heard: &[NodeName]) -> Vec<(Option<String>, String, LadderVerdict)> {
+        let judged: Vec<PathBuf> = heard.iter().filter_map(|node| self.file(node)).collect();
+        let is_file = |path: &PathBuf| path.is_file();
+        let mut missing = Vec::new();
+        for (name, folder) in folders(&self.folder) {
+            let own = Some(folder.join(CONTROLLER_FILE)).filter(is_file);
+            let own = own.map(|file| (None, name.clone(), file));
+            let inner = folders(&folder)
+                .into_iter()
+                .map(|(node, folder)| (Some(name.clone()), node, folder.join(CONTROLLER_FILE)));
+            let all = own.into_iter().chain(inner.filter(|(.., file)| is_file(file)));
+            missing.extend(all.filter(|(.., file)| !judged.contains(file)));
+        }
+        let told = |(group, node, file): (Option<String>, String, PathBuf)| {
+            (group, node, LadderVerdict::Missing { file: file.display().to_string() })
+        };
+        missing.into_iter().map(told).collect()
+    }
+
+    /// The file of a node, if there is one: in the folder of its group first.
+    fn file(&self, node: &NodeName) -> Option<PathBuf> {
+        if !is_folder_name(&node.node) {
+            return None;
+        }
+        let in_group = is_folder_name(&node.group)
+            .then(|| self.folder.join(&node.group).join(&node.node).join(CONTROLLER_FILE));
+        let alone = self.folder.join(&node.node).join(CONTROLLER_FILE);
+        in_group.into_iter().chain([alone]).find(|path| path.is_file())
+    }
+}
+
+/// Whether a name of a node can be the name of one folder.
+fn is_folder_name(name: &str) -> bool {
+    !matches!(name, "" | "." | "..") && !name.contains(['/', '\\', '\0'])
+}
+
+/// The folders in a folder; those whose names begin with a point are not for nodes.
+fn folders(folder: &Path) -> Vec<(String, PathBuf)> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let named = entries.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry)));
+    let paths = named.map(|(name, entry)| (name, entry.path()));
+    let mut found: Vec<(String, PathBuf)> =
+        paths.filter(|(name, path)| !name.starts_with('.') && path.is_dir()).collect();
+    found.sort();
+    found
+}
+
+/// The hash of the ladder of a controller file.
+fn hash(path: &Path) -> Result<String, String> {
+    let loaded = load::controller_file(path).map_err(|failure| format!("{failure:#}"))?;
+    let errors = loaded.findings.iter().filter(|found| found.severity() == Severity::Error);
+    match errors.count() {
+        0 => Ok(sha256_of(loaded.files.iter().skip(1).map(|file| file.text.as_str()))),
+        1 => Err("it has an error: `rungd check` shows it".to_owned()),
+        count => Err(format!("it has {count} errors: `rungd check` shows them")),
+    }
+}

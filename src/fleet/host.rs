@@ -1,0 +1,113 @@
+//! The state of this host application, with `--host-id`: what it publishes of itself, and when
+//! (specification, 4.2.3 and 5.13).
+//!
+//! Edge nodes with a `primary-host` hold back what they have while that host is away. One session
+//! is one connection: its will and its birth have one time. Pure; `listen` sends what it says.
+
+use crate::sparkplug::{HostState, Topic};
+
+/// The shortest time between two answers to a death of ours that somebody else published, ms.
+const REPEAT_MS: u64 = 200;
+
+/// The state of a host in one connection.
+#[derive(Clone, Debug)]
+pub(crate) struct HostSession {
+    topic: String,
+    began_ms: u64,
+    /// Whether the birth is published.
+    is_born: bool,
+    repeated_ms: Option<u64>,
+}
+
+/// What it publishes: QoS 1, kept by the broker.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct StateMessage {
+    pub topic: String,
+    pub payload: Vec<u8>,
+}
+
+impl HostSession {
+    /// A connection is about to be opened. `host` is a name that [`crate::sparkplug::check_name`]
+    /// takes.
+    pub fn new(host: &str, now_ms: u64) -> HostSession {
+        let topic = Topic::of_host(host).to_string();
+        HostSession { topic, began_ms: now_ms, is_born: false, repeated_ms: None }
+    }
+
+    /// The topic of its state, to which it subscribes too.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// The will: what the broker publishes if the connection breaks.
+    pub fn will(&self) -> StateMessage {
+        self.state(false, self.began_ms)
+    }
+
+    /// The birth, after the subscriptions are confirmed.
+    pub fn birth(&mut self) -> StateMessage {
+        self.is_born = true;
+        self.state(true, self.began_ms)
+    }
+
+    /// A message came; what to publish at once, if it is a death of this host by somebody else: by
+    /// the will of a connection before.
+    pub fn hear(&mut self, topic: &str, payload: &[u8], now_ms: u64) -> Option<StateMessage> {
+        if topic != self.topic || !self.is_born {
+            return None;
+        }
+        let is_death = HostState::read(payload).is_ok_and(|state| !state.online);
+        let waits = |last: u64| now_ms.saturating_sub(last) < REPEAT_MS;
+        if !is_death || self.repeated_ms.is_some_and(waits) {
+            return None;
+        }
+        self.repeated_ms = Some(now_ms);
+        Some(self.state(true, self.began_ms))
+    }
+
+    /// The death, before the connection is closed.
+    pub fn death(&mut self, now_ms: u64) -> StateMessage {
+        self.is_born = false;
+        self.state(false, now_ms)
+    }
+
+    fn state(&self, online: bool, timestamp: u64) -> StateMessage {
+        let payload = HostState { online, timestamp }.bytes();
+        StateMessage { topic: self.topic.clone(), payload }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(message: &StateMessage) -> &str {
+        std::str::from_utf8(&message.payload).expect("JSON")
+    }
+
+    #[test]
+    fn will_and_birth_have_one_time() {
+        let mut host = HostSession::new("control-room", 1000);
+        assert_eq!(host.will().topic, "spBv1.0/STATE/control-room");
+        assert_eq!(text(&host.will()), r#"{"online":false,"timestamp":1000}"#);
+        assert_eq!(text(&host.birth()), r#"{"online":true,"timestamp":1000}"#);
+        assert_eq!(text(&host.death(5000)), r#"{"online":false,"timestamp":5000}"#);
+    }
+
+    #[test]
+    fn a_death_by_somebody_else_is_answered() {
+        let mut host = HostSession::new("h", 1000);
+        let dead = HostState { online: false, timestamp: 900 }.bytes();
+        let topic = host.topic().to_owned();
+        assert_eq!(host.hear(&topic, &dead, 1001), None, "it is not born yet");
+        host.birth();
+        let answer = host.hear(&topic, &dead, 1002).expect("it lives");
+        assert_eq!(text(&answer), r#"{"online":true,"timestamp":1000}"#);
+        assert_eq!(host.hear(&topic, &dead, 1003), None, "a flood is not answered one by one");
+        assert!(host.hear(&topic, &dead, 1202).is_some());
+        let alive = HostState { online: true, timestamp: 1000 }.bytes();
+        assert_eq!(host.hear(&topic, &alive, 9000), None);
+        assert_eq!(host.hear("spBv1.0/STATE/other", &dead, 9000), None);
+        assert_eq!(host.hear(&topic, b"OFFLINE", 9000), None);
+    }
+}

@@ -1,0 +1,71 @@
+//! How much of what a broker sends is kept, and the counts of what is not.
+
+use serde::Serialize;
+
+/// The most that a view keeps. Whatever is beyond is counted, and not kept.
+#[derive(Clone, Copy, Debug)]
+pub struct FleetLimits {
+    /// Nodes.
+    pub nodes_max: usize,
+    /// Metrics of a node.
+    pub metrics_max: usize,
+    /// Bytes of a metric's name, and of its unit.
+    pub name_bytes_max: usize,
+    /// Bytes of a text as a value.
+    pub text_bytes_max: usize,
+    /// Bytes of all names and values.
+    pub bytes_max: usize,
+    /// Bytes of a message.
+    pub payload_bytes_max: usize,
+}
+
+impl Default for FleetLimits {
+    fn default() -> FleetLimits {
+        FleetLimits {
+            nodes_max: 5_000,
+            metrics_max: 20_000,
+            name_bytes_max: 512,
+            text_bytes_max: 256 << 10,
+            bytes_max: 256 << 20,
+            payload_bytes_max: 4 << 20,
+        }
+    }
+}
+
+/// What came in, and what of it is not kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct FleetCounts {
+    /// Messages in all.
+    pub messages: u64,
+    /// Messages on topics that are none of Sparkplug B 3.0.
+    pub foreign_topics: u64,
+    /// Messages that the broker kept: they say nothing of now.
+    pub kept_by_broker: u64,
+    /// Messages larger than the limit.
+    pub too_large: u64,
+    /// Messages that are no payload of Sparkplug.
+    pub garbage: u64,
+    /// Messages of nodes beyond the limit.
+    pub nodes_refused: u64,
+    /// Commands to nodes, of other hosts.
+    pub commands: u64,
+}
+
+impl FleetCounts {
+    /// What was left out, for people; empty if nothing was.
+    pub fn left_out(&self) -> Vec<String> {
+        let rows = [
+            (self.foreign_topics, "on topics that are none of Sparkplug B 3.0"),
+            (self.kept_by_broker, "kept by the broker, which say nothing of now"),
+            (self.too_large, "larger than the limit"),
+            (self.garbage, "that are no payload of Sparkplug"),
+            (self.nodes_refused, "of nodes beyond the limit"),
+        ];
+        let told = rows.into_iter().filter(|(count, _)| *count > 0);
+        told.map(|(count, what)| format!("{count} {} {what}", messages(count))).collect()
+    }
+}
+
+fn messages(count: u64) -> &'static str {
+    if count == 1 { "message" } else { "messages" }
+}

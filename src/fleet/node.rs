@@ -1,0 +1,289 @@
+//! One edge node, as its messages tell of it: born, told, stale, dead.
+//!
+//! The rules are those of the specification, chapters 5.4 to 5.9 and 6.4: a birth begins a session
+//! with the sequence number of its message; each message of the node and of its devices has the
+//! next one; a death ends the session whose `bdSeq` it has. After a gap a birth may be missing, and
+//! aliases may mean something else: values by alias are not taken again before the next birth.
+//! [`super::view`] feeds it.
+
+use super::limits::FleetLimits;
+use super::metrics::{KnownMetric, MetricFault, MetricTable, told_by_name};
+use super::news::FleetNews;
+use crate::sparkplug::{Metric, MetricContent, Payload, Sequence, vocabulary};
+
+/// What is known of a node's session.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Standing {
+    /// Messages came, and no birth: what it has is not known.
+    Unborn,
+    /// Each message since its birth came.
+    Online,
+    /// Its values may be old.
+    Stale(StaleReason),
+    /// It has died.
+    Offline,
+}
+
+/// Why values may be old.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum StaleReason {
+    /// Messages are missing: the number that was due, and the one that came.
+    Gap { due: u64, came: Option<u64> },
+    /// A metric that the birth does not have.
+    Unknown(Option<u64>),
+    /// A message that is no payload.
+    Garbage,
+    /// A message larger than the limit.
+    TooLarge,
+    /// The link to the broker is down.
+    LinkLost,
+}
+
+impl StaleReason {
+    /// The reason, for people.
+    pub fn text(&self) -> String {
+        match self {
+            StaleReason::Gap { due, came: Some(came) } => {
+                format!("messages are missing: number {due} was due, {came} came")
+            }
+            StaleReason::Gap { due, came: None } => {
+                format!("a message without a number came, {due} was due")
+            }
+            StaleReason::Unknown(Some(alias)) => format!("its birth has no alias {alias}"),
+            StaleReason::Unknown(None) => "it tells of a metric that its birth lacks".to_owned(),
+            StaleReason::Garbage => "a message of it cannot be read".to_owned(),
+            StaleReason::TooLarge => "a message of it is larger than the limit".to_owned(),
+            StaleReason::LinkLost => "the link to the broker is down".to_owned(),
+        }
+    }
+}
+
+/// A node.
+#[derive(Clone, Debug)]
+pub(super) struct NodeView {
+    pub standing: Standing,
+    pub metrics: MetricTable,
+    /// When its last message came, by this machine's clock; ms since 1970.
+    pub heard_ms: u64,
+    /// When its last birth came.
+    pub born_ms: Option<u64>,
+    /// When the node sent its last message, by its own clock, and when that one came.
+    pub told_ms: Option<(u64, u64)>,
+    pub counts: NodeCounts,
+    /// When a birth was last asked for.
+    pub asked_ms: Option<u64>,
+    bd_seq: Option<u64>,
+    seq: Option<Sequence>,
+}
+
+/// Counts of a node's messages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct NodeCounts {
+    pub messages: u64,
+    pub births: u64,
+    pub gaps: u64,
+    /// Deaths of sessions before the present one.
+    pub old_deaths: u64,
+    /// Values of the past.
+    pub historical: u64,
+    /// Metrics beyond the limits.
+    pub metrics_refused: u64,
+    /// Values that are not of the type of the birth, metrics without a name or told twice.
+    pub values_refused: u64,
+}
+
+/// What a node may take: the limits, and the bytes in all.
+pub(super) type NodeRoom<'l> = (&'l FleetLimits, usize);
+
+impl NodeView {
+    pub fn new(now_ms: u64) -> NodeView {
+        NodeView {
+            standing: Standing::Unborn,
+            metrics: MetricTable::default(),
+            heard_ms: now_ms,
+            born_ms: None,
+            told_ms: None,
+            counts: NodeCounts::default(),
+            asked_ms: None,
+            bd_seq: None,
+            seq: None,
+        }
+    }
+
+    /// A message came, whatever it is.
+    pub fn hear(&mut self, payload: Option<&Payload>, now_ms: u64) {
+        self.counts.messages += 1;
+        self.heard_ms = now_ms;
+        let told = payload.and_then(|payload| payload.timestamp);
+        self.told_ms = told.map(|told| (told, now_ms)).or(self.told_ms);
+    }
+
+    /// NBIRTH: all is new. Values that differ from those before are told too.
+    pub fn born(&mut self, payload: &Payload, now_ms: u64, room: NodeRoom) -> Vec<FleetNews> {
+        let before = std::mem::take(&mut self.metrics);
+        self.counts.births += 1;
+        self.born_ms = Some(now_ms);
+        self.bd_seq = bd_seq(payload);
+        self.seq = payload.seq.and_then(Sequence::of);
+        self.standing = Standing::Online;
+        for metric in &payload.metrics {
+            if let Err(fault) = self.metrics.born(metric, room.0, room.1) {
+                self.count(fault);
+            }
+        }
+        let metrics = self.metrics.len();
+        let known = (0..metrics).map(|at| self.metrics.at(at));
+        let differs = |metric: &&KnownMetric| {
+            before.get(&metric.name).is_some_and(|old| old.value != metric.value)
+        };
+        let values = known.filter(differs).map(|metric| value_news(metric, false));
+        [FleetNews::Born { metrics }].into_iter().chain(values).collect()
+    }
+
+    /// NDATA.
+    pub fn told(&mut self, payload: &Payload, room: NodeRoom) -> Vec<FleetNews> {
+        let mut news: Vec<FleetNews> = self.follow(payload).into_iter().collect();
+        let is_whole = self.standing == Standing::Online;
+        for metric in &payload.metrics {
+            let fits = is_whole || metric.name.is_some();
+            if let Some(told) = fits.then(|| self.metric(metric, room)).flatten() {
+                news.push(told);
+            }
+        }
+        news
+    }
+
+    /// A message of one of its devices: its number alone counts.
+    pub fn device_told(&mut self, payload: &Payload) -> Vec<FleetNews> {
+        self.follow(payload).into_iter().collect()
+    }
+
+    /// NDEATH: of this session, or of an older one.
+    pub fn died(&mut self, payload: &Payload) -> Vec<FleetNews> {
+        let is_born = self.born_ms.is_some();
+        if is_born && bd_seq(payload) != self.bd_seq {
+            self.counts.old_deaths += 1;
+            return Vec::new();
+        }
+        self.seq = None;
+        let was = std::mem::replace(&mut self.standing, Standing::Offline);
+        let is_new = was != Standing::Offline;
+        is_new.then_some(FleetNews::Died).into_iter().collect()
+    }
+
+    /// From now on its values may be old.
+    pub fn doubt(&mut self, why: StaleReason) -> Vec<FleetNews> {
+        match self.standing {
+            Standing::Unborn | Standing::Offline | Standing::Stale(_) => Vec::new(),
+            Standing::Online => {
+                let news = FleetNews::Stale { why: why.text() };
+                self.standing = Standing::Stale(why);
+                vec![news]
+            }
+        }
+    }
+
+    /// The number of a message of this session.
+    fn follow(&mut self, payload: &Payload) -> Option<FleetNews> {
+        if self.standing == Standing::Offline {
+            // It lives: its birth was not heard.
+            self.standing = Standing::Unborn;
+            return Some(FleetNews::Heard);
+        }
+        let came = payload.seq.and_then(Sequence::of);
+        let due = self.seq.map(Sequence::next);
+        self.seq = came.or(self.seq);
+        if self.standing != Standing::Online || (came.is_some() && came == due) {
+            return None;
+        }
+        self.counts.gaps += 1;
+        let due = due.map_or(0, Sequence::number);
+        self.doubt(StaleReason::Gap { due, came: payload.seq }).pop()
+    }
+
+    /// A metric of data.
+    fn metric(&mut self, metric: &Metric, room: NodeRoom) -> Option<FleetNews> {
+        let at = match self.metrics.find(metric) {
+            Ok(at) => at,
+            Err(fault) => return self.unknown(metric, fault, room),
+        };
+        if metric.is_historical == Some(true) {
+            return self.past(at, metric);
+        }
+        match self.metrics.take(at, metric, room) {
+            Ok(is_new) => is_new.then(|| value_news(self.metrics.at(at), false)),
+            Err(fault) => {
+                self.count(fault);
+                None
+            }
+        }
+    }
+
+    /// A value of the past: told, counted, and not taken for the present one.
+    fn past(&mut self, at: usize, metric: &Metric) -> Option<FleetNews> {
+        self.counts.historical += 1;
+        let mut then = MetricTable::default();
+        let known = self.metrics.at(at);
+        let datatype = metric.datatype.or(known.number());
+        let named = Metric { name: Some(known.name.clone()), datatype, ..metric.clone() };
+        let limits = FleetLimits::default();
+        then.born(&named, &limits, limits.bytes_max).ok()?;
+        let mut told = then.at(0).clone();
+        told.unit.clone_from(&known.unit);
+        Some(value_news(&told, true))
+    }
+
+    /// A metric that no birth told.
+    fn unknown(
+        &mut self,
+        metric: &Metric,
+        fault: MetricFault,
+        room: NodeRoom,
+    ) -> Option<FleetNews> {
+        let MetricFault::Unknown(alias) = fault else {
+            self.count(fault);
+            return None;
+        };
+        if self.standing == Standing::Online {
+            return self.doubt(StaleReason::Unknown(alias)).pop();
+        }
+        // Without a birth, what has a name tells enough.
+        let told = told_by_name(metric).filter(|_| metric.is_historical != Some(true))?;
+        match self.metrics.born(&told, room.0, room.1) {
+            Ok(()) => Some(value_news(self.metrics.at(self.metrics.len() - 1), false)),
+            Err(fault) => {
+                self.count(fault);
+                None
+            }
+        }
+    }
+
+    fn count(&mut self, fault: MetricFault) {
+        match fault {
+            MetricFault::Limit => self.counts.metrics_refused += 1,
+            MetricFault::Unknown(_)
+            | MetricFault::Nameless
+            | MetricFault::Twice
+            | MetricFault::Value => self.counts.values_refused += 1,
+        }
+    }
+}
+
+fn value_news(metric: &KnownMetric, historical: bool) -> FleetNews {
+    let (name, value, unit) = (metric.name.clone(), metric.value.clone(), metric.unit.clone());
+    FleetNews::Value { name, value, unit, historical }
+}
+
+/// The number of the session that a birth or a death names.
+fn bd_seq(payload: &Payload) -> Option<u64> {
+    let of = |metric: &&Metric| metric.name.as_deref() == Some(vocabulary::BD_SEQ);
+    match payload.metrics.iter().find(of)?.content.as_ref()? {
+        MetricContent::Int(number) => Some(u64::from(*number)),
+        MetricContent::Long(number) => Some(*number),
+        MetricContent::Float(_)
+        | MetricContent::Double(_)
+        | MetricContent::Boolean(_)
+        | MetricContent::Text(_)
+        | MetricContent::Bytes(_) => None,
+    }
+}

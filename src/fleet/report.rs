@@ -1,0 +1,289 @@
+//! The fleet at one moment, for people and programs: one row a node.
+//!
+//! Made of a [`FleetView`]; `cli::fleet_page` draws it, `--json` writes it as it is. The names of
+//! times end in their unit.
+
+use serde::Serialize;
+
+use super::alarms::{FleetAlarm, FleetAlarmList, alarms_of};
+use super::expect::{ExpectedLadders, LadderVerdict};
+use super::heard::NodeName;
+use super::limits::FleetCounts;
+use super::node::{NodeView, Standing};
+use super::view::FleetView;
+use crate::sparkplug::{HostState, MetricValue, vocabulary};
+
+/// An edge node of rungd tells its scan every 10 s. After three of them it is silent.
+const SILENT_MS: u64 = 30_000;
+
+/// The fleet at one moment.
+#[derive(Debug, Serialize)]
+pub struct FleetReport {
+    /// This machine's clock, ms since 1970.
+    pub(crate) now_ms: u64,
+    /// The nodes, by group and name.
+    pub(crate) nodes: Vec<NodeReport>,
+    /// The folder's nodes that were not heard of (`--expect`).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) missing: Vec<MissingNode>,
+    /// The host applications that tell their state.
+    pub(crate) hosts: Vec<HostReport>,
+    /// What came in, and what of it was left out.
+    pub(crate) counts: FleetCounts,
+}
+
+/// A node. What it has not told is absent.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct NodeReport {
+    #[serde(flatten)]
+    pub name: NodeName,
+    /// `online`, `stale`, `silent`, `offline` or `unborn`.
+    pub state: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+    /// Since its last message, ms.
+    pub age_ms: u64,
+    /// By how much its clock is ahead of this machine's, ms; with the way of the message.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock_ahead_ms: Option<i64>,
+    /// Since its last birth, ms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub born_ms: Option<u64>,
+    /// Whether it tells what only rungd tells.
+    pub is_rungd: bool,
+    #[serde(flatten)]
+    pub told: ControllerReport,
+    /// Compared with a folder (`--expect`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ladder_verdict: Option<LadderVerdict>,
+    /// Its metrics.
+    pub metrics: usize,
+    /// Messages of it.
+    pub messages: u64,
+    /// Births of it.
+    pub births: u64,
+    /// How often messages were missing.
+    pub gaps: u64,
+    /// Deaths of sessions before the present one.
+    pub old_deaths: u64,
+    /// Values of the past.
+    pub historical_values: u64,
+    /// Metrics beyond the limits.
+    pub metrics_refused: u64,
+    /// Values that are not of their type, metrics without a name or told twice.
+    pub values_refused: u64,
+}
+
+/// What a node of rungd tells of its controller.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct ControllerReport {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub version: Option<String>,
+    /// Whether the controller answers its edge node.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controller: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode_reason: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ladder: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ladder_sha256: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forces: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub overruns: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alarms: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alarms_unacknowledged: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scan: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history_lost: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history_replaying: Option<bool>,
+}
+
+/// A node of the folder that was not heard of.
+#[derive(Debug, Serialize)]
+pub(crate) struct MissingNode {
+    /// Its group, if the folder tells it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    pub node: String,
+    pub ladder_verdict: LadderVerdict,
+}
+
+/// A host application.
+#[derive(Debug, Serialize)]
+pub(crate) struct HostReport {
+    pub host: String,
+    #[serde(flatten)]
+    pub state: HostState,
+}
+
+impl FleetView {
+    /// The fleet at one moment: this machine's clock, ms since 1970.
+    pub fn report(&self, now_ms: u64) -> FleetReport {
+        let nodes = self.nodes.iter().map(|(name, node)| node_report(name, node, now_ms));
+        let host =
+            |(host, state): (&String, &HostState)| HostReport { host: host.clone(), state: *state };
+        FleetReport {
+            now_ms,
+            nodes: nodes.collect(),
+            missing: Vec::new(),
+            hosts: self.hosts.iter().map(host).collect(),
+            counts: self.counts,
+        }
+    }
+
+    /// The alarms of all nodes.
+    pub(crate) fn alarms(&self, now_ms: u64) -> FleetAlarmList {
+        let mut list = FleetAlarmList::default();
+        for (name, node) in &self.nodes {
+            let state = state_of(node, now_ms).to_owned();
+            let told = text(node, vocabulary::ALARM_LIST);
+            let Some((alarms, _)) = told.as_deref().and_then(alarms_of) else {
+                list.unknown.push(name.clone());
+                continue;
+            };
+            list.alarms.extend(alarms.into_iter().map(|alarm| FleetAlarm {
+                node: name.clone(),
+                state: state.clone(),
+                alarm,
+            }));
+        }
+        list
+    }
+}
+
+impl FleetReport {
+    /// Compares the ladders with those of a folder.
+    pub(crate) fn compare(&mut self, expected: &mut ExpectedLadders) {
+        for node in &mut self.nodes {
+            let runs = node.told.ladder_sha256.as_deref();
+            let is_foreign = !node.is_rungd && node.state != "unborn";
+            let verdict = expected.judge(&node.name, runs);
+            let counts = !(is_foreign && verdict == LadderVerdict::Unlisted);
+            node.ladder_verdict = counts.then_some(verdict);
+        }
+        let heard: Vec<NodeName> = self.nodes.iter().map(|node| node.name.clone()).collect();
+        let missing = expected.missing(&heard).into_iter();
+        let missing = missing.map(|(group, node, ladder_verdict)| MissingNode {
+            group,
+            node,
+            ladder_verdict,
+        });
+        self.missing = missing.collect();
+    }
+
+    /// Whether each node is known to run what the folder says, and none is missing.
+    pub(crate) fn is_as_expected(&self) -> bool {
+        let verdicts = self.nodes.iter().filter_map(|node| node.ladder_verdict.as_ref());
+        self.missing.is_empty() && verdicts.into_iter().all(LadderVerdict::is_same)
+    }
+
+    /// Whether there is a node, and each controller of rungd is known to be in RUN.
+    pub(crate) fn all_run(&self) -> bool {
+        let runs = |node: &NodeReport| {
+            let is_there = node.state == "online" && node.told.controller != Some(false);
+            is_there && (!node.is_rungd || node.told.mode.as_deref() == Some("RUN"))
+        };
+        !self.nodes.is_empty() && self.nodes.iter().all(runs)
+    }
+}
+
+fn node_report(name: &NodeName, node: &NodeView, now_ms: u64) -> NodeReport {
+    let counts = node.counts;
+    let why = match &node.standing {
+        Standing::Stale(why) => Some(why.text()),
+        Standing::Unborn | Standing::Online | Standing::Offline => None,
+    };
+    let ahead = |(told, came): (u64, u64)| {
+        i64::try_from(i128::from(told) - i128::from(came)).unwrap_or(i64::MAX)
+    };
+    NodeReport {
+        name: name.clone(),
+        state: state_of(node, now_ms),
+        why,
+        age_ms: now_ms.saturating_sub(node.heard_ms),
+        clock_ahead_ms: node.told_ms.map(ahead),
+        born_ms: node.born_ms.map(|born| now_ms.saturating_sub(born)),
+        is_rungd: is_rungd(node),
+        told: told(node),
+        ladder_verdict: None,
+        metrics: node.metrics.len(),
+        messages: counts.messages,
+        births: counts.births,
+        gaps: counts.gaps,
+        old_deaths: counts.old_deaths,
+        historical_values: counts.historical,
+        metrics_refused: counts.metrics_refused,
+        values_refused: counts.values_refused,
+    }
+}
+
+/// The state of a node in a word.
+fn state_of(node: &NodeView, now_ms: u64) -> &'static str {
+    let is_silent = is_rungd(node) && now_ms.saturating_sub(node.heard_ms) > SILENT_MS;
+    match node.standing {
+        Standing::Unborn => "unborn",
+        Standing::Online if is_silent => "silent",
+        Standing::Online => "online",
+        Standing::Stale(_) => "stale",
+        Standing::Offline => "offline",
+    }
+}
+
+/// Whether a node has the heartbeat of rungd.
+fn is_rungd(node: &NodeView) -> bool {
+    node.metrics.get(vocabulary::SCAN).is_some()
+}
+
+fn told(node: &NodeView) -> ControllerReport {
+    ControllerReport {
+        version: text(node, vocabulary::VERSION),
+        controller: flag(node, vocabulary::CONTROLLER),
+        mode: text(node, vocabulary::MODE),
+        mode_reason: text(node, vocabulary::MODE_REASON),
+        ladder: text(node, vocabulary::LADDER),
+        ladder_sha256: text(node, vocabulary::LADDER_SHA256),
+        forces: number(node, vocabulary::FORCES),
+        overruns: number(node, vocabulary::OVERRUNS),
+        alarms: number(node, vocabulary::ALARMS),
+        alarms_unacknowledged: number(node, vocabulary::ALARMS_UNACKNOWLEDGED),
+        scan: number(node, vocabulary::SCAN),
+        history_lost: number(node, vocabulary::HISTORY_LOST),
+        history_replaying: flag(node, vocabulary::HISTORY_REPLAYING),
+    }
+}
+
+fn text(node: &NodeView, name: &str) -> Option<String> {
+    match node.metrics.get(name)?.value.as_ref()? {
+        MetricValue::Text(text) => Some(text.clone()),
+        MetricValue::Signed(_)
+        | MetricValue::Unsigned(_)
+        | MetricValue::Real(_)
+        | MetricValue::Bool(_) => None,
+    }
+}
+
+fn number(node: &NodeView, name: &str) -> Option<i64> {
+    match node.metrics.get(name)?.value.as_ref()? {
+        MetricValue::Signed(number) => Some(*number),
+        MetricValue::Unsigned(number) => i64::try_from(*number).ok(),
+        MetricValue::Real(_) | MetricValue::Bool(_) | MetricValue::Text(_) => None,
+    }
+}
+
+fn flag(node: &NodeView, name: &str) -> Option<bool> {
+    match node.metrics.get(name)?.value.as_ref()? {
+        MetricValue::Bool(flag) => Some(*flag),
+        MetricValue::Signed(_)
+        | MetricValue::Unsigned(_)
+        | MetricValue::Real(_)
+        | MetricValue::Text(_) => None,
+    }
+}

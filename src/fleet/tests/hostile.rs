@@ -1,0 +1,126 @@
+//! A hostile broker: garbage, giants, floods of names. Contained, counted, and no panic.
+
+use proptest::prelude::*;
+
+use super::{Fleet, birth, running};
+use crate::fleet::{FleetLimits, FleetView, HeardMessage};
+use crate::sparkplug::{DataType, MetricValue};
+
+#[test]
+fn garbage_makes_no_node() {
+    let mut fleet = Fleet::new();
+    fleet.hear("spBv1.0/plant/NBIRTH/press", &[0xff; 40]);
+    fleet.hear("spBv1.0/plant/NOTHING/press", b"");
+    fleet.hear("shop/orders", b"7");
+    let report = fleet.report();
+    assert_eq!(report.nodes.len(), 0);
+    assert_eq!((report.counts.garbage, report.counts.foreign_topics), (1, 2));
+    assert_eq!(report.counts.left_out().len(), 2);
+}
+
+#[test]
+fn garbage_makes_a_node_stale() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    fleet.hear("spBv1.0/plant/NDATA/press", &[0xff; 40]);
+    assert_eq!(fleet.state(), "stale");
+}
+
+#[test]
+fn a_giant_is_not_read() {
+    let mut fleet = Fleet::new();
+    fleet.hear("spBv1.0/plant/NBIRTH/press", &vec![0; (4 << 20) + 1]);
+    assert_eq!(fleet.report().counts.too_large, 1);
+}
+
+/// Two bytes a metric become some hundred: a payload of a million of them is not read.
+#[test]
+fn a_payload_of_empty_metrics_is_not_read() {
+    let mut fleet = Fleet::new();
+    fleet.hear("spBv1.0/plant/NBIRTH/press", &[0x12, 0].repeat(1_000_000));
+    assert_eq!(fleet.report().counts.garbage, 1);
+}
+
+#[test]
+fn nodes_and_metrics_have_limits() {
+    let limits = FleetLimits { nodes_max: 3, metrics_max: 4, ..FleetLimits::default() };
+    let mut fleet = Fleet::new();
+    fleet.view = FleetView::new(limits, None);
+    let payload = birth(0, &running(), 5).bytes();
+    for number in 0..10 {
+        fleet.hear(&format!("spBv1.0/plant/NBIRTH/press{number}"), &payload);
+    }
+    let report = fleet.report();
+    assert_eq!((report.nodes.len(), report.counts.nodes_refused), (3, 7));
+    assert_eq!((report.nodes[0].metrics, report.nodes[0].metrics_refused), (4, 3));
+}
+
+#[test]
+fn all_bytes_together_have_a_limit() {
+    let limits = FleetLimits { bytes_max: 10_000, ..FleetLimits::default() };
+    let mut fleet = Fleet::new();
+    fleet.view = FleetView::new(limits, None);
+    let text = |size: usize| MetricValue::Text("x".repeat(size));
+    for number in 0..10 {
+        let metrics = [("text", 1, DataType::String, text(4_000))];
+        let payload = birth(0, &metrics, 5).bytes();
+        fleet.hear(&format!("spBv1.0/plant/NBIRTH/press{number}"), &payload);
+    }
+    let refused =
+        |fleet: &Fleet| fleet.report().nodes.iter().map(|n| n.metrics_refused).sum::<u64>();
+    let first = refused(&fleet);
+    assert!(first >= 8, "{first}");
+    // The same births again take no more.
+    for _ in 0..100 {
+        let metrics = [("text", 1, DataType::String, text(4_000))];
+        let payload = birth(0, &metrics, 5).bytes();
+        fleet.hear("spBv1.0/plant/NBIRTH/press0", &payload);
+    }
+    assert_eq!(refused(&fleet), first);
+}
+
+#[test]
+fn a_text_beyond_the_limit_is_no_value() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let long = MetricValue::Text("x".repeat((256 << 10) + 1));
+    fleet.value(1, 1, (DataType::String, long));
+    let report = fleet.report();
+    assert_eq!((report.nodes[0].told.mode.as_deref(), report.nodes[0].metrics_refused), (None, 1));
+}
+
+#[test]
+fn a_birth_with_a_name_or_an_alias_twice_keeps_the_first() {
+    let mut fleet = Fleet::new();
+    let metrics = [
+        ("a", 1, DataType::Boolean, MetricValue::Bool(true)),
+        ("a", 2, DataType::Boolean, MetricValue::Bool(false)),
+        ("b", 1, DataType::Boolean, MetricValue::Bool(false)),
+    ];
+    fleet.born(0, &metrics);
+    let report = fleet.report();
+    assert_eq!((report.nodes[0].metrics, report.nodes[0].values_refused), (2, 2));
+}
+
+proptest! {
+    /// No bytes cause a panic, and the count of messages is right.
+    #[test]
+    fn any_bytes(
+        messages in proptest::collection::vec((0_usize..6, any::<Vec<u8>>(), any::<bool>()), 0..40),
+    ) {
+        let topics = [
+            "spBv1.0/g/NBIRTH/n", "spBv1.0/g/NDATA/n", "spBv1.0/g/NDEATH/n",
+            "spBv1.0/g/DDATA/n/d", "spBv1.0/STATE/h", "spBv1.0/g/NCMD/n",
+        ];
+        let mut fleet = Fleet::new();
+        fleet.born(0, &running());
+        for (topic, payload, is_retained) in &messages {
+            let (topic, is_retained) = (topics[*topic], *is_retained);
+            let message = HeardMessage { topic, payload, is_retained };
+            fleet.view.hear(message, fleet.now_ms);
+        }
+        fleet.view.wants_birth(fleet.now_ms);
+        fleet.view.alarms(fleet.now_ms);
+        prop_assert_eq!(fleet.report().counts.messages, messages.len() as u64 + 1);
+    }
+}

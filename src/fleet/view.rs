@@ -1,0 +1,157 @@
+//! The fleet as a broker's messages tell of it: a state machine without a clock or a socket.
+//!
+//! `listen` feeds it with every message and the time; commands make a [`super::FleetReport`] of it,
+//! or print the changes that each message gives. It believes nobody: a message is counted and left
+//! out if it is too large, no payload, kept by the broker, or of a node beyond the limits.
+
+use std::collections::BTreeMap;
+
+use super::heard::{HeardMessage, NodeName};
+use super::limits::{FleetCounts, FleetLimits};
+use super::news::{FleetChange, FleetNews};
+use super::node::{NodeView, StaleReason, Standing};
+use crate::sparkplug::{HostState, MessageKind, Payload, Topic};
+
+/// The most hosts whose state is kept.
+const HOSTS_MAX: usize = 100;
+/// How long a node has for the birth that was asked for, ms.
+const ASK_AGAIN_MS: u64 = 10_000;
+/// The most births that are asked for at once.
+const ASK_AT_ONCE: usize = 20;
+
+/// All nodes that were heard of.
+#[derive(Clone, Debug, Default)]
+pub struct FleetView {
+    limits: FleetLimits,
+    group: Option<String>,
+    pub(super) nodes: BTreeMap<NodeName, NodeView>,
+    pub(super) hosts: BTreeMap<String, HostState>,
+    pub(super) counts: FleetCounts,
+    bytes: usize,
+}
+
+impl FleetView {
+    /// Nothing has been heard yet. With a group, the other groups are left out.
+    pub fn new(limits: FleetLimits, group: Option<String>) -> FleetView {
+        FleetView { limits, group, ..FleetView::default() }
+    }
+
+    /// A message. `now_ms`: this machine's clock, ms since 1970.
+    pub fn hear(&mut self, message: HeardMessage, now_ms: u64) -> Vec<FleetChange> {
+        self.counts.messages += 1;
+        match Topic::read(message.topic) {
+            None => self.counts.foreign_topics += 1,
+            Some(Topic::HostState { host }) => self.hear_host(host, message.payload),
+            Some(Topic::Node { group, .. }) if self.is_other(&group) => {}
+            Some(Topic::Node { .. }) if message.is_retained => self.counts.kept_by_broker += 1,
+            Some(Topic::Node { group, kind, node, .. }) => {
+                return self.hear_node((NodeName { group, node }, kind), message.payload, now_ms);
+            }
+        }
+        Vec::new()
+    }
+
+    /// The link to the broker is down: what happens now is not heard.
+    pub fn lose_link(&mut self, now_ms: u64) -> Vec<FleetChange> {
+        let mut changes = Vec::new();
+        for (name, node) in &mut self.nodes {
+            let news = node.doubt(StaleReason::LinkLost);
+            changes.extend(news.into_iter().map(|news| change(name, news, now_ms)));
+        }
+        changes
+    }
+
+    /// The nodes that should be asked for a birth now; each is asked again after a while.
+    pub fn wants_birth(&mut self, now_ms: u64) -> Vec<NodeName> {
+        let is_due = |node: &NodeView| match node.standing {
+            Standing::Unborn | Standing::Stale(_) => {
+                node.asked_ms.is_none_or(|asked| now_ms.saturating_sub(asked) >= ASK_AGAIN_MS)
+            }
+            Standing::Online | Standing::Offline => false,
+        };
+        let due = self.nodes.iter_mut().filter(|(_, node)| is_due(node)).take(ASK_AT_ONCE);
+        due.map(|(name, node)| {
+            node.asked_ms = Some(now_ms);
+            name.clone()
+        })
+        .collect()
+    }
+
+    fn is_other(&self, group: &str) -> bool {
+        self.group.as_ref().is_some_and(|own| own != group)
+    }
+
+    /// The state of a host application.
+    fn hear_host(&mut self, host: String, payload: &[u8]) {
+        let is_new = !self.hosts.contains_key(&host);
+        if is_new && self.hosts.len() >= HOSTS_MAX {
+            return;
+        }
+        match HostState::read(payload) {
+            Ok(state) => drop(self.hosts.insert(host, state)),
+            Err(_) => self.counts.garbage += 1,
+        }
+    }
+
+    /// A message of a node, or to one.
+    fn hear_node(
+        &mut self,
+        (name, kind): (NodeName, MessageKind),
+        bytes: &[u8],
+        now_ms: u64,
+    ) -> Vec<FleetChange> {
+        if matches!(kind, MessageKind::NodeCommand | MessageKind::DeviceCommand) {
+            self.counts.commands += 1;
+            return Vec::new();
+        }
+        let is_new = !self.nodes.contains_key(&name);
+        if is_new && self.nodes.len() >= self.limits.nodes_max {
+            self.counts.nodes_refused += 1;
+            return Vec::new();
+        }
+        let payload = self.payload(bytes);
+        if is_new && payload.is_err() {
+            // Garbage makes no node.
+            return Vec::new();
+        }
+        let limits = self.limits;
+        let node = self.nodes.entry(name.clone()).or_insert_with(|| NodeView::new(now_ms));
+        let own = node.metrics.bytes();
+        let room = (&limits, own + limits.bytes_max.saturating_sub(self.bytes));
+        let was = node.standing.clone();
+        node.hear(payload.as_ref().ok(), now_ms);
+        let mut news = match (payload, kind) {
+            (Err(why), _) => node.doubt(why),
+            (Ok(payload), MessageKind::NodeBirth) => node.born(&payload, now_ms, room),
+            (Ok(payload), MessageKind::NodeDeath) => node.died(&payload),
+            (Ok(payload), MessageKind::NodeData) => node.told(&payload, room),
+            (
+                Ok(payload),
+                MessageKind::DeviceBirth | MessageKind::DeviceData | MessageKind::DeviceDeath,
+            ) => node.device_told(&payload),
+            (Ok(_), MessageKind::NodeCommand | MessageKind::DeviceCommand) => Vec::new(),
+        };
+        if is_new && was == node.standing {
+            news.insert(0, FleetNews::Heard);
+        }
+        let told_ms = node.told_ms.map_or(now_ms, |(told, _)| told);
+        self.bytes = self.bytes - own + node.metrics.bytes();
+        news.into_iter().map(|news| change(&name, news, told_ms)).collect()
+    }
+
+    /// A message's payload, if it may be read.
+    fn payload(&mut self, bytes: &[u8]) -> Result<Payload, StaleReason> {
+        if bytes.len() > self.limits.payload_bytes_max {
+            self.counts.too_large += 1;
+            return Err(StaleReason::TooLarge);
+        }
+        Payload::read(bytes).map_err(|_| {
+            self.counts.garbage += 1;
+            StaleReason::Garbage
+        })
+    }
+}
+
+fn change(node: &NodeName, news: FleetNews, at_ms: u64) -> FleetChange {
+    FleetChange { at_ms, node: node.clone(), news }
+}

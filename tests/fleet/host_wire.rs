@@ -1,0 +1,202 @@
+//! `rungd fleet` at a recording broker: what it really sends is judged by the specification's
+//! statements, and what it prints is compared with what it was told.
+
+use std::io::Read;
+use std::process::{Child, Command, Stdio};
+
+use rungd::sparkplug::{
+    BornMetric, DataType, HostState, MetricProperties, MetricValue, Payload, metric_of, vocabulary,
+};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+use crate::checker::recorder::{Recorder, now_ms};
+use crate::checker::story::{Connection, Step, Story};
+use crate::checker::{host_rules, judge};
+
+/// `rungd fleet`, which ends with this value.
+struct FleetProcess(Child);
+
+impl FleetProcess {
+    fn start(arguments: &[&str]) -> FleetProcess {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        command.arg("fleet").args(arguments).env_remove("RUNGD_BROKER");
+        FleetProcess(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
+    }
+
+    /// Tells it to end, as Ctrl-C and systemd do.
+    fn stop(self) -> (i32, String, String) {
+        let pid = Pid::from_child(&self.0);
+        kill_process(pid, Signal::TERM).unwrap();
+        self.end()
+    }
+
+    /// Waits for its end: exit code, standard output, standard error.
+    fn end(mut self) -> (i32, String, String) {
+        let (mut out, mut errors) = (String::new(), String::new());
+        self.0.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+        self.0.stderr.take().unwrap().read_to_string(&mut errors).unwrap();
+        (self.0.wait().unwrap().code().unwrap_or(-1), out, errors)
+    }
+}
+
+impl Drop for FleetProcess {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn metric(name: &str, alias: u64, datatype: DataType) -> BornMetric {
+    let properties = MetricProperties::default();
+    BornMetric { name: name.to_owned(), alias: Some(alias), datatype, properties }
+}
+
+fn birth() -> Payload {
+    let now = now_ms();
+    let text = |text: &str| MetricValue::Text(text.to_owned());
+    let list = r#"[{"tag":"jam","text":"Belt jammed","priority":"high","state":"unacknowledged"}]"#;
+    let number = BornMetric { alias: None, ..metric(vocabulary::BD_SEQ, 0, DataType::Int64) };
+    let told = [
+        (metric(vocabulary::MODE, 1, DataType::String), text("RUN")),
+        (metric(vocabulary::LADDER, 2, DataType::String), text("press")),
+        (metric(vocabulary::SCAN, 3, DataType::Int64), MetricValue::Signed(100)),
+        (metric(vocabulary::ALARMS, 4, DataType::Int64), MetricValue::Signed(1)),
+        (metric(vocabulary::ALARM_LIST, 5, DataType::String), text(list)),
+        (metric("jam", 6, DataType::Boolean), MetricValue::Bool(false)),
+    ];
+    let told = told.iter().map(|(metric, value)| metric.born(Some(value), now));
+    let metrics = [number.born(Some(&MetricValue::Signed(0)), now)].into_iter().chain(told);
+    Payload { timestamp: Some(now), metrics: metrics.collect(), seq: Some(0) }
+}
+
+fn data(seq: u64, value: bool) -> Payload {
+    let now = now_ms();
+    let mut jam = metric_of(DataType::Boolean, Some(&MetricValue::Bool(value)), now);
+    jam.alias = Some(6);
+    Payload { timestamp: Some(now), metrics: vec![jam], seq: Some(seq) }
+}
+
+const BIRTH: &str = "spBv1.0/plant/NBIRTH/press";
+const DATA: &str = "spBv1.0/plant/NDATA/press";
+
+fn subscribed(connections: &[Connection]) -> bool {
+    connections.last().is_some_and(|last| last.subscribed().next().is_some())
+}
+
+fn sent(connections: &[Connection], topic: &str) -> usize {
+    let all = connections.iter().flat_map(Connection::sent);
+    all.filter(|published| published.topic == topic).count()
+}
+
+fn is_over(connections: &[Connection]) -> bool {
+    let last = connections.last().and_then(|it| it.steps.last());
+    matches!(last, Some(Step::Disconnected(_)))
+}
+
+/// A session of a host with its state and a request for a birth, by a version of MQTT.
+fn session(version: &str) -> (Recorder, Value) {
+    let recorder = Recorder::start();
+    let arguments = [
+        "status",
+        "--broker",
+        &recorder.url,
+        "--mqtt",
+        version,
+        "--host-id",
+        "room",
+        "--rebirth",
+        "--wait",
+        "8s",
+        "--json",
+    ];
+    let fleet = FleetProcess::start(&arguments);
+    recorder.until("its state", |it| sent(it, "spBv1.0/STATE/room") == 1);
+    recorder.deliver(DATA, data(41, true).bytes());
+    recorder.until("a request", |it| sent(it, "spBv1.0/plant/NCMD/press") == 1);
+    recorder.deliver(BIRTH, birth().bytes());
+    recorder.deliver(DATA, data(1, true).bytes());
+    let death = HostState { online: false, timestamp: 5 }.bytes();
+    recorder.deliver("spBv1.0/STATE/room", death);
+    recorder.until("its state again", |it| sent(it, "spBv1.0/STATE/room") >= 2);
+    let (code, out, errors) = fleet.stop();
+    assert_eq!(code, 0, "{out}{errors}");
+    (recorder, serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}")))
+}
+
+#[test]
+fn a_host_keeps_the_statements() {
+    for version in ["3.1.1", "5"] {
+        let (recorder, report) = session(version);
+        recorder.until("its end", is_over);
+        let host = Some("room".to_owned());
+        let story = Story { host, connections: recorder.connections(), ..Story::default() };
+        assert_eq!(judge(&host_rules(), &story), Vec::<String>::new(), "{story:#?}");
+        let node = &report["nodes"][0];
+        let told = ["group", "node", "state", "mode", "ladder"].map(|key| node[key].as_str());
+        let expected = ["plant", "press", "online", "RUN", "press"].map(Some);
+        assert_eq!((told, &node["alarms"], &node["births"]), (expected, &1.into(), &1.into()));
+    }
+}
+
+/// Without an option that asks for it, nothing is published.
+#[test]
+fn a_listener_publishes_nothing() {
+    let recorder = Recorder::start();
+    let fleet = FleetProcess::start(&["status", "--broker", &recorder.url, "--wait", "1h"]);
+    recorder.until("its subscriptions", subscribed);
+    recorder.deliver(DATA, data(41, true).bytes());
+    let (code, out, errors) = fleet.stop();
+    assert_eq!((code, errors.as_str()), (0, ""));
+    assert!(out.starts_with("1 node, heard for ") && out.contains(": 1 unborn\n"), "{out}");
+    assert!(out.contains("plant/press: not born yet seen"), "{out}");
+    assert!(out.contains("`--rebirth` asks for it"), "{out}");
+    let connections = recorder.connections();
+    assert_eq!(connections[0].sent().count(), 0, "{connections:#?}");
+    assert!(connections[0].connect.will.is_none() && is_over(&connections));
+}
+
+#[test]
+fn alarms_are_listed() {
+    let recorder = Recorder::start();
+    let fleet = FleetProcess::start(&["alarms", "--broker", &recorder.url, "--wait", "1h"]);
+    recorder.until("its subscriptions", subscribed);
+    recorder.deliver(BIRTH, birth().bytes());
+    let (code, out, errors) = fleet.stop();
+    assert_eq!((code, errors.as_str()), (0, ""));
+    assert!(out.starts_with("1 alarm stands\nplant/press (online)\n  jam: Belt jammed\n"), "{out}");
+}
+
+/// A connection that breaks: every node is stale, and it connects again.
+#[test]
+fn each_change_is_a_line() {
+    let recorder = Recorder::start();
+    let arguments = ["watch", "--broker", &recorder.url, "--json", "jam"];
+    let fleet = FleetProcess::start(&arguments);
+    recorder.until("its subscriptions", subscribed);
+    recorder.deliver(BIRTH, birth().bytes());
+    recorder.deliver(DATA, data(1, true).bytes());
+    recorder.deliver(DATA, data(2, true).bytes());
+    recorder.deliver(DATA, data(4, false).bytes());
+    recorder.deliver(BIRTH, birth().bytes());
+    recorder.cut();
+    recorder.until("a second connection", |it| it.len() == 2 && subscribed(it));
+    recorder.deliver(BIRTH, birth().bytes());
+    let (code, out, errors) = fleet.stop();
+    assert_eq!(code, 0, "{errors}");
+    let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let what: Vec<&str> = lines.iter().map(|line| line["what"].as_str().unwrap()).collect();
+    let expected = ["born", "value", "stale", "born", "value", "stale", "born"];
+    assert_eq!(what, expected, "{out}{errors}");
+    assert_eq!((&lines[1]["value"], &lines[4]["value"]), (&true.into(), &false.into()));
+}
+
+#[test]
+fn a_broker_that_is_not_there_has_its_code() {
+    let arguments = ["status", "--broker", "mqtt://127.0.0.1:1", "--wait", "5s"];
+    let (code, out, errors) = FleetProcess::start(&arguments).end();
+    assert_eq!((code, out.as_str()), (69, ""));
+    assert!(errors.contains("broker mqtt://127.0.0.1:1: no connection"), "{errors}");
+    let (code, _, errors) = FleetProcess::start(&["status", "--broker", "tcp://x"]).end();
+    assert!(code == 2 && errors.contains("mqtts://"), "{code} {errors}");
+}
