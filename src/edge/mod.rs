@@ -16,6 +16,8 @@ mod node;
 #[cfg(test)]
 mod node_tests;
 mod pattern;
+#[cfg(test)]
+mod promise_tests;
 mod settings;
 mod shell;
 mod tags;

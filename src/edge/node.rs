@@ -160,6 +160,8 @@ impl EdgeNode {
 
     /// A broker is there, and knows what the node listens to.
     pub fn connected(&mut self, now_ms: u64) {
+        // A host has a time of its own at each broker.
+        self.host_ms = None;
         match self.settings.primary_host {
             Some(_) => self.state = NodeState::Waits,
             None => self.begin(now_ms),

@@ -186,6 +186,11 @@ fn without_the_primary_host_nothing_is_said() {
     assert_eq!(outs(&mut node), []);
     node.message(topic, &state(false, 70), 2500);
     assert!(matches!(&outs(&mut node)[..], [NodeOut::Leave(_)]));
+    // At another broker the host has another time.
+    node.disconnected();
+    node.connected(2600);
+    node.message(topic, &state(true, 40), 2600);
+    assert_eq!(published(&mut node).len(), 1);
 }
 
 #[test]

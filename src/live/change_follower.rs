@@ -30,7 +30,7 @@ pub struct ChangeFollower {
     engine: Option<ReplayEngine>,
     run: Option<ChangeRun>,
     /// The section that was executed last.
-    pub(super) newest: Option<SectionName>,
+    newest: Option<SectionName>,
 }
 
 impl ChangeFollower {
@@ -45,13 +45,17 @@ impl ChangeFollower {
         self.run.as_ref().map(|run| run.at)
     }
 
+    /// The number of the section to ask for next: those before it are known.
+    pub fn next_section(&self) -> u64 {
+        self.newest.map_or(u64::MAX, |(_, sequence)| sequence)
+    }
+
     /// What happened since the look before. Asks the controller once; blocks until it has answered.
     ///
     /// # Errors
     /// [`LookFailure`]; the next look goes on where this one would have.
     pub fn look(&mut self, socket: &Path) -> Result<Vec<LogEvent>, LookFailure> {
-        let from = self.newest.map_or(u64::MAX, |(_, sequence)| sequence);
-        let answer = asked(socket, from)?;
+        let answer = asked(socket, self.next_section())?;
         let recording = Recording::newest(answer, &mut self.last);
         self.take(recording)
     }

@@ -13,6 +13,7 @@ use super::follower::LookFailure;
 use super::log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 use super::logged_program::{ChooseCells, LoggedProgram, ProgramShelf};
 use crate::engine::Engine;
+use crate::operator::client::CallFailure;
 use crate::record::{RecordedProgram, Recording, Replay, Unreplayable};
 use crate::runtime::TapeSection;
 use crate::runtime::exchange::Mode;
@@ -61,7 +62,8 @@ pub struct ChangeHistory {
 
 impl ChangeHistory {
     /// The past between two places: of the controller's memory, and of its folder where memory does
-    /// not reach; with a note, if the folder cannot be read. Asks the controller once; blocks.
+    /// not reach; with a note, if the folder cannot be read. Asks the controller a few
+    /// times; blocks.
     ///
     /// # Errors
     /// [`LookFailure`].
@@ -71,7 +73,7 @@ impl ChangeHistory {
         span: HistorySpan,
         choose: ChooseCells,
     ) -> Result<(ChangeHistory, Option<String>), LookFailure> {
-        let memory = asked(socket, 0)?;
+        let memory = memory(socket, &span)?;
         let known = Recording::of_bytes(memory.clone());
         let folder = folder.filter(|_| !reaches(&known, span.from));
         let Some(RecordedFolder { dir, controller }) = folder else {
@@ -241,6 +243,36 @@ impl HistorySpan {
         let is_in_margin = change.unix_ns >= from.unix_ns.saturating_sub(*margin_ns);
         is_behind || is_in_margin && *margin_ns > 0
     }
+}
+
+/// What the controller's memory has of a span, and perhaps a little more. A section is about a
+/// second, so that the number of the first one can be guessed; where the guess is wrong, all of
+/// memory is fetched, if it is not too much for an answer.
+fn memory(socket: &Path, span: &HistorySpan) -> Result<Vec<u8>, LookFailure> {
+    let newest = asked(socket, u64::MAX)?;
+    let known = Recording::of_bytes(newest.clone());
+    let mut had = newest;
+    if let Some(from) = guessed_section(&known, span) {
+        had = asked(socket, from)?;
+        if reaches(&Recording::of_bytes(had.clone()), span.from) {
+            return Ok(had);
+        }
+    }
+    match asked(socket, 0) {
+        Err(LookFailure::Call(CallFailure::Broken(..))) => Ok(had),
+        all => all,
+    }
+}
+
+/// The number of the section in which a span begins, or of one before it; `None`: its process is
+/// gone.
+fn guessed_section(newest: &Recording, span: &HistorySpan) -> Option<u64> {
+    let last = newest.count().checked_sub(1)?;
+    let begin_ns = span.from.unix_ns.saturating_sub(span.margin_ns);
+    let head = newest.head(last);
+    let is_same = newest.program(last).process_start_ns == span.from.process_start_ns;
+    let age_s = u64::try_from(head.end_ns.saturating_sub(begin_ns) / 1_000_000_000).unwrap_or(0);
+    is_same.then(|| head.sequence.saturating_sub(age_s + age_s / 4 + 4))
 }
 
 /// Whether a recording has what follows a place.

@@ -97,7 +97,10 @@ impl ChangeRun {
             let scan = section.start.number.saturating_sub(1);
             self.at = LogPosition { process_start_ns, scan, unix_ns: begin_ns };
             self.mode = section.start.mode;
-            self.compare(tell);
+            // Before a process's first scan nothing is the end of a scan.
+            if scan > 0 {
+                self.compare(tell);
+            }
         }
         let from = begun.map_or(0, |(_, done)| done);
         let mut calls = numbered_calls(&section.entries, section.start.number);

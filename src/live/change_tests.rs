@@ -88,21 +88,28 @@ impl TapeListener for LogListener {
 }
 
 /// Scans of a process are at its start and 10 ms apart.
-const CLOCK: TapeClock = TapeClock { unix_ns: 0, unix_offset_ns: 0 };
+const CLOCK: TapeClock = TapeClock { unix_ns: OFFSET_NS, unix_offset_ns: OFFSET_NS };
+
+/// What is added to the time of the rig.
+const OFFSET_NS: i64 = 1_000_000_000_000;
 
 /// When something happened: process, scan, cell.
-type Happened = (i64, u64, String);
+pub(crate) type Happened = (i64, u64, String);
 
 /// A rig with its log, and what happened in it.
-struct LoggedPlant {
-    rig: Rig,
+pub(crate) struct LoggedPlant {
+    pub rig: Rig,
     logs: Arc<Mutex<Logs>>,
-    process: i64,
+    pub process: i64,
     generation: u32,
-    random: SplitMix64,
+    pub random: SplitMix64,
     chosen: Vec<NamedCell>,
     values: BTreeMap<String, i32>,
-    changes: BTreeMap<Happened, i32>,
+    pub changes: BTreeMap<Happened, i32>,
+    /// By process and scan: its time, ms.
+    pub times: BTreeMap<(i64, u64), u64>,
+    /// The scans right before which a program was exchanged.
+    pub swaps: Vec<(i64, u64)>,
 }
 
 fn files(more: &str) -> [RecordedFile; 2] {
@@ -126,7 +133,7 @@ fn program(more: &str) -> (Program, Arc<RigProgram>) {
 }
 
 impl LoggedPlant {
-    fn new(seed: u64, memory: usize) -> LoggedPlant {
+    pub fn new(seed: u64, memory: usize) -> LoggedPlant {
         let (first, lowered) = program("");
         let (recent, disk) = (Recent::new(memory), Recent::new(1 << 26));
         let recorder = Recorder::new(recorded(1, 0, ""));
@@ -135,11 +142,21 @@ impl LoggedPlant {
         let mut rig = Rig::new(&lowered, &setup);
         rig.listen(Box::new(LogListener(Arc::clone(&logs))));
         let chosen = choose_all()(&first, &lowered.symbols);
-        let (values, changes) = (BTreeMap::new(), BTreeMap::new());
+        let (values, changes, times) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         let random = SplitMix64(seed);
         let (process, generation) = (1, 0);
-        let mut plant =
-            LoggedPlant { rig, logs, process, generation, random, chosen, values, changes };
+        let mut plant = LoggedPlant {
+            rig,
+            logs,
+            process,
+            generation,
+            random,
+            chosen,
+            values,
+            changes,
+            times,
+            swaps: Vec::new(),
+        };
         plant.note();
         plant
     }
@@ -155,28 +172,31 @@ impl LoggedPlant {
         }
     }
 
-    fn scan(&mut self) {
+    pub fn scan(&mut self) {
         let input = (self.random.next() % 2) as u32;
         let on = self.random.next().is_multiple_of(3);
         self.rig.set_input(input, on);
+        let time_ms = (OFFSET_NS as u64 + self.rig.next_ns()) / 1_000_000;
         let is_last = self.rig.scan();
         self.rig.end_scan(is_last);
+        self.times.insert((self.process, self.rig.scans()), time_ms);
         self.note();
     }
 
-    fn reload(&mut self) {
+    pub fn reload(&mut self) {
         self.generation += 1;
         let more = more(self.generation);
         let (next, lowered) = program(&more);
         let of = recorded(self.process, self.generation, &more);
         self.logs.lock().expect("it is whole").recorder.program(of);
         self.rig.reload(&lowered);
+        self.swaps.push((self.process, self.rig.scans()));
         self.chosen = choose_all()(&next, &lowered.symbols);
         self.note();
     }
 
     /// The process is killed, and a new one is started with the program that ran.
-    fn restart(&mut self, memory: usize) {
+    pub fn restart(&mut self, memory: usize) {
         let more = match self.generation {
             0 => String::new(),
             of => more(of),
@@ -190,17 +210,16 @@ impl LoggedPlant {
             logs.recent = Recent::new(memory);
         }
         self.rig.restart();
-        self.note();
     }
 
     /// What the controller's memory answers.
-    fn answer(&self, from: u64) -> Recording {
+    pub fn answer(&self, from: u64) -> Recording {
         let logs = self.logs.lock().expect("it is whole");
         Recording::of_bytes(logs.recent.write_from(from, logs.recorder.under_way().as_ref()))
     }
 
     /// All that was ever recorded.
-    fn all(&self) -> Recording {
+    pub fn all(&self) -> Recording {
         let logs = self.logs.lock().expect("it is whole");
         Recording::of_bytes(logs.disk.write_from(0, logs.recorder.under_way().as_ref()))
     }
@@ -275,7 +294,7 @@ fn a_follower_tells_each_change_once() {
         if round % 37 == 36 {
             plant.reload();
         }
-        let from = follower.newest.expect("it has looked").1;
+        let from = follower.next_section();
         told.take(follower.take(plant.answer(from)).expect("it has a section"));
     }
     let last = follower.position().expect("it has scans");
@@ -299,7 +318,7 @@ fn the_past_has_each_change_once_from_any_place() {
             40 => plant.restart(1 << 22),
             _ => {}
         }
-        let unix_ns = plant.rig.next_ns() as i64 - 10_000_000;
+        let unix_ns = OFFSET_NS + plant.rig.next_ns() as i64 - 10_000_000;
         let (process_start_ns, scan) = (plant.process, plant.rig.scans());
         places.push(LogPosition { process_start_ns, scan, unix_ns });
     }
@@ -317,8 +336,9 @@ fn the_past_has_each_change_once_from_any_place() {
 fn what_memory_does_not_reach_is_counted() {
     let mut plant = LoggedPlant::new(9, 1 << 12);
     (0..5000).for_each(|_| plant.scan());
-    let from = LogPosition { process_start_ns: 1, scan: 100, unix_ns: 1_000_000_000 };
-    let until = LogPosition { process_start_ns: 1, scan: 5000, unix_ns: 50_000_000_000 };
+    let from = LogPosition { process_start_ns: 1, scan: 100, unix_ns: OFFSET_NS + 1_000_000_000 };
+    let until =
+        LogPosition { process_start_ns: 1, scan: 5000, unix_ns: OFFSET_NS + 50_000_000_000 };
     let told = past(plant.answer(0), HistorySpan { from, margin_ns: 0, until });
     let [Some(lost)] = told.lost[..] else { panic!("{:?}", told.lost) };
     let begin = LogPosition { scan: 100 + lost, ..from };
@@ -352,7 +372,7 @@ fn a_jump_and_the_past_give_all() {
             plant.restart(1 << 12);
             (0..300).for_each(|_| plant.scan());
         }
-        let from = follower.newest.expect("it has looked").1;
+        let from = follower.next_section();
         let mut live = ToldEvents {
             names: told.names.clone(),
             process: told.process,

@@ -11,7 +11,7 @@ mod change_follower;
 mod change_history;
 mod change_run;
 #[cfg(test)]
-mod change_tests;
+pub(crate) mod change_tests;
 mod events;
 mod follower;
 mod log_event;

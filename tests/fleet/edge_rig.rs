@@ -255,10 +255,15 @@ impl Edge {
         self.child = spawned(&self.file, &self.log);
     }
 
+    /// Sends it a signal.
+    pub fn signal(&self, name: &str) {
+        let pid = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
+    }
+
     /// Ends it in order.
     pub fn end(&mut self) {
-        let pid = self.child.id().to_string();
-        assert!(Command::new("kill").arg(pid).status().unwrap().success());
+        self.signal("TERM");
         assert_eq!(self.child.wait().unwrap().code(), Some(0), "{}", self.said());
     }
 }
