@@ -14,6 +14,8 @@ pub mod cli;
 pub mod controller;
 mod daemon;
 pub mod draw;
+#[cfg(feature = "fleet")]
+pub mod edge;
 pub mod editor;
 pub mod engine;
 pub mod events;
@@ -22,11 +24,15 @@ mod faults;
 #[cfg(feature = "fleet")]
 pub mod fleet;
 pub mod format;
+#[cfg(any(feature = "web", feature = "fleet"))]
+mod http;
 pub mod io;
 pub mod isa;
 pub mod live;
 pub mod load;
 pub mod lower;
+#[cfg(feature = "fleet")]
+pub mod metrics;
 #[cfg(feature = "monitor")]
 mod monitor;
 #[cfg(feature = "fleet")]

@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 at="$(mktemp -d)"
 trap 'rm -rf "$at"' EXIT
 cp -r config "$at/config"
-for kind in ladder controller test; do "$rungd" schema "$kind" >"$at/$kind.schema.json"; done
+for kind in ladder controller test edge; do "$rungd" schema "$kind" >"$at/$kind.schema.json"; done
 # The first schema whose pattern fits is taken; a `*` stands for `/` too.
 cat >"$at/tombi.toml" <<'TOML'
 toml-version = "v1.0.0"
@@ -27,6 +27,10 @@ include = ["config/tests/*-bench.toml", "config/first/controller.toml"]
 [[schemas]]
 path = "ladder.schema.json"
 include = ["config/programs/*.toml", "config/lib/*.toml", "config/first/programs/*.toml"]
+
+[[schemas]]
+path = "edge.schema.json"
+include = ["config/edge/*.toml"]
 
 [[schemas]]
 path = "controller.schema.json"

@@ -1,7 +1,7 @@
 //! `unused-tag`: the ladder names neither this tag nor a member of it.
 //!
-//! Not reported: tags with `alarm` or `log`, which are useful without being named, and tags with
-//! `spare = true`. If the ladder names the tag's address instead, the finding says so.
+//! Not reported: tags with `alarm`, `log` or `metric`, which are useful without being named, and
+//! tags with `spare = true`. If the ladder names the tag's address instead, the finding says so.
 //!
 //! Passes:
 //!
@@ -29,7 +29,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     // An array is one tag, of which the program has an element each.
     let first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
     let idle = |tag: &&Tag| {
-        let watched = tag.alarm.is_some() || tag.log_changes;
+        let watched = tag.is_shown();
         first(tag) && !tag.used && !tag.spare && !watched
     };
     let named = named(context);

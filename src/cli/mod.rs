@@ -10,6 +10,8 @@ mod compared;
 mod completions;
 mod default_files;
 mod draw;
+#[cfg(feature = "fleet")]
+mod edge;
 mod events;
 mod exit;
 mod explain;
@@ -27,6 +29,8 @@ mod init;
 mod log_level;
 mod lsp;
 mod man;
+#[cfg(feature = "fleet")]
+mod metrics;
 mod mode;
 #[cfg(feature = "monitor")]
 mod monitor;
@@ -85,6 +89,8 @@ enum Command {
     Check(check::CheckArgs),
     Completions(completions::CompletionsArgs),
     Draw(draw::DrawArgs),
+    #[cfg(feature = "fleet")]
+    Edge(edge::EdgeArgs),
     Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
     #[cfg(feature = "fleet")]
@@ -107,6 +113,8 @@ enum Command {
     Watch(watch::WatchArgs),
     Alarms(alarms::AlarmsArgs),
     Ack(ack::AckArgs),
+    #[cfg(feature = "fleet")]
+    Metrics(metrics::MetricsArgs),
     Mode(mode::ModeArgs),
     #[cfg(feature = "monitor")]
     Monitor(monitor::MonitorArgs),
@@ -148,6 +156,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Check(args) => check::check(args),
         Command::Completions(args) => completions::completions(args),
         Command::Draw(args) => draw::draw(args),
+        #[cfg(feature = "fleet")]
+        Command::Edge(args) => edge::edge(args),
         Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
         #[cfg(feature = "fleet")]
@@ -169,6 +179,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Watch(args) => watch::watch(args),
         Command::Alarms(args) => alarms::alarms(args),
         Command::Ack(args) => ack::ack(args),
+        #[cfg(feature = "fleet")]
+        Command::Metrics(args) => metrics::metrics(args),
         Command::Mode(args) => mode::mode(args),
         #[cfg(feature = "monitor")]
         Command::Monitor(args) => monitor::monitor(args),

@@ -125,7 +125,7 @@ impl OperatorArgs {
     }
 }
 
-fn exit_of(failure: &CallFailure) -> Exit {
+pub(super) fn exit_of(failure: &CallFailure) -> Exit {
     match failure {
         CallFailure::NotRunning(..) => Exit::Unavailable,
         CallFailure::NotAllowed(..) => Exit::NoPerm,

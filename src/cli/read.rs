@@ -50,7 +50,9 @@ pub fn table(values: &[ShownValue]) -> String {
     let row = |value: &ShownValue| {
         let forced = if value.forced { "  forced" } else { "" };
         let (name, address, driven) = (name(value), address(value), value.driven_text("  "));
-        format!("{name:first$}  {address:second$}{gap}{}{forced}{driven}\n", value.value)
+        let held = value.value_text();
+        let held = one_line(&held);
+        format!("{name:first$}  {address:second$}{gap}{held}{forced}{driven}\n")
     };
     values.iter().map(row).collect()
 }

@@ -35,6 +35,9 @@ pub enum FileKind {
     Controller,
     /// A test file
     Test,
+    /// The file of an edge node
+    #[cfg(feature = "fleet")]
+    Edge,
 }
 
 /// As `isa::duration` reads it.
@@ -56,6 +59,8 @@ pub fn of(kind: FileKind) -> Value {
         FileKind::Ladder => (ladder::shape(), "A ladder file of rungd"),
         FileKind::Controller => (controller::shape(), "A controller file of rungd"),
         FileKind::Test => (testing::shape(), "A test file of rungd"),
+        #[cfg(feature = "fleet")]
+        FileKind::Edge => (crate::edge::shape(), "A file of an edge node of rungd"),
     };
     let mut writer = Writer { places: Map::new() };
     let mut schema = writer.table(&shape);

@@ -86,7 +86,8 @@ fn line(values: &Values) -> String {
     let shown = values.values.iter();
     let shown = shown.map(|value| {
         let (forced, driven) = (forced(value), value.driven_text(","));
-        format!(" {}={}{forced}{}", name(value), value.value, driven.replace(' ', "="))
+        let held = value.value_text().replace(' ', "");
+        format!(" {}={held}{forced}{}", name(value), driven.replace(' ', "="))
     });
     format!("{} scan={}{}\n", values.mode, values.scans, shown.collect::<String>())
 }
@@ -129,6 +130,7 @@ mod tests {
             tag: tag.map(str::to_owned),
             address: address.into(),
             value,
+            unit: None,
             forced,
             driven: None,
         };

@@ -115,7 +115,7 @@ impl MonitorState {
 /// `12, forced`; of an output outside RUN also what is at the output.
 pub(super) fn value_text(shown: &ShownValue) -> String {
     let forced = if shown.forced { ", forced" } else { "" };
-    format!("{}{forced}{}", shown.value, shown.driven_text(", "))
+    format!("{}{forced}{}", shown.value_text(), shown.driven_text(", "))
 }
 
 fn alarm_rows(status: &Status) -> Vec<PaneRow> {
@@ -147,7 +147,7 @@ fn of_alarm(alarm: &Alarm) -> [PaneRow; 2] {
 fn force_row(shown: &ShownValue) -> PaneRow {
     let operand = shown.tag.clone().unwrap_or_else(|| shown.operand.clone());
     PaneRow {
-        text: format!("{shown}: {}{}", shown.value, shown.driven_text(", ")),
+        text: format!("{shown}: {}{}", shown.value_text(), shown.driven_text(", ")),
         operand: Some(operand),
         is_marked: true,
         ..PaneRow::default()

@@ -121,7 +121,15 @@ mod tests {
 
     fn shown(operand: &str, value: Held) -> ShownValue {
         let (tag, address) = (None, operand.to_owned());
-        ShownValue { operand: operand.to_owned(), tag, address, value, forced: false, driven: None }
+        ShownValue {
+            operand: operand.to_owned(),
+            tag,
+            address,
+            value,
+            unit: None,
+            forced: false,
+            driven: None,
+        }
     }
 
     fn trend(samples: &[Option<f64>]) -> WatchTrend {

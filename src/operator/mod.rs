@@ -6,6 +6,7 @@
 mod alarm;
 pub mod client;
 mod groups;
+mod metric;
 pub mod names;
 mod offer;
 pub(crate) mod operand;

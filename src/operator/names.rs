@@ -6,9 +6,10 @@
 use std::collections::HashMap;
 
 use super::groups::Groups;
+use super::metric::MetricNames;
 use super::offer::Offer;
 use super::operand::Variable;
-use super::protocol::{GivenValue, Name, OPERANDS_MAX, Refusal, RefusalKind};
+use super::protocol::{GivenValue, MetricList, Name, OPERANDS_MAX, Refusal, RefusalKind};
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::lower::Symbols;
@@ -32,6 +33,9 @@ pub struct Names {
     symbols: Symbols,
     /// The first tag of each address; of structures, with their members.
     tags: HashMap<Address, String>,
+    /// The units of words.
+    units: HashMap<Address, String>,
+    metrics: MetricNames,
     /// The names that stand for several others.
     groups: Groups,
     offered: Offer,
@@ -44,6 +48,8 @@ impl Names {
             scope: Scope::of(program).searching_at_most(SEARCHED_MAX),
             symbols: symbols.clone(),
             tags: HashMap::new(),
+            units: HashMap::new(),
+            metrics: MetricNames::of(program),
             groups: Groups::of(program),
             offered: Offer::default(),
         };
@@ -56,6 +62,9 @@ impl Names {
                     None => kind,
                 };
                 names.tag(&tag.name, address, &about);
+                if let Some(unit) = &tag.unit {
+                    names.units.insert(address, unit.text.clone());
+                }
             }
         }
         for block in &program.blocks {
@@ -225,8 +234,9 @@ impl Names {
             let message = format!("`{text}` is a structure: name a member, as `{text}.{member}`");
             return Err(Refusal::new(RefusalKind::BadOperand, message));
         };
-        let tag = self.tags.get(&what).cloned();
-        Ok(Variable { operand: text.to_owned(), tag, address: self.address(what), what, cell })
+        let [tag, unit] = [&self.tags, &self.units].map(|of| of.get(&what).cloned());
+        let (operand, address) = (text.to_owned(), self.address(what));
+        Ok(Variable { operand, tag, address, unit, what, cell })
     }
 
     fn address(&self, what: Address) -> String {
@@ -263,6 +273,11 @@ impl Names {
                 outputs.filter(differs).filter_map(named).take(OPERANDS_MAX).collect()
             }
         }
+    }
+
+    /// The operands of tags with `metric = true`.
+    pub(crate) fn metrics(&self) -> MetricList {
+        self.metrics.list()
     }
 
     /// The names that completion offers behind a prefix.

@@ -213,3 +213,32 @@ fn a_block_stands_for_all_its_members_up_to_a_limit() {
     assert!(refusal.message.starts_with("`Main` has more than 256 operands"), "{refusal:?}");
     assert_eq!(many(OPERANDS_MAX - 1).find("Main").map(|found| found.len()), Ok(OPERANDS_MAX));
 }
+
+#[test]
+fn metrics_are_bits_words_elements_and_members_and_units_follow_the_address() {
+    let text = r#"
+[tags]
+level = { at = "R0", unit = "m", metric = true }
+tank = { at = "R0", spare = true }
+pump = { type = "bit", metric = true }
+shift = { at = "D10", count = 2, metric = true, unit = "t" }
+parts = { type = "counter", metric = true }
+plain = { at = "D1", metric = false, unit = "bar", spare = true }
+[[program]]
+name = "Main"
+rung = []
+"#;
+    let file = SourceFile { name: "ladder.toml".into(), text: text.into() };
+    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+    assert!(findings.is_empty(), "{findings:#?}");
+    let names = Names::new(&program, &lower(&program).1);
+    let list = names.metrics();
+    assert_eq!(list.operands[..4], ["level", "pump", "shift[0]", "shift[1]"]);
+    assert!(list.operands[4..].contains(&"parts.Acc".to_owned()) && list.left_out == 0);
+    list.operands.iter().for_each(|operand| assert!(names.find_one(operand).is_ok(), "{operand}"));
+    let unit = |operand: &str| names.find_one(operand).expect("it is named").unit;
+    assert_eq!(unit("tank").as_deref(), Some("m"), "of the location, by any name");
+    assert_eq!(unit("shift[1]").as_deref(), Some("t"));
+    assert_eq!((unit("D1").as_deref(), unit("pump")), (Some("bar"), None));
+}

@@ -20,6 +20,8 @@ pub struct Variable {
     pub tag: Option<String>,
     /// Its address, or a Stage's or block's name.
     pub address: String,
+    /// The unit of its tag.
+    pub unit: Option<String>,
     /// What it is.
     pub what: Address,
     /// Where it lies.
@@ -157,6 +159,7 @@ impl Variable {
             tag: self.tag.clone(),
             address: self.address.clone(),
             value: self.held(image.value(self.cell)),
+            unit: self.unit.clone(),
             forced: image.forces.has(self.cell),
             driven: self.driven(image),
         }

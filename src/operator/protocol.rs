@@ -105,6 +105,8 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         from_section: Option<u64>,
     },
+    /// The operands of tags with `metric = true`: [`MetricList`].
+    Metrics {},
     /// Tags and addresses with a prefix, for completion: [`NameList`].
     Names {
         /// The beginning.
@@ -264,6 +266,15 @@ impl RecordingBytes {
     }
 }
 
+/// The answer to a question for metrics.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct MetricList {
+    /// In file order, each for a `read`; of a structure its members.
+    pub operands: Vec<String>,
+    /// How many more there are than an answer may have.
+    pub left_out: usize,
+}
+
 /// The answer to a question for names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct NameList {
@@ -306,6 +317,7 @@ impl Request {
         match self {
             Request::Status {}
             | Request::Read { .. }
+            | Request::Metrics {}
             | Request::Names { .. }
             | Request::Recording { .. }
             | Request::Alarms {}
@@ -334,6 +346,7 @@ impl Request {
             | Request::Read { .. }
             | Request::Recording { .. }
             | Request::Alarms {}
+            | Request::Metrics {}
             | Request::Names { .. } => true,
             Request::Write { .. }
             | Request::Force { .. }

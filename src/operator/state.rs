@@ -168,6 +168,9 @@ pub struct Scan {
 pub struct Spread {
     pub last_us: f64,
     pub min_us: f64,
+    /// Of all scans together.
+    #[serde(default)]
+    pub sum_us: f64,
     pub mean_us: f64,
     pub p50_us: f64,
     pub p99_us: f64,

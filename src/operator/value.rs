@@ -33,6 +33,9 @@ pub struct ShownValue {
     pub address: String,
     /// Its value.
     pub value: Held,
+    /// The unit of its tag, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// Whether it is forced.
     pub forced: bool,
     /// Of a Y outside RUN: what is at the output, its safe value. In RUN it is the value.
@@ -41,6 +44,14 @@ pub struct ShownValue {
 }
 
 impl ShownValue {
+    /// The value, with its unit behind it: `4.2 bar`.
+    pub fn value_text(&self) -> String {
+        match &self.unit {
+            Some(unit) => format!("{} {unit}", self.value),
+            None => self.value.to_string(),
+        }
+    }
+
     /// What is at the output, in words, after a separator; nothing where the value says it.
     pub fn driven_text(&self, separator: &str) -> String {
         match self.driven {

@@ -3,8 +3,10 @@
 //!
 //! `store` tells its own files by them, and never touches another one.
 
-use super::recording::EXTENSION;
 use crate::calendar::{Utc, parse_seconds};
+
+/// The ending of the names of files of segments.
+pub const EXTENSION: &str = "rungd-log";
 
 const US_NS: i64 = 1000;
 

@@ -27,11 +27,12 @@ mod zip;
 
 pub use block::{BlockHead, RecordBlock, StateHash, state_hash};
 pub use codes::ENTRIES_MAX;
+pub use file_name::EXTENSION;
 pub use folder::{Folder, FolderOnDisk};
 pub use program::{RecordedFile, RecordedProgram};
 pub use recent::Recent;
 pub use recorder::{Recorder, TapeClock};
-pub use recording::{EXTENSION, ReadSection, Recording};
+pub use recording::{ReadSection, Recording};
 pub(crate) use replay::fits;
 pub use replay::{Replay, ReplayEngine, ReplayedScan, Unreplayable, Verified};
 pub use section::SectionBody;

@@ -12,15 +12,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::block::BlockHead;
+use super::file_name::{EXTENSION, begun_ns};
 use super::program::RecordedProgram;
 use super::section::SectionBody;
 use super::segment::{BLOCK_HEAD_BYTES, SegmentStart};
 use super::segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index, index_newest};
 use crate::engine::EngineState;
 use crate::runtime::SectionStart;
-
-/// The ending of the names of files of segments.
-pub const EXTENSION: &str = "rungd-log";
 
 /// A recording.
 #[derive(Debug)]
@@ -78,6 +76,33 @@ impl Recording {
             }
         }
         let sources = indexes.iter().map(|(path, _)| RecordSource::File(path.clone())).collect();
+        Ok(Recording::new(sources, indexes))
+    }
+
+    /// What is recorded of one controller: the files of its folder that reach beyond a time, ns
+    /// since 1970 (UTC), and what its memory holds, as `Recent` writes it.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn of_controller(
+        dir: Option<(&Path, &str)>,
+        from_ns: i64,
+        memory: Vec<u8>,
+    ) -> io::Result<Recording> {
+        let (mut sources, mut indexes) = (Vec::new(), Vec::new());
+        for path in dir.map_or(Ok(Vec::new()), |of| own_files(of, from_ns))? {
+            match File::open(&path) {
+                Ok(mut file) => indexes.push((path.clone(), index(&mut file)?)),
+                // The oldest one may just have been deleted.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => return Err(error),
+            }
+            sources.push(RecordSource::File(path));
+        }
+        let last = &mut LastProgram::default();
+        let of_memory = index_newest(&mut Cursor::new(&memory[..]), last)?;
+        indexes.push((PathBuf::new(), of_memory));
+        sources.push(RecordSource::Bytes(memory));
         Ok(Recording::new(sources, indexes))
     }
 
@@ -235,6 +260,22 @@ impl Recording {
             RecordSource::Bytes(bytes) => block.bytes(&mut Cursor::new(&bytes[..])),
         }
     }
+}
+
+/// The files of a controller in a folder that reach beyond a time, in the order in which they were
+/// begun: the newest one that was begun before it, and those behind.
+fn own_files((dir, controller): (&Path, &str), from_ns: i64) -> io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(dir)? {
+        let path = entry?.path();
+        let name = path.file_name().and_then(|name| name.to_str());
+        if let Some(begun_ns) = name.and_then(|name| begun_ns(controller, name)) {
+            files.push((begun_ns, path));
+        }
+    }
+    files.sort();
+    let first = files.iter().rposition(|(begun_ns, _)| *begun_ns <= from_ns).unwrap_or(0);
+    Ok(files.into_iter().skip(first).map(|(_, path)| path).collect())
 }
 
 /// Makes a block's head one of the segment with this checksum.

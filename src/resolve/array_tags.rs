@@ -52,6 +52,8 @@ impl Resolver<'_> {
                 alarm: None,
                 priority: Priority::default(),
                 log_changes: tag.log.is_some(),
+                unit: tag.unit.clone(),
+                metric: tag.metric.as_ref().is_some_and(|metric| metric.value),
                 spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
                 used: false,
                 of_array: Some(OfArray { array, at }),

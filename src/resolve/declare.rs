@@ -84,6 +84,7 @@ impl Resolver<'_> {
         self.unknown_uses.iter().for_each(|name| self.scope.add_unknown_use(name.clone()));
         self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
+        self.check_units(program);
         // A program without a name may be meant as `Main`.
         let has_main = |block: &Block| block.name == "Main" || block.name.is_empty();
         let programs = program.blocks.iter().any(|block| block.kind == BlockKind::Program);

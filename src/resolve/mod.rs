@@ -36,6 +36,7 @@ pub(crate) mod stage_move;
 mod tags;
 mod template;
 mod typed;
+mod unit;
 mod uses;
 mod value;
 

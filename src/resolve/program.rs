@@ -16,6 +16,7 @@ use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, S
 pub(crate) use crate::source::atom::Written;
 pub(crate) use crate::source::contact::{Comparison, Edge};
 use crate::source::lost::LostTexts;
+use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
 
 /// A whole program, of one or several ladder files.
@@ -195,6 +196,10 @@ pub struct Tag {
     pub(crate) priority: Priority,
     /// `log = "change"`.
     pub(crate) log_changes: bool,
+    /// `unit`: on a word.
+    pub(crate) unit: Option<Text>,
+    /// `metric = true`.
+    pub(crate) metric: bool,
     /// `spare = true`.
     pub(crate) spare: bool,
     /// Whether the ladder names it.
@@ -219,6 +224,11 @@ impl Tag {
             Some(_) => self.name.split('[').next().unwrap_or(&self.name),
             None => &self.name,
         }
+    }
+
+    /// Whether somebody sees its value although the ladder need not name it.
+    pub(crate) fn is_shown(&self) -> bool {
+        self.alarm.is_some() || self.log_changes || self.metric
     }
 }
 

@@ -44,6 +44,8 @@ impl Resolver<'_> {
             alarm: tag.alarm.as_ref().map(|alarm| alarm.text.clone()),
             priority: priority(tag),
             log_changes: tag.log.is_some(),
+            unit: tag.unit.clone(),
+            metric: tag.metric.as_ref().is_some_and(|metric| metric.value),
             spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
             used: false,
             of_array: None,
@@ -172,6 +174,8 @@ impl Resolver<'_> {
             ("max", tag.max.as_ref().map(|v| v.span), word && !read_only),
             ("alarm", tag.alarm.as_ref().map(|v| v.span), bit),
             ("log", tag.log.as_ref().map(|v| v.span), bit || word),
+            ("unit", tag.unit.as_ref().map(|v| v.span), word),
+            ("metric", tag.metric.as_ref().map(|v| v.span), !constant),
         ];
         for (key, span, fits) in keys {
             let Some(span) = span.filter(|_| !fits) else { continue };
@@ -181,7 +185,8 @@ impl Resolver<'_> {
                 "alarm" => "an alarm watches a bit: OUT a C bit from the compare, and watch that",
                 "min" | "max" => "limits stand on a word: `D0`, `V0`, `CT0.Acc`",
                 _ if constant => "a constant never changes",
-                _ if key == "log" => "name a member: `at = \"CT0.Acc\"`",
+                "unit" if bit => "a bit is ON or OFF; `doc` has room for what that means",
+                "log" | "unit" => "name a member: `at = \"CT0.Acc\"`",
                 _ => "bits and words of memory have an initial value: `X0`, `Y0`, `D0`, `CT0.Acc`",
             };
             self.find(Finding::new(Code::TagKey, span, message).help(help));
@@ -192,6 +197,7 @@ impl Resolver<'_> {
             self.find(finding.help("write `log = \"change\"`"));
         }
         self.priority_misfits(tag);
+        self.unit_misfits(tag);
     }
 
     /// The content of the tag's cell for a value of `initial`, `min` or `max`.

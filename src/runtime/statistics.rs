@@ -17,6 +17,7 @@ use crate::engine::ScanTimes;
 pub struct Spread {
     pub last_ns: u64,
     pub min_ns: u64,
+    pub sum_ns: u64,
     pub mean_ns: u64,
     pub max_ns: u64,
     pub p50_ns: u64,
@@ -225,6 +226,7 @@ impl Measure {
         Spread {
             last_ns,
             min_ns,
+            sum_ns,
             mean_ns: sum_ns.checked_div(count).unwrap_or(0),
             max_ns,
             p50_ns: percentile(500),

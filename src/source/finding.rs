@@ -228,6 +228,7 @@ findings! {
     RetainRange "retain-range" Error "A retained range is not data or structures.";
     NoMain "no-main" Error "A program has a block `Main`.";
     Controller "controller" Error "A controller file asks for something that cannot be.";
+    Edge "edge-file" Error "The file of an edge node asks for something that cannot be.";
     UnknownEvent "unknown-event" Error "The log has no event of this name.";
     KeptEvent "kept-event" Error "A controller file silences an event that must stay in the log.";
     TestFile "test-file" Error "A test file asks for something that cannot be.";

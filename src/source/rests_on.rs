@@ -44,7 +44,7 @@ impl Code {
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
             | ForbiddenName | TemplateRule | TagKey | TestStep | TestEmpty
             | LevelLeftOut => RestsOn::Table,
-            Controller | TestFile => RestsOn::Group,
+            Controller | Edge | TestFile => RestsOn::Group,
             BeyondMemory | MemoryFull | RetainsNothing | ColdForEver => RestsOn::Settings,
             Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | StageNeverEntered
             | BlockNeverStarted | SetNeverReset | ResetNeverSet | NeverWritten | MultiScanInTask

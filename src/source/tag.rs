@@ -35,6 +35,10 @@ pub struct Tag {
     pub priority: Option<Text>,
     /// `log`.
     pub log: Option<Text>,
+    /// `unit`.
+    pub unit: Option<Text>,
+    /// `metric`.
+    pub metric: Option<Located<bool>>,
     /// `spare`.
     pub spare: Option<Located<bool>>,
     /// Whether the tag has `at`, `type` or `value`, even an unreadable one.
@@ -59,6 +63,8 @@ const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}
 const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
 
 const PRIORITIES: &str = r#"{"enum":["critical","high","medium","low"]}"#;
+
+const UNIT: &str = r#"{"minLength":1,"maxLength":16,"pattern":"^[^\\x00-\\x1f\\x7f-\\x9f]*$"}"#;
 
 /// The number of elements of an array.
 const COUNT: (i64, i64) = (2, 4096);
@@ -104,6 +110,10 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
         doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
+        unit: table.string(
+            key("unit", "The unit of the word's value, shown behind it: `bar`, `°C`.")
+                .limited(UNIT),
+        ),
         initial,
         initials,
         min: table.constant(key(
@@ -120,6 +130,10 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
                 .limited(PRIORITIES),
         ),
         log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
+        metric: table.boolean(key(
+            "metric",
+            "Its value is a metric of `rungd metrics`; of a structure all.",
+        )),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
         has_meaning: ["at", "type", "value"].iter().any(|key| table.has(key)),
     };

@@ -19,7 +19,6 @@ mod route;
 mod server;
 mod sessions;
 mod site;
-mod stall;
 mod stream;
 mod users;
 

@@ -9,9 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result};
-use hyper::server::conn::http1;
 use hyper::service::service_fn;
-use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
@@ -24,17 +22,12 @@ use super::listen::{Connection, Listener, secured, tls};
 use super::options::{ListenAt, WebOptions};
 use super::route::answer;
 use super::site::{WebSite, WebSiteParts};
-use super::stall::NoStall;
+use crate::http;
 
 /// The most connections at a time. A connection more waits for a place.
 const CONNECTIONS_MAX: usize = 256;
 /// How long a connection may wait for a place.
 const PLACE_MAX: Duration = Duration::from_secs(5);
-/// The time limit of a request's head; a connection without requests ends then too.
-const HEAD_MAX: Duration = Duration::from_secs(5);
-/// The most bytes of a request's head, and its most headers.
-const HEAD_BYTES_MAX: usize = 16 * 1024;
-const HEADERS_MAX: usize = 64;
 /// The pause after the system has no connection to give.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
@@ -130,11 +123,7 @@ async fn converse(
         let site = Arc::clone(site);
         async move { Ok::<_, Infallible>(answer(&site, request).await) }
     });
-    let mut protocol = http1::Builder::new();
-    protocol.timer(TokioTimer::new()).header_read_timeout(HEAD_MAX);
-    protocol.max_buf_size(HEAD_BYTES_MAX).max_headers(HEADERS_MAX).half_close(true);
-    // What goes wrong on a connection is its peer's.
-    let _ = protocol.serve_connection(TokioIo::new(NoStall::new(connection)), service).await;
+    http::converse(connection, service).await;
     drop(place);
 }
 

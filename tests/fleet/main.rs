@@ -10,6 +10,8 @@ mod certificates;
 #[allow(dead_code)]
 mod checker;
 mod cluster;
+mod edge;
+mod edge_rig;
 mod foreign;
 mod host_wire;
 #[allow(dead_code)]
@@ -23,5 +25,8 @@ mod sessions;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
+    pub mod live;
+    pub mod metronome;
     pub mod needs;
 }

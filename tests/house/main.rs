@@ -12,15 +12,16 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
 #[rustfmt::skip]
-const ORDER: [&str; 37] = [
-    "main", "cli", "web", "monitor", "fleet", "editor", "daemon", "live", "operator", "mqtt", "sparkplug", "draw", "testing", "explain", "load", "record", "observe", "rig", "controller", "io", "say",
+const ORDER: [&str; 40] = [
+    "main", "cli", "web", "monitor", "edge", "fleet", "metrics", "editor", "daemon", "live", "operator", "http", "mqtt", "sparkplug", "draw", "testing", "explain", "load", "record", "observe", "rig", "controller", "io", "say",
     "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "format", "source", "engine", "isa", "events",
     "calendar", "random", "progress", "faults",
 ];
 
 /// Modules that may know tokio.
-const ASYNC: [&str; 7] = ["main", "cli", "web", "fleet", "daemon", "mqtt", "io"];
+const ASYNC: [&str; 10] =
+    ["main", "cli", "web", "edge", "fleet", "metrics", "daemon", "http", "mqtt", "io"];
 
 /// Files that may name tracing: the macro of log lines, and what makes lines of them.
 const TRACING: [&str; 3] = ["src/say.rs", "src/daemon/log.rs", "src/daemon/log_form.rs"];

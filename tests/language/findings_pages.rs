@@ -64,6 +64,9 @@ fn load(row: &FindingRow, files: &[SourceFile]) -> Loaded {
     let mut loaded = if files[0].name.ends_with(".test.toml") {
         let read = read_suite(&path).expect("it was written");
         Loaded { files: read.files, findings: read.findings }
+    } else if files[0].name.ends_with(".edge.toml") {
+        let read = rungd::edge::read_edge(&path, files[0].text.as_bytes());
+        Loaded { files: vec![read.file], findings: read.findings }
     } else {
         let loaded = if load::is_controller_file(&path).expect("it was written") {
             load::controller_file(&path).expect("it was written")

@@ -12,14 +12,16 @@ use std::sync::OnceLock;
 
 use crate::validator::{json_of, wrong};
 use rungd::cli::schema::{FileKind, of};
+use rungd::edge::read_edge;
 use rungd::load;
 use rungd::source::finding::Severity;
 use rungd::testing::read_suite;
 use serde_json::Value;
 
 /// Folders whose files, if `rungd check` has no error, a schema takes.
-const FOLDERS: [&str; 6] = [
+const FOLDERS: [&str; 7] = [
     "config",
+    "config/edge",
     "config/programs",
     "config/first",
     "config/first/programs",
@@ -34,6 +36,8 @@ fn root() -> PathBuf {
 fn kind(path: &Path) -> FileKind {
     if path.to_string_lossy().ends_with(".test.toml") {
         FileKind::Test
+    } else if path.ends_with("edge.toml") {
+        FileKind::Edge
     } else if load::is_controller_file(path).expect("readable") {
         FileKind::Controller
     } else {
@@ -46,6 +50,7 @@ fn has_errors(path: &Path) -> bool {
         FileKind::Controller => load::controller_file(path).expect("readable").findings,
         FileKind::Ladder => load::ladder_files(&[path.to_owned()]).expect("readable").findings,
         FileKind::Test => read_suite(path).expect("readable").findings,
+        FileKind::Edge => read_edge(path, &fs::read(path).expect("readable")).findings,
     };
     findings.iter().any(|finding| finding.severity() == Severity::Error)
 }
@@ -103,10 +108,12 @@ fn findings(kind: FileKind, value: &Value) -> Vec<String> {
     static LADDER: OnceLock<Value> = OnceLock::new();
     static CONTROLLER: OnceLock<Value> = OnceLock::new();
     static TEST: OnceLock<Value> = OnceLock::new();
+    static EDGE: OnceLock<Value> = OnceLock::new();
     let made = match kind {
         FileKind::Ladder => &LADDER,
         FileKind::Controller => &CONTROLLER,
         FileKind::Test => &TEST,
+        FileKind::Edge => &EDGE,
     };
     let schema = made.get_or_init(|| of(kind));
     wrong(schema, schema, value, "")
@@ -244,6 +251,7 @@ fn a_validator_of_others_agrees() {
         (FileKind::Ladder, "ladder"),
         (FileKind::Controller, "controller"),
         (FileKind::Test, "test"),
+        (FileKind::Edge, "edge"),
     ];
     for (wanted, name) in kinds {
         let schema = folder.join(format!("{name}.json"));
@@ -254,6 +262,7 @@ fn a_validator_of_others_agrees() {
             FileKind::Ladder => "[tags]\na = { at = \"X0\", adress = \"X1\" }\n",
             FileKind::Controller => "ladder = [\"a.toml\"]\n[scan]\nperiode = \"10ms\"\n",
             FileKind::Test => "ladder = [\"a.toml\"]\nperiode = \"10ms\"\n",
+            FileKind::Edge => "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = []\n",
         };
         fs::write(&bad, text).expect("a file");
         let good = good().iter().filter(|path| kind(path) == wanted).cloned().collect();

@@ -114,6 +114,7 @@ impl Desk {
                 let (view, from) = (self.seen().1, from_section.unwrap_or(0));
                 as_json(&record::recent(&view.about, peer, from).await?)
             }
+            Request::Metrics {} => as_json(&self.names().metrics()),
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
                 as_json(&protocol::NameList { names })

@@ -340,6 +340,7 @@ fn spread(spread: &runtime::Spread, bars: &[runtime::Bar]) -> protocol::Spread {
     Spread {
         last_us: us(spread.last_ns),
         min_us: us(spread.min_ns),
+        sum_us: us(spread.sum_ns),
         mean_us: us(spread.mean_ns),
         p50_us: us(spread.p50_ns),
         p99_us: us(spread.p99_ns),

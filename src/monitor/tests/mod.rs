@@ -154,7 +154,15 @@ fn program() -> Arc<LiveProgram> {
 fn bit(operand: &str, address: &str, on: bool) -> ShownValue {
     let tag = (operand != address).then(|| operand.to_owned());
     let (operand, address) = (operand.to_owned(), address.to_owned());
-    ShownValue { operand, tag, address, value: Held::Bit(on), forced: false, driven: None }
+    ShownValue {
+        operand,
+        tag,
+        address,
+        value: Held::Bit(on),
+        unit: None,
+        forced: false,
+        driven: None,
+    }
 }
 
 fn word(operand: &str, value: i32) -> ShownValue {

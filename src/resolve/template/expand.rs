@@ -438,14 +438,14 @@ fn moved(mut tag: Tag, name: String, layer: FileId) -> Tag {
     tag.name.text = name;
     tag.name.span.file = layer;
     let texts = [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.priority, &mut tag.log];
-    for text in texts.into_iter().flatten() {
+    for text in texts.into_iter().chain([&mut tag.unit]).flatten() {
         text.span.file = layer;
     }
     let constants = [&mut tag.value, &mut tag.initial, &mut tag.min, &mut tag.max];
     for constant in constants.into_iter().flatten() {
         constant.span.file = layer;
     }
-    if let Some(Located { span, .. }) = &mut tag.spare {
+    for Located { span, .. } in [&mut tag.metric, &mut tag.spare].into_iter().flatten() {
         span.file = layer;
     }
     tag

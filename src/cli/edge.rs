@@ -1,0 +1,45 @@
+//! `rungd edge`: the Sparkplug B edge node of a running controller.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use clap::Args;
+
+use super::check::style;
+use super::exit::Exit;
+use super::terminal::say_drawn;
+use crate::edge::{read_edge, run};
+use crate::source::render::render;
+
+/// Publishes the tags of a running controller to an MQTT broker, as a Sparkplug B edge node
+///
+/// The file says whose values go where. Changes are read from the scan log, so that what happened
+/// while the link was down is sent later, with the time of its scan. Commands are refused unless
+/// the file lists their tags.
+#[derive(Args, Debug)]
+pub struct EdgeArgs {
+    /// The file of the edge node
+    #[arg(value_name = "EDGE.toml")]
+    file: PathBuf,
+    /// Only check the file, and print all findings
+    #[arg(long)]
+    check: bool,
+}
+
+/// Publishes, or checks the file.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn edge(args: &EdgeArgs) -> Result<Exit> {
+    let bytes = fs::read(&args.file).with_context(|| args.file.display().to_string())?;
+    let read = read_edge(&args.file, &bytes);
+    if args.check || !read.findings.is_empty() {
+        say_drawn(&render(&read.findings, std::slice::from_ref(&read.file), style(false)));
+    }
+    let Some(settings) = read.settings else { return Ok(Exit::Config) };
+    if !args.check {
+        run(&settings)?;
+    }
+    Ok(Exit::Ok)
+}

@@ -1,0 +1,254 @@
+//! The thread that asks the controller: the changes of its tags, its status, its past; and that
+//! hands it what commands write. It blocks, and so is no part of `shell`, which it serves.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tokio::sync::mpsc;
+
+use super::facts::{NodeFact, of_controller};
+use super::journal::{LimitedLines, say};
+use super::settings::EdgeSettings;
+use super::tags::chooser;
+use crate::live::{
+    ChangeFollower, ChangeHistory, ChooseCells, HistorySpan, LogEvent, LogPosition, LookFailure,
+    RecordedFolder,
+};
+use crate::operator::client;
+use crate::operator::protocol::{AlarmList, GivenValue, Request, Status};
+use crate::sparkplug::{MetricValue, vocabulary};
+
+/// The time between two questions for the status.
+const STATUS_EVERY: Duration = Duration::from_secs(1);
+/// The time between two looks at a controller that does not answer.
+const RETRY: Duration = Duration::from_secs(1);
+/// The longest wait for an answer.
+const ANSWER_MAX: Duration = Duration::from_secs(5);
+/// What it has told waits in a queue of this length.
+const QUEUE: usize = 16;
+/// The user that the controller's log names for a command.
+const COMMANDER: &str = "sparkplug";
+
+/// What the thread is asked for.
+#[derive(Debug)]
+pub(super) enum LogAsk {
+    /// Begin to read this part of the past, and forget the one before. Answers have its number.
+    Replay(u64, HistorySpan),
+    /// The next piece of it.
+    Next,
+    /// Write a tag.
+    Write(String, GivenValue),
+}
+
+/// What the thread tells.
+#[derive(Debug)]
+pub(super) enum LogTold {
+    /// What happened up to a scan.
+    Live(Vec<LogEvent>, LogPosition),
+    /// What the controller says of itself.
+    Facts(Vec<NodeFact>),
+    /// A piece of the past of this number, up to a place.
+    Past(u64, Vec<LogEvent>, LogPosition),
+    /// The past of this number has no more.
+    PastDone(u64),
+    /// The past of this number cannot be read now; ask again later.
+    PastFailed(u64),
+}
+
+/// The thread's two ends.
+pub(super) struct LogThread {
+    /// What it is asked for.
+    pub asks: Sender<LogAsk>,
+    /// What it tells.
+    pub told: mpsc::Receiver<LogTold>,
+}
+
+impl LogThread {
+    /// Starts the thread. It ends with this value.
+    ///
+    /// # Errors
+    /// The system cannot start a thread.
+    pub fn start(settings: &EdgeSettings) -> std::io::Result<LogThread> {
+        let (asks, inbox) = channel();
+        let (tell, told) = mpsc::channel(QUEUE);
+        let choose = chooser(settings);
+        let worker = LogWorker {
+            named: settings.socket.clone(),
+            socket: client::socket(settings.socket.clone()),
+            interval: settings.interval,
+            follower: ChangeFollower::new(choose.clone()),
+            choose,
+            history: (0, None),
+            folder: None,
+            tell,
+            was_seen: None,
+            refusals: LimitedLines::default(),
+        };
+        let builder = thread::Builder::new().name("log".to_owned());
+        builder.spawn(move || worker.work(&inbox))?;
+        Ok(LogThread { asks, told })
+    }
+}
+
+struct LogWorker {
+    named: Option<PathBuf>,
+    socket: PathBuf,
+    interval: Duration,
+    choose: ChooseCells,
+    follower: ChangeFollower,
+    /// The past that is read, with its number.
+    history: (u64, Option<ChangeHistory>),
+    folder: Option<RecordedFolder>,
+    tell: mpsc::Sender<LogTold>,
+    was_seen: Option<bool>,
+    refusals: LimitedLines,
+}
+
+/// The other end is gone.
+struct Abandoned;
+
+impl LogWorker {
+    fn work(mut self, inbox: &Receiver<LogAsk>) {
+        let (mut look_at, mut status_at) = (Instant::now(), Instant::now());
+        loop {
+            let now = Instant::now();
+            if now >= look_at {
+                let looked = self.look();
+                let Ok(is_seen) = looked else { return };
+                look_at = now + if is_seen { self.interval } else { RETRY };
+            }
+            if now >= status_at {
+                if self.status().is_err() {
+                    return;
+                }
+                status_at = now + STATUS_EVERY;
+            }
+            let wait = look_at.min(status_at).saturating_duration_since(Instant::now());
+            match inbox.recv_timeout(wait) {
+                Ok(ask) => {
+                    if self.obey(ask).is_err() {
+                        return;
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    }
+
+    fn told(&self, told: LogTold) -> Result<(), Abandoned> {
+        self.tell.blocking_send(told).map_err(|_| Abandoned)
+    }
+
+    /// Looks at the changes; whether the controller was seen.
+    fn look(&mut self) -> Result<bool, Abandoned> {
+        let looked = self.follower.look(&self.socket);
+        let is_seen = looked.is_ok();
+        if self.was_seen != Some(is_seen) {
+            self.was_seen = Some(is_seen);
+            let socket = self.socket.display();
+            say(&match &looked {
+                Ok(_) => format!("the controller at {socket} answers"),
+                Err(failure) => format!("the controller is not seen: {failure}"),
+            });
+        }
+        match looked {
+            Ok(events) => {
+                if let Some(at) = self.follower.position() {
+                    self.told(LogTold::Live(events, at))?;
+                }
+            }
+            Err(LookFailure::Call(_)) => {
+                self.socket = client::socket(self.named.clone());
+                let facts = vec![(vocabulary::CONTROLLER, MetricValue::Bool(false))];
+                self.told(LogTold::Facts(facts))?;
+            }
+            Err(LookFailure::Unusable(_)) => {}
+        }
+        Ok(is_seen)
+    }
+
+    fn status(&mut self) -> Result<(), Abandoned> {
+        let socket = &self.socket;
+        let status = client::ask_within::<Status>(socket, &Request::Status {}, ANSWER_MAX);
+        let alarms = client::ask_within::<AlarmList>(socket, &Request::Alarms {}, ANSWER_MAX);
+        let (Ok(status), Ok(alarms)) = (status, alarms) else { return Ok(()) };
+        self.folder = folder(&status);
+        self.told(LogTold::Facts(of_controller(&status, &alarms)))
+    }
+
+    fn obey(&mut self, ask: LogAsk) -> Result<(), Abandoned> {
+        match ask {
+            LogAsk::Replay(number, span) => {
+                self.history = (number, self.replay(span));
+                match self.history.1 {
+                    Some(_) => self.next(),
+                    None => self.told(LogTold::PastFailed(number)),
+                }
+            }
+            LogAsk::Next => self.next(),
+            LogAsk::Write(operand, value) => {
+                self.write(operand, value);
+                Ok(())
+            }
+        }
+    }
+
+    fn replay(&self, span: HistorySpan) -> Option<ChangeHistory> {
+        let folder = self.folder.as_ref();
+        let opened = ChangeHistory::open(&self.socket, folder, span, self.choose.clone());
+        match opened {
+            Ok((history, note)) => {
+                note.iter().for_each(|note| say(note));
+                Some(history)
+            }
+            Err(failure) => {
+                say(&format!("the past cannot be read: {failure}"));
+                None
+            }
+        }
+    }
+
+    fn next(&mut self) -> Result<(), Abandoned> {
+        let (number, history) = &mut self.history;
+        let number = *number;
+        let Some(known) = history else { return self.told(LogTold::PastDone(number)) };
+        match known.next_section() {
+            Some(events) => {
+                let at = known.position();
+                self.told(LogTold::Past(number, events, at))
+            }
+            None => {
+                *history = None;
+                self.told(LogTold::PastDone(number))
+            }
+        }
+    }
+
+    fn write(&mut self, operand: String, value: GivenValue) {
+        let line = format!("a host writes {operand}");
+        let for_user = Some(COMMANDER.to_owned());
+        let request = Request::Write { operand, value, for_user };
+        match client::ask_within::<Value>(&self.socket, &request, ANSWER_MAX) {
+            Ok(_) => self.refusals.say(&line),
+            Err(failure) => self.refusals.say(&format!("{line}, and is refused: {failure}")),
+        }
+    }
+}
+
+/// The folder in which the controller records, as its process names it.
+fn folder(status: &Status) -> Option<RecordedFolder> {
+    let disk = status.record.disk.as_ref()?;
+    let controller = Path::new(&status.controller).file_stem()?.to_string_lossy().into_owned();
+    let named = PathBuf::from(&disk.dir);
+    let dir = if named.is_relative() {
+        let base = std::fs::read_link(format!("/proc/{}/cwd", status.pid)).unwrap_or_default();
+        base.join(named)
+    } else {
+        named
+    };
+    Some(RecordedFolder { dir, controller })
+}

@@ -1,0 +1,26 @@
+//! `rungd edge`: the Sparkplug B edge node of a controller.
+//!
+//! A process of its own, and a client of the operator's socket: the daemon opens no connection to a
+//! broker. `settings` reads EDGE.toml. `node` decides what is published, without I/O and without a
+//! clock. `log_thread` reads the scan log and the status, `shell` speaks with the broker, `cursor`
+//! keeps the place up to which a broker has everything. Called by `cli::edge`.
+
+mod commands;
+mod cursor;
+mod facts;
+mod history;
+mod journal;
+mod keys;
+mod log_thread;
+mod node;
+#[cfg(test)]
+mod node_tests;
+mod pattern;
+mod settings;
+mod shell;
+mod tags;
+mod throttle;
+
+pub use keys::{ReadEdge, read_edge, shape};
+pub use settings::{BrokerKeys, EdgeSettings, PublishRule};
+pub use shell::run;

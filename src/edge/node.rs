@@ -1,0 +1,476 @@
+//! The edge node as a state machine: what it publishes, and when. Without I/O, clock and threads.
+//!
+//! `shell` tells it what happens, with the time, and does what it hands out: [`NodeOut`]. Values of
+//! the present go out as they come, beside those of the past, which have a flag. Each stream is in
+//! the order of scans.
+
+use std::collections::VecDeque;
+
+use super::commands::{AskedCommand, CommandPace, asked};
+use super::facts::{ALIASES, FactTable, NodeFact};
+use super::history::TellsHistory;
+use super::settings::EdgeSettings;
+use super::tags::{self, TagMetric};
+use super::throttle::{Throttle, ToldChanges};
+use crate::calendar::Utc;
+use crate::live::{HistorySpan, LogEvent, LogGap, LogPosition, LoggedProgram};
+use crate::operator::protocol::GivenValue;
+use crate::sparkplug::{BornMetric, DataType, MetricProperties};
+use crate::sparkplug::{
+    HostState, MessageKind, Metric, MetricValue, Payload, Sequence, Topic, metric_of, vocabulary,
+};
+
+/// The longest silence of a node that is born.
+const HEARTBEAT_MS: u64 = 10_000;
+
+/// The shortest time between two births that hosts ask for.
+const REBIRTH_MS: u64 = 1000;
+
+/// The most metrics of a message of data.
+const METRICS_MAX: usize = 1000;
+
+/// What is to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum NodeOut {
+    /// Publish this, unretained, with QoS 0.
+    Publish(String, Vec<u8>),
+    /// Read this part of the past.
+    Replay(HistorySpan),
+    /// Write a tag.
+    Write(String, GivenValue),
+    /// Leave the broker, with a death.
+    Leave(String),
+    /// A line for the journal.
+    Say(String),
+    /// A line for the journal that a stranger can cause.
+    SayLimited(String),
+}
+
+/// How the node stands to its host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum NodeState {
+    /// There is no broker.
+    Away,
+    /// The primary host is not there.
+    Waits,
+    /// A birth was published.
+    Born,
+}
+
+/// The edge node.
+pub(super) struct EdgeNode {
+    settings: EdgeSettings,
+    state: NodeState,
+    birth: Sequence,
+    seq: Sequence,
+    tags: Vec<TagMetric>,
+    values: Vec<i32>,
+    throttle: Throttle,
+    facts: FactTable,
+    /// The last scan whose changes are told, or need not be.
+    live_at: Option<LogPosition>,
+    /// Up to here a broker has everything.
+    confirmed: Option<LogPosition>,
+    history: TellsHistory,
+    /// The past is to be told as soon as the present is known.
+    owes_history: bool,
+    lost: u64,
+    /// The time of the last birth of the primary host.
+    host_ms: Option<u64>,
+    wants_rebirth: bool,
+    born_ms: u64,
+    beat_ms: u64,
+    pace: CommandPace,
+    out: VecDeque<NodeOut>,
+}
+
+impl EdgeNode {
+    /// A node whose last birth and confirmed place are these.
+    pub fn new(settings: EdgeSettings, birth: Sequence, confirmed: Option<LogPosition>) -> Self {
+        let mut facts = FactTable::default();
+        for name in [vocabulary::CONTROLLER, vocabulary::HISTORY_REPLAYING, vocabulary::REBIRTH] {
+            facts.set(name, MetricValue::Bool(false));
+        }
+        facts.set(vocabulary::HISTORY_LOST, MetricValue::Signed(0));
+        EdgeNode {
+            settings,
+            state: NodeState::Away,
+            birth,
+            seq: Sequence::default(),
+            tags: Vec::new(),
+            values: Vec::new(),
+            throttle: Throttle::default(),
+            facts,
+            live_at: None,
+            confirmed,
+            history: TellsHistory::default(),
+            owes_history: false,
+            lost: 0,
+            host_ms: None,
+            wants_rebirth: false,
+            born_ms: 0,
+            beat_ms: 0,
+            pace: CommandPace::new(),
+            out: VecDeque::new(),
+        }
+    }
+
+    /// What is to be done next.
+    pub fn take_out(&mut self) -> Option<NodeOut> {
+        self.out.pop_front()
+    }
+
+    /// Begins a connection: the number of the birth that its will speaks of.
+    pub fn next_birth(&mut self) -> Sequence {
+        self.birth = self.birth.next();
+        self.birth
+    }
+
+    /// The death, as the will of a connection and as its last message.
+    pub fn death(&self, now_ms: u64) -> (String, Vec<u8>) {
+        let metrics = vec![self.birth_number(now_ms)];
+        let payload = Payload { timestamp: Some(now_ms), metrics, seq: None };
+        (self.topic(MessageKind::NodeDeath), payload.bytes())
+    }
+
+    /// The topics that it listens to.
+    pub fn filters(&self) -> Vec<String> {
+        let host = self.settings.primary_host.clone();
+        let state = host.map(|host| Topic::HostState { host }.to_string());
+        [self.topic(MessageKind::NodeCommand)].into_iter().chain(state).collect()
+    }
+
+    /// Whether it waits for its primary host.
+    pub fn waits(&self) -> bool {
+        self.state == NodeState::Waits
+    }
+
+    /// Up to here all is published, in the order in which it was handed out.
+    pub fn published(&self) -> Option<LogPosition> {
+        if self.state != NodeState::Born || self.owes_history {
+            return None;
+        }
+        self.history.position().or(self.live_at)
+    }
+
+    /// A broker has everything up to a place.
+    pub fn confirm(&mut self, at: LogPosition) {
+        self.confirmed = Some(at);
+    }
+
+    /// A broker is there, and knows what the node listens to.
+    pub fn connected(&mut self, now_ms: u64) {
+        match self.settings.primary_host {
+            Some(_) => self.state = NodeState::Waits,
+            None => self.begin(now_ms),
+        }
+    }
+
+    /// The broker is gone: nothing is published or kept.
+    pub fn disconnected(&mut self) {
+        (self.state, self.wants_rebirth, self.owes_history) = (NodeState::Away, false, false);
+        self.history.clear();
+        self.out.clear();
+    }
+
+    /// Is born, and tells what the host may have missed.
+    fn begin(&mut self, now_ms: u64) {
+        self.state = NodeState::Born;
+        self.history.clear();
+        self.owes_history = true;
+        self.owe();
+        self.bear(now_ms);
+    }
+
+    /// Asks for the past, as soon as the present is known.
+    fn owe(&mut self) {
+        let (Some(until), true) = (self.live_at, self.owes_history) else { return };
+        self.owes_history = false;
+        let from = self.confirmed.unwrap_or(until);
+        if (from.process_start_ns, from.scan) != (until.process_start_ns, until.scan) {
+            self.replay(HistorySpan { from, margin_ns: self.settings.margin_ns(), until });
+        }
+    }
+
+    fn replay(&mut self, span: HistorySpan) {
+        let next = self.history.add(span);
+        self.out.extend(next.map(NodeOut::Replay));
+        self.facts.set(vocabulary::HISTORY_REPLAYING, MetricValue::Bool(true));
+    }
+
+    /// Publishes a birth: all metrics with their values.
+    fn bear(&mut self, now_ms: u64) {
+        (self.seq, self.wants_rebirth) = (Sequence::default(), false);
+        (self.born_ms, self.beat_ms) = (now_ms, now_ms);
+        let at = self.live_at.unwrap_or_default();
+        let at_ms = ms(at.unix_ns);
+        let mut metrics = vec![self.birth_number(now_ms)];
+        metrics.extend(self.facts.born(now_ms));
+        metrics.extend(self.tags.iter().zip(&self.values).map(|(tag, content)| {
+            let value = tags::value(tag.metric.datatype, *content);
+            tag.metric.born(Some(&value), at_ms)
+        }));
+        self.throttle.born(&self.values, at.unix_ns);
+        let payload = Payload { timestamp: Some(now_ms), metrics, seq: Some(self.seq.number()) };
+        let topic = self.topic(MessageKind::NodeBirth);
+        self.out.push_back(NodeOut::Publish(topic, payload.bytes()));
+    }
+
+    fn birth_number(&self, now_ms: u64) -> Metric {
+        let born = BornMetric {
+            name: vocabulary::BD_SEQ.to_owned(),
+            alias: None,
+            datatype: DataType::Int64,
+            properties: MetricProperties::default(),
+        };
+        born.born(Some(&MetricValue::Signed(self.birth.number() as i64)), now_ms)
+    }
+
+    fn topic(&self, kind: MessageKind) -> String {
+        let (group, node) = (self.settings.group.clone(), self.settings.name.clone());
+        Topic::Node { group, kind, node, device: None }.to_string()
+    }
+
+    /// Publishes data, in messages of a bounded size.
+    fn data(&mut self, mut metrics: Vec<Metric>, now_ms: u64) {
+        while !metrics.is_empty() && self.state == NodeState::Born {
+            let rest = metrics.split_off(metrics.len().min(METRICS_MAX));
+            self.seq = self.seq.next();
+            let (timestamp, seq) = (Some(now_ms), Some(self.seq.number()));
+            let payload = Payload { timestamp, metrics, seq };
+            let topic = self.topic(MessageKind::NodeData);
+            self.out.push_back(NodeOut::Publish(topic, payload.bytes()));
+            metrics = rest;
+        }
+    }
+
+    /// What was told to be published, as data.
+    fn tell(&mut self, mut told: ToldChanges, is_historical: bool, now_ms: u64) {
+        told.sort_by_key(|(_, change)| change.unix_ns);
+        let metric = |(at, change): &(usize, crate::live::LoggedChange)| {
+            let tag = self.tags.get(*at)?;
+            let value = tags::value(tag.metric.datatype, change.value);
+            let data = metric_of(tag.metric.datatype, Some(&value), ms(change.unix_ns));
+            let is_historical = is_historical.then_some(true);
+            Some(Metric { alias: tag.metric.alias, is_historical, ..data })
+        };
+        let metrics = told.iter().filter_map(metric).collect();
+        self.data(metrics, now_ms);
+    }
+
+    fn tell_facts(&mut self, now_ms: u64, all_scans: bool) {
+        if self.state == NodeState::Born {
+            let news = self.facts.news(now_ms, all_scans);
+            self.data(news, now_ms);
+        }
+    }
+
+    /// What happened in the controller up to a scan.
+    pub fn live(&mut self, events: Vec<LogEvent>, at: LogPosition, now_ms: u64) {
+        let mut told = ToldChanges::new();
+        for event in events {
+            match event {
+                LogEvent::Begins { program, values, at } => {
+                    self.tell(std::mem::take(&mut told), false, now_ms);
+                    self.run_on(&program, values, at);
+                    if self.state == NodeState::Born {
+                        self.bear(now_ms);
+                    }
+                }
+                LogEvent::Changed(change) => {
+                    let number = change.cell as usize;
+                    let tag = self.tags.get(number).zip(self.values.get_mut(number));
+                    let Some((tag, value)) = tag else { continue };
+                    *value = change.value;
+                    if self.state == NodeState::Born {
+                        self.throttle.take((number, tag), change, &mut told);
+                    }
+                }
+                LogEvent::Jumped { from, to } => {
+                    if self.state == NodeState::Born && !self.owes_history {
+                        self.replay(HistorySpan { from, margin_ns: 0, until: to });
+                    }
+                }
+                LogEvent::Missing(gap) => self.missing(&gap),
+            }
+        }
+        self.throttle.release(&self.tags, at.unix_ns, &mut told);
+        self.live_at = Some(at);
+        // At the very first start nobody waits for what was before.
+        self.confirmed.get_or_insert(at);
+        let scan = i64::try_from(at.scan).unwrap_or(i64::MAX);
+        self.facts.set(vocabulary::SCAN, MetricValue::Signed(scan));
+        self.tell(told, false, now_ms);
+        if self.state == NodeState::Born {
+            self.owe();
+        }
+        self.tell_facts(now_ms, false);
+    }
+
+    /// The controller goes on with a program.
+    fn run_on(&mut self, program: &LoggedProgram, values: Vec<i32>, at: LogPosition) {
+        self.tags = tags::metrics(&self.settings, program, ALIASES);
+        self.values = values;
+        self.throttle = Throttle::new(self.tags.len());
+        self.history.replaced(&self.tags);
+        self.live_at = Some(at);
+        for name in &self.settings.commands {
+            if !self.tags.iter().any(|tag| tag.metric.name == *name) {
+                let line =
+                    format!("`[commands] tags` lists {name}: the program publishes no such tag");
+                self.out.push_back(NodeOut::Say(line));
+            }
+        }
+    }
+
+    /// What the controller says of itself.
+    pub fn facts(&mut self, facts: Vec<NodeFact>, now_ms: u64) {
+        facts.into_iter().for_each(|(name, value)| self.facts.set(name, value));
+        self.tell_facts(now_ms, false);
+    }
+
+    /// A part of the past, up to a place.
+    pub fn past(&mut self, events: Vec<LogEvent>, at: LogPosition, now_ms: u64) {
+        if self.state != NodeState::Born || !self.history.is_under_way() {
+            return;
+        }
+        let mut told = ToldChanges::new();
+        for event in events {
+            match event {
+                LogEvent::Begins { program, .. } => {
+                    let past = tags::metrics(&self.settings, &program, ALIASES);
+                    self.history.begins(&past, &self.tags);
+                }
+                LogEvent::Changed(change) => self.history.take(change, &self.tags, &mut told),
+                LogEvent::Missing(gap) => self.missing(&gap),
+                LogEvent::Jumped { .. } => {}
+            }
+        }
+        self.history.release(&self.tags, at.unix_ns, &mut told);
+        self.tell(told, true, now_ms);
+        self.history.told(at);
+        self.tell_facts(now_ms, false);
+    }
+
+    /// The part of the past that was asked for is told.
+    pub fn past_done(&mut self, now_ms: u64) {
+        if !self.history.is_under_way() {
+            return;
+        }
+        let (next, unplaced) = self.history.done();
+        if unplaced > 0 {
+            self.out.push_back(NodeOut::Say(format!(
+                "{unplaced} values of the past belong to tags that the present program does not \
+                 have with that type: they are not sent"
+            )));
+        }
+        self.facts.set(vocabulary::HISTORY_REPLAYING, MetricValue::Bool(next.is_some()));
+        self.out.extend(next.map(NodeOut::Replay));
+        self.tell_facts(now_ms, true);
+    }
+
+    fn missing(&mut self, gap: &LogGap) {
+        self.lost = self.lost.saturating_add(gap.scans.unwrap_or(0));
+        let lost = i64::try_from(self.lost).unwrap_or(i64::MAX);
+        self.facts.set(vocabulary::HISTORY_LOST, MetricValue::Signed(lost));
+        let scans = match gap.scans {
+            Some(scans) => format!("{scans} scans"),
+            None => "perhaps some scans".to_owned(),
+        };
+        let (from, to) = (time(gap.from_ns), time(gap.to_ns));
+        let why = &gap.why;
+        self.out.push_back(NodeOut::Say(format!("lost: {scans} from {from} to {to}: {why}")));
+    }
+
+    /// Time passes.
+    pub fn tick(&mut self, now_ms: u64) {
+        if self.state != NodeState::Born {
+            return;
+        }
+        if self.wants_rebirth && now_ms.abs_diff(self.born_ms) >= REBIRTH_MS {
+            self.bear(now_ms);
+        }
+        if now_ms.abs_diff(self.beat_ms) >= HEARTBEAT_MS {
+            self.beat_ms = now_ms;
+            self.tell_facts(now_ms, true);
+        }
+    }
+
+    /// A message of the broker.
+    pub fn message(&mut self, topic: &str, payload: &[u8], now_ms: u64) {
+        match Topic::read(topic) {
+            Some(Topic::HostState { host })
+                if self.settings.primary_host.as_ref() == Some(&host) =>
+            {
+                match HostState::read(payload) {
+                    Ok(state) => self.host(state, now_ms),
+                    Err(why) => self.out.push_back(NodeOut::SayLimited(why)),
+                }
+            }
+            Some(Topic::Node { kind: MessageKind::NodeCommand, group, node, device: None })
+                if group == self.settings.group && node == self.settings.name =>
+            {
+                match Payload::read(payload) {
+                    Ok(payload) => self.command(&payload, now_ms),
+                    Err(why) => {
+                        let line = format!("a command is refused: {why}");
+                        self.out.push_back(NodeOut::SayLimited(line));
+                    }
+                }
+            }
+            Some(_) | None => {
+                let line = "a message of a topic that it did not ask for is left out";
+                self.out.push_back(NodeOut::SayLimited(line.to_owned()));
+            }
+        }
+    }
+
+    /// The primary host says whether it is there.
+    fn host(&mut self, HostState { online, timestamp }: HostState, now_ms: u64) {
+        let is_old = self.host_ms.is_some_and(|known| timestamp < known);
+        if self.state == NodeState::Away || is_old {
+            return;
+        }
+        let is_new = self.host_ms != Some(timestamp);
+        self.host_ms = Some(timestamp);
+        if !online && self.state == NodeState::Born {
+            self.out.push_back(NodeOut::Leave("the primary host is offline".to_owned()));
+        } else if online && (self.state == NodeState::Waits || is_new) {
+            self.begin(now_ms);
+        }
+    }
+
+    fn command(&mut self, payload: &Payload, now_ms: u64) {
+        if self.state != NodeState::Born {
+            return;
+        }
+        for asked in asked(payload, &self.tags) {
+            match asked {
+                AskedCommand::Rebirth => self.wants_rebirth = true,
+                AskedCommand::Refused(why) => {
+                    let line = format!("a command is refused: {why}");
+                    self.out.push_back(NodeOut::SayLimited(line));
+                }
+                AskedCommand::Write(operand, value) if self.pace.take(now_ms) => {
+                    self.out.push_back(NodeOut::Write(operand, value));
+                }
+                AskedCommand::Write(operand, _) => {
+                    let line = format!("a command is refused: {operand}: too many in a second");
+                    self.out.push_back(NodeOut::SayLimited(line));
+                }
+            }
+        }
+        self.tick(now_ms);
+    }
+}
+
+/// A time as Sparkplug has it.
+fn ms(unix_ns: i64) -> u64 {
+    (unix_ns / 1_000_000).try_into().unwrap_or(0)
+}
+
+/// A time for people.
+fn time(unix_ns: i64) -> String {
+    let seconds = (unix_ns / 1_000_000_000).try_into().unwrap_or(0);
+    format!("{}Z", Utc::of(seconds))
+}

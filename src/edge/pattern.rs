@@ -1,0 +1,41 @@
+//! Patterns of tags' names: `*` stands for any characters, none included.
+
+/// Whether a name fits a pattern.
+pub(super) fn fits(pattern: &str, name: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or_default();
+    let Some(mut rest) = name.strip_prefix(first) else { return false };
+    let Some(last) = parts.next_back() else { return rest.is_empty() };
+    for part in parts {
+        let Some(at) = rest.find(part) else { return false };
+        rest = &rest[at + part.len()..];
+    }
+    rest.ends_with(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_star_is_any_characters() {
+        let cases = [
+            ("*", "", true),
+            ("*", "jam", true),
+            ("jam", "jam", true),
+            ("jam", "jams", false),
+            ("belt.*", "belt.Acc", true),
+            ("belt.*", "belt", false),
+            ("*.Acc", "belt.Acc", true),
+            ("a*b*c", "abc", true),
+            ("a*b*c", "a1b2b3c", true),
+            ("a*b*c", "acb", false),
+            ("ab*ba", "aba", false),
+            ("", "", true),
+            ("", "a", false),
+        ];
+        for (pattern, name, does) in cases {
+            assert_eq!(fits(pattern, name), does, "{pattern} {name}");
+        }
+    }
+}

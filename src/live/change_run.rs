@@ -1,0 +1,168 @@
+//! Executes sections of the scan log, and tells the changes of some cells scan by scan.
+//!
+//! A section that has grown is gone on with: only what is new is executed. Used by
+//! `change_follower` and `change_history`, which say what follows what.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::log_event::{LogPosition, LoggedChange};
+use super::logged_program::{LoggedProgram, content};
+use crate::engine::{Cell, Engine, EngineCall};
+use crate::runtime::exchange::Mode;
+use crate::runtime::{TapeEntry, TapeSection, numbered_calls};
+
+/// A section among those of all processes: when its process started, and its number in it.
+pub(super) type SectionName = (i64, u64);
+
+/// The times of values have milliseconds.
+const MOMENT_NS: i64 = 1_000_000;
+
+/// Executes the sections of one program.
+pub(super) struct ChangeRun {
+    pub program: Arc<LoggedProgram>,
+    engine: Engine,
+    /// By chosen cell: its content; `None`: it was never told.
+    values: Vec<Option<i32>>,
+    /// The section that is executed, and the number of its entries that are.
+    done: Option<(SectionName, usize)>,
+    /// The last scan.
+    pub at: LogPosition,
+    /// The mode behind what is executed.
+    pub mode: Mode,
+}
+
+/// The time at the start of a section, ns since 1970 (UTC). Before a process's first scan it is a
+/// moment earlier than that scan, so that no two values of a cell have one time.
+pub(super) fn begin_unix_ns(section: &TapeSection) -> i64 {
+    let begin_ns = section.start.unix_offset_ns.saturating_add_unsigned(section.begin_ns());
+    match section.state.now_ns() {
+        0 => begin_ns.saturating_sub(MOMENT_NS),
+        _ => begin_ns,
+    }
+}
+
+impl ChangeRun {
+    /// Before the first section.
+    pub fn new(program: Arc<LoggedProgram>) -> ChangeRun {
+        let (engine, values) = (program.engine(), vec![None; program.chosen.len()]);
+        let (done, at, mode) = (None, LogPosition::default(), Mode::Run);
+        ChangeRun { program, engine, values, done, at, mode }
+    }
+
+    /// The same for another program; a cell of the same name keeps its value, so that only a
+    /// different one is told.
+    pub fn followed_by(&self, program: Arc<LoggedProgram>) -> ChangeRun {
+        let names = self.program.chosen.iter().map(|(name, _)| name.as_str());
+        let known: HashMap<&str, Option<i32>> = names.zip(self.values.iter().copied()).collect();
+        let mut run = ChangeRun::new(program);
+        for ((name, _), value) in run.program.chosen.iter().zip(&mut run.values) {
+            *value = known.get(name.as_str()).copied().flatten();
+        }
+        run
+    }
+
+    /// The contents at the start of a section; `None`: it does not fit the program.
+    pub fn begin(&mut self, section: &TapeSection) -> Option<Vec<i32>> {
+        self.done = None;
+        if !self.engine.resume(&section.state) {
+            return None;
+        }
+        let image = self.engine.image();
+        Some(self.program.chosen.iter().map(|(_, cell)| content(image, *cell)).collect())
+    }
+
+    /// Takes the contents at the start of a section as told.
+    pub fn told(&mut self, values: &[i32]) {
+        self.values.iter_mut().zip(values).for_each(|(known, value)| *known = Some(*value));
+    }
+
+    /// Executes what is new in a section, and tells the changes; false: it does not fit the
+    /// program.
+    pub fn take(
+        &mut self,
+        (process_start_ns, sequence): SectionName,
+        section: &TapeSection,
+        tell: &mut dyn FnMut(LoggedChange),
+    ) -> bool {
+        let name = (process_start_ns, sequence);
+        let begun = self.done.filter(|(of, done)| *of == name && *done <= section.entries.len());
+        let unix = |now_ns| section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
+        let begin_ns = begin_unix_ns(section);
+        if begun.is_none() {
+            if !self.engine.resume(&section.state) {
+                self.done = None;
+                return false;
+            }
+            let scan = section.start.number.saturating_sub(1);
+            self.at = LogPosition { process_start_ns, scan, unix_ns: begin_ns };
+            self.mode = section.start.mode;
+            self.compare(tell);
+        }
+        let from = begun.map_or(0, |(_, done)| done);
+        let mut calls = numbered_calls(&section.entries, section.start.number);
+        for (at, entry) in section.entries.iter().enumerate() {
+            match entry {
+                TapeEntry::Call(_) => {
+                    let Some(of) = calls.next().filter(|_| at >= from) else { continue };
+                    let unix_ns = if of.now_ns == 0 { begin_ns } else { unix(of.now_ns) };
+                    self.at = LogPosition { process_start_ns, scan: of.number, unix_ns };
+                    self.call(of.call, tell);
+                }
+                TapeEntry::Mode(mode) if at >= from => self.mode = *mode,
+                TapeEntry::Mode(_)
+                | TapeEntry::Origin(_)
+                | TapeEntry::Number(_)
+                | TapeEntry::Swap { .. }
+                | TapeEntry::State { .. }
+                | TapeEntry::Lost { .. } => {}
+            }
+        }
+        self.done = Some((name, section.entries.len()));
+        true
+    }
+
+    fn call(&mut self, call: EngineCall, tell: &mut dyn FnMut(LoggedChange)) {
+        self.engine.apply(call);
+        match call {
+            EngineCall::Execute | EngineCall::Terminate => self.compare(tell),
+            // Outside of RUN no scan follows that would show it.
+            EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell)
+                if self.mode != Mode::Run =>
+            {
+                self.compare_cell(cell, tell);
+            }
+            EngineCall::Write(..)
+            | EngineCall::Force(..)
+            | EngineCall::Release(_)
+            | EngineCall::Start { .. }
+            | EngineCall::RequestStop
+            | EngineCall::Begin { .. } => {}
+        }
+    }
+
+    /// Tells the cells whose contents are others than those that are known.
+    fn compare(&mut self, tell: &mut dyn FnMut(LoggedChange)) {
+        let (image, at) = (self.engine.image(), self.at);
+        let chosen = self.program.chosen.iter().zip(&mut self.values);
+        for (number, ((_, cell), known)) in (0..).zip(chosen) {
+            let value = content(image, *cell);
+            if *known != Some(value) {
+                *known = Some(value);
+                tell(LoggedChange { cell: number, value, scan: at.scan, unix_ns: at.unix_ns });
+            }
+        }
+    }
+
+    fn compare_cell(&mut self, cell: Cell, tell: &mut dyn FnMut(LoggedChange)) {
+        let (value, at) = (content(self.engine.image(), cell), self.at);
+        for number in self.program.numbers(cell) {
+            let Some(known) = self.values.get_mut(*number as usize) else { continue };
+            if *known != Some(value) {
+                *known = Some(value);
+                let (scan, unix_ns) = (at.scan, at.unix_ns);
+                tell(LoggedChange { cell: *number, value, scan, unix_ns });
+            }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! A recorded program, to be executed, with the cells of it that somebody wants to know.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::engine::{self, Cell, Engine, Image};
+use crate::load::recorded::loaded;
+use crate::lower::{Symbols, lower};
+use crate::record::RecordedProgram;
+use crate::resolve::program::Program;
+
+/// A cell that somebody wants to know, with the name that it has in every program.
+pub type NamedCell = (String, Cell);
+
+/// Chooses the cells of a program.
+pub type ChooseCells = Arc<dyn Fn(&Program, &Symbols) -> Vec<NamedCell> + Send + Sync>;
+
+/// A recorded program with its chosen cells.
+#[derive(Debug)]
+pub struct LoggedProgram {
+    /// As it was recorded.
+    pub recorded: Arc<RecordedProgram>,
+    /// The program as it is written.
+    pub program: Program,
+    /// Its names and cells.
+    pub symbols: Symbols,
+    /// The chosen cells.
+    pub chosen: Vec<NamedCell>,
+    /// By cell: its numbers among the chosen ones.
+    numbers: HashMap<Cell, Vec<u32>>,
+    code: engine::Program,
+}
+
+impl LoggedProgram {
+    /// Makes a program of its recorded files.
+    ///
+    /// # Errors
+    /// This version of rungd cannot load them.
+    pub fn of(
+        recorded: &Arc<RecordedProgram>,
+        choose: &ChooseCells,
+    ) -> Result<LoggedProgram, String> {
+        let (program, _) = loaded(recorded)?;
+        let (code, symbols) = lower(&program);
+        let chosen = choose(&program, &symbols);
+        let mut numbers: HashMap<Cell, Vec<u32>> = HashMap::new();
+        for (number, (_, cell)) in (0..).zip(&chosen) {
+            numbers.entry(*cell).or_default().push(number);
+        }
+        Ok(LoggedProgram { recorded: recorded.clone(), program, symbols, chosen, numbers, code })
+    }
+
+    /// An engine that executes it.
+    pub(super) fn engine(&self) -> Engine {
+        Engine::new(self.code.clone())
+    }
+
+    /// The numbers of a cell among the chosen ones.
+    pub(super) fn numbers(&self, cell: Cell) -> &[u32] {
+        self.numbers.get(&cell).map_or(&[], Vec::as_slice)
+    }
+}
+
+/// The content of a cell: of a bit 0 or 1.
+pub(super) fn content(image: &Image, cell: Cell) -> i32 {
+    match cell {
+        Cell::Bit(bit) => i32::from(image.bit(bit)),
+        Cell::Word(word) => image.word(word),
+    }
+}
+
+/// A program, or why it cannot be made.
+type KnownResult = Result<Arc<LoggedProgram>, (Arc<RecordedProgram>, String)>;
+
+/// The programs that are known, so that none is made twice.
+#[derive(Clone, Default)]
+pub(super) struct ProgramShelf {
+    known: Vec<KnownResult>,
+}
+
+/// The most programs that are kept.
+const PROGRAMS_MAX: usize = 4;
+
+impl ProgramShelf {
+    /// The program of a recording, made where it is not known.
+    ///
+    /// # Errors
+    /// This version of rungd cannot load it.
+    pub fn take(
+        &mut self,
+        recorded: &Arc<RecordedProgram>,
+        choose: &ChooseCells,
+    ) -> Result<Arc<LoggedProgram>, String> {
+        let known = self.known.iter().find(|known| same(recorded_of(known), recorded));
+        if let Some(known) = known {
+            return known.clone().map_err(|(_, why)| why);
+        }
+        let made = LoggedProgram::of(recorded, choose).map(Arc::new);
+        if self.known.len() == PROGRAMS_MAX {
+            drop(self.known.remove(0));
+        }
+        self.known.push(made.clone().map_err(|why| (recorded.clone(), why)));
+        made
+    }
+
+    /// An engine for a program that is known.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn engine(&self, recorded: &RecordedProgram) -> Result<Engine, String> {
+        let known = self.known.iter().flatten().find(|of| *of.recorded == *recorded);
+        known.map(|of| of.engine()).ok_or_else(|| "its program cannot be loaded".to_owned())
+    }
+}
+
+fn recorded_of(known: &KnownResult) -> &Arc<RecordedProgram> {
+    match known {
+        Ok(of) => &of.recorded,
+        Err((recorded, _)) => recorded,
+    }
+}
+
+fn same(one: &Arc<RecordedProgram>, other: &Arc<RecordedProgram>) -> bool {
+    Arc::ptr_eq(one, other) || one == other
+}

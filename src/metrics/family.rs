@@ -1,0 +1,82 @@
+//! Families of metrics as data: a name, what it means, and the samples of one moment.
+//!
+//! Made by `controller` and `parts`, written by `text`. Names are without what a form of text adds
+//! (`_total`, `_info`).
+
+/// The kind of a family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MetricKind {
+    /// Only grows, until the controller starts anew.
+    Counter,
+    Gauge,
+    Histogram,
+    /// Always 1; what it says is in its labels.
+    Info,
+}
+
+/// A family.
+#[derive(Clone, Debug)]
+pub(super) struct MetricFamily {
+    pub name: &'static str,
+    pub kind: MetricKind,
+    pub help: &'static str,
+    pub samples: Vec<MetricSample>,
+}
+
+/// One value.
+#[derive(Clone, Debug)]
+pub(super) struct MetricSample {
+    /// Behind the family's name: `_bucket`, `_sum`, `_count`, or nothing.
+    pub suffix: &'static str,
+    pub labels: Vec<(&'static str, String)>,
+    pub value: f64,
+}
+
+/// The units that stand at the end of a name.
+const UNITS: [&str; 2] = ["seconds", "bytes"];
+
+impl MetricFamily {
+    pub fn new(kind: MetricKind, name: &'static str, help: &'static str) -> MetricFamily {
+        MetricFamily { name, kind, help, samples: Vec::new() }
+    }
+
+    /// A family of one value.
+    pub fn gauge(name: &'static str, help: &'static str, value: f64) -> MetricFamily {
+        MetricFamily::new(MetricKind::Gauge, name, help).with(&[], value)
+    }
+
+    /// A counter of one value.
+    pub fn counter(name: &'static str, help: &'static str, value: u64) -> MetricFamily {
+        MetricFamily::new(MetricKind::Counter, name, help).with(&[], value as f64)
+    }
+
+    /// With one more value.
+    pub fn with(mut self, labels: &[(&'static str, &str)], value: f64) -> MetricFamily {
+        let labels = labels.iter().map(|(name, text)| (*name, (*text).to_owned())).collect();
+        self.samples.push(MetricSample { suffix: "", labels, value });
+        self
+    }
+
+    /// With a value for each of some things.
+    pub fn each<T>(
+        self,
+        of: &[T],
+        sample: impl Fn(&T) -> (Vec<(&'static str, &str)>, f64),
+    ) -> MetricFamily {
+        of.iter().fold(self, |family, thing| {
+            let (labels, value) = sample(thing);
+            family.with(&labels, value)
+        })
+    }
+
+    /// The unit at the end of the name, if there is one.
+    pub fn unit(&self) -> Option<&'static str> {
+        let last = self.name.rsplit('_').next()?;
+        UNITS.into_iter().find(|unit| *unit == last)
+    }
+}
+
+/// 1 or 0.
+pub(super) fn flag(on: bool) -> f64 {
+    f64::from(u8::from(on))
+}

@@ -1,0 +1,70 @@
+//! `rungd metrics`: what a running controller tells a time-series database.
+//!
+//! A process of its own, and a client of the operator's socket that only looks. `scrape` asks, and
+//! makes families of the answers (`controller`, `parts`, of `family`); `text` writes them in the
+//! two forms of the field. They go out through a listener (`serve`), into a file (`textfile`) or to
+//! the caller, `cli::metrics`. `docs/metrics.md` lists the names, which never change.
+
+mod controller;
+mod family;
+mod journal;
+mod parts;
+mod scrape;
+mod scraped;
+mod serve;
+#[cfg(test)]
+mod tests;
+mod text;
+mod textfile;
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+
+use crate::operator::client::CallFailure;
+
+/// Serves the metrics of the controller at a socket until a signal comes.
+///
+/// # Errors
+/// The address cannot be taken.
+pub(crate) fn listen(at: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
+    serve::serve(at, socket)
+}
+
+/// The metrics of one look, in the form of a text file, and why there are no more of them.
+pub(crate) fn once(socket: Option<PathBuf>) -> (String, Option<CallFailure>) {
+    let (families, failure) = scrape::Scraper::new(socket).families();
+    (text::text(&families, text::Exposition::Prometheus), failure)
+}
+
+/// Writes the metrics of one look to a file; gives why there are no more of them.
+///
+/// # Errors
+/// The file cannot be written.
+pub(crate) fn write(file: &Path, socket: Option<PathBuf>) -> Result<Option<CallFailure>> {
+    let (text, failure) = once(socket);
+    textfile::write(file, &text)?;
+    Ok(failure)
+}
+
+/// Writes the metrics to a file again and again. What goes wrong is told once, and tried again.
+pub(crate) fn write_every(file: &Path, every: Duration, socket: Option<PathBuf>) -> Result<()> {
+    let mut scraper = scrape::Scraper::new(socket);
+    let mut told = None;
+    let mut next = Instant::now();
+    loop {
+        let (families, failure) = scraper.families();
+        let text = text::text(&families, text::Exposition::Prometheus);
+        let written = textfile::write(file, &text).err().map(|error| format!("{error:#}"));
+        let wrong = written.or_else(|| failure.map(|why| why.to_string()));
+        if wrong != told {
+            journal::say(wrong.as_deref().unwrap_or("the file is written again"));
+            told = wrong;
+        }
+        next = (next + every).max(Instant::now());
+        sleep(next.saturating_duration_since(Instant::now()));
+    }
+}

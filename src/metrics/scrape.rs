@@ -1,0 +1,107 @@
+//! One look at a controller: a status, its alarms, and the values of tags with `metric = true`.
+//!
+//! Called by `serve` and `textfile`. Blocking, within time limits. The list of tags is asked for
+//! again when the ladder has changed.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use serde::de::DeserializeOwned;
+
+use super::family::MetricFamily;
+use super::scraped::Scraped;
+use super::{controller, parts};
+use crate::operator::client::{self, CallFailure};
+use crate::operator::protocol::{
+    AlarmList, MetricList, OPERANDS_MAX, Request, ShownValue, Status, Values,
+};
+
+/// The longest wait for an answer: who asks here waits ten seconds as a rule.
+const ANSWER_MAX: Duration = Duration::from_secs(3);
+/// The start of a process is told to the ms, and is the same to this in each look.
+const START_S_APART: f64 = 2.0;
+
+/// Looks at a controller.
+#[derive(Debug)]
+pub(super) struct Scraper {
+    /// The socket that was named; else the usual places, looked at anew each time.
+    named: Option<PathBuf>,
+    /// The operands of a ladder, by its hash.
+    known: Option<(String, MetricList)>,
+    /// The process, and when it started.
+    started: Option<(u32, f64)>,
+}
+
+impl Scraper {
+    pub fn new(named: Option<PathBuf>) -> Scraper {
+        Scraper { named, known: None, started: None }
+    }
+
+    /// Where the controller's socket is at present.
+    pub fn socket(&self) -> PathBuf {
+        client::socket(self.named.clone())
+    }
+
+    /// The families of one look, and why there are no more of them.
+    pub fn families(&mut self) -> (Vec<MetricFamily>, Option<CallFailure>) {
+        match self.look() {
+            Ok(seen) => {
+                let mut families = vec![controller::up(true)];
+                families.extend(controller::families(&seen));
+                families.extend(parts::families(&seen));
+                (families, None)
+            }
+            Err(failure) => (vec![controller::up(false)], Some(failure)),
+        }
+    }
+
+    fn look(&mut self) -> Result<Scraped, CallFailure> {
+        let socket = self.socket();
+        let status: Status = ask(&socket, &Request::Status {})?;
+        let alarms: AlarmList = ask(&socket, &Request::Alarms {})?;
+        let sha256 = &status.ladder.sha256;
+        let read = match self.values(&socket, sha256) {
+            // A reload came between: another ladder has other tags.
+            Err(CallFailure::Refused(_)) => {
+                self.known = None;
+                self.values(&socket, sha256)
+            }
+            read => read,
+        };
+        let (values, left_out) = read?;
+        let start_s = self.start_s(&status);
+        Ok(Scraped { status, alarms: alarms.alarms, values, left_out, start_s })
+    }
+
+    fn values(
+        &mut self,
+        socket: &Path,
+        sha256: &str,
+    ) -> Result<(Vec<ShownValue>, usize), CallFailure> {
+        if self.known.as_ref().is_none_or(|(of, _)| of != sha256) {
+            self.known = Some((sha256.to_owned(), ask(socket, &Request::Metrics {})?));
+        }
+        let Some((_, list)) = &self.known else { return Ok((Vec::new(), 0)) };
+        let mut values = Vec::new();
+        for operands in list.operands.chunks(OPERANDS_MAX) {
+            let read = Request::Read { operands: operands.to_vec() };
+            values.extend(ask::<Values>(socket, &read)?.values);
+        }
+        Ok((values, list.left_out))
+    }
+
+    fn start_s(&mut self, status: &Status) -> f64 {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let start_s = now.as_secs_f64() - status.uptime_ms as f64 / 1000.0;
+        let known = self
+            .started
+            .filter(|(pid, at)| *pid == status.pid && (at - start_s).abs() < START_S_APART);
+        let start_s = known.map_or_else(|| (start_s * 1000.0).round() / 1000.0, |(_, at)| at);
+        self.started = Some((status.pid, start_s));
+        start_s
+    }
+}
+
+fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, CallFailure> {
+    client::ask_within(socket, request, ANSWER_MAX)
+}

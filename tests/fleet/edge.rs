@@ -1,0 +1,233 @@
+//! `rungd edge` with a real controller and mosquitto: births, changes, links that fail, commands.
+//! The tag `n` counts without a gap, so that a value that is lost, or told out of order, shows.
+
+use std::time::Duration;
+
+use rungd::mqtt::TlsFiles;
+use rungd::sparkplug::{DataType, MessageKind, MetricValue, vocabulary};
+
+use crate::edge_rig::{CONTROLLER, Edge, Host, LADDER, commanded};
+use crate::mosquitto::{Mosquitto, MosquittoOptions};
+use crate::nats::NatsCluster;
+use crate::support::live::{Live, run};
+
+/// A controller, a broker and a host that is the edge node's primary one.
+fn plant() -> Option<(Live, Mosquitto, Host)> {
+    let broker = Mosquitto::start(&MosquittoOptions::default())?;
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let host = Host::listen(&broker.url());
+    Some((live, broker, host))
+}
+
+const PRIMARY: &str = "[sparkplug]\nprimary-host = \"judge\"\n";
+
+/// Of a count, from its first value on, none is missing and none is told twice with another time.
+fn is_whole(all: &[(u64, i64)]) {
+    for pair in all.windows(2) {
+        assert!(pair[1].1 == pair[0].1 + 1 && pair[1].0 > pair[0].0, "{pair:?} of {}", all.len());
+    }
+}
+
+/// Waits until the count has reached a value beyond the last one by so many.
+fn await_more(host: &Host, more: i64) {
+    let last = host.integers("n").last().map_or(0, |(_, value)| *value);
+    host.await_it("count", |host| {
+        host.integers("n").last().is_some_and(|(_, value)| *value >= last + more)
+    });
+}
+
+/// Values of the present, and those of the past, are each in the order of their times.
+fn are_ordered(host: &Host) {
+    let mut last = [0, 0];
+    for of in host.told().iter().filter(|of| !of.is_born && !of.name.starts_with("rungd/")) {
+        let last = &mut last[usize::from(of.is_historical)];
+        assert!(of.time_ms >= *last || of.is_historical, "{of:?} behind {last}");
+        *last = of.time_ms;
+    }
+}
+
+#[test]
+fn changes_arrive_and_an_end_is_told() {
+    let Some((live, broker, host)) = plant() else { return };
+    let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
+    host.await_it("birth", |host| host.count(MessageKind::NodeBirth) > 0);
+    await_more(&host, 20);
+    let told = host.told();
+    let fact = |name: &str| told.iter().rev().find(|of| of.name == name).map(|of| &of.value);
+    assert_eq!(fact(vocabulary::MODE), Some(&MetricValue::Text("RUN".to_owned())));
+    assert_eq!(fact(vocabulary::CONTROLLER), Some(&MetricValue::Bool(true)));
+    is_whole(&host.integers("n"));
+    are_ordered(&host);
+    edge.end();
+    host.await_it("death", |host| host.count(MessageKind::NodeDeath) > 0);
+    let birth = host.heard().into_iter().rfind(|of| of.kind == MessageKind::NodeBirth);
+    let death = host.heard().into_iter().rfind(|of| of.kind == MessageKind::NodeDeath);
+    let number = |metrics: &[rungd::sparkplug::Metric]| {
+        let is_it = |of: &&rungd::sparkplug::Metric| of.name.as_deref() == Some(vocabulary::BD_SEQ);
+        metrics.iter().find(is_it).unwrap().content.clone()
+    };
+    assert_eq!(number(&birth.unwrap().payload.metrics), number(&death.unwrap().payload.metrics));
+}
+
+#[test]
+fn what_happened_while_a_broker_was_held_arrives() {
+    let Some((live, broker, host)) = plant() else { return };
+    let edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 10);
+    broker.stop();
+    edge.await_line("the next try", 1);
+    std::thread::sleep(Duration::from_secs(2));
+    broker.cont();
+    edge.await_line("answers", 3);
+    await_more(&host, 30);
+    host.await_it("past", |host| host.told().iter().any(|of| of.is_historical && of.name == "n"));
+    await_more(&host, 10);
+    is_whole(&host.integers("n"));
+    are_ordered(&host);
+}
+
+#[test]
+fn what_happened_while_a_broker_was_dead_arrives() {
+    let Some((live, mut broker, host)) = plant() else { return };
+    let edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 10);
+    broker.kill();
+    edge.await_line("the next try", 1);
+    std::thread::sleep(Duration::from_secs(2));
+    broker.start_again();
+    await_more(&host, 40);
+    is_whole(&host.integers("n"));
+    are_ordered(&host);
+}
+
+#[test]
+fn an_edge_that_is_killed_goes_on_where_it_was() {
+    let Some((live, broker, host)) = plant() else { return };
+    let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 25);
+    edge.kill_and_start();
+    host.await_it("death", |host| host.count(MessageKind::NodeDeath) > 0);
+    host.await_it("birth", |host| host.count(MessageKind::NodeBirth) > 1);
+    await_more(&host, 25);
+    is_whole(&host.integers("n"));
+}
+
+#[test]
+fn a_reload_and_a_new_start_of_the_controller_are_births() {
+    let Some((mut live, broker, host)) = plant() else { return };
+    let edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 10);
+    let more = LADDER.replace("[tags]", "[tags]\nlamp = { at = \"Y7\", spare = true }");
+    std::fs::write(live.folder.join("ladder.toml"), more).unwrap();
+    live.ok("reload");
+    host.await_it("birth", |host| host.told().iter().any(|of| of.is_born && of.name == "lamp"));
+    await_more(&host, 10);
+    is_whole(&host.integers("n"));
+    live.end();
+    let before = host.count(MessageKind::NodeBirth);
+    edge.await_line("the controller is not seen", 1);
+    let command = run(&live.folder, &[]);
+    let folder = live.folder.clone();
+    std::mem::forget(live);
+    let live = Live::of(folder, command);
+    host.await_it("birth", |host| host.count(MessageKind::NodeBirth) > before);
+    host.await_it("the first values", |host| {
+        host.told()
+            .iter()
+            .any(|of| of.is_historical && of.name == "n" && of.value == MetricValue::Signed(1))
+    });
+    drop(live);
+}
+
+#[test]
+fn a_controller_that_is_killed_leaves_a_gap_that_is_said() {
+    let Some((mut live, broker, host)) = plant() else { return };
+    let edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 10);
+    live.child.kill().unwrap();
+    live.child.wait().unwrap();
+    edge.await_line("the controller is not seen", 1);
+    let command = run(&live.folder, &[]);
+    let folder = live.folder.clone();
+    std::mem::forget(live);
+    let _live = Live::of(folder, command);
+    edge.await_line("lost: perhaps some scans", 1);
+    let is_first = |of: &crate::edge_rig::ToldValue| {
+        of.is_historical && of.name == "n" && of.value == MetricValue::Signed(1)
+    };
+    host.await_it("the first values", |host| host.told().iter().any(is_first));
+}
+
+/// Two brokers, of which one is killed: the other one gets everything.
+#[test]
+fn another_broker_takes_over() {
+    let Some((live, mut broker, _host)) = plant() else { return };
+    let Some(other) = Mosquitto::start(&MosquittoOptions::default()) else { return };
+    let host = Host::listen(&other.url());
+    let urls = format!("{}\", \"{}", broker.url(), other.url());
+    let edge = Edge::start(&live, &urls, PRIMARY);
+    edge.await_line("answers", 2);
+    std::thread::sleep(Duration::from_secs(1));
+    broker.kill();
+    await_more(&host, 20);
+    is_whole(&host.integers("n"));
+}
+
+/// A cluster of which the node of the edge is killed: the host at another one gets everything.
+#[test]
+fn a_cluster_that_loses_a_node_loses_no_change() {
+    let Some(mut cluster) = NatsCluster::start() else { return };
+    let urls = cluster.urls();
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let host = Host::listen(&urls[2]);
+    let edge = Edge::start(&live, &urls[..2].join("\", \""), "");
+    await_more(&host, 20);
+    cluster.kill(0);
+    edge.await_line("the next try", 1);
+    host.await_it("past", |host| host.told().iter().any(|of| of.is_historical && of.name == "n"));
+    await_more(&host, 30);
+    is_whole(&host.integers("n"));
+}
+
+#[test]
+fn certificates_are_shown_and_wanted() {
+    let options = MosquittoOptions { tls: true, ..MosquittoOptions::default() };
+    let Some(broker) = Mosquitto::start(&options) else { return };
+    let of = broker.certificates.as_ref().unwrap();
+    let (ca, certificate, key) =
+        (Some(of.ca.clone()), Some(of.client.clone()), Some(of.client_key.clone()));
+    let host = Host::listen_secured(&broker.url(), Some(TlsFiles { ca, certificate, key }));
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let stranger = Edge::start(&live, &broker.url(), "");
+    stranger.await_line("the next try", 1);
+    drop(stranger);
+    let more = format!(
+        "ca = \"{}\"\ncertificate = \"{}\"\nkey = \"{}\"\n",
+        of.ca.display(),
+        of.client.display(),
+        of.client_key.display()
+    );
+    let _edge = Edge::start(&live, &broker.url(), &more);
+    await_more(&host, 5);
+}
+
+#[test]
+fn only_listed_tags_are_written() {
+    let Some((live, broker, host)) = plant() else { return };
+    let more = format!("{PRIMARY}[commands]\ntags = [\"start\"]\n");
+    let edge = Edge::start(&live, &broker.url(), &more);
+    await_more(&host, 5);
+    let rebirths = host.count(MessageKind::NodeBirth);
+    host.command(vec![commanded(vocabulary::REBIRTH, DataType::Boolean, MetricValue::Bool(true))]);
+    host.await_it("rebirth", |host| host.count(MessageKind::NodeBirth) > rebirths);
+    host.send("spBv1.0/plant/NCMD/press", vec![0xff; 100]);
+    host.command(vec![commanded("n", DataType::Int32, MetricValue::Signed(-1_000_000))]);
+    host.command(vec![commanded("start", DataType::Boolean, MetricValue::Bool(true))]);
+    host.await_it("the output", |host| {
+        host.told().iter().any(|of| of.name == "on" && of.value == MetricValue::Bool(true))
+    });
+    edge.await_line("`[commands] tags` does not list it", 1);
+    await_more(&host, 5);
+    is_whole(&host.integers("n"));
+    assert!(live.ok("why start").contains("sparkplug"), "{}", live.ok("why start"));
+}

@@ -1,0 +1,110 @@
+//! Clients that send nothing, too much, garbage, or wait for nothing: the next scrape is answered,
+//! and the controller is not asked more often.
+
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+
+use crate::rig::{Served, answer_of};
+
+#[test]
+fn only_a_get_of_metrics_is_answered() {
+    let served = Served::start();
+    let head = served.ask("HEAD /metrics", "*/*");
+    assert_eq!((head.status, head.body.as_str()), (200, ""), "{head:?}");
+    for (first, status) in [
+        ("GET /", 404),
+        ("GET /metrics/", 404),
+        ("GET /api/status", 404),
+        ("GET //metrics", 404),
+        ("GET /metrics?x=1", 200),
+        ("POST /metrics", 405),
+        ("PUT /metrics", 405),
+        ("DELETE /metrics", 405),
+        ("OPTIONS /metrics", 405),
+        ("POST /", 404),
+    ] {
+        let answer = served.ask(first, "*/*");
+        assert_eq!(answer.status, status, "{first}: {answer:?}");
+    }
+    let post =
+        b"POST /metrics HTTP/1.1\r\nHost: x\r\nContent-Length: 40\r\nConnection: close\r\n\r\n\
+                 {\"do\":\"write\",\"operand\":\"D1\",\"value\":7}";
+    assert_eq!(served.send(post).status, 405);
+    assert!(served.live.ok("read D1").contains(" 0 bar"), "nothing is written");
+}
+
+#[test]
+fn what_is_no_request_is_refused_and_the_next_one_is_answered() {
+    let served = Served::start();
+    let long = format!("GET /{} HTTP/1.1\r\n\r\n", "a".repeat(40_000));
+    let many = format!("GET /metrics HTTP/1.1\r\n{}\r\n", "A: b\r\n".repeat(200));
+    for bytes in [
+        &b"\0\xff\xfe garbage\r\n\r\n"[..],
+        b"GET\r\n\r\n",
+        b"GET /metrics HTTP/9.9\r\n\r\n",
+        b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+        b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
+        b"GET /metrics HTTP/1.1\r\nAccept: \xff\xfe\r\nTransfer-Encoding: lies\r\n\r\n",
+        long.as_bytes(),
+        many.as_bytes(),
+    ] {
+        let answer = served.send(bytes);
+        assert_ne!(answer.status, 200, "{:?}: {answer:?}", String::from_utf8_lossy(bytes));
+        assert!(served.text().contains("\nrungd_up 1\n"));
+    }
+}
+
+#[test]
+fn a_crowd_that_sends_nothing_keeps_nobody_out_for_long() {
+    let served = Served::start();
+    let crowd: Vec<TcpStream> = (0..100)
+        .filter_map(|n| {
+            let mut stream = TcpStream::connect(&served.host).ok()?;
+            // Some send a beginning, some nothing.
+            let _ = stream.write_all(if n % 2 == 0 { b"GET /met" } else { b"" });
+            Some(stream)
+        })
+        .collect();
+    assert!(crowd.len() > 40, "{}", crowd.len());
+    // Its connections end by their time limit; a client that comes again is answered.
+    served.await_line("rungd_up 1");
+    drop(crowd);
+}
+
+#[test]
+fn those_who_ask_at_once_share_a_look_and_those_who_go_leave_none() {
+    let served = Served::start();
+    let scans = |text: &str| {
+        let line = text.lines().find(|line| line.starts_with("rungd_scans_total "));
+        line.expect("scans").to_owned()
+    };
+    // Clients that ask and do not wait.
+    let request = b"GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n";
+    for _ in 0..200 {
+        let mut stream = TcpStream::connect(&served.host).unwrap();
+        stream.write_all(request).unwrap();
+    }
+    served.await_line("rungd_up 1");
+    // Many requests over one connection, all at once: one look, or two with a second between them.
+    let mut stream = TcpStream::connect(&served.host).unwrap();
+    let close = b"GET /metrics HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+    stream.write_all(&[&request.repeat(20)[..], close].concat()).unwrap();
+    let mut all = String::new();
+    stream.read_to_string(&mut all).unwrap();
+    let mut looks: Vec<String> = all.split("HTTP/1.1 200").skip(1).map(scans).collect();
+    assert_eq!(looks.len(), 21);
+    looks.dedup();
+    assert!(looks.len() < 21, "each was a look of its own: {looks:?}");
+}
+
+#[test]
+fn a_controller_that_hangs_is_told_in_bounded_time() {
+    let served = Served::start();
+    served.await_line("rungd_up 1");
+    served.live.signal("STOP");
+    let text = served.await_line("rungd_up 0");
+    served.live.signal("CONT");
+    assert_eq!(text.lines().count(), 3, "{text}");
+    served.await_line("rungd_up 1");
+    assert_eq!(answer_of(&served.host, b"GET / HTTP/1.0\r\n\r\n").status, 404);
+}
