@@ -74,7 +74,7 @@ fn a_foreign_host_sees_it(story: &Story) {
         metrics.filter(move |metric| metric["name"] == name)
     };
     let born = of_metric("n").next().expect("the count is born");
-    assert_eq!((&born["type"], born["value"].is_i64()), (&"INT16".into(), true), "{born}");
+    assert_eq!((&born["type"], born["value"].is_i64()), (&"INT32".into(), true), "{born}");
     let present = of_metric("n").filter(|metric| metric["historical"] == false);
     let values: Vec<i64> = present.filter_map(|metric| metric["value"].as_i64()).collect();
     assert!(values.windows(2).all(|pair| pair[0] <= pair[1]), "{values:?}");
