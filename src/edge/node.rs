@@ -78,7 +78,8 @@ pub(super) struct EdgeNode {
     /// The time of the last birth of the primary host.
     host_ms: Option<u64>,
     wants_rebirth: bool,
-    born_ms: u64,
+    /// When a host's request for a birth was last answered.
+    reborn_ms: Option<u64>,
     beat_ms: u64,
     pace: CommandPace,
     out: VecDeque<NodeOut>,
@@ -108,7 +109,7 @@ impl EdgeNode {
             lost: 0,
             host_ms: None,
             wants_rebirth: false,
-            born_ms: 0,
+            reborn_ms: None,
             beat_ms: 0,
             pace: CommandPace::new(),
             out: VecDeque::new(),
@@ -203,7 +204,7 @@ impl EdgeNode {
     /// Publishes a birth: all metrics with their values.
     fn bear(&mut self, now_ms: u64) {
         (self.seq, self.wants_rebirth) = (Sequence::default(), false);
-        (self.born_ms, self.beat_ms) = (now_ms, now_ms);
+        self.beat_ms = now_ms;
         let at = self.live_at.unwrap_or_default();
         let at_ms = ms(at.unix_ns);
         let mut metrics = vec![self.birth_number(now_ms)];
@@ -389,12 +390,19 @@ impl EdgeNode {
         if self.state != NodeState::Born {
             return;
         }
-        if self.wants_rebirth && now_ms.abs_diff(self.born_ms) >= REBIRTH_MS {
-            self.bear(now_ms);
-        }
+        self.answer_request(now_ms);
         if now_ms.abs_diff(self.beat_ms) >= HEARTBEAT_MS {
             self.beat_ms = now_ms;
             self.tell_facts(now_ms, true);
+        }
+    }
+
+    /// Is born again if a host asks for it: at once, and no more often than once a second.
+    fn answer_request(&mut self, now_ms: u64) {
+        let waits = |last: u64| now_ms.abs_diff(last) < REBIRTH_MS;
+        if self.wants_rebirth && !self.reborn_ms.is_some_and(waits) {
+            self.reborn_ms = Some(now_ms);
+            self.bear(now_ms);
         }
     }
 

@@ -355,7 +355,7 @@ impl EdgeShell {
         let (topic, payload) = self.node.death(now_ms());
         let farewell = async {
             session.publish(&topic, &payload, Qos::AtLeastOnce, false).await?;
-            session.disconnect().await
+            session.disconnect_with_will().await
         };
         let _ = tokio::time::timeout(END_MAX, farewell).await;
         ended

@@ -106,13 +106,16 @@ pub(super) fn ping(version: MqttVersion) -> Result<Packet, MqttError> {
     }
 }
 
-/// DISCONNECT, a normal one: the broker does not publish the last will.
-pub(super) fn disconnect(version: MqttVersion) -> Result<Packet, MqttError> {
+/// DISCONNECT. `with_will`: the broker publishes the last will, which MQTT 5 alone can ask for.
+pub(super) fn disconnect(version: MqttVersion, with_will: bool) -> Result<Packet, MqttError> {
     match version {
         MqttVersion::V3 => v3_1_1::Disconnect::builder().build().map(Packet::from),
         MqttVersion::V5 => {
             let packet = v5_0::Disconnect::builder();
-            let packet = packet.reason_code(DisconnectReasonCode::NormalDisconnection);
+            let packet = packet.reason_code(match with_will {
+                true => DisconnectReasonCode::DisconnectWithWillMessage,
+                false => DisconnectReasonCode::NormalDisconnection,
+            });
             packet.build().map(Packet::from)
         }
     }

@@ -168,17 +168,30 @@ impl MqttSession {
     ///
     /// # Errors
     /// The broker has not done so within `answer_max`: it may publish the will.
-    pub async fn disconnect(mut self) -> Result<(), MqttFailure> {
+    pub async fn disconnect(self) -> Result<(), MqttFailure> {
+        self.end_in_order(false).await
+    }
+
+    /// As [`MqttSession::disconnect`], and by MQTT 5 the broker publishes the last will: Sparkplug
+    /// 3.0 asks for that of edge nodes.
+    ///
+    /// # Errors
+    /// The broker has not closed the connection within `answer_max`.
+    pub async fn disconnect_with_will(self) -> Result<(), MqttFailure> {
+        self.end_in_order(true).await
+    }
+
+    async fn end_in_order(mut self, with_will: bool) -> Result<(), MqttFailure> {
         self.alive()?;
         let broker = self.broker.clone();
         let limit = self.settings.answer_max;
-        let ended = timeout(limit, self.end()).await;
+        let ended = timeout(limit, self.end(with_will)).await;
         let ended = ended.unwrap_or(Err(MqttCause::Silent(LinkSilence::NoProgress, limit)));
         ended.map_err(|cause| MqttFailure { broker, cause })
     }
 
-    async fn end(&mut self) -> Result<(), MqttCause> {
-        self.wire.disconnect()?;
+    async fn end(&mut self, with_will: bool) -> Result<(), MqttCause> {
+        self.wire.disconnect(with_will)?;
         let broken = |error| MqttCause::of_socket(&error);
         let rest: Vec<u8> = self.wire.out().drain(..).collect();
         self.socket.write_all(&rest).await.map_err(broken)?;

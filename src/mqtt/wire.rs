@@ -196,8 +196,8 @@ impl Wire {
     ///
     /// # Errors
     /// The session has not begun.
-    pub fn disconnect(&mut self) -> Result<(), MqttCause> {
-        self.send(packets::disconnect(self.version), "a DISCONNECT")
+    pub fn disconnect(&mut self, with_will: bool) -> Result<(), MqttCause> {
+        self.send(packets::disconnect(self.version, with_will), "a DISCONNECT")
     }
 
     fn number(&mut self) -> Result<u16, MqttCause> {

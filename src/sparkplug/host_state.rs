@@ -1,5 +1,5 @@
-//! The state of a host application: JSON, the one message that is no protocol buffer (specification,
-//! 6.4.30).
+//! The state of a host application: JSON, the one message that is no protocol buffer
+//! (specification, 6.4.30).
 
 use serde::{Deserialize, Serialize};
 

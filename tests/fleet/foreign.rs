@@ -17,7 +17,7 @@ use crate::support::needs::not_installed;
 const NOW_MS: u64 = 1_790_000_000_000;
 
 /// A Python that has the library; `None` says that there is none.
-fn python() -> Option<PathBuf> {
+pub fn library() -> Option<PathBuf> {
     let python = program("python3")
         .into_iter()
         .chain([std::env::temp_dir().join("rungd-ci-venv/bin/python3")])
@@ -84,7 +84,7 @@ fn metric(at: usize, datatype: DataType) -> BornMetric {
 
 #[test]
 fn a_foreign_host_sees_the_values() {
-    let Some(python) = python() else { return };
+    let Some(python) = library() else { return };
     let all = extremes();
     let topic = |kind| Topic::of_node("plant", kind, "press").to_string();
     let born = all
@@ -121,7 +121,7 @@ fn a_foreign_host_sees_the_values() {
 
 #[test]
 fn a_foreign_node_is_seen() {
-    let Some(python) = python() else { return };
+    let Some(python) = library() else { return };
     let printed = script(&python, "write", "");
     let mut view = FleetView::new(FleetLimits::default(), None);
     let mut states = Vec::new();

@@ -12,6 +12,7 @@ mod checker;
 mod cluster;
 mod edge;
 mod edge_rig;
+mod edge_wire;
 mod foreign;
 mod host_wire;
 #[allow(dead_code)]

@@ -1,6 +1,6 @@
 //! Rules for edge nodes: births, data and deaths as they are published.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use rungd::sparkplug::{
     DataType, MessageKind, Metric, MetricContent, Payload, PropertyContent, Topic, vocabulary,
@@ -323,16 +323,20 @@ fn data_after_birth(story: &Story) -> Complaints {
     wrong
 }
 
-/// Values of the present stand in order of time, within a message and from one to the next.
+/// Values of the present stand in order of time within a message, and each metric's from one
+/// message to the next. (What a node tells of its controller has the time at which it was asked.)
 fn in_order(story: &Story) -> Complaints {
     let mut wrong = Vec::new();
     for connection in &story.connections {
-        let mut last = 0;
+        let mut newest = HashMap::new();
         for sent in connection.sent().filter(|it| it.kind() == Some(MessageKind::NodeData)) {
+            let mut last = 0;
             for metric in sent.read().metrics.iter().filter(|it| it.is_historical != Some(true)) {
                 let time = metric.timestamp.unwrap_or(0);
-                wrong.extend(unless(time >= last, "a value is older than one before it"));
-                last = last.max(time);
+                let before = newest.insert(handle(metric), time).unwrap_or(0);
+                let fits = time >= last && time >= before;
+                wrong.extend(unless(fits, "a value is older than one before it"));
+                last = time;
             }
         }
     }

@@ -107,7 +107,7 @@ fn data(seq: u64) -> Payload {
     let metrics = vec![
         level().data(Some(&MetricValue::Signed(4)), NOW_MS),
         past,
-        jam().data(Some(&MetricValue::Bool(seq % 2 == 0)), NOW_MS),
+        jam().data(Some(&MetricValue::Bool(seq.is_multiple_of(2))), NOW_MS),
     ];
     Payload { timestamp: Some(NOW_MS), metrics, seq: Some(seq) }
 }

@@ -90,10 +90,10 @@ pub const OF_CONNECTIONS: &[Spoiler] = &[
     }),
     (&["message-flow-edge-node-birth-publish-phid-wait-online"], |s| {
         for step in &mut s.connections[0].steps {
-            if let Step::Got(got) = step {
-                if got.is_state() {
-                    got.payload = HostState { online: false, timestamp: 1 }.bytes();
-                }
+            if let Step::Got(got) = step
+                && got.is_state()
+            {
+                got.payload = HostState { online: false, timestamp: 1 }.bytes();
             }
         }
     }),

@@ -32,7 +32,7 @@ def read() -> None:
                 "historical": metric.is_historical,
                 "null": metric.is_null,
             }
-            for metric in payload.metrics
+            for metric in getattr(payload, "metrics", None) or [payload.bd_seq_metric]
         ]
         told = {"kind": kind, "seq": getattr(payload, "seq", None), "metrics": metrics}
         print(json.dumps(told), flush=True)
