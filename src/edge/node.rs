@@ -80,6 +80,8 @@ pub(super) struct EdgeNode {
     wants_rebirth: bool,
     /// When a host's request for a birth was last answered.
     reborn_ms: Option<u64>,
+    /// The first birth for a host: its time, and the place from which the past was told.
+    began: (u64, Option<LogPosition>),
     beat_ms: u64,
     pace: CommandPace,
     out: VecDeque<NodeOut>,
@@ -110,6 +112,7 @@ impl EdgeNode {
             host_ms: None,
             wants_rebirth: false,
             reborn_ms: None,
+            began: (0, None),
             beat_ms: 0,
             pace: CommandPace::new(),
             out: VecDeque::new(),
@@ -179,6 +182,12 @@ impl EdgeNode {
     /// Is born, and tells what the host may have missed.
     fn begin(&mut self, now_ms: u64) {
         self.state = NodeState::Born;
+        self.began = (now_ms, None);
+        self.tell_all(now_ms);
+    }
+
+    /// The present, as a birth, and then the past.
+    fn tell_all(&mut self, now_ms: u64) {
         self.history.clear();
         self.owes_history = true;
         self.owe();
@@ -190,6 +199,7 @@ impl EdgeNode {
         let (Some(until), true) = (self.live_at, self.owes_history) else { return };
         self.owes_history = false;
         let from = self.confirmed.unwrap_or(until);
+        self.began.1.get_or_insert(from);
         if (from.process_start_ns, from.scan) != (until.process_start_ns, until.scan) {
             self.replay(HistorySpan { from, margin_ns: self.settings.margin_ns(), until });
         }
@@ -380,9 +390,10 @@ impl EdgeNode {
             Some(scans) => format!("{scans} scans"),
             None => "perhaps some scans".to_owned(),
         };
+        let time = |unix_ns: i64| Utc::of((unix_ns / 1_000_000_000).try_into().unwrap_or(0));
         let (from, to) = (time(gap.from_ns), time(gap.to_ns));
         let why = &gap.why;
-        self.out.push_back(NodeOut::Say(format!("lost: {scans} from {from} to {to}: {why}")));
+        self.out.push_back(NodeOut::Say(format!("lost: {scans} from {from}Z to {to}Z: {why}")));
     }
 
     /// Time passes.
@@ -397,13 +408,19 @@ impl EdgeNode {
         }
     }
 
-    /// Is born again if a host asks for it: at once, and no more often than once a second.
+    /// Is born again for a host that knows no alias, once a second at most, and tells the past again.
     fn answer_request(&mut self, now_ms: u64) {
-        let waits = |last: u64| now_ms.abs_diff(last) < REBIRTH_MS;
-        if self.wants_rebirth && !self.reborn_ms.is_some_and(waits) {
-            self.reborn_ms = Some(now_ms);
-            self.bear(now_ms);
+        let is_soon = self.reborn_ms.is_some_and(|last| now_ms.abs_diff(last) < REBIRTH_MS);
+        if !self.wants_rebirth || is_soon {
+            return;
         }
+        self.reborn_ms = Some(now_ms);
+        // What was told since the first birth may lie behind the margin in the log.
+        let (begun_ms, from) = self.began;
+        if u128::from(now_ms.abs_diff(begun_ms)) <= self.settings.whole_margin().as_millis() {
+            self.confirmed = from.or(self.confirmed);
+        }
+        self.tell_all(now_ms);
     }
 
     /// A message of the broker.
@@ -477,10 +494,4 @@ impl EdgeNode {
 /// A time as Sparkplug has it.
 fn ms(unix_ns: i64) -> u64 {
     (unix_ns / 1_000_000).try_into().unwrap_or(0)
-}
-
-/// A time for people.
-fn time(unix_ns: i64) -> String {
-    let seconds = (unix_ns / 1_000_000_000).try_into().unwrap_or(0);
-    format!("{}Z", Utc::of(seconds))
 }

@@ -336,6 +336,27 @@ fn a_rebirth_is_sent_once_a_second() {
     assert!(births.iter().all(|(kind, payload)| kind == "NBIRTH" && payload.seq == Some(0)));
 }
 
+/// Whoever asks for a birth has understood nothing of late, perhaps not even what was told since
+/// the first birth, whose place in the log may be far behind the confirmed one.
+#[test]
+fn a_rebirth_tells_the_past_again() {
+    let rebirth =
+        ncmd(vec![named(vocabulary::REBIRTH, DataType::Boolean, MetricValue::Bool(true))]);
+    let spans = |asked_ms: u64| {
+        let (mut node, _) = born("");
+        node.live(Vec::new(), at(50), 2050);
+        node.confirm(at(40));
+        outs(&mut node);
+        node.message("spBv1.0/g/NCMD/n", &rebirth, asked_ms);
+        node.tick(asked_ms);
+        let all = outs(&mut node).into_iter();
+        let span = |out| if let NodeOut::Replay(span) = out { Some(span.from) } else { None };
+        all.filter_map(span).collect::<Vec<_>>()
+    };
+    assert_eq!(spans(2100), [at(1)]);
+    assert_eq!(spans(90_000), [at(40)]);
+}
+
 #[test]
 fn a_silent_controller_has_a_heartbeat() {
     let (mut node, _) = born("");

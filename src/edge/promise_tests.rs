@@ -51,7 +51,10 @@ impl KnowingHost {
             let value = datatype.read(content).expect("of its type");
             let value = match value {
                 MetricValue::Bool(on) => i64::from(on),
-                other => number(&other).expect("a number") as i64,
+                MetricValue::Signed(_)
+                | MetricValue::Unsigned(_)
+                | MetricValue::Real(_)
+                | MetricValue::Text(_) => number(&value).expect("a number") as i64,
             };
             let before = self.values.insert((name.clone(), time), value);
             assert!(before.is_none_or(|before| before == value), "{name} at {time}");

@@ -68,7 +68,12 @@ impl EdgeSettings {
 
     /// So much before the confirmed place is sent again: a value that waits for its turn too.
     pub(super) fn margin_ns(&self) -> i64 {
+        i64::try_from(self.whole_margin().as_nanos()).unwrap_or(i64::MAX)
+    }
+
+    /// The margin, at least as long as a value may be held back.
+    pub(super) fn whole_margin(&self) -> Duration {
         let longest = self.publish.iter().map(|rule| rule.every).max().unwrap_or_default();
-        i64::try_from(self.margin.max(longest).as_nanos()).unwrap_or(i64::MAX)
+        self.margin.max(longest)
     }
 }
