@@ -408,7 +408,7 @@ impl EdgeNode {
         }
     }
 
-    /// Is born again for a host that knows no alias, once a second at most, and tells the past again.
+    /// Is born again for a host that knows no alias, and tells the past again: once a second.
     fn answer_request(&mut self, now_ms: u64) {
         let is_soon = self.reborn_ms.is_some_and(|last| now_ms.abs_diff(last) < REBIRTH_MS);
         if !self.wants_rebirth || is_soon {
