@@ -21,7 +21,7 @@ const NOT_PERMITTED: [(MqttVersion, u8); 4] =
 
 #[derive(Args, Debug)]
 pub(super) struct BrokerArgs {
-    /// A broker: mqtt://HOST[:PORT], or mqtts:// with TLS; several times for several brokers, of
+    /// A broker: `mqtt://HOST:PORT`, or `mqtts://` with TLS; several times for several brokers, of
     /// which one at a time is used
     #[arg(long = "broker", value_name = "URL", required = true, env = "RUNGD_BROKER")]
     #[arg(value_parser = BrokerAddress::parse, value_delimiter = ',')]

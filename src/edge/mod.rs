@@ -15,7 +15,6 @@ mod log_thread;
 mod node;
 #[cfg(test)]
 mod node_tests;
-mod pattern;
 #[cfg(test)]
 mod promise_tests;
 mod settings;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::pattern::fits;
+use crate::sparkplug::fits;
 
 /// The settings of an edge node.
 #[derive(Clone, Debug)]

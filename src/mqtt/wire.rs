@@ -1,6 +1,6 @@
 //! The protocol of a session, without sockets and time: what a caller wants becomes bytes to send,
 //! bytes of the broker become what they say. `session` moves the bytes; fuzzing has
-//! [`conversation`].
+//! `conversation`.
 //!
 //! `mqtt-protocol-core` makes and reads packets, and keeps the numbers of those that wait for an
 //! answer. It would accept some packets at the wrong time (a second CONNACK): `heard` refuses them.

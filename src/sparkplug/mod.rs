@@ -6,6 +6,7 @@
 
 mod host_state;
 mod metric;
+mod pattern;
 mod payload;
 mod sequence;
 mod topic;
@@ -14,6 +15,7 @@ pub mod vocabulary;
 
 pub use host_state::HostState;
 pub use metric::{BornMetric, MetricProperties, metric_of};
+pub use pattern::fits;
 pub use payload::{Metric, MetricContent, Payload, PropertyContent, PropertySet, PropertyValue};
 pub use sequence::Sequence;
 pub use topic::{MessageKind, NameFault, Topic, check_name};
