@@ -3,8 +3,8 @@
 
     cargo build --release && benches/edge.py [SECONDS]
 
-Prints the part of a core that `rungd edge` takes, that the controller takes.
-Needs mosquitto. The page with the figures is docs/edge.md.
+Prints the part of a core that `rungd edge` takes, that the controller takes, and how many values a host has
+heard in the same time. Needs mosquitto; pip: pysparkplug (with paho-mqtt 1). The page with the figures is docs/edge.md.
 """
 
 import os
@@ -15,6 +15,9 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+import paho.mqtt.client as mqtt
+from pysparkplug._protobuf import sparkplug_b_pb2
 
 TAGS = 1000
 RUNGD = Path(__file__).resolve().parent.parent / "target" / os.environ.get("PROFILE", "release") / "rungd"
@@ -49,6 +52,22 @@ def write_files(folder, port):
     )
 
 
+def listen(port):
+    """Counts the values of NDATA, in a list of one number."""
+    heard, client = [0], mqtt.Client()
+
+    def on_message(client, data, message):
+        payload = sparkplug_b_pb2.Payload()
+        payload.ParseFromString(message.payload)
+        heard[0] += sum(metric.alias > 0 for metric in payload.metrics)
+
+    client.on_message = on_message
+    client.connect("127.0.0.1", port)
+    client.subscribe("spBv1.0/bench/NDATA/edge")
+    client.loop_start()
+    return heard
+
+
 def main():
     duration = float(sys.argv[1]) if len(sys.argv) > 1 else 30
     with tempfile.TemporaryDirectory() as name:
@@ -66,11 +85,15 @@ def main():
             time.sleep(3)
             if any(process.poll() is not None for process in started):
                 sys.exit("a process has ended: `rungd check` and the logs say why")
+            heard = listen(port)
+            time.sleep(1)
+            heard_before = heard[0]
             before = [seconds(process.pid) for process in (edge, controller)]
             began = time.monotonic()
             time.sleep(duration)
             passed = time.monotonic() - began
             after = [seconds(process.pid) for process in (edge, controller)]
+            values = heard[0] - heard_before
             memory = Path(f"/proc/{edge.pid}/status").read_text().split("VmRSS:")[1].split()[0]
         finally:
             for process in reversed(started):
@@ -79,6 +102,7 @@ def main():
     used = [100 * (end - begin) / passed for begin, end in zip(before, after)]
     print(f"{TAGS} tags every 100 ms over {passed:.0f} s:")
     print(f"rungd edge   {used[0]:5.1f} % of a core, {int(memory) / 1000:.0f} MB")
+    print(f"heard        {values / passed:5.0f} values a second")
     print(f"rungd run    {used[1]:5.1f} % of a core")
 
 

@@ -100,7 +100,7 @@ fn bash_completes_commands_and_kinds() {
         text(output.stdout).lines().map(|line| line.trim().to_owned()).collect::<Vec<_>>()
     };
     assert_eq!(complete("rungd sch", "sch"), ["schema"]);
-    assert_eq!(complete("rungd schema ''", ""), ["ladder", "controller", "test", "--help"]);
+    assert_eq!(complete("rungd schema ''", ""), ["ladder", "controller", "test", "edge", "--help"]);
     assert_eq!(complete("rungd explain sqr", "sqr"), ["sqrt"]);
     let library = complete("rungd explain lib", "lib");
     assert!(library.contains(&"lib:pid".to_owned()) && library.len() == 10, "{library:?}");
