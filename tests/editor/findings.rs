@@ -127,7 +127,8 @@ fn printed(text: &str, file: &str) -> Vec<Told> {
 fn compare(folder: &Path) -> usize {
     let mut editor = Editor::new(folder);
     let mut found = 0;
-    for name in shipped(folder) {
+    // The file of an edge node is none of the editor's.
+    for name in shipped(folder).into_iter().filter(|name| !name.starts_with("edge/")) {
         let path = folder.join(&name).canonicalize().unwrap();
         let Ok(text) = std::fs::read_to_string(&path) else { continue };
         let (files, findings) = checked(&path);

@@ -88,7 +88,9 @@ fn findings_read_as_recorded() {
 #[test]
 fn every_error_of_reading_and_resolving_has_a_case() {
     let said: String = cases().iter().map(|(_, said)| said.as_str()).collect();
-    for row in TABLE.iter().filter(|row| row.severity == Severity::Error) {
+    let errors = TABLE.iter().filter(|row| row.severity == Severity::Error);
+    // `src/edge/keys.rs` shows what `rungd edge --check` says.
+    for row in errors.filter(|row| row.name != "edge-file") {
         let shown = said.contains(&format!("error[{}]", row.name));
         assert!(shown || RULES.contains(&row.name), "no case shows {}", row.name);
     }
