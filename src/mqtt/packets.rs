@@ -98,6 +98,14 @@ pub(super) fn subscribe(
     }
 }
 
+/// PUBACK: the answer to a message of QoS 1. Number 0 is none.
+pub(super) fn acknowledgement(version: MqttVersion, number: u16) -> Result<Packet, MqttError> {
+    match version {
+        MqttVersion::V3 => v3_1_1::Puback::builder().packet_id(number).build().map(Packet::from),
+        MqttVersion::V5 => v5_0::Puback::builder().packet_id(number).build().map(Packet::from),
+    }
+}
+
 /// PINGREQ.
 pub(super) fn ping(version: MqttVersion) -> Result<Packet, MqttError> {
     match version {

@@ -104,8 +104,7 @@ impl Wire {
             MqttVersion::V3 => Version::V3_1_1,
             MqttVersion::V5 => Version::V5_0,
         };
-        let mut core = Connection::with_options(version, options);
-        core.set_auto_pub_response(true);
+        let core = Connection::with_options(version, options);
         let mut wire = Wire {
             core,
             version: settings.version,
@@ -283,11 +282,15 @@ impl Wire {
             Packet::V5_0Connack(packet) => self.welcome_5(&packet),
             Packet::V3_1_1Publish(packet) => {
                 let (topic, payload) = (packet.topic_name(), packet.payload().as_slice());
-                message(topic, payload, (packet.qos(), packet.retain()))
+                let word = message(topic, payload, (packet.qos(), packet.retain()))?;
+                self.acknowledge(packet.packet_id())?;
+                Ok(Some(word))
             }
             Packet::V5_0Publish(packet) => {
                 let (topic, payload) = (packet.topic_name(), packet.payload().as_slice());
-                message(topic, payload, (packet.qos(), packet.retain()))
+                let word = message(topic, payload, (packet.qos(), packet.retain()))?;
+                self.acknowledge(packet.packet_id())?;
+                Ok(Some(word))
             }
             Packet::V3_1_1Puback(packet) => self.acknowledged(packet.packet_id(), 0),
             Packet::V5_0Puback(packet) => {
@@ -327,6 +330,15 @@ impl Wire {
                 Err(MqttCause::Garbage("a packet that nothing asked for".to_owned()))
             }
         }
+    }
+
+    /// Answers a message that has a number, so of QoS 1. The library would do it by itself, and panic
+    /// at number 0.
+    fn acknowledge(&mut self, number: Option<u16>) -> Result<(), MqttCause> {
+        let Some(number) = number else { return Ok(()) };
+        let packet = packets::acknowledgement(self.version, number);
+        self.send(packet, "an acknowledgement")
+            .map_err(|_| MqttCause::Garbage("a message with a number that is none".to_owned()))
     }
 
     fn welcome_3(&mut self, packet: &v3_1_1::Connack) -> Result<Option<BrokerWord>, MqttCause> {
@@ -392,7 +404,7 @@ fn message(
     topic: &str,
     payload: &[u8],
     (qos, retained): (packet::Qos, bool),
-) -> Result<Option<BrokerWord>, MqttCause> {
+) -> Result<BrokerWord, MqttCause> {
     let qos = match qos {
         packet::Qos::AtMostOnce => Qos::AtMostOnce,
         packet::Qos::AtLeastOnce => Qos::AtLeastOnce,
@@ -404,5 +416,5 @@ fn message(
         return Err(MqttCause::Garbage("a message without a proper topic".to_owned()));
     }
     let (topic, payload) = (topic.to_owned(), payload.to_vec());
-    Ok(Some(BrokerWord::Event(MqttEvent::Message { topic, payload, retained, qos })))
+    Ok(BrokerWord::Event(MqttEvent::Message { topic, payload, retained, qos }))
 }

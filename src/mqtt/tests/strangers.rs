@@ -196,3 +196,12 @@ fn bytes_of_every_kind_end_a_conversation() {
         conversation(&bytes);
     }
 }
+
+/// A message of QoS 1 with number 0, in both versions.
+#[test]
+fn a_message_with_number_0_is_garbage() {
+    for version in [0, 3] {
+        conversation(&[version, 0x33, 7, 0, 3, b't', b'/', b'1', 0, 0]);
+        conversation(&[version, 0x33, 10, 0, 3, b't', b'/', b'1', 0, 0, 0, 0, 0]);
+    }
+}
