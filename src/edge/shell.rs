@@ -24,6 +24,7 @@ use crate::mqtt::{
     BrokerAddress, BrokerLogin, BrokerSettings, LastWill, MqttEvent, MqttFailure, MqttSession,
     MqttVersion, Qos, TlsFiles,
 };
+use crate::sparkplug::Topic;
 
 /// The time between two looks at the clock.
 const TICK: Duration = Duration::from_millis(100);
@@ -117,6 +118,11 @@ fn broker(settings: &EdgeSettings) -> Result<BrokerSettings> {
     Ok(broker)
 }
 
+/// Whether a topic is that of a command, and not of a host's state.
+fn is_command(topic: &str) -> bool {
+    matches!(Topic::read(topic), Some(Topic::Node { .. }))
+}
+
 struct EdgeShell {
     broker: BrokerSettings,
     node: EdgeNode,
@@ -169,7 +175,7 @@ impl EdgeShell {
             self.tried = self.tried.wrapping_add(1);
             pause = if began.elapsed() > PAUSES.1 { Duration::ZERO } else { pause };
             pause = (pause * 2).clamp(PAUSES.0, PAUSES.1);
-            pause = pause.mul_f64(0.75 + jitter() / 2.0);
+            pause = pause.mul_f64(0.75 + jitter() / 2.0).clamp(PAUSES.0, PAUSES.1);
             say(&format!("{why}; the next try in {:.1} s", pause.as_secs_f64()));
         }
     }
@@ -231,6 +237,10 @@ impl EdgeShell {
             let next_past = self.next_past;
             tokio::select! {
                 event = session.next() => match event {
+                    // A command that the broker keeps would be done again at each connection.
+                    Ok(MqttEvent::Message { topic, retained: true, .. }) if is_command(&topic) => {
+                        self.lines.say("a retained command is left out: commands are not retained");
+                    }
                     Ok(MqttEvent::Message { topic, payload, .. }) => {
                         self.node.message(&topic, &payload, now_ms());
                     }

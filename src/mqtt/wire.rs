@@ -332,8 +332,8 @@ impl Wire {
         }
     }
 
-    /// Answers a message that has a number, so of QoS 1. The library would do it by itself, and panic
-    /// at number 0.
+    /// Answers a message that has a number, so of QoS 1. The library would do it by itself, and
+    /// panic at number 0.
     fn acknowledge(&mut self, number: Option<u16>) -> Result<(), MqttCause> {
         let Some(number) = number else { return Ok(()) };
         let packet = packets::acknowledgement(self.version, number);
