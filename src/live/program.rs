@@ -47,6 +47,8 @@ pub struct LiveTag<'p> {
     pub address: String,
     /// Its `doc`.
     pub doc: Option<&'p str>,
+    /// The unit of its value.
+    pub unit: Option<&'p str>,
     /// Of a structure: its members, as operands.
     pub members: Vec<String>,
 }
@@ -125,6 +127,7 @@ impl LiveProgram {
                 name: &tag.name,
                 address: address.to_string(),
                 doc: tag.doc.as_deref(),
+                unit: tag.unit.as_ref().map(|unit| unit.text.as_str()),
                 members: members.iter().map(member).collect(),
             })
         })

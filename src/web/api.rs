@@ -183,6 +183,7 @@ fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
             "name": tag.name,
             "address": tag.address,
             "doc": tag.doc,
+            "unit": tag.unit,
             "members": tag.members,
         })
     };

@@ -14,7 +14,7 @@ pub const LADDER: &str = r#"
 ladder.name = "web"
 [tags]
 start = { at = "C0", doc = "Starts the line" }
-level = { at = "D0", min = 0, max = 100, doc = "Set by people" }
+level = { at = "D0", min = 0, max = 100, unit = "cm", doc = "Set by people" }
 lamp = { at = "Y0" }
 parts = { at = "CT0" }
 [[program]]

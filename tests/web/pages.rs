@@ -84,6 +84,7 @@ fn tags_are_searched_and_trends_have_every_change() {
     let visitor = web.visit();
     let found = web.get("/api/tags?find=PEOPLE", &visitor).json();
     assert_eq!(found["tags"][0]["name"], "level");
+    assert_eq!(found["tags"][0]["unit"], "cm");
     let found = web.get("/api/tags?find=Le+vel", &visitor).json();
     assert_eq!(found["tags"][0]["name"], "level", "as people say it");
     assert_eq!(

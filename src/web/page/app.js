@@ -525,7 +525,7 @@ function tags(find) {
       ? tag.members.map((member) => ({ ...tag, name: member, address: member.replace(tag.name, tag.address) })) : [tag]);
     body.replaceChildren(...rows.slice(0, 250).map((tag) => h("tr", {},
       h("td", {}, whyButton(tag.name)), h("td", {}, tag.address),
-      h("td", { class: "num" }, valueOf(tag.name)),
+      h("td", { class: "num" }, valueOf(tag.name), tag.unit ? " " + tag.unit : ""),
       h("td", {}, h("a", { href: "#trend/" + encodeURIComponent(tag.name) }, "trend"), " ", writer(tag.name)),
       h("td", {}, tag.doc || ""))));
     const left = answer.more + Math.max(0, rows.length - 250);
