@@ -137,8 +137,8 @@ pub(super) fn number(value: &MetricValue) -> Option<f64> {
     }
 }
 
-/// A value that a command brings, as an operator gives one: a bit for a bit, an integer of any width
-/// for an integer, a real for a real.
+/// A value that a command brings, as an operator gives one: a bit for a bit, an integer of any
+/// width for an integer, a real for a real.
 ///
 /// # Errors
 /// It is not of the metric's kind: why, as a clause.

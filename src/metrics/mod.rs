@@ -11,8 +11,8 @@ mod journal;
 mod parts;
 mod scrape;
 mod scraped;
-mod seats;
 mod serve;
+mod slots;
 #[cfg(test)]
 mod tests;
 mod text;

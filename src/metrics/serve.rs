@@ -23,14 +23,14 @@ use tokio::time::{sleep, timeout};
 use super::family::MetricFamily;
 use super::journal::say;
 use super::scrape::Scraper;
-use super::seats::{Answers, Seat, Seats};
+use super::slots::{AwaitedAnswers, ConnectionSlot, ConnectionSlots};
 use super::text::{Exposition, text};
 use crate::http;
 
 /// The most connections at a time.
 const CONNECTIONS_MAX: usize = 32;
 /// How long a connection may wait for a place, and how long it may keep it.
-const SEAT_WAIT: Duration = Duration::from_secs(5);
+const SLOT_WAIT: Duration = Duration::from_secs(5);
 const CONNECTION_MAX: Duration = Duration::from_secs(600);
 /// The pause after the system has no connection to give.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
@@ -76,31 +76,31 @@ async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
 
 /// Takes connections in.
 async fn accept(listener: &TcpListener, looks: &Arc<Mutex<Looks>>) {
-    let mut seats = Seats::new(CONNECTIONS_MAX);
+    let mut slots = ConnectionSlots::new(CONNECTIONS_MAX);
     loop {
         let Ok((connection, _)) = listener.accept().await else {
             sleep(ACCEPT_PAUSE).await;
             continue;
         };
-        let Ok(seat) = timeout(SEAT_WAIT, free_seat(&mut seats)).await else { continue };
+        let Ok(slot) = timeout(SLOT_WAIT, free_slot(&mut slots)).await else { continue };
         let looks = Arc::clone(looks);
         tokio::spawn(async move {
-            let conversation = conversation(connection, seat.answers(), looks);
-            let _ = timeout(CONNECTION_MAX, seat.hold(conversation)).await;
+            let conversation = conversation(connection, slot.answers(), looks);
+            let _ = timeout(CONNECTION_MAX, slot.hold(conversation)).await;
         });
     }
 }
 
-async fn free_seat(seats: &mut Seats) -> Seat {
+async fn free_slot(slots: &mut ConnectionSlots) -> ConnectionSlot {
     loop {
-        match seats.take() {
-            Some(seat) => return seat,
+        match slots.take() {
+            Some(slot) => return slot,
             None => sleep(ACCEPT_PAUSE).await,
         }
     }
 }
 
-async fn conversation(connection: TcpStream, answers: Answers, looks: Arc<Mutex<Looks>>) {
+async fn conversation(connection: TcpStream, answers: AwaitedAnswers, looks: Arc<Mutex<Looks>>) {
     let service = service_fn(|request: Request<Incoming>| {
         let (answers, looks) = (answers.clone(), Arc::clone(&looks));
         async move { Ok::<_, Infallible>(answers.wait(page(&request, looks)).await) }
@@ -108,7 +108,7 @@ async fn conversation(connection: TcpStream, answers: Answers, looks: Arc<Mutex<
     http::converse(connection, service).await;
 }
 
-/// Answers a request. (A `HEAD` has the head alone: hyper leaves the rest out.)
+/// AwaitedAnswers a request. (A `HEAD` has the head alone: hyper leaves the rest out.)
 async fn page(request: &Request<Incoming>, looks: Arc<Mutex<Looks>>) -> Page {
     let is_asked = request.method() == Method::GET || request.method() == Method::HEAD;
     match request.uri().path() {
