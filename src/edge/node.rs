@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 use super::commands::{AskedCommand, CommandPace, asked};
 use super::facts::{ALIASES, FactTable, NodeFact};
 use super::history::TellsHistory;
+use super::journal::LineKind;
 use super::settings::EdgeSettings;
 use super::tags::{self, TagMetric};
 use super::throttle::{Throttle, ToldChanges};
@@ -43,7 +44,7 @@ pub(super) enum NodeOut {
     /// A line for the journal.
     Say(String),
     /// A line for the journal that a stranger can cause.
-    SayLimited(String),
+    SayLimited(LineKind, String),
 }
 
 /// How the node stands to its host.
@@ -144,9 +145,9 @@ impl EdgeNode {
         [self.topic(MessageKind::NodeCommand)].into_iter().chain(state).collect()
     }
 
-    /// Whether it waits for its primary host.
-    pub fn waits(&self) -> bool {
-        self.state == NodeState::Waits
+    /// The primary host, while it waits for it.
+    pub fn awaited(&self) -> Option<&str> {
+        self.settings.primary_host.as_deref().filter(|_| self.state == NodeState::Waits)
     }
 
     /// Up to here all is published, in the order in which it was handed out.
@@ -431,7 +432,7 @@ impl EdgeNode {
             {
                 match HostState::read(payload) {
                     Ok(state) => self.host(state, now_ms),
-                    Err(why) => self.out.push_back(NodeOut::SayLimited(why)),
+                    Err(why) => self.out.push_back(NodeOut::SayLimited(LineKind::HostState, why)),
                 }
             }
             Some(Topic::Node { kind: MessageKind::NodeCommand, group, node, device: None })
@@ -441,13 +442,13 @@ impl EdgeNode {
                     Ok(payload) => self.command(&payload, now_ms),
                     Err(why) => {
                         let line = format!("a command is refused: {why}");
-                        self.out.push_back(NodeOut::SayLimited(line));
+                        self.out.push_back(NodeOut::SayLimited(LineKind::UnreadCommand, line));
                     }
                 }
             }
             Some(_) | None => {
-                let line = "a message of a topic that it did not ask for is left out";
-                self.out.push_back(NodeOut::SayLimited(line.to_owned()));
+                let line = "a message of a topic that it did not ask for is left out".to_owned();
+                self.out.push_back(NodeOut::SayLimited(LineKind::UnaskedMessage, line));
             }
         }
     }
@@ -476,14 +477,14 @@ impl EdgeNode {
                 AskedCommand::Rebirth => self.wants_rebirth = true,
                 AskedCommand::Refused(why) => {
                     let line = format!("a command is refused: {why}");
-                    self.out.push_back(NodeOut::SayLimited(line));
+                    self.out.push_back(NodeOut::SayLimited(LineKind::RefusedCommand, line));
                 }
                 AskedCommand::Write(operand, value) if self.pace.take(now_ms) => {
                     self.out.push_back(NodeOut::Write(operand, value));
                 }
                 AskedCommand::Write(operand, _) => {
                     let line = format!("a command is refused: {operand}: too many in a second");
-                    self.out.push_back(NodeOut::SayLimited(line));
+                    self.out.push_back(NodeOut::SayLimited(LineKind::FastCommand, line));
                 }
             }
         }

@@ -90,7 +90,7 @@ fn published(node: &mut EdgeNode) -> Vec<(String, Payload)> {
         | NodeOut::Write(..)
         | NodeOut::Leave(_)
         | NodeOut::Say(_)
-        | NodeOut::SayLimited(_) => None,
+        | NodeOut::SayLimited(..) => None,
     };
     outs(node).into_iter().filter_map(message).collect()
 }
@@ -165,7 +165,7 @@ fn data_follow_in_order_with_the_times_of_their_scans() {
 #[test]
 fn without_the_primary_host_nothing_is_said() {
     let (mut node, program) = born("[sparkplug]\nprimary-host = \"scada\"\n");
-    assert!(node.waits() && published(&mut node).is_empty());
+    assert!(node.awaited().is_some() && published(&mut node).is_empty());
     let state = |online, timestamp| HostState { online, timestamp }.bytes();
     let topic = "spBv1.0/STATE/scada";
     node.message(topic, &state(false, 50), 2100);
@@ -308,11 +308,11 @@ fn commands_are_refused_unless_listed() {
     ] {
         node.message(topic, &ncmd(vec![refused.clone()]), 5000);
         let all = outs(&mut node);
-        assert!(matches!(&all[..], [NodeOut::SayLimited(_)]), "{refused:?}: {all:?}");
+        assert!(matches!(&all[..], [NodeOut::SayLimited(..)]), "{refused:?}: {all:?}");
     }
     node.message("spBv1.0/g/NCMD/other", &ncmd(vec![level(7)]), 5000);
     node.message(topic, &[0xff; 30], 5000);
-    assert!(outs(&mut node).iter().all(|out| matches!(out, NodeOut::SayLimited(_))));
+    assert!(outs(&mut node).iter().all(|out| matches!(out, NodeOut::SayLimited(..))));
     // A flood: ten in a second.
     for _ in 0..20 {
         node.message(topic, &ncmd((0..5).map(level).collect()), 9000);
