@@ -5,7 +5,7 @@
 
 use super::tags::{TagMetric, given};
 use crate::operator::protocol::GivenValue;
-use crate::sparkplug::{DataType, Metric, Payload, vocabulary};
+use crate::sparkplug::{DataType, Metric, MetricValue, Payload, ValueFault, vocabulary};
 
 /// The most metrics of a command that are looked at.
 const METRICS_MAX: usize = 100;
@@ -35,31 +35,34 @@ pub(super) fn asked(payload: &Payload, tags: &[TagMetric]) -> Vec<AskedCommand> 
 
 /// `None`: nothing is asked.
 fn one(metric: &Metric, tags: &[TagMetric]) -> Option<AskedCommand> {
-    let content = metric.content.as_ref();
     if metric.name.as_deref() == Some(vocabulary::REBIRTH) {
-        let read = content.map(|content| DataType::Boolean.read(content));
-        return match read {
-            Some(Ok(crate::sparkplug::MetricValue::Bool(true))) => Some(AskedCommand::Rebirth),
-            Some(_) | None => None,
-        };
+        let read = metric.content.as_ref().map(|content| DataType::Boolean.read(content));
+        return (read == Some(Ok(MetricValue::Bool(true)))).then_some(AskedCommand::Rebirth);
     }
-    let is_it = |of: &&TagMetric| match (&metric.name, metric.alias) {
-        (Some(name), _) if !name.is_empty() => of.metric.name == *name,
-        (_, alias) => alias.is_some() && of.metric.alias == alias,
-    };
-    let Some(tag) = tags.iter().find(is_it) else {
-        let named = metric.name.as_deref().map(shown);
-        let named = named.or_else(|| metric.alias.map(|alias| format!("alias {alias}")));
-        let named = named.unwrap_or_else(|| "a metric without name and alias".to_owned());
-        return Some(AskedCommand::Refused(format!("{named}: no such tag is published")));
-    };
+    Some(match write(metric, tags) {
+        Ok((name, value)) => AskedCommand::Write(name, value),
+        Err(why) => AskedCommand::Refused(why),
+    })
+}
+
+/// The tag that a metric asks to write, and the value.
+///
+/// # Errors
+/// Why it is refused, for the log.
+fn write(metric: &Metric, tags: &[TagMetric]) -> Result<(String, GivenValue), String> {
+    let tag = meant(metric, tags)?;
     let name = &tag.metric.name;
-    let refused = |why: &str| Some(AskedCommand::Refused(format!("{name}: {why}")));
+    let refused = |why: &str| Err(format!("{name}: {why}"));
     if !tag.may_write {
         return refused("`[commands] tags` does not list it");
     }
-    let Some(content) = content else { return refused("the command has no value") };
-    // A command may say its own type; by alias it mostly does not.
+    if metric.is_historical == Some(true) {
+        return refused("a value of the past is no command");
+    }
+    let Some(content) = &metric.content else { return refused("the command has no value") };
+    if metric.is_null == Some(true) {
+        return refused("the command has a value, and says that it has none (is_null)");
+    }
     let datatype = match metric.datatype.map(DataType::of) {
         None => tag.metric.datatype,
         Some(Some(datatype)) => datatype,
@@ -67,10 +70,41 @@ fn one(metric: &Metric, tags: &[TagMetric]) -> Option<AskedCommand> {
     };
     match datatype.read(content) {
         Ok(value) => match given(tag.metric.datatype, &value) {
-            Ok(value) => Some(AskedCommand::Write(name.clone(), value)),
+            Ok(value) => Ok((name.clone(), value)),
             Err(why) => refused(&why),
         },
-        Err(_) => refused("the command's value is not of its type"),
+        Err(ValueFault::WrongField) => {
+            refused(&format!("the command's value is not in the field of {}", datatype.name()))
+        }
+        Err(ValueFault::OutOfRange) => {
+            refused(&format!("the command's value is beyond {}", datatype.name()))
+        }
+    }
+}
+
+/// The tag that a metric means, by its name, its alias, or both.
+///
+/// # Errors
+/// There is none, or there are two.
+fn meant<'a>(metric: &Metric, tags: &'a [TagMetric]) -> Result<&'a TagMetric, String> {
+    let name = metric.name.as_deref().filter(|name| !name.is_empty());
+    let named = name.map(|name| tags.iter().find(|of| of.metric.name == name));
+    let numbered = metric.alias.map(|alias| tags.iter().find(|of| of.metric.alias == Some(alias)));
+    let shown_name = name.map(shown);
+    let shown_alias = metric.alias.map(|alias| format!("alias {alias}"));
+    match (named, numbered) {
+        (Some(Some(tag)), None) | (None, Some(Some(tag))) => Ok(tag),
+        (Some(Some(tag)), Some(Some(other))) if tag.metric.alias == other.metric.alias => Ok(tag),
+        (Some(Some(_)), Some(_)) => Err(format!(
+            "{} and {} are not the same tag",
+            shown_name.unwrap_or_default(),
+            shown_alias.unwrap_or_default()
+        )),
+        (Some(None), _) | (None, Some(None)) => {
+            let shown = shown_name.or(shown_alias).unwrap_or_default();
+            Err(format!("{shown}: no such tag is published"))
+        }
+        (None, None) => Err("a metric has neither name nor alias".to_owned()),
     }
 }
 

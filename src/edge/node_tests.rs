@@ -158,7 +158,7 @@ fn data_follow_in_order_with_the_times_of_their_scans() {
         assert_eq!(start.alias, metric(&birth, "start").alias);
         assert_eq!((start.timestamp, &start.name), (Some(scan * 10), &None));
         assert_eq!((level.timestamp, level.is_historical), (Some((scan + 1) * 10), None));
-        assert_eq!(level.content, Some(MetricContent::Int(-5_i32 as u32)));
+        assert_eq!(level.content, Some(MetricContent::Int(u64::from(-5_i32 as u32))));
     }
 }
 
@@ -295,6 +295,10 @@ fn commands_are_refused_unless_listed() {
     let alias = metric(&birth, "level").alias;
     let by_alias = Metric { alias, name: None, datatype: None, ..level(7) };
     node.message(topic, &ncmd(vec![by_alias]), 3000);
+    assert_eq!(outs(&mut node), std::slice::from_ref(&write));
+    // By both, and by an integer of a different width.
+    let wide = named("level", DataType::Int64, MetricValue::Signed(7));
+    node.message(topic, &ncmd(vec![Metric { alias, ..wide }]), 3000);
     assert_eq!(outs(&mut node), [write]);
     for refused in [
         named("on", DataType::Boolean, MetricValue::Bool(true)),
@@ -303,6 +307,14 @@ fn commands_are_refused_unless_listed() {
         named("start", DataType::Int32, MetricValue::Signed(1)),
         Metric { content: None, ..level(1) },
         Metric { datatype: Some(99), ..level(1) },
+        Metric { is_null: Some(true), ..level(1) },
+        Metric { is_historical: Some(true), ..level(1) },
+        Metric { content: Some(MetricContent::Int((1 << 32) + 5)), ..level(1) },
+        named("level", DataType::Double, MetricValue::Real(1.0)),
+        named("level", DataType::UInt64, MetricValue::Unsigned(u64::MAX)),
+        // Its name, and the alias of a different tag or of none.
+        Metric { alias: metric(&birth, "on").alias, ..level(1) },
+        Metric { alias: Some(9999), ..level(1) },
         Metric { alias: Some(9999), name: None, ..level(1) },
         Metric::default(),
     ] {

@@ -137,25 +137,38 @@ pub(super) fn number(value: &MetricValue) -> Option<f64> {
     }
 }
 
-/// A value that a command brings, as an operator gives one.
+/// A value that a command brings, as an operator gives one: a bit for a bit, an integer of any width
+/// for an integer, a real for a real.
 ///
 /// # Errors
-/// It is not of the metric's type: why, as a clause.
+/// It is not of the metric's kind: why, as a clause.
 pub(super) fn given(datatype: DataType, value: &MetricValue) -> Result<GivenValue, String> {
-    let number = |number: i128| {
-        let number = i64::try_from(number).map_err(|_| "it is beyond 64 bits".to_owned())?;
-        Ok(GivenValue::Number(number))
-    };
-    match (datatype, value) {
-        (DataType::Boolean, MetricValue::Bool(on)) => Ok(GivenValue::Bit(*on)),
-        (DataType::Boolean, _) => Err("the tag is a bit: send a Boolean".to_owned()),
-        (_, MetricValue::Signed(value)) => number((*value).into()),
-        (_, MetricValue::Unsigned(value)) => number((*value).into()),
-        (DataType::Float | DataType::Double, MetricValue::Real(value)) if value.is_finite() => {
-            Ok(GivenValue::Real(*value))
-        }
-        (_, MetricValue::Real(_) | MetricValue::Bool(_) | MetricValue::Text(_)) => {
-            Err(format!("the tag is of type {}", datatype.name()))
-        }
+    let is_real = matches!(datatype, DataType::Float | DataType::Double);
+    let wrong = || format!("the tag is of type {}, and {} is not", datatype.name(), shown(value));
+    match value {
+        MetricValue::Bool(on) if datatype == DataType::Boolean => Ok(GivenValue::Bit(*on)),
+        _ if datatype == DataType::Boolean => Err(wrong()),
+        MetricValue::Signed(value) if !is_real => Ok(GivenValue::Number(*value)),
+        MetricValue::Unsigned(value) if !is_real => match i64::try_from(*value) {
+            Ok(value) => Ok(GivenValue::Number(value)),
+            Err(_) => Err(wrong()),
+        },
+        MetricValue::Real(value) if is_real && value.is_finite() => Ok(GivenValue::Real(*value)),
+        MetricValue::Signed(_)
+        | MetricValue::Unsigned(_)
+        | MetricValue::Real(_)
+        | MetricValue::Bool(_)
+        | MetricValue::Text(_) => Err(wrong()),
+    }
+}
+
+/// A value for people.
+fn shown(value: &MetricValue) -> String {
+    match value {
+        MetricValue::Signed(value) => format!("the integer {value}"),
+        MetricValue::Unsigned(value) => format!("the integer {value}"),
+        MetricValue::Real(value) => format!("the real {value}"),
+        MetricValue::Bool(value) => format!("the Boolean {value}"),
+        MetricValue::Text(_) => "a text".to_owned(),
     }
 }

@@ -278,8 +278,7 @@ fn value_news(metric: &KnownMetric, historical: bool) -> FleetNews {
 fn bd_seq(payload: &Payload) -> Option<u64> {
     let of = |metric: &&Metric| metric.name.as_deref() == Some(vocabulary::BD_SEQ);
     match payload.metrics.iter().find(of)?.content.as_ref()? {
-        MetricContent::Int(number) => Some(u64::from(*number)),
-        MetricContent::Long(number) => Some(*number),
+        MetricContent::Int(number) | MetricContent::Long(number) => Some(*number),
         MetricContent::Float(_)
         | MetricContent::Double(_)
         | MetricContent::Boolean(_)

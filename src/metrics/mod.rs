@@ -11,6 +11,7 @@ mod journal;
 mod parts;
 mod scrape;
 mod scraped;
+mod seats;
 mod serve;
 #[cfg(test)]
 mod tests;

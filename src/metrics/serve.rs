@@ -17,19 +17,20 @@ use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::signal::unix::{SignalKind, signal};
-use tokio::sync::{Mutex, Semaphore};
+use tokio::sync::Mutex;
 use tokio::time::{sleep, timeout};
 
 use super::family::MetricFamily;
 use super::journal::say;
 use super::scrape::Scraper;
+use super::seats::{Answers, Seat, Seats};
 use super::text::{Exposition, text};
 use crate::http;
 
-/// The most connections at a time. A connection more waits for a place.
+/// The most connections at a time.
 const CONNECTIONS_MAX: usize = 32;
 /// How long a connection may wait for a place, and how long it may keep it.
-const PLACE_MAX: Duration = Duration::from_secs(5);
+const SEAT_WAIT: Duration = Duration::from_secs(5);
 const CONNECTION_MAX: Duration = Duration::from_secs(600);
 /// The pause after the system has no connection to give.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
@@ -75,26 +76,34 @@ async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
 
 /// Takes connections in.
 async fn accept(listener: &TcpListener, looks: &Arc<Mutex<Looks>>) {
-    let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+    let mut seats = Seats::new(CONNECTIONS_MAX);
     loop {
         let Ok((connection, _)) = listener.accept().await else {
             sleep(ACCEPT_PAUSE).await;
             continue;
         };
-        let place = timeout(PLACE_MAX, Arc::clone(&places).acquire_owned()).await;
-        let Ok(Ok(place)) = place else { continue };
+        let Ok(seat) = timeout(SEAT_WAIT, free_seat(&mut seats)).await else { continue };
         let looks = Arc::clone(looks);
         tokio::spawn(async move {
-            let _ = timeout(CONNECTION_MAX, conversation(connection, looks)).await;
-            drop(place);
+            let conversation = conversation(connection, seat.answers(), looks);
+            let _ = timeout(CONNECTION_MAX, seat.hold(conversation)).await;
         });
     }
 }
 
-async fn conversation(connection: TcpStream, looks: Arc<Mutex<Looks>>) {
+async fn free_seat(seats: &mut Seats) -> Seat {
+    loop {
+        match seats.take() {
+            Some(seat) => return seat,
+            None => sleep(ACCEPT_PAUSE).await,
+        }
+    }
+}
+
+async fn conversation(connection: TcpStream, answers: Answers, looks: Arc<Mutex<Looks>>) {
     let service = service_fn(|request: Request<Incoming>| {
-        let looks = Arc::clone(&looks);
-        async move { Ok::<_, Infallible>(page(&request, looks).await) }
+        let (answers, looks) = (answers.clone(), Arc::clone(&looks));
+        async move { Ok::<_, Infallible>(answers.wait(page(&request, looks)).await) }
     });
     http::converse(connection, service).await;
 }

@@ -60,9 +60,10 @@ pub struct Metric {
 #[derive(Clone, PartialEq, prost::Oneof)]
 #[allow(missing_docs)]
 pub enum MetricContent {
-    /// Integers of up to 32 bits; negative ones in two's complement.
-    #[prost(uint32, tag = "10")]
-    Int(u32),
+    /// Integers of up to 32 bits; negative ones in two's complement. The specification has `uint32`,
+    /// whose decoder would cut a longer number without a word.
+    #[prost(uint64, tag = "10")]
+    Int(u64),
     /// Integers of 64 bits, times.
     #[prost(uint64, tag = "11")]
     Long(u64),

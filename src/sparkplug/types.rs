@@ -108,16 +108,12 @@ impl DataType {
             // Two's complement of 32 bits; some encoders cut it to the type's own width.
             (DataType::Int8, In::Int(bits)) => signed(*bits, i8::MIN.into(), u8::MAX.into()),
             (DataType::Int16, In::Int(bits)) => signed(*bits, i16::MIN.into(), u16::MAX.into()),
-            (DataType::Int32, In::Int(bits)) => Ok(MetricValue::Signed((*bits as i32).into())),
+            (DataType::Int32, In::Int(bits)) => signed(*bits, i32::MIN, u32::MAX),
             (DataType::Int64, In::Long(bits)) => Ok(MetricValue::Signed(*bits as i64)),
             (DataType::UInt8, In::Int(value)) => unsigned(*value, u8::MAX.into()),
             (DataType::UInt16, In::Int(value)) => unsigned(*value, u16::MAX.into()),
-            (DataType::UInt32, In::Int(value)) => unsigned(*value, u32::MAX),
             // Some encoders send it as a 64-bit number.
-            (DataType::UInt32, In::Long(value)) => {
-                let value = u32::try_from(*value).map_err(|_| ValueFault::OutOfRange)?;
-                unsigned(value, u32::MAX)
-            }
+            (DataType::UInt32, In::Int(value) | In::Long(value)) => unsigned(*value, u32::MAX),
             (DataType::UInt64 | DataType::DateTime, In::Long(value)) => {
                 Ok(MetricValue::Unsigned(*value))
             }
@@ -144,10 +140,10 @@ impl DataType {
     pub fn write(self, value: &MetricValue) -> Option<MetricContent> {
         let int = |low: i64, high: i64| match value {
             MetricValue::Signed(value) if (low..=high).contains(value) => {
-                Some(MetricContent::Int(*value as u32))
+                Some(MetricContent::Int(u64::from(*value as u32)))
             }
             MetricValue::Unsigned(value) if *value <= high as u64 => {
-                Some(MetricContent::Int(*value as u32))
+                Some(MetricContent::Int(*value))
             }
             MetricValue::Signed(_)
             | MetricValue::Unsigned(_)
@@ -199,7 +195,7 @@ impl DataType {
 /// checks the type's range refuses 32 bits of ones.
 fn cut(content: MetricContent, own_bits: u32) -> MetricContent {
     match content {
-        MetricContent::Int(bits) => MetricContent::Int(bits & own_bits),
+        MetricContent::Int(bits) => MetricContent::Int(bits & u64::from(own_bits)),
         MetricContent::Long(_)
         | MetricContent::Float(_)
         | MetricContent::Double(_)
@@ -209,22 +205,23 @@ fn cut(content: MetricContent, own_bits: u32) -> MetricContent {
     }
 }
 
-/// A signed value of fewer than 32 bits: `low` to its opposite, or cut to its own bits.
-fn signed(bits: u32, low: i32, own_bits: u32) -> Result<MetricValue, ValueFault> {
-    let value = bits as i32;
-    let high = -(low + 1);
-    if (low..=high).contains(&value) {
-        return Ok(MetricValue::Signed(value.into()));
+/// A signed value of up to 32 bits: two's complement of 32 bits, of 64 (as a varint of a negative
+/// `int32` is), or of its own bits.
+fn signed(bits: u64, low: i32, own_bits: u32) -> Result<MetricValue, ValueFault> {
+    let value = u32::try_from(bits).map_or(bits as i64, |bits| i64::from(bits as i32));
+    let range = i64::from(low)..=-(i64::from(low) + 1);
+    if range.contains(&value) {
+        return Ok(MetricValue::Signed(value));
     }
-    if bits <= own_bits {
-        return Ok(MetricValue::Signed(i64::from(bits) - i64::from(own_bits) - 1));
+    if bits <= own_bits.into() {
+        return Ok(MetricValue::Signed(bits as i64 - i64::from(own_bits) - 1));
     }
     Err(ValueFault::OutOfRange)
 }
 
-fn unsigned(value: u32, high: u32) -> Result<MetricValue, ValueFault> {
-    if value <= high {
-        Ok(MetricValue::Unsigned(value.into()))
+fn unsigned(value: u64, high: u32) -> Result<MetricValue, ValueFault> {
+    if value <= high.into() {
+        Ok(MetricValue::Unsigned(value))
     } else {
         Err(ValueFault::OutOfRange)
     }
@@ -266,6 +263,19 @@ mod tests {
         assert_eq!(DataType::Int16.read(&MetricContent::Int(65_535)), Ok(MetricValue::Signed(-1)));
         assert_eq!(DataType::Int16.read(&MetricContent::Int(65_536)), Err(ValueFault::OutOfRange));
         assert_eq!(DataType::Int8.read(&MetricContent::Int(128)), Ok(MetricValue::Signed(-128)));
+        let long = MetricContent::Int(-5_i64 as u64);
+        assert_eq!(DataType::Int32.read(&long), Ok(MetricValue::Signed(-5)));
+    }
+
+    /// 5 beyond 32 bits is not 5.
+    #[test]
+    fn a_number_beyond_32_bits_is_not_cut() {
+        let long = MetricContent::Int((1 << 32) + 5);
+        for of in [DataType::Int32, DataType::Int16, DataType::UInt32, DataType::UInt16] {
+            assert_eq!(of.read(&long), Err(ValueFault::OutOfRange), "{of:?}");
+        }
+        let below = MetricContent::Int((i64::from(i32::MIN) - 1) as u64);
+        assert_eq!(DataType::Int32.read(&below), Err(ValueFault::OutOfRange));
     }
 
     #[test]
@@ -273,7 +283,7 @@ mod tests {
         let written = |of: DataType| of.write(&MetricValue::Signed(-1));
         assert_eq!(written(DataType::Int8), Some(MetricContent::Int(255)));
         assert_eq!(written(DataType::Int16), Some(MetricContent::Int(65_535)));
-        assert_eq!(written(DataType::Int32), Some(MetricContent::Int(u32::MAX)));
+        assert_eq!(written(DataType::Int32), Some(MetricContent::Int(u32::MAX.into())));
     }
 
     #[test]

@@ -36,6 +36,9 @@ const SHOWN: [(&str, u64); 2] = [("coil", 8), ("coil", 9)];
 const DEVICE_LOST: &str = "\"device-lost\"";
 const NO_ANSWER: &str = "no answer in";
 
+/// The device that always answers, in the log.
+const GUARDED: &str = "\"device\":\"guarded\"";
+
 /// The event of a FAULT in the log.
 const FAULT: &str = "\"mode-fault\"";
 
@@ -99,10 +102,13 @@ fn of(changes: &[Change], (bank, address): (&str, u64)) -> Vec<Change> {
 
 impl Story {
     /// Whether the machine was too busy: for the device's watchdog while rungd was in RUN, or for
-    /// an answer of a device that is there.
+    /// an answer of a device that is there. (A rungd that stands still misses answers by itself.)
     pub fn was_held_up(&self, way: Way) -> bool {
-        let is_late = |line: &String| line.contains(DEVICE_LOST) && line.contains(NO_ANSWER);
-        let late = way == Way::PanicInDriver && self.log.iter().any(is_late);
+        let is_late = |line: &String| {
+            let is_there = way == Way::PanicInDriver && line.contains(DEVICE_LOST);
+            line.contains(NO_ANSWER) && (is_there || line.contains(GUARDED))
+        };
+        let late = way != Way::Stand && self.log.iter().any(is_late);
         late || self.outputs.iter().any(Outputs::dropped_before)
     }
 }
