@@ -26,14 +26,20 @@ pub(super) enum LineKind {
     UnreadCommand,
     /// A command is kept by the broker.
     RetainedCommand,
-    /// A command asks for something that it may not, or that is not.
-    RefusedCommand,
+    /// A command is for a tag that is not published.
+    UnknownTag,
+    /// A command is for a tag that may not be written.
+    UnlistedTag,
+    /// A command's value does not fit.
+    WrongValue,
     /// There are too many writes.
     FastCommand,
     /// A command is handed to the controller, which takes it.
     Write,
     /// The controller refuses it.
     RefusedWrite,
+    /// It has waited too long for its turn.
+    OldWrite,
     /// A message of another topic.
     UnaskedMessage,
     /// A message that is too long.
@@ -49,10 +55,13 @@ impl LineKind {
             LineKind::HostState => "states of hosts that cannot be read",
             LineKind::UnreadCommand => "commands that cannot be read",
             LineKind::RetainedCommand => "retained commands",
-            LineKind::RefusedCommand => "refused commands",
+            LineKind::UnknownTag => "commands for tags that are not published",
+            LineKind::UnlistedTag => "commands for tags that `[commands] tags` does not list",
+            LineKind::WrongValue => "commands whose value does not fit",
             LineKind::FastCommand => "too many writes in a second",
             LineKind::Write => "writes of hosts",
             LineKind::RefusedWrite => "writes that the controller refuses",
+            LineKind::OldWrite => "writes that are too old",
             LineKind::UnaskedMessage => "messages of other topics",
             LineKind::LongMessage => "messages that are too long",
             LineKind::Unkept => "files that cannot be written",
@@ -143,7 +152,7 @@ mod tests {
         let flood = |n: u64| SECOND_NS + n * 1_000_000;
         let said = (0..5000).filter(|n| kinds.take(LineKind::FastCommand, flood(*n))).count();
         assert!((20..=25).contains(&said), "{said}");
-        assert!(kinds.take(LineKind::RefusedCommand, flood(5000)));
+        assert!(kinds.take(LineKind::UnlistedTag, flood(5000)));
         assert_eq!(kinds.told(flood(5000), false), [""; 0]);
         // Nothing more comes: it is told all the same.
         let told = kinds.told(flood(5000) + 10 * SECOND_NS, false);

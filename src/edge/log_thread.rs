@@ -249,14 +249,18 @@ impl LogWorker {
         let line = format!("a host writes {operand}");
         let waited = asked.elapsed();
         if waited > WRITE_WAIT_MAX {
-            let line = format!("{line}, and is refused: the controller was asked for so long");
-            let line = format!("{line} ({waited:.0?}) that the command is too old");
-            return self.lines.say(LineKind::RefusedWrite, &line);
+            let waited = waited.as_secs();
+            let why = format!("it has waited {waited} s for the controller and is too old");
+            return self.lines.say(LineKind::OldWrite, &format!("{line}, and is refused: {why}"));
         }
         let for_user = Some(COMMANDER.to_owned());
         let request = Request::Write { operand, value, for_user };
         match client::ask_within::<Value>(&self.socket, &request, ANSWER_MAX) {
             Ok(_) => self.lines.say(LineKind::Write, &line),
+            Err(failure @ CallFailure::Broken(..)) => {
+                let line = format!("{line}; whether it was done is not known: {failure}");
+                self.lines.say(LineKind::RefusedWrite, &line);
+            }
             Err(failure) => {
                 let why = self.why(&LookFailure::Call(failure));
                 self.lines.say(LineKind::RefusedWrite, &format!("{line}, and is refused: {why}"));

@@ -21,8 +21,8 @@ use super::node::{EdgeNode, NodeOut};
 use super::settings::{BrokerKeys, EdgeSettings};
 use crate::live::{HistorySpan, LogPosition};
 use crate::mqtt::{
-    BrokerAddress, BrokerLogin, BrokerSettings, LastWill, MqttEvent, MqttFailure, MqttSession,
-    MqttVersion, Qos, TlsFiles,
+    BrokerAddress, BrokerLogin, BrokerSettings, LastWill, MqttCause, MqttEvent, MqttFailure,
+    MqttSession, MqttVersion, Qos, TlsFiles,
 };
 use crate::sparkplug::Topic;
 
@@ -254,13 +254,13 @@ impl EdgeShell {
             match self.send(&mut session).await {
                 Ok(None) => {}
                 Ok(Some(why)) => return Ok(self.leave(session, &why).await),
-                Err(failure) => return Ok(EndedTime::Broker(failure.to_string())),
+                Err(failure) => return Ok(self.broken(&failure)),
             }
             let next_past = self.next_past;
             tokio::select! {
                 event = session.next() => match event {
                     Ok(event) => self.hear(event, &mut asked),
-                    Err(failure) => return Ok(EndedTime::Broker(failure.to_string())),
+                    Err(failure) => return Ok(self.broken(&failure)),
                 },
                 told = self.log.told.recv() => self.take(told)?,
                 () = at(next_past) => {
@@ -281,7 +281,7 @@ impl EdgeShell {
                     let Some(published) = self.node.published() else { continue };
                     match session.ping().await {
                         Ok(count) => asked.push_back((count, published)),
-                        Err(failure) => return Ok(EndedTime::Broker(failure.to_string())),
+                        Err(failure) => return Ok(self.broken(&failure)),
                     }
                 }
                 () = told_to_end(ends) => {
@@ -289,6 +289,17 @@ impl EdgeShell {
                 }
             }
         }
+    }
+
+    /// A session has failed: two nodes of one name end each other's.
+    fn broken(&self, failure: &MqttFailure) -> EndedTime {
+        let id = &self.broker.client_id;
+        let is_ended = matches!(failure.cause, MqttCause::Closed | MqttCause::Ended(_));
+        EndedTime::Broker(if is_ended {
+            format!("{failure} (this client's id is `{id}`, of the node's group and name)")
+        } else {
+            failure.to_string()
+        })
     }
 
     /// What the broker says.

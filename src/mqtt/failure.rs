@@ -110,8 +110,8 @@ impl fmt::Display for MqttCause {
             | MqttCause::MessageRefused(..)
             | MqttCause::Ended(_) => self.said_by_the_broker(f),
             MqttCause::Closed => f.write_str(
-                "the connection is closed without a word: the broker ended, or did not like what \
-                 it received; see its log",
+                "the connection is closed without a word: the broker ended, another client came \
+                 with the same client id, or the broker did not like what it received; see its log",
             ),
             MqttCause::Broken(why) => write!(f, "the connection broke: {why}"),
             MqttCause::Silent(what, longest) => {

@@ -1,10 +1,10 @@
 //! `rungd edge` beside strangers at its broker, and beside a log that nobody reads.
 
 use rungd::mqtt::{MqttVersion, Qos};
-use rungd::sparkplug::MessageKind;
+use rungd::sparkplug::{DataType, MessageKind, MetricValue};
 
 use crate::edge::{PRIMARY, are_ordered, await_more, await_whole, plant};
-use crate::edge_rig::Edge;
+use crate::edge_rig::{Edge, ToldValue, commanded};
 use crate::sessions::{confirmed, run, session, settings};
 
 const COMMANDS: &str = "spBv1.0/plant/NCMD/press";
@@ -65,4 +65,65 @@ fn an_end_without_a_broker_is_said() {
     edge.end();
     assert!(edge.said().contains("ends as it was told to: it "), "{}", edge.said());
     are_ordered(&host);
+}
+
+/// Two nodes of one name throw each other out: it is said, and they leave each other time.
+#[test]
+fn a_second_node_of_the_same_name_is_said() {
+    let Some((live, broker, host)) = plant() else { return };
+    let edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 5);
+    run(async {
+        let other = settings(&broker.url(), MqttVersion::V3, "rungd-plant-press");
+        let _other = session(&other).await;
+        edge.await_line("another client came with the same client id", 1);
+    });
+    edge.await_line("this client's id is `rungd-plant-press`", 1);
+    await_more(&host, 5);
+    await_whole(&host);
+}
+
+/// A controller that hangs is asked for one command at a time: the others would be done long after
+/// they were sent.
+#[test]
+fn commands_that_waited_for_a_controller_that_hangs_are_not_done() {
+    let Some((live, broker, host)) = plant() else { return };
+    let more = format!("{PRIMARY}[commands]\ntags = [\"start\"]\n");
+    let edge = Edge::start(&live, &broker.url(), &more);
+    await_more(&host, 5);
+    let pid = rustix::process::Pid::from_child(&live.child);
+    rustix::process::kill_process(pid, rustix::process::Signal::STOP).unwrap();
+    let start = |on| commanded("start", DataType::Boolean, MetricValue::Bool(on));
+    // Of the first the answer may be missing.
+    host.command(vec![start(false)]);
+    (0..5).for_each(|_| host.command(vec![start(true)]));
+    edge.await_line("and is too old", 5);
+    rustix::process::kill_process(pid, rustix::process::Signal::CONT).unwrap();
+    await_more(&host, 5);
+    let is_on = |of: &ToldValue| of.name == "on" && of.value == MetricValue::Bool(true);
+    assert!(!host.told().iter().any(is_on));
+}
+
+/// Nonsense is said once in a while, and what is older than the host's last word changes nothing.
+#[test]
+fn false_states_of_the_host_change_nothing() {
+    let Some((live, broker, host)) = plant() else { return };
+    let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 5);
+    let text = format!("\"{}\"", "A".repeat(900_000));
+    let deep = "[".repeat(100_000);
+    let state = "spBv1.0/STATE/judge";
+    let old = br#"{"online":false,"timestamp":1}"#;
+    let many: Vec<(&str, &[u8], bool)> = vec![(state, b"ONLINE", false); 100];
+    strange(&broker.url(), &many);
+    let few: [&[u8]; 4] = [text.as_bytes(), deep.as_bytes(), b"\xff", old];
+    strange(&broker.url(), &few.map(|payload| (state, payload, false)));
+    await_more(&host, 20);
+    await_whole(&host);
+    edge.end();
+    let said = edge.said();
+    let is_short = said.lines().all(|line| line.chars().count() < 1100);
+    assert!(is_short && !said.contains("next try"), "{said}");
+    assert!(said.contains("more lines were left out"), "{said}");
+    assert!(said.contains("states of hosts that cannot be read"), "{said}");
 }
