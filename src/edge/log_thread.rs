@@ -140,7 +140,7 @@ impl LogWorker {
             let wait = look_at.min(status_at).saturating_duration_since(Instant::now());
             match inbox.recv_timeout(wait) {
                 Ok(ask) => {
-                    if self.obey(ask).is_err() {
+                    if self.obey_all(ask, inbox).is_err() {
                         return;
                     }
                 }
@@ -189,6 +189,18 @@ impl LogWorker {
         let (Ok(status), Ok(alarms)) = (status, alarms) else { return Ok(()) };
         self.folder = folder(&status);
         self.told(LogTold::Facts(of_controller(&status, &alarms)))
+    }
+
+    /// Does what is asked for, and what waits behind it: a look may take long, and a command would
+    /// be old after it. A piece of the past lets the present go first.
+    fn obey_all(&mut self, first: LogAsk, inbox: &Receiver<LogAsk>) -> Result<(), Abandoned> {
+        let mut next = Some(first);
+        while let Some(ask) = next {
+            let is_past = matches!(ask, LogAsk::Replay(..) | LogAsk::Next);
+            self.obey(ask)?;
+            next = if is_past { None } else { inbox.try_recv().ok() };
+        }
+        Ok(())
     }
 
     fn obey(&mut self, ask: LogAsk) -> Result<(), Abandoned> {
