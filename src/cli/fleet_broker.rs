@@ -141,6 +141,7 @@ fn exit_of(failure: &MqttFailure) -> Exit {
         | MqttCause::Broken(_)
         | MqttCause::Silent(..)
         | MqttCause::Garbage(_)
+        | MqttCause::Blocked(..)
         | MqttCause::TooLong(_) => Exit::Unavailable,
     }
 }

@@ -3,6 +3,7 @@
 //! Bytes of a stranger come in here. Nothing is written by itself: `node` hands writes on, a few a
 //! second, and the controller judges each as it judges an operator's.
 
+use super::journal::LineKind;
 use super::tags::{TagMetric, given};
 use crate::operator::protocol::GivenValue;
 use crate::sparkplug::{DataType, Metric, MetricValue, Payload, ValueFault, vocabulary};
@@ -17,8 +18,8 @@ pub(super) enum AskedCommand {
     Rebirth,
     /// A write.
     Write(String, GivenValue),
-    /// It is refused: why, for the log.
-    Refused(String),
+    /// It is refused: why, for the journal.
+    Refused(LineKind, String),
 }
 
 /// What a command asks for, metric by metric.
@@ -28,7 +29,7 @@ pub(super) fn asked(payload: &Payload, tags: &[TagMetric]) -> Vec<AskedCommand> 
     if payload.metrics.len() > METRICS_MAX {
         let why =
             format!("a command of {} metrics: more than {METRICS_MAX}", payload.metrics.len());
-        asked.push(AskedCommand::Refused(why));
+        asked.push(AskedCommand::Refused(LineKind::UnreadCommand, why));
     }
     asked
 }
@@ -41,21 +42,22 @@ fn one(metric: &Metric, tags: &[TagMetric]) -> Option<AskedCommand> {
     }
     Some(match write(metric, tags) {
         Ok((name, value)) => AskedCommand::Write(name, value),
-        Err(why) => AskedCommand::Refused(why),
+        Err((kind, why)) => AskedCommand::Refused(kind, why),
     })
 }
 
 /// The tag that a metric asks to write, and the value.
 ///
 /// # Errors
-/// Why it is refused, for the log.
-fn write(metric: &Metric, tags: &[TagMetric]) -> Result<(String, GivenValue), String> {
-    let tag = meant(metric, tags)?;
+/// Why it is refused, for the journal.
+fn write(metric: &Metric, tags: &[TagMetric]) -> Result<(String, GivenValue), (LineKind, String)> {
+    let tag = meant(metric, tags).map_err(|why| (LineKind::UnknownTag, why))?;
     let name = &tag.metric.name;
-    let refused = |why: &str| Err(format!("{name}: {why}"));
     if !tag.may_write {
-        return refused("`[commands] tags` does not list it");
+        let why = format!("{name}: `[commands] tags` does not list it");
+        return Err((LineKind::UnlistedTag, why));
     }
+    let refused = |why: &str| Err((LineKind::WrongValue, format!("{name}: {why}")));
     if metric.is_historical == Some(true) {
         return refused("a value of the past is no command");
     }

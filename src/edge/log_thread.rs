@@ -10,14 +10,15 @@ use serde_json::Value;
 use tokio::sync::mpsc;
 
 use super::facts::{NodeFact, of_controller};
-use super::journal::{LimitedLines, say};
+use super::journal::{LimitedLines, LineKind, say};
 use super::settings::EdgeSettings;
 use super::tags::chooser;
 use crate::live::{
     ChangeFollower, ChangeHistory, ChooseCells, HistorySpan, LogEvent, LogPosition, LookFailure,
     RecordedFolder,
 };
-use crate::operator::client;
+use crate::operator::SOCKET_VARIABLE;
+use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{AlarmList, GivenValue, Request, Status};
 use crate::sparkplug::{MetricValue, vocabulary};
 
@@ -27,6 +28,8 @@ const STATUS_EVERY: Duration = Duration::from_secs(1);
 const RETRY: Duration = Duration::from_secs(1);
 /// The longest wait for an answer.
 const ANSWER_MAX: Duration = Duration::from_secs(5);
+/// A write that has waited so long for its turn is not done any more: its sender does not expect it.
+const WRITE_WAIT_MAX: Duration = Duration::from_secs(2);
 /// What it has told waits in a queue of this length.
 const QUEUE: usize = 16;
 /// The user that the controller's log names for a command.
@@ -39,8 +42,8 @@ pub(super) enum LogAsk {
     Replay(u64, HistorySpan),
     /// The next piece of it.
     Next,
-    /// Write a tag.
-    Write(String, GivenValue),
+    /// Write a tag, as asked for at this time.
+    Write(String, GivenValue, Instant),
 }
 
 /// What the thread tells.
@@ -71,13 +74,16 @@ impl LogThread {
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(settings: &EdgeSettings) -> std::io::Result<LogThread> {
+    pub fn start(settings: &EdgeSettings, lines: LimitedLines) -> std::io::Result<LogThread> {
         let (asks, inbox) = channel();
         let (tell, told) = mpsc::channel(QUEUE);
         let choose = chooser(settings);
+        let variable = || std::env::var_os(SOCKET_VARIABLE).filter(|path| !path.is_empty());
+        let named = settings.socket.clone().or_else(|| variable().map(PathBuf::from));
         let worker = LogWorker {
-            named: settings.socket.clone(),
-            socket: client::socket(settings.socket.clone()),
+            is_set: settings.socket.is_some(),
+            socket: client::socket(named.clone()),
+            named,
             interval: settings.interval,
             follower: ChangeFollower::new(choose.clone()),
             choose,
@@ -85,7 +91,8 @@ impl LogThread {
             folder: None,
             tell,
             was_seen: None,
-            refusals: LimitedLines::default(),
+            unread: None,
+            lines,
         };
         let builder = thread::Builder::new().name("log".to_owned());
         builder.spawn(move || worker.work(&inbox))?;
@@ -94,6 +101,8 @@ impl LogThread {
 }
 
 struct LogWorker {
+    /// Whether EDGE.toml names the socket.
+    is_set: bool,
     named: Option<PathBuf>,
     socket: PathBuf,
     interval: Duration,
@@ -104,7 +113,9 @@ struct LogWorker {
     folder: Option<RecordedFolder>,
     tell: mpsc::Sender<LogTold>,
     was_seen: Option<bool>,
-    refusals: LimitedLines,
+    /// Why the past could not be read, as it was said.
+    unread: Option<String>,
+    lines: LimitedLines,
 }
 
 /// The other end is gone.
@@ -129,7 +140,7 @@ impl LogWorker {
             let wait = look_at.min(status_at).saturating_duration_since(Instant::now());
             match inbox.recv_timeout(wait) {
                 Ok(ask) => {
-                    if self.obey(ask).is_err() {
+                    if self.obey_all(ask, inbox).is_err() {
                         return;
                     }
                 }
@@ -152,7 +163,7 @@ impl LogWorker {
             let socket = self.socket.display();
             say(&match &looked {
                 Ok(_) => format!("the controller at {socket} answers"),
-                Err(failure) => format!("the controller is not seen: {failure}"),
+                Err(failure) => format!("the controller is not seen: {}", self.why(failure)),
             });
         }
         match looked {
@@ -180,6 +191,18 @@ impl LogWorker {
         self.told(LogTold::Facts(of_controller(&status, &alarms)))
     }
 
+    /// Does what is asked for, and what waits behind it: a look may take long, and a command would
+    /// be old after it. A piece of the past lets the present go first.
+    fn obey_all(&mut self, first: LogAsk, inbox: &Receiver<LogAsk>) -> Result<(), Abandoned> {
+        let mut next = Some(first);
+        while let Some(ask) = next {
+            let is_past = matches!(ask, LogAsk::Replay(..) | LogAsk::Next);
+            self.obey(ask)?;
+            next = if is_past { None } else { inbox.try_recv().ok() };
+        }
+        Ok(())
+    }
+
     fn obey(&mut self, ask: LogAsk) -> Result<(), Abandoned> {
         match ask {
             LogAsk::Replay(number, span) => {
@@ -190,23 +213,29 @@ impl LogWorker {
                 }
             }
             LogAsk::Next => self.next(),
-            LogAsk::Write(operand, value) => {
-                self.write(operand, value);
+            LogAsk::Write(operand, value, asked) => {
+                self.write(operand, value, asked);
                 Ok(())
             }
         }
     }
 
-    fn replay(&self, span: HistorySpan) -> Option<ChangeHistory> {
+    fn replay(&mut self, span: HistorySpan) -> Option<ChangeHistory> {
         let folder = self.folder.as_ref();
         let opened = ChangeHistory::open(&self.socket, folder, span, self.choose.clone());
         match opened {
             Ok((history, note)) => {
                 note.iter().for_each(|note| say(note));
+                self.unread = None;
                 Some(history)
             }
             Err(failure) => {
-                say(&format!("the past cannot be read: {failure}"));
+                let line = format!("the past cannot be read yet: {}", self.why(&failure));
+                // It is asked for again and again.
+                if self.unread.as_ref() != Some(&line) {
+                    say(&line);
+                }
+                self.unread = Some(line);
                 None
             }
         }
@@ -228,14 +257,47 @@ impl LogWorker {
         }
     }
 
-    fn write(&mut self, operand: String, value: GivenValue) {
+    fn write(&self, operand: String, value: GivenValue, asked: Instant) {
         let line = format!("a host writes {operand}");
+        let waited = asked.elapsed();
+        if waited > WRITE_WAIT_MAX {
+            let waited = waited.as_secs();
+            let why = format!("it has waited {waited} s for the controller and is too old");
+            return self.lines.say(LineKind::OldWrite, &format!("{line}, and is refused: {why}"));
+        }
         let for_user = Some(COMMANDER.to_owned());
         let request = Request::Write { operand, value, for_user };
         match client::ask_within::<Value>(&self.socket, &request, ANSWER_MAX) {
-            Ok(_) => self.refusals.say(&line),
-            Err(failure) => self.refusals.say(&format!("{line}, and is refused: {failure}")),
+            Ok(_) => self.lines.say(LineKind::Write, &line),
+            Err(failure @ CallFailure::Broken(..)) => {
+                let line = format!("{line}; whether it was done is not known: {failure}");
+                self.lines.say(LineKind::RefusedWrite, &line);
+            }
+            Err(failure) => {
+                let why = self.why(&LookFailure::Call(failure));
+                self.lines.say(LineKind::RefusedWrite, &format!("{line}, and is refused: {why}"));
+            }
         }
+    }
+
+    /// Why the controller does not answer, in the words of EDGE.toml.
+    fn why(&self, failure: &LookFailure) -> String {
+        let LookFailure::Call(CallFailure::NotRunning(path, error)) = failure else {
+            return failure.to_string();
+        };
+        let named = match (self.is_set, &self.named) {
+            (true, _) => "`[node] socket` names this place",
+            (false, Some(_)) => "RUNGD_SOCKET names this place; `[node] socket` goes before it",
+            (false, None) => {
+                "`[node] socket` is not given, so `rungd.sock` in the current folder and then this \
+                 place are looked at"
+            }
+        };
+        format!(
+            "no rungd answers at {}: {error}; is it running? ({named}, and `[operator] socket` of \
+             the controller file says where the socket is)",
+            path.display()
+        )
     }
 }
 

@@ -15,6 +15,7 @@ mod log_thread;
 mod node;
 #[cfg(test)]
 mod node_tests;
+mod primary;
 #[cfg(test)]
 mod promise_tests;
 mod settings;

@@ -9,6 +9,8 @@ use std::collections::VecDeque;
 use super::commands::{AskedCommand, CommandPace, asked};
 use super::facts::{ALIASES, FactTable, NodeFact};
 use super::history::TellsHistory;
+use super::journal::LineKind;
+use super::primary::{HostNews, PrimaryHost};
 use super::settings::EdgeSettings;
 use super::tags::{self, TagMetric};
 use super::throttle::{Throttle, ToldChanges};
@@ -43,7 +45,7 @@ pub(super) enum NodeOut {
     /// A line for the journal.
     Say(String),
     /// A line for the journal that a stranger can cause.
-    SayLimited(String),
+    SayLimited(LineKind, String),
 }
 
 /// How the node stands to its host.
@@ -75,8 +77,7 @@ pub(super) struct EdgeNode {
     /// The past is to be told as soon as the present is known.
     owes_history: bool,
     lost: u64,
-    /// The time of the last birth of the primary host.
-    host_ms: Option<u64>,
+    host: PrimaryHost,
     wants_rebirth: bool,
     /// When a host's request for a birth was last answered.
     reborn_ms: Option<u64>,
@@ -109,7 +110,7 @@ impl EdgeNode {
             history: TellsHistory::default(),
             owes_history: false,
             lost: 0,
-            host_ms: None,
+            host: PrimaryHost::default(),
             wants_rebirth: false,
             reborn_ms: None,
             began: (0, None),
@@ -144,9 +145,9 @@ impl EdgeNode {
         [self.topic(MessageKind::NodeCommand)].into_iter().chain(state).collect()
     }
 
-    /// Whether it waits for its primary host.
-    pub fn waits(&self) -> bool {
-        self.state == NodeState::Waits
+    /// The primary host, while it waits for it.
+    pub fn awaited(&self) -> Option<&str> {
+        self.settings.primary_host.as_deref().filter(|_| self.state == NodeState::Waits)
     }
 
     /// Up to here all is published, in the order in which it was handed out.
@@ -164,8 +165,7 @@ impl EdgeNode {
 
     /// A broker is there, and knows what the node listens to.
     pub fn connected(&mut self, now_ms: u64) {
-        // A host has a time of its own at each broker.
-        self.host_ms = None;
+        self.host.forget();
         match self.settings.primary_host {
             Some(_) => self.state = NodeState::Waits,
             None => self.begin(now_ms),
@@ -415,6 +415,9 @@ impl EdgeNode {
             return;
         }
         self.reborn_ms = Some(now_ms);
+        if std::mem::take(&mut self.host.is_owed) {
+            return self.begin(now_ms);
+        }
         // What was told since the first birth may lie behind the margin in the log.
         let (begun_ms, from) = self.began;
         if u128::from(now_ms.abs_diff(begun_ms)) <= self.settings.whole_margin().as_millis() {
@@ -431,7 +434,7 @@ impl EdgeNode {
             {
                 match HostState::read(payload) {
                     Ok(state) => self.host(state, now_ms),
-                    Err(why) => self.out.push_back(NodeOut::SayLimited(why)),
+                    Err(why) => self.out.push_back(NodeOut::SayLimited(LineKind::HostState, why)),
                 }
             }
             Some(Topic::Node { kind: MessageKind::NodeCommand, group, node, device: None })
@@ -441,29 +444,29 @@ impl EdgeNode {
                     Ok(payload) => self.command(&payload, now_ms),
                     Err(why) => {
                         let line = format!("a command is refused: {why}");
-                        self.out.push_back(NodeOut::SayLimited(line));
+                        self.out.push_back(NodeOut::SayLimited(LineKind::UnreadCommand, line));
                     }
                 }
             }
             Some(_) | None => {
-                let line = "a message of a topic that it did not ask for is left out";
-                self.out.push_back(NodeOut::SayLimited(line.to_owned()));
+                let line = "a message of a topic that it did not ask for is left out".to_owned();
+                self.out.push_back(NodeOut::SayLimited(LineKind::UnaskedMessage, line));
             }
         }
     }
 
     /// The primary host says whether it is there.
-    fn host(&mut self, HostState { online, timestamp }: HostState, now_ms: u64) {
-        let is_old = self.host_ms.is_some_and(|known| timestamp < known);
-        if self.state == NodeState::Away || is_old {
-            return;
-        }
-        let is_new = self.host_ms != Some(timestamp);
-        self.host_ms = Some(timestamp);
-        if !online && self.state == NodeState::Born {
-            self.out.push_back(NodeOut::Leave("the primary host is offline".to_owned()));
-        } else if online && (self.state == NodeState::Waits || is_new) {
-            self.begin(now_ms);
+    fn host(&mut self, state: HostState, now_ms: u64) {
+        match (self.state, self.host.hear(state)) {
+            (NodeState::Waits, HostNews::Came | HostNews::Still) => self.begin(now_ms),
+            (NodeState::Born, HostNews::Gone) => {
+                self.out.push_back(NodeOut::Leave("the primary host is offline".to_owned()));
+            }
+            (NodeState::Born, HostNews::Came) => {
+                (self.host.is_owed, self.wants_rebirth) = (true, true);
+                self.tick(now_ms);
+            }
+            (NodeState::Away | NodeState::Waits | NodeState::Born, _) => {}
         }
     }
 
@@ -474,16 +477,16 @@ impl EdgeNode {
         for asked in asked(payload, &self.tags) {
             match asked {
                 AskedCommand::Rebirth => self.wants_rebirth = true,
-                AskedCommand::Refused(why) => {
+                AskedCommand::Refused(kind, why) => {
                     let line = format!("a command is refused: {why}");
-                    self.out.push_back(NodeOut::SayLimited(line));
+                    self.out.push_back(NodeOut::SayLimited(kind, line));
                 }
                 AskedCommand::Write(operand, value) if self.pace.take(now_ms) => {
                     self.out.push_back(NodeOut::Write(operand, value));
                 }
                 AskedCommand::Write(operand, _) => {
                     let line = format!("a command is refused: {operand}: too many in a second");
-                    self.out.push_back(NodeOut::SayLimited(line));
+                    self.out.push_back(NodeOut::SayLimited(LineKind::FastCommand, line));
                 }
             }
         }

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::journal::LineKind;
 use super::keys::read_edge;
 use super::node::{EdgeNode, NodeOut};
 use super::settings::EdgeSettings;
@@ -90,7 +91,7 @@ fn published(node: &mut EdgeNode) -> Vec<(String, Payload)> {
         | NodeOut::Write(..)
         | NodeOut::Leave(_)
         | NodeOut::Say(_)
-        | NodeOut::SayLimited(_) => None,
+        | NodeOut::SayLimited(..) => None,
     };
     outs(node).into_iter().filter_map(message).collect()
 }
@@ -165,7 +166,7 @@ fn data_follow_in_order_with_the_times_of_their_scans() {
 #[test]
 fn without_the_primary_host_nothing_is_said() {
     let (mut node, program) = born("[sparkplug]\nprimary-host = \"scada\"\n");
-    assert!(node.waits() && published(&mut node).is_empty());
+    assert!(node.awaited().is_some() && published(&mut node).is_empty());
     let state = |online, timestamp| HostState { online, timestamp }.bytes();
     let topic = "spBv1.0/STATE/scada";
     node.message(topic, &state(false, 50), 2100);
@@ -190,6 +191,22 @@ fn without_the_primary_host_nothing_is_said() {
     node.disconnected();
     node.connected(2600);
     node.message(topic, &state(true, 40), 2600);
+    assert_eq!(published(&mut node).len(), 1);
+}
+
+#[test]
+fn a_host_that_comes_anew_in_a_flood_gets_a_birth_once_a_second() {
+    let (mut node, _) = born("[sparkplug]\nprimary-host = \"scada\"\n");
+    let came = |at| HostState { online: true, timestamp: 1000 + at }.bytes();
+    let mut births = 0;
+    for at in 0..3000 {
+        node.message("spBv1.0/STATE/scada", &came(at), 5000 + at);
+        node.tick(5000 + at);
+        births += published(&mut node).iter().filter(|(kind, _)| kind == "NBIRTH").count();
+    }
+    // The first is for a node that waited; none is forgotten.
+    assert!((4..=5).contains(&births), "{births}");
+    node.tick(9000);
     assert_eq!(published(&mut node).len(), 1);
 }
 
@@ -320,11 +337,23 @@ fn commands_are_refused_unless_listed() {
     ] {
         node.message(topic, &ncmd(vec![refused.clone()]), 5000);
         let all = outs(&mut node);
-        assert!(matches!(&all[..], [NodeOut::SayLimited(_)]), "{refused:?}: {all:?}");
+        assert!(matches!(&all[..], [NodeOut::SayLimited(..)]), "{refused:?}: {all:?}");
     }
+    // A flood of one kind hides no other.
+    let mut kinds = Vec::new();
+    for refused in [
+        named("on", DataType::Boolean, MetricValue::Bool(true)),
+        named("nothing", DataType::Boolean, MetricValue::Bool(true)),
+        named("start", DataType::Int32, MetricValue::Signed(1)),
+    ] {
+        node.message(topic, &ncmd(vec![refused]), 5000);
+        let kind = |out| if let NodeOut::SayLimited(kind, _) = out { Some(kind) } else { None };
+        kinds.extend(outs(&mut node).into_iter().filter_map(kind));
+    }
+    assert_eq!(kinds, [LineKind::UnlistedTag, LineKind::UnknownTag, LineKind::WrongValue]);
     node.message("spBv1.0/g/NCMD/other", &ncmd(vec![level(7)]), 5000);
     node.message(topic, &[0xff; 30], 5000);
-    assert!(outs(&mut node).iter().all(|out| matches!(out, NodeOut::SayLimited(_))));
+    assert!(outs(&mut node).iter().all(|out| matches!(out, NodeOut::SayLimited(..))));
     // A flood: ten in a second.
     for _ in 0..20 {
         node.message(topic, &ncmd((0..5).map(level).collect()), 9000);

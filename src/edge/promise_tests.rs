@@ -122,7 +122,7 @@ impl LinkedNode {
                     self.history = Some(ChangeHistory::new(self.plant.all(), span, choose));
                 }
                 NodeOut::Write(..) | NodeOut::Leave(_) => panic!("{out:?}"),
-                NodeOut::Say(_) | NodeOut::SayLimited(_) => {}
+                NodeOut::Say(_) | NodeOut::SayLimited(..) => {}
             }
         }
     }

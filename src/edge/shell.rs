@@ -10,24 +10,26 @@ use std::path::PathBuf;
 use std::pin::pin;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until};
 
 use super::cursor::NodeCursor;
-use super::journal::{LimitedLines, say};
+use super::journal::{LimitedLines, LineKind, say};
 use super::log_thread::{LogAsk, LogThread, LogTold};
 use super::node::{EdgeNode, NodeOut};
 use super::settings::{BrokerKeys, EdgeSettings};
 use crate::live::{HistorySpan, LogPosition};
 use crate::mqtt::{
-    BrokerAddress, BrokerLogin, BrokerSettings, LastWill, MqttEvent, MqttFailure, MqttSession,
-    MqttVersion, Qos, TlsFiles,
+    BrokerAddress, BrokerLogin, BrokerSettings, LastWill, MqttCause, MqttEvent, MqttFailure,
+    MqttSession, MqttVersion, Qos, TlsFiles,
 };
 use crate::sparkplug::Topic;
 
 /// The time between two looks at the clock.
 const TICK: Duration = Duration::from_millis(100);
+/// The time between two looks at lines that were left out, without a broker.
+const TELL_EVERY: Duration = Duration::from_secs(1);
 /// The time between two confirmations.
 const CONFIRM_EVERY: Duration = Duration::from_secs(1);
 /// The time between two writes of the confirmed place: it spares a flash card, and a node that is
@@ -35,7 +37,8 @@ const CONFIRM_EVERY: Duration = Duration::from_secs(1);
 const KEEP_EVERY: Duration = Duration::from_secs(5);
 /// The shortest and the longest pause before a broker is tried again.
 const PAUSES: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(30));
-/// A node with several brokers looks for its primary host at each of them so long.
+/// A node with several brokers looks for its primary host at each of them so long; one with a single
+/// broker says then that it waits.
 const HOST_WAIT: Duration = Duration::from_secs(10);
 /// The longest wait for a broker at the end.
 const END_MAX: Duration = Duration::from_secs(2);
@@ -72,13 +75,14 @@ pub fn run(settings: &EdgeSettings) -> Result<()> {
     let mut cursor = NodeCursor::new(state);
     let (birth, confirmed) = (cursor.last_birth(), cursor.position());
     let node = EdgeNode::new(settings.clone(), birth, confirmed);
-    let log = LogThread::start(settings).context("a thread")?;
+    let lines = LimitedLines::new();
+    let log = LogThread::start(settings, lines.clone()).context("a thread")?;
     let shell = EdgeShell {
         broker,
         node,
         log,
         cursor,
-        lines: LimitedLines::default(),
+        lines,
         confirmed: None,
         kept: None,
         tried: 0,
@@ -144,10 +148,10 @@ struct EdgeShell {
     next_past: Option<Instant>,
 }
 
-/// Why a time with a broker, or without one, is over.
+/// Why a time with a broker is over.
 enum EndedTime {
-    /// The process is told to end.
-    Told,
+    /// The process is told to end; what became of the death.
+    Told(String),
     /// The broker is gone, or is left.
     Broker(String),
 }
@@ -156,20 +160,29 @@ impl EdgeShell {
     async fn serve(mut self) -> Result<()> {
         let mut ends = [signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?];
         let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
+        let ended = self.work(&mut ends).await;
+        self.lines.tell(true);
+        say(&format!("ends as it was told to: {}", ended?));
+        Ok(())
+    }
+
+    /// Tries brokers until the process is told to end; gives what became of the death.
+    async fn work(&mut self, ends: &mut [Signal; 2]) -> Result<String> {
         let mut pause = Duration::ZERO;
         loop {
-            if self.wait(pause, &mut ends).await {
-                return Ok(());
+            if self.wait(pause, ends).await? {
+                return Ok("it has no broker to publish its death".to_owned());
             }
             let began = Instant::now();
-            let why = match self.connect(&mut ends).await {
-                Ok(None) => return Ok(()),
-                Ok(Some(session)) => match self.converse(session, &mut ends).await {
-                    EndedTime::Told => return Ok(()),
+            let why = match self.connect(ends).await {
+                Ok(None) => return Ok("it had not reached a broker yet".to_owned()),
+                Ok(Some(session)) => match self.converse(session, ends).await? {
+                    EndedTime::Told(death) => return Ok(death),
                     EndedTime::Broker(why) => why,
                 },
                 Err(failure) => failure.to_string(),
             };
+            self.keep();
             self.node.disconnected();
             (self.next_past, self.unread) = (None, None);
             self.tried = self.tried.wrapping_add(1);
@@ -181,13 +194,15 @@ impl EdgeShell {
     }
 
     /// A pause without a broker; true: the process is to end.
-    async fn wait(&mut self, pause: Duration, ends: &mut [Signal; 2]) -> bool {
+    async fn wait(&mut self, pause: Duration, ends: &mut [Signal; 2]) -> Result<bool> {
         let mut over = pin!(sleep(pause));
+        let mut tells = interval(TELL_EVERY);
         loop {
             tokio::select! {
-                () = &mut over => return false,
-                () = told_to_end(ends) => return true,
-                told = self.log.told.recv() => self.take(told),
+                () = &mut over => return Ok(false),
+                () = told_to_end(ends) => return Ok(true),
+                told = self.log.told.recv() => self.take(told)?,
+                _ = tells.tick() => self.lines.tell(false),
             }
             self.drop_out();
         }
@@ -202,7 +217,8 @@ impl EdgeShell {
         let address = settings.addresses[self.tried % settings.addresses.len()].clone();
         let birth = self.node.next_birth();
         if let Err(error) = self.cursor.keep_birth(birth) {
-            self.lines.say(&format!("the number of the birth cannot be kept: {error}"));
+            let line = format!("the number of the birth cannot be kept: {error}");
+            self.lines.say(LineKind::Unkept, &line);
         }
         let (topic, payload) = self.node.death(now_ms());
         let will = LastWill { topic, payload, qos: Qos::AtLeastOnce, retain: false };
@@ -221,34 +237,32 @@ impl EdgeShell {
     }
 
     /// A time with a broker.
-    async fn converse(&mut self, mut session: MqttSession, ends: &mut [Signal; 2]) -> EndedTime {
+    async fn converse(
+        &mut self,
+        mut session: MqttSession,
+        ends: &mut [Signal; 2],
+    ) -> Result<EndedTime> {
         say(&format!("the broker at {} answers", session.broker()));
-        let connected = Instant::now();
         self.node.connected(now_ms());
+        let mut host_until = Some(Instant::now() + HOST_WAIT);
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut confirms = interval(CONFIRM_EVERY);
         confirms.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut asked: VecDeque<(u64, LogPosition)> = VecDeque::new();
         loop {
-            if let Err(ended) = self.send(&mut session).await {
-                return self.leave(session, ended).await;
+            match self.send(&mut session).await {
+                Ok(None) => {}
+                Ok(Some(why)) => return Ok(self.leave(session, &why).await),
+                Err(failure) => return Ok(self.broken(&failure)),
             }
             let next_past = self.next_past;
             tokio::select! {
                 event = session.next() => match event {
-                    // A command that the broker keeps would be done again at each connection.
-                    Ok(MqttEvent::Message { topic, retained: true, .. }) if is_command(&topic) => {
-                        self.lines.say("a retained command is left out: commands are not retained");
-                    }
-                    Ok(MqttEvent::Message { topic, payload, .. }) => {
-                        self.node.message(&topic, &payload, now_ms());
-                    }
-                    Ok(MqttEvent::Pong(count)) => self.confirm(count, &mut asked),
-                    Ok(MqttEvent::Acknowledged(_)) => {}
-                    Err(failure) => return EndedTime::Broker(failure.to_string()),
+                    Ok(event) => self.hear(event, &mut asked),
+                    Err(failure) => return Ok(self.broken(&failure)),
                 },
-                told = self.log.told.recv() => self.take(told),
+                told = self.log.told.recv() => self.take(told)?,
                 () = at(next_past) => {
                     self.next_past = None;
                     match self.unread.take() {
@@ -258,42 +272,92 @@ impl EdgeShell {
                 }
                 _ = ticks.tick() => {
                     self.node.tick(now_ms());
-                    let is_one = self.broker.addresses.len() == 1;
-                    if self.node.waits() && !is_one && connected.elapsed() > HOST_WAIT {
-                        let why = "the primary host is not at this broker".to_owned();
-                        return self.leave(session, EndedTime::Broker(why)).await;
+                    self.lines.tell(false);
+                    if let Some(why) = self.missed_host(&mut host_until) {
+                        return Ok(self.leave(session, &why).await);
                     }
                 }
                 _ = confirms.tick() => {
                     let Some(published) = self.node.published() else { continue };
                     match session.ping().await {
                         Ok(count) => asked.push_back((count, published)),
-                        Err(failure) => return EndedTime::Broker(failure.to_string()),
+                        Err(failure) => return Ok(self.broken(&failure)),
                     }
                 }
-                () = told_to_end(ends) => return self.leave(session, EndedTime::Told).await,
+                () = told_to_end(ends) => {
+                    return Ok(EndedTime::Told(self.farewell(session).await));
+                }
             }
         }
     }
 
-    /// Does what the node hands out.
-    async fn send(&mut self, session: &mut MqttSession) -> Result<(), EndedTime> {
+    /// A session has failed: two nodes of one name end each other's.
+    fn broken(&self, failure: &MqttFailure) -> EndedTime {
+        let id = &self.broker.client_id;
+        let is_ended = matches!(failure.cause, MqttCause::Closed | MqttCause::Ended(_));
+        EndedTime::Broker(if is_ended {
+            format!("{failure} (this client's id is `{id}`, of the node's group and name)")
+        } else {
+            failure.to_string()
+        })
+    }
+
+    /// What the broker says.
+    fn hear(&mut self, event: MqttEvent, asked: &mut VecDeque<(u64, LogPosition)>) {
+        match event {
+            // A command that the broker keeps would be done again at each connection.
+            MqttEvent::Message { topic, retained: true, .. } if is_command(&topic) => {
+                let line = format!(
+                    "a retained command is left out: it would be done at each connection (an \
+                     empty retained message for `{topic}` removes it)"
+                );
+                self.lines.say(LineKind::RetainedCommand, &line);
+            }
+            MqttEvent::Message { topic, payload, .. } => {
+                self.node.message(&topic, &payload, now_ms());
+            }
+            MqttEvent::LeftOut(message) => {
+                self.lines.say(LineKind::LongMessage, &format!("left out: {message}"));
+            }
+            MqttEvent::Pong(count) => self.confirm(count, asked),
+            MqttEvent::Acknowledged(_) => {}
+        }
+    }
+
+    /// Why the broker is left for the next one, if the primary host is not there in time. With one
+    /// broker it is only said.
+    fn missed_host(&self, until: &mut Option<Instant>) -> Option<String> {
+        let host = self.node.awaited()?;
+        if until.is_none_or(|until| Instant::now() < until) {
+            return None;
+        }
+        *until = None;
+        let why = format!("the primary host `{host}` is not at this broker");
+        if self.broker.addresses.len() > 1 {
+            return Some(why);
+        }
+        say(&format!("{why}: nothing is published until `spBv1.0/STATE/{host}` says that it is"));
+        None
+    }
+
+    /// Does what the node hands out; gives why it wants to leave the broker.
+    async fn send(&mut self, session: &mut MqttSession) -> Result<Option<String>, MqttFailure> {
         while let Some(out) = self.node.take_out() {
             match out {
                 NodeOut::Publish(topic, payload) => {
-                    let sent = session.publish(&topic, &payload, Qos::AtMostOnce, false).await;
-                    sent.map_err(|failure| EndedTime::Broker(failure.to_string()))?;
+                    session.publish(&topic, &payload, Qos::AtMostOnce, false).await?;
                 }
-                NodeOut::Leave(why) => return Err(EndedTime::Broker(why)),
+                NodeOut::Leave(why) => return Ok(Some(why)),
                 NodeOut::Replay(span) => self.replay(span),
                 NodeOut::Write(operand, value) => {
-                    let _ = self.log.asks.send(LogAsk::Write(operand, value));
+                    let now = std::time::Instant::now();
+                    let _ = self.log.asks.send(LogAsk::Write(operand, value, now));
                 }
                 NodeOut::Say(line) => say(&line),
-                NodeOut::SayLimited(line) => self.lines.say(&line),
+                NodeOut::SayLimited(kind, line) => self.lines.say(kind, &line),
             }
         }
-        Ok(())
+        Ok(None)
     }
 
     /// Asks for a part of the past; what was asked for before is not wanted any more.
@@ -308,7 +372,7 @@ impl EdgeShell {
         while let Some(out) = self.node.take_out() {
             match out {
                 NodeOut::Say(line) => say(&line),
-                NodeOut::SayLimited(line) => self.lines.say(&line),
+                NodeOut::SayLimited(kind, line) => self.lines.say(kind, &line),
                 NodeOut::Publish(..)
                 | NodeOut::Leave(_)
                 | NodeOut::Replay(_)
@@ -318,24 +382,31 @@ impl EdgeShell {
     }
 
     /// What the log's thread tells.
-    fn take(&mut self, told: Option<LogTold>) {
+    ///
+    /// # Errors
+    /// It tells nothing any more.
+    fn take(&mut self, told: Option<LogTold>) -> Result<()> {
+        let Some(told) = told else {
+            bail!("the thread that asks the controller has ended: what it said stands before this")
+        };
         match told {
-            Some(LogTold::Live(events, at)) => self.node.live(events, at, now_ms()),
-            Some(LogTold::Facts(facts)) => self.node.facts(facts, now_ms()),
-            Some(LogTold::Past(number, events, at)) if number == self.past => {
+            LogTold::Live(events, at) => self.node.live(events, at, now_ms()),
+            LogTold::Facts(facts) => self.node.facts(facts, now_ms()),
+            LogTold::Past(number, events, at) if number == self.past => {
                 self.node.past(events, at, now_ms());
                 self.next_past = Some(Instant::now() + PAST_PACE);
             }
-            Some(LogTold::PastDone(number)) if number == self.past => {
+            LogTold::PastDone(number) if number == self.past => {
                 self.node.past_done(now_ms());
             }
-            Some(LogTold::PastFailed(number)) if number == self.past => {
+            LogTold::PastFailed(number) if number == self.past => {
                 self.next_past = Some(Instant::now() + PAST_RETRY);
                 self.unread = self.span;
             }
             // Of a connection before.
-            Some(LogTold::Past(..) | LogTold::PastDone(_) | LogTold::PastFailed(_)) | None => {}
+            LogTold::Past(..) | LogTold::PastDone(_) | LogTold::PastFailed(_) => {}
         }
+        Ok(())
     }
 
     /// The broker has read all before this question.
@@ -355,20 +426,32 @@ impl EdgeShell {
         self.kept = Some(Instant::now());
         let kept = self.confirmed.map_or(Ok(()), |at| self.cursor.keep(at));
         if let Err(error) = kept {
-            self.lines.say(&format!("the place in the log cannot be kept: {error}"));
+            let line = format!("the place in the log cannot be kept: {error}");
+            self.lines.say(LineKind::Unkept, &line);
         }
     }
 
-    /// Says that the node dies, and leaves the broker in order.
-    async fn leave(&mut self, mut session: MqttSession, ended: EndedTime) -> EndedTime {
+    /// Leaves a broker that may be well.
+    async fn leave(&mut self, session: MqttSession, why: &str) -> EndedTime {
+        let broker = session.broker().clone();
+        let death = self.farewell(session).await;
+        EndedTime::Broker(format!("it leaves {broker}: {why}; {death}"))
+    }
+
+    /// Says that the node dies, and closes the session in order; gives what became of the death.
+    async fn farewell(&mut self, mut session: MqttSession) -> String {
         self.keep();
         let (topic, payload) = self.node.death(now_ms());
-        let farewell = async {
+        let said = async {
             session.publish(&topic, &payload, Qos::AtLeastOnce, false).await?;
             session.disconnect_with_will().await
         };
-        let _ = tokio::time::timeout(END_MAX, farewell).await;
-        ended
+        let why = match tokio::time::timeout(END_MAX, said).await {
+            Ok(Ok(())) => return "its death was published".to_owned(),
+            Ok(Err(failure)) => failure.to_string(),
+            Err(_) => format!("no answer within {END_MAX:?}"),
+        };
+        format!("its death may not have been published, so that the broker has to do it ({why})")
     }
 }
 

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use super::reason::{of_version_3, of_version_5};
 use super::settings::{BrokerAddress, MqttVersion};
+use super::skip::LongMessage;
 
 /// Why a session ended, or never began. After one, a session gives nothing else.
 #[derive(Clone, Debug)]
@@ -46,9 +47,11 @@ pub enum MqttCause {
     Broken(String),
     /// Nothing comes, or nothing goes, for too long.
     Silent(LinkSilence, Duration),
+    /// As silent, while a message that is too long was still coming.
+    Blocked(LongMessage, LinkSilence, Duration),
     /// What came is not MQTT, or not what may come now.
     Garbage(String),
-    /// A frame is longer than this many bytes.
+    /// A packet that is no message is longer than this many bytes.
     TooLong(u32),
     /// What the caller wants to send cannot be sent.
     NotSendable(String),
@@ -74,7 +77,7 @@ pub enum LinkSilence {
 impl MqttFailure {
     /// Whether the broker was silent, rather than gone.
     pub fn is_silent(&self) -> bool {
-        matches!(self.cause, MqttCause::Silent(..))
+        matches!(self.cause, MqttCause::Silent(..) | MqttCause::Blocked(..))
     }
 }
 
@@ -107,12 +110,15 @@ impl fmt::Display for MqttCause {
             | MqttCause::MessageRefused(..)
             | MqttCause::Ended(_) => self.said_by_the_broker(f),
             MqttCause::Closed => f.write_str(
-                "the connection is closed without a word: the broker ended, or did not like what \
-                 it received; see its log",
+                "the connection is closed without a word: the broker ended, another client came \
+                 with the same client id, or the broker did not like what it received; see its log",
             ),
             MqttCause::Broken(why) => write!(f, "the connection broke: {why}"),
             MqttCause::Silent(what, longest) => {
                 write!(f, "{what} for {longest:?}: the broker or the link hangs")
+            }
+            MqttCause::Blocked(message, what, longest) => {
+                write!(f, "{what} for {longest:?}: the link is still busy with {message}")
             }
             MqttCause::Garbage(what) => write!(
                 f,

@@ -7,8 +7,8 @@ use super::packets::OutMessage;
 use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
 use super::wire::{BrokerWord, Wire};
 
-/// The longest frame that is accepted in this conversation.
-const PACKET_BYTES_MAX: usize = 4096;
+/// The longest packet that is taken in this conversation: so short that many messages are longer.
+const PACKET_BYTES_MAX: u32 = 200;
 
 /// A conversation with a broker that says these bytes. The first byte chooses the version, and
 /// whether the session has begun, with a subscription, a message and a question under way.
@@ -18,7 +18,7 @@ const PACKET_BYTES_MAX: usize = 4096;
 pub fn conversation(bytes: &[u8]) {
     let Some((choice, bytes)) = bytes.split_first() else { return };
     let mut settings = BrokerSettings::new(Vec::new(), "fuzz");
-    settings.packet_bytes_max = PACKET_BYTES_MAX as u32;
+    settings.packet_bytes_max = PACKET_BYTES_MAX;
     let mut welcome: &[u8] = &[0x20, 2, 0, 0];
     if choice & 1 != 0 {
         settings.version = MqttVersion::V5;

@@ -232,6 +232,12 @@ impl MqttSession {
 
     /// The session is at its end.
     fn fail<T>(&mut self, cause: MqttCause) -> Result<T, MqttCause> {
+        let cause = match (cause, self.wire.too_long()) {
+            (MqttCause::Silent(what, longest), Some(message)) => {
+                MqttCause::Blocked(message, what, longest)
+            }
+            (cause, _) => cause,
+        };
         self.failed = Some(cause.clone());
         Err(cause)
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The longest frame that is accepted from a broker, where nothing else is set.
+/// The longest packet that is taken from a broker, where nothing else is set.
 const PACKET_BYTES_MAX: u32 = 1 << 20;
 
 /// What waits to be sent at most, where nothing else is set.
@@ -28,7 +28,8 @@ pub struct BrokerSettings {
     /// Files for TLS, only with addresses `mqtts://`. None: the system's authorities, no
     /// certificate of our own.
     pub tls: Option<TlsFiles>,
-    /// The longest frame that is accepted from the broker.
+    /// The longest packet that is taken from the broker. A longer message is left out; anything else
+    /// that is longer ends the session.
     pub packet_bytes_max: u32,
     /// The bytes that may wait to be sent, or to be read by the caller. One message may be longer
     /// than this.

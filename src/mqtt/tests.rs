@@ -1,5 +1,6 @@
 //! Sessions with a broker that a test scripts, in virtual time.
 
+mod giants;
 mod settings;
 mod silence;
 mod strangers;

@@ -4,7 +4,8 @@
 //!
 //! `mqtt-protocol-core` makes and reads packets, and keeps the numbers of those that wait for an
 //! answer. It would accept some packets at the wrong time (a second CONNACK): `heard` refuses them.
-//! After a failure nothing more may be given to it.
+//! Messages that are too long do not reach it (`skip`). After a failure nothing more may be given to
+//! it.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -20,6 +21,7 @@ use mqtt_protocol_core::mqtt::{Connection, Version, role};
 use super::failure::MqttCause;
 use super::packets::{self, OutMessage};
 use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
+use super::skip::{LongMessage, PacketSieve, SiftedBytes};
 
 /// The messages of QoS 1 that may be without an acknowledgement; a broker of MQTT 5 may allow less.
 const IN_FLIGHT_MAX: u16 = 256;
@@ -43,6 +45,8 @@ pub enum MqttEvent {
         /// How often it may arrive.
         qos: Qos,
     },
+    /// A message that is longer than `packet_bytes_max` was read and thrown away.
+    LeftOut(LongMessage),
     /// The broker has taken the message of this number, which `publish` gave.
     Acknowledged(u16),
     /// The broker has read everything that was sent before the ping of this number, which `ping`
@@ -69,6 +73,7 @@ impl BrokerWord {
             BrokerWord::Event(MqttEvent::Message { topic, payload, .. }) => {
                 beside + topic.len() + payload.len()
             }
+            BrokerWord::Event(MqttEvent::LeftOut(message)) => beside + message.topic.len(),
             BrokerWord::Event(MqttEvent::Acknowledged(_) | MqttEvent::Pong(_))
             | BrokerWord::Welcome(_)
             | BrokerWord::Subscribed(_) => beside,
@@ -79,6 +84,7 @@ impl BrokerWord {
 /// One session's protocol.
 pub(super) struct Wire {
     core: Connection<role::Client>,
+    sieve: PacketSieve,
     version: MqttVersion,
     packet_bytes_max: u32,
     is_welcome: bool,
@@ -107,6 +113,7 @@ impl Wire {
         let core = Connection::with_options(version, options);
         let mut wire = Wire {
             core,
+            sieve: PacketSieve::new(settings.packet_bytes_max),
             version: settings.version,
             packet_bytes_max: settings.packet_bytes_max,
             is_welcome: false,
@@ -134,6 +141,11 @@ impl Wire {
     /// The questions that are without an answer.
     pub fn unanswered(&self) -> u64 {
         self.pings - self.pongs
+    }
+
+    /// The message that is too long and is still coming.
+    pub fn too_long(&self) -> Option<LongMessage> {
+        self.sieve.under_way()
     }
 
     /// Whether a message of QoS 1 may be sent now.
@@ -240,6 +252,24 @@ impl Wire {
                 return Err(MqttCause::Garbage(NO_CONNACK.to_owned()));
             }
         }
+        let mut bytes = bytes;
+        loop {
+            let garbage = |what: &str| MqttCause::Garbage(what.to_owned());
+            match self.sieve.next(&mut bytes).map_err(garbage)? {
+                Some(SiftedBytes::Head(head, count)) => self.read(&head[..count], heard)?,
+                Some(SiftedBytes::Body(body)) => self.read(body, heard)?,
+                Some(SiftedBytes::LeftOut(message, number)) => {
+                    // Else the broker sends it again.
+                    self.acknowledge(number)?;
+                    heard.push_back(BrokerWord::Event(MqttEvent::LeftOut(message)));
+                }
+                None => return Ok(()),
+            }
+        }
+    }
+
+    /// Hands bytes to the library.
+    fn read(&mut self, bytes: &[u8], heard: &mut VecDeque<BrokerWord>) -> Result<(), MqttCause> {
         let mut cursor = Cursor::new(bytes);
         while cursor.position() < bytes.len() as u64 {
             for event in self.core.recv(&mut cursor) {

@@ -12,24 +12,24 @@ use crate::nats::NatsCluster;
 use crate::support::live::{Live, run};
 
 /// A controller, a broker and a host that is the edge node's primary one.
-fn plant() -> Option<(Live, Mosquitto, Host)> {
+pub fn plant() -> Option<(Live, Mosquitto, Host)> {
     let broker = Mosquitto::start(&MosquittoOptions::default())?;
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let host = Host::listen(&broker.url());
     Some((live, broker, host))
 }
 
-const PRIMARY: &str = "[sparkplug]\nprimary-host = \"judge\"\n";
+pub const PRIMARY: &str = "[sparkplug]\nprimary-host = \"judge\"\n";
 
 /// Of a count, from its first value on, none is missing and none is told twice with another time.
 /// The past may still be on its way.
-fn await_whole(host: &Host) {
+pub fn await_whole(host: &Host) {
     let next = |pair: &[(u64, i64)]| pair[1].1 == pair[0].1 + 1 && pair[1].0 > pair[0].0;
     host.await_it("whole count", |host| host.integers("n").windows(2).all(next));
 }
 
 /// Waits until the count has reached a value beyond the last one by so many.
-fn await_more(host: &Host, more: i64) {
+pub fn await_more(host: &Host, more: i64) {
     let last = host.integers("n").last().map_or(0, |(_, value)| *value);
     host.await_it("count", |host| {
         host.integers("n").last().is_some_and(|(_, value)| *value >= last + more)
@@ -38,7 +38,7 @@ fn await_more(host: &Host, more: i64) {
 
 /// Values of the present, and those of the past, are each in the order of their times; the past may
 /// be told anew after a birth.
-fn are_ordered(host: &Host) {
+pub fn are_ordered(host: &Host) {
     let mut last = [0, 0];
     for of in host.told().iter().filter(|of| !of.name.starts_with("rungd/")) {
         if of.is_born {
@@ -64,6 +64,7 @@ fn changes_arrive_and_an_end_is_told() {
     await_whole(&host);
     are_ordered(&host);
     edge.end();
+    assert!(edge.said().ends_with("ends as it was told to: its death was published\n"));
     host.await_it("death", |host| host.count(MessageKind::NodeDeath) > 0);
     let birth = host.heard().into_iter().rfind(|of| of.kind == MessageKind::NodeBirth);
     let death = host.heard().into_iter().rfind(|of| of.kind == MessageKind::NodeDeath);

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -224,14 +224,17 @@ pub struct Edge {
 impl Edge {
     /// Starts the node `press` of the group `plant`.
     pub fn start(live: &Live, url: &str, more: &str) -> Edge {
-        let file = live.folder.join("edge.toml");
-        let text = format!(
-            "[node]\ngroup = \"plant\"\nname = \"press\"\nsocket = \"s\"\nstate-dir = \"state\"\n\
-             [broker]\naddresses = [\"{url}\"]\nkeepalive = \"3s\"\n{more}"
-        );
-        std::fs::write(&file, text).unwrap();
+        let file = written(live, url, more);
         let log = live.folder.join("edge.log");
         Edge { child: spawned(&file, &log), file, log }
+    }
+
+    /// As [`Edge::start`], with a log whose reader is gone.
+    pub fn start_unheard(live: &Live, url: &str, more: &str) -> Edge {
+        let file = written(live, url, more);
+        let mut child = command(&file).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stderr.take());
+        Edge { child, log: file.with_extension("log"), file }
     }
 
     /// What it has said.
@@ -268,12 +271,27 @@ impl Edge {
     }
 }
 
-fn spawned(file: &PathBuf, log: &PathBuf) -> Child {
+/// The file of a node.
+fn written(live: &Live, url: &str, more: &str) -> PathBuf {
+    let file = live.folder.join("edge.toml");
+    let text = format!(
+        "[node]\ngroup = \"plant\"\nname = \"press\"\nsocket = \"s\"\nstate-dir = \"state\"\n\
+         [broker]\naddresses = [\"{url}\"]\nkeepalive = \"3s\"\n{more}"
+    );
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+fn spawned(file: &Path, log: &Path) -> Child {
     let log = File::options().create(true).append(true).open(log).unwrap();
+    command(file).stderr(log).spawn().unwrap()
+}
+
+fn command(file: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    command.arg("edge").arg(file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
+    command.arg("edge").arg(file).stdin(Stdio::null()).stdout(Stdio::null());
     command.env_remove("RUNGD_SOCKET").env_remove("STATE_DIRECTORY").env_remove("NOTIFY_SOCKET");
-    command.spawn().unwrap()
+    command
 }
 
 impl Drop for Edge {

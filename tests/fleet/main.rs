@@ -11,6 +11,7 @@ mod certificates;
 mod checker;
 mod cluster;
 mod edge;
+mod edge_hostile;
 mod edge_rig;
 mod edge_wire;
 mod foreign;

@@ -92,18 +92,6 @@ fn what_a_broker_may_not_say_ends_the_session() {
 }
 
 #[test]
-fn a_giant_packet_is_refused_at_its_length() {
-    run(async {
-        for version in VERSIONS {
-            let (mut session, mut broker) = session(version).await;
-            broker.says(&publish(version, "a", b"before", (Qos::AtMostOnce, false))).await;
-            broker.says(&[0x30, 0xff, 0xff, 0xff, 0x7f]).await;
-            assert_eq!(end(&mut session, 1).await, MqttCause::TooLong(1000));
-        }
-    });
-}
-
-#[test]
 fn an_end_is_told_from_a_goodbye() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V5).await;

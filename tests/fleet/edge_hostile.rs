@@ -1,0 +1,126 @@
+//! `rungd edge` beside strangers at its broker, and beside a log that nobody reads.
+
+use rungd::mqtt::{MqttVersion, Qos};
+use rungd::sparkplug::{DataType, MessageKind, MetricValue};
+
+use crate::edge::{PRIMARY, are_ordered, await_more, await_whole, plant};
+use crate::edge_rig::{Edge, ToldValue, commanded};
+use crate::sessions::{confirmed, run, session, settings};
+
+const COMMANDS: &str = "spBv1.0/plant/NCMD/press";
+
+/// Publishes messages as a stranger, and waits until the broker has them.
+fn strange(url: &str, messages: &[(&str, &[u8], bool)]) {
+    run(async {
+        let mut session = session(&settings(url, MqttVersion::V3, "stranger")).await;
+        for (topic, payload, retain) in messages {
+            session.publish(topic, payload, Qos::AtLeastOnce, *retain).await.unwrap();
+        }
+        confirmed(&mut session).await;
+        session.disconnect().await.unwrap();
+    });
+}
+
+/// A broker of MQTT 5 keeps it to itself: it is told the longest packet.
+#[test]
+fn a_giant_that_the_broker_keeps_does_not_keep_a_node_away() {
+    for (version, said) in [("3.1.1", 1), ("5", 0)] {
+        let Some((live, broker, host)) = plant() else { return };
+        strange(&broker.url(), &[(COMMANDS, &vec![0; 2 << 20], true)]);
+        let more = format!("version = \"{version}\"\n{PRIMARY}");
+        let mut edge = Edge::start(&live, &broker.url(), &more);
+        await_more(&host, 20);
+        // One that comes later.
+        strange(&broker.url(), &[(COMMANDS, &vec![0; 3 << 20], false)]);
+        await_more(&host, 20);
+        edge.await_line(&format!("for `{COMMANDS}`, where 1048576 are the most"), 2 * said);
+        edge.await_line("removes it", said);
+        await_whole(&host);
+        edge.end();
+        let log = edge.said();
+        assert_eq!(log.matches("left out: a message of 2097").count(), said, "{log}");
+        assert_eq!((log.matches("answers").count(), log.matches("next try").count()), (2, 0));
+    }
+}
+
+#[test]
+fn a_log_that_nobody_reads_holds_nothing_up() {
+    let Some((live, broker, host)) = plant() else { return };
+    let mut edge = Edge::start_unheard(&live, &broker.url(), PRIMARY);
+    await_more(&host, 20);
+    edge.end();
+    host.await_it("death", |host| host.count(MessageKind::NodeDeath) > 0);
+}
+
+#[test]
+fn an_end_without_a_broker_is_said() {
+    let Some((live, mut broker, host)) = plant() else { return };
+    let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 5);
+    broker.kill();
+    edge.await_line("the next try", 1);
+    edge.end();
+    assert!(edge.said().contains("ends as it was told to: it "), "{}", edge.said());
+    are_ordered(&host);
+}
+
+/// Two nodes of one name throw each other out: it is said, and they leave each other time.
+#[test]
+fn a_second_node_of_the_same_name_is_said() {
+    let Some((live, broker, host)) = plant() else { return };
+    let edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 5);
+    run(async {
+        let other = settings(&broker.url(), MqttVersion::V3, "rungd-plant-press");
+        let _other = session(&other).await;
+        edge.await_line("another client came with the same client id", 1);
+    });
+    edge.await_line("this client's id is `rungd-plant-press`", 1);
+    await_more(&host, 5);
+    await_whole(&host);
+}
+
+/// A controller that hangs is asked for one command at a time: the others would be done long after
+/// they were sent.
+#[test]
+fn commands_that_waited_for_a_controller_that_hangs_are_not_done() {
+    let Some((live, broker, host)) = plant() else { return };
+    let more = format!("{PRIMARY}[commands]\ntags = [\"start\"]\n");
+    let edge = Edge::start(&live, &broker.url(), &more);
+    await_more(&host, 5);
+    let pid = rustix::process::Pid::from_child(&live.child);
+    rustix::process::kill_process(pid, rustix::process::Signal::STOP).unwrap();
+    let start = |on| commanded("start", DataType::Boolean, MetricValue::Bool(on));
+    // Of the first the answer may be missing.
+    host.command(vec![start(false)]);
+    (0..5).for_each(|_| host.command(vec![start(true)]));
+    edge.await_line("and is too old", 5);
+    rustix::process::kill_process(pid, rustix::process::Signal::CONT).unwrap();
+    await_more(&host, 5);
+    let is_on = |of: &ToldValue| of.name == "on" && of.value == MetricValue::Bool(true);
+    assert!(!host.told().iter().any(is_on));
+}
+
+/// Nonsense is said once in a while, and what is older than the host's last word changes nothing.
+#[test]
+fn false_states_of_the_host_change_nothing() {
+    let Some((live, broker, host)) = plant() else { return };
+    let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
+    await_more(&host, 5);
+    let text = format!("\"{}\"", "A".repeat(900_000));
+    let deep = "[".repeat(100_000);
+    let state = "spBv1.0/STATE/judge";
+    let old = br#"{"online":false,"timestamp":1}"#;
+    let many: Vec<(&str, &[u8], bool)> = vec![(state, b"ONLINE", false); 100];
+    strange(&broker.url(), &many);
+    let few: [&[u8]; 4] = [text.as_bytes(), deep.as_bytes(), b"\xff", old];
+    strange(&broker.url(), &few.map(|payload| (state, payload, false)));
+    await_more(&host, 20);
+    await_whole(&host);
+    edge.end();
+    let said = edge.said();
+    let is_short = said.lines().all(|line| line.chars().count() < 1100);
+    assert!(is_short && !said.contains("next try"), "{said}");
+    assert!(said.contains("more lines were left out"), "{said}");
+    assert!(said.contains("states of hosts that cannot be read"), "{said}");
+}
