@@ -227,8 +227,14 @@ impl FleetListener<'_> {
         host: &mut Option<HostSession>,
         event: MqttEvent,
     ) -> Result<Result<(), MqttFailure>> {
-        let MqttEvent::Message { topic, payload, retained, .. } = event else {
-            return Ok(Ok(()));
+        let (topic, payload, retained) = match event {
+            MqttEvent::Message { topic, payload, retained, .. } => (topic, payload, retained),
+            MqttEvent::LeftOut(message) => {
+                let changes = self.heard.view.miss(&message, now_ms());
+                (self.ear)(FleetWord::Changed(&changes))?;
+                return Ok(Ok(()));
+            }
+            MqttEvent::Acknowledged(_) | MqttEvent::Pong(_) => return Ok(Ok(())),
         };
         let now_ms = now_ms();
         let answer = host.as_mut().and_then(|host| host.hear(&topic, &payload, now_ms));

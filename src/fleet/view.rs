@@ -10,6 +10,7 @@ use super::heard::{HeardMessage, NodeName};
 use super::limits::{FleetCounts, FleetLimits};
 use super::news::{FleetChange, FleetNews};
 use super::node::{NodeView, StaleReason, Standing};
+use crate::mqtt::LongMessage;
 use crate::sparkplug::{HostState, MessageKind, Payload, Topic};
 
 /// The most hosts whose state is kept.
@@ -49,6 +50,24 @@ impl FleetView {
             }
         }
         Vec::new()
+    }
+
+    /// A message that is too long to be taken: if it is of a known node, that one's values are old.
+    pub fn miss(&mut self, message: &LongMessage, now_ms: u64) -> Vec<FleetChange> {
+        self.counts.messages += 1;
+        self.counts.too_large += 1;
+        let Some(Topic::Node { group, kind, node, .. }) = Topic::read(&message.topic) else {
+            return Vec::new();
+        };
+        let is_command = matches!(kind, MessageKind::NodeCommand | MessageKind::DeviceCommand);
+        let name = NodeName { group, node };
+        let Some(node) = self.nodes.get_mut(&name).filter(|_| !message.retained && !is_command)
+        else {
+            return Vec::new();
+        };
+        node.hear(None, now_ms);
+        let news = node.doubt(StaleReason::TooLarge).into_iter();
+        news.map(|news| change(&name, news, now_ms)).collect()
     }
 
     /// The link to the broker is down: what happens now is not heard.

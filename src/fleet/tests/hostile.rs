@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::{Fleet, birth, running};
 use crate::fleet::{FleetLimits, FleetView, HeardMessage};
+use crate::mqtt::LongMessage;
 use crate::sparkplug::{DataType, MetricValue};
 
 #[test]
@@ -31,6 +32,28 @@ fn a_giant_is_not_read() {
     let mut fleet = Fleet::new();
     fleet.hear("spBv1.0/plant/NBIRTH/press", &vec![0; (4 << 20) + 1]);
     assert_eq!(fleet.report().counts.too_large, 1);
+}
+
+/// Longer than a packet may be: not even its bytes are taken.
+#[test]
+fn a_giant_of_a_known_node_makes_it_stale() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let giant = |topic: &str, retained| {
+        let topic = topic.to_owned();
+        LongMessage { topic, bytes: 2 << 20, bytes_max: 1 << 20, retained }
+    };
+    for (topic, retained) in
+        [("spBv1.0/plant/NBIRTH/press", true), ("spBv1.0/plant/NCMD/press", false)]
+    {
+        assert_eq!(fleet.view.miss(&giant(topic, retained), fleet.now_ms).len(), 0);
+        assert_eq!(fleet.state(), "online");
+    }
+    let changes = fleet.view.miss(&giant("spBv1.0/plant/NDATA/press", false), fleet.now_ms);
+    assert_eq!((changes.len(), fleet.state()), (1, "stale"));
+    fleet.view.miss(&giant("spBv1.0/plant/NBIRTH/nobody", false), fleet.now_ms);
+    let report = fleet.report();
+    assert_eq!((report.counts.too_large, report.nodes.len()), (4, 1));
 }
 
 /// Two bytes a metric become some hundred: a payload of a million of them is not read.
