@@ -224,9 +224,14 @@ pub struct Edge {
 impl Edge {
     /// Starts the node `press` of the group `plant`.
     pub fn start(live: &Live, url: &str, more: &str) -> Edge {
+        Edge::named("press", live, url, more)
+    }
+
+    /// As [`Edge::start`], with another name.
+    pub fn named(name: &str, live: &Live, url: &str, more: &str) -> Edge {
         let file = live.folder.join("edge.toml");
         let text = format!(
-            "[node]\ngroup = \"plant\"\nname = \"press\"\nsocket = \"s\"\nstate-dir = \"state\"\n\
+            "[node]\ngroup = \"plant\"\nname = \"{name}\"\nsocket = \"s\"\nstate-dir = \"state\"\n\
              [broker]\naddresses = [\"{url}\"]\nkeepalive = \"3s\"\n{more}"
         );
         std::fs::write(&file, text).unwrap();
