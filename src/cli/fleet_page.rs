@@ -21,6 +21,8 @@ const HASH_CHARS: usize = 12;
 const LADDER_CHARS: usize = 24;
 /// The widest column. A longer cell takes its room, and moves no other row.
 const COLUMN_CHARS: usize = 48;
+/// The most hosts that are listed. A plant has one or two.
+const HOSTS_SHOWN: usize = 10;
 /// The longest text in a line.
 const VALUE_CHARS: usize = 200;
 
@@ -184,9 +186,12 @@ fn foot(report: &FleetReport) -> Vec<String> {
             nodes(asked.len())
         ));
     }
-    for host in &report.hosts {
+    for host in report.hosts.iter().take(HOSTS_SHOWN) {
         let state = if host.state.online { "online" } else { "offline" };
         lines.push(format!("host {}: {state}", host.host));
+    }
+    if let Some(more) = report.hosts.len().checked_sub(HOSTS_SHOWN).filter(|more| *more > 0) {
+        lines.push(format!("{more} more hosts: `--json` names them"));
     }
     let left_out = report.counts.left_out();
     lines.extend(left_out.iter().map(|what| format!("left out: {what}")));
@@ -282,7 +287,7 @@ fn columns(rows: Vec<[String; 8]>) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::fleet::report::ControllerReport;
-    use crate::fleet::{FleetView, NodeName};
+    use crate::fleet::{FleetView, HeardMessage, NodeName};
 
     fn node(name: &str, state: &'static str, age_ms: u64) -> NodeReport {
         let name = NodeName { group: "plant".to_owned(), node: name.to_owned() };
@@ -350,6 +355,19 @@ mod tests {
         let page = status_page(&report, Duration::from_secs(12));
         assert!(page.len() < 3_000, "{}", page.len());
         assert!(page.contains(&"n".repeat(300)), "the name stays whole");
+    }
+
+    #[test]
+    fn a_crowd_of_hosts_is_counted() {
+        let mut view = FleetView::default();
+        for number in 0..50 {
+            let topic = format!("spBv1.0/STATE/host{number}");
+            let payload = br#"{"online":true,"timestamp":7}"#;
+            view.hear(HeardMessage { topic: &topic, payload, is_retained: false }, 5);
+        }
+        let page = status_page(&view.report(5), Duration::from_secs(12));
+        assert_eq!(page.matches("online").count(), 10, "{page}");
+        assert!(page.contains("40 more hosts: `--json` names them"), "{page}");
     }
 
     #[test]

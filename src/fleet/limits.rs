@@ -85,10 +85,11 @@ const SHOWN_BYTES_MAX: usize = 512;
 
 /// A text for an answer: its beginning, if it is long.
 pub(super) fn cut(text: &str) -> String {
-    match text.len() <= SHOWN_BYTES_MAX {
-        true => text.to_owned(),
-        false => format!("{}…", &text[..text.floor_char_boundary(SHOWN_BYTES_MAX)]),
+    if text.len() <= SHOWN_BYTES_MAX {
+        return text.to_owned();
     }
+    let end = (0..=SHOWN_BYTES_MAX).rev().find(|at| text.is_char_boundary(*at));
+    format!("{}…", &text[..end.unwrap_or(0)])
 }
 
 fn messages(count: u64) -> &'static str {
