@@ -173,7 +173,7 @@ impl FleetListener<'_> {
     }
 
     /// What comes in a session, until it breaks or is to end.
-    async fn follow(&mut self, link: &mut Link, address: &BrokerAddress) -> Result<Over> {
+    async fn follow(&mut self, link: &mut FleetLink, address: &BrokerAddress) -> Result<Over> {
         (self.ear)(FleetWord::Connected(address))?;
         let mut asks = interval(ASK_EVERY);
         asks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -196,7 +196,7 @@ impl FleetListener<'_> {
     }
 
     /// What has come by the end, and was not read yet; a flood of it has an end.
-    async fn take_rest(&mut self, link: &mut Link) -> Result<()> {
+    async fn take_rest(&mut self, link: &mut FleetLink) -> Result<()> {
         let end = Instant::now() + REST_MAX;
         while Instant::now() < end {
             // Time for what is there already, and for nothing else.
@@ -209,7 +209,11 @@ impl FleetListener<'_> {
     }
 
     /// An event of the session.
-    async fn take(&mut self, link: &mut Link, event: MqttEvent) -> Result<Result<(), MqttFailure>> {
+    async fn take(
+        &mut self,
+        link: &mut FleetLink,
+        event: MqttEvent,
+    ) -> Result<Result<(), MqttFailure>> {
         let MqttEvent::Message { topic, payload, retained, .. } = event else {
             return Ok(Ok(()));
         };
@@ -232,7 +236,7 @@ impl FleetListener<'_> {
 
     /// Asks for the births that are missing, if it is to, and tells its state again, if that is
     /// due.
-    async fn ask(&mut self, link: &mut Link) -> Result<(), MqttFailure> {
+    async fn ask(&mut self, link: &mut FleetLink) -> Result<(), MqttFailure> {
         let now_ms = now_ms();
         if let Some(state) = link.host.as_mut().and_then(|host| host.due(now_ms)) {
             tell(&mut link.session, state).await?;
@@ -249,13 +253,13 @@ impl FleetListener<'_> {
 }
 
 /// A session, and what it tells of this host.
-struct Link {
+struct FleetLink {
     session: MqttSession,
     host: Option<HostSession>,
 }
 
 /// Connects, subscribes, and tells the birth of this host.
-async fn begin(options: &FleetOptions, address: &BrokerAddress) -> Result<Link, MqttFailure> {
+async fn begin(options: &FleetOptions, address: &BrokerAddress) -> Result<FleetLink, MqttFailure> {
     let mut host = options.host_id.as_ref().map(|id| HostSession::new(id, now_ms()));
     let will = host.as_ref().map(|host| last_will(host.will()));
     let mut session = MqttSession::connect(&options.brokers, address, will.as_ref()).await?;
@@ -266,7 +270,7 @@ async fn begin(options: &FleetOptions, address: &BrokerAddress) -> Result<Link, 
     if let Some(host) = &mut host {
         tell(&mut session, host.birth()).await?;
     }
-    Ok(Link { session, host })
+    Ok(FleetLink { session, host })
 }
 
 /// What is subscribed to. No two filters fit one topic: a broker could send it twice.
@@ -290,7 +294,7 @@ fn last_will(state: StateMessage) -> LastWill {
 
 /// Says that this host goes, and closes the session. What fails here changes nothing: the broker
 /// publishes the will.
-async fn end(Link { mut session, host }: Link) {
+async fn end(FleetLink { mut session, host }: FleetLink) {
     let Some(mut host) = host else {
         let _ = timeout(CLOSE_MAX, session.disconnect()).await;
         return;
