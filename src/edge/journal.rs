@@ -1,7 +1,7 @@
 //! What `rungd edge` tells on standard error, for the journal.
 //!
-//! A line that a stranger can cause has a kind, and each kind a limit of its own: a flood of one kind
-//! hides no other. What was left out is told later, also when nothing more of its kind comes.
+//! A line that a stranger can cause has a kind, and each kind a limit of its own: a flood of one
+//! kind hides no other. What was left out is told later, also when nothing more of its kind comes.
 //! `shell` and `log_thread` say lines; nothing here decides what is worth one.
 
 use std::io::Write as _;

@@ -28,7 +28,8 @@ const STATUS_EVERY: Duration = Duration::from_secs(1);
 const RETRY: Duration = Duration::from_secs(1);
 /// The longest wait for an answer.
 const ANSWER_MAX: Duration = Duration::from_secs(5);
-/// A write that has waited so long for its turn is not done any more: its sender does not expect it.
+/// A write that has waited so long for its turn is not done any more: its sender does not expect
+/// it.
 const WRITE_WAIT_MAX: Duration = Duration::from_secs(2);
 /// What it has told waits in a queue of this length.
 const QUEUE: usize = 16;

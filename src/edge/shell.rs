@@ -37,8 +37,8 @@ const CONFIRM_EVERY: Duration = Duration::from_secs(1);
 const KEEP_EVERY: Duration = Duration::from_secs(5);
 /// The shortest and the longest pause before a broker is tried again.
 const PAUSES: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(30));
-/// A node with several brokers looks for its primary host at each of them so long; one with a single
-/// broker says then that it waits.
+/// A node with several brokers looks for its primary host at each of them so long; one with a
+/// single broker says then that it waits.
 const HOST_WAIT: Duration = Duration::from_secs(10);
 /// The longest wait for a broker at the end.
 const END_MAX: Duration = Duration::from_secs(2);

@@ -28,8 +28,8 @@ pub struct BrokerSettings {
     /// Files for TLS, only with addresses `mqtts://`. None: the system's authorities, no
     /// certificate of our own.
     pub tls: Option<TlsFiles>,
-    /// The longest packet that is taken from the broker. A longer message is left out; anything else
-    /// that is longer ends the session.
+    /// The longest packet that is taken from the broker. A longer message is left out; anything
+    /// else that is longer ends the session.
     pub packet_bytes_max: u32,
     /// The bytes that may wait to be sent, or to be read by the caller. One message may be longer
     /// than this.

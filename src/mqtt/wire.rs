@@ -4,8 +4,8 @@
 //!
 //! `mqtt-protocol-core` makes and reads packets, and keeps the numbers of those that wait for an
 //! answer. It would accept some packets at the wrong time (a second CONNACK): `heard` refuses them.
-//! Messages that are too long do not reach it (`skip`). After a failure nothing more may be given to
-//! it.
+//! Messages that are too long do not reach it (`skip`). After a failure nothing more may be given
+//! to it.
 
 use std::collections::VecDeque;
 use std::time::Duration;
