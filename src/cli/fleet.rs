@@ -1,7 +1,7 @@
 //! `rungd fleet`: the controllers behind a broker, as their edge nodes tell of them.
 //!
-//! `fleet` listens; `fleet_page` draws. Everything here reads: `--rebirth` asks nodes for births,
-//! and `--host-id` tells that this host is there; nothing else is published.
+//! `fleet` listens; `fleet_page` draws. No value of a controller is written: `--rebirth` asks nodes
+//! for births, `--host-id` tells that this host is there, and nothing else is published.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -16,16 +16,15 @@ use super::fleet_broker::BrokerArgs;
 use super::fleet_page::{alarms_page, change_line, status_page};
 use super::terminal::{plain_json, print, say_line};
 use super::when::LocalClock;
-use crate::fleet::{
-    ExpectedLadders, FleetChange, FleetHeard, FleetNews, FleetWord, WatchedMetrics, listen, now_ms,
-};
+use crate::fleet::{ExpectedLadders, FleetHeard, FleetWord, WatchedMetrics, listen, now_ms};
 use crate::isa::duration;
 
 /// Shows the controllers behind an MQTT broker, as their edge nodes tell of them by Sparkplug B
 ///
 /// An edge node is born when it connects, and the broker keeps no births. So a node that connected
 /// before `rungd fleet` did is known by its name alone, until it is born again: `--rebirth` asks
-/// for that. Nothing else is sent to a node, and no value is written.
+/// for that. Nothing else is sent to a node, and no value of a controller is written. `--host-id`
+/// publishes the state of this host. Without either option nothing is published.
 #[derive(Args, Debug)]
 pub struct FleetArgs {
     #[command(subcommand)]
@@ -59,7 +58,8 @@ struct FleetStatusArgs {
 /// Prints each change as a line: births, deaths, values
 #[derive(Args, Debug)]
 struct FleetWatchArgs {
-    /// Names of metrics, in which `*` stands for any characters (default: all but the heartbeat)
+    /// Names of metrics, in which `*` stands for any characters (default: all but the heartbeat).
+    /// With names, or with `--rebirth`, the values of each node's first birth are printed too
     #[arg(value_name = "METRIC")]
     metrics: Vec<String>,
     #[command(flatten)]
@@ -88,7 +88,9 @@ struct WaitArgs {
 fn time(text: &str) -> Result<Duration, String> {
     match duration::parse(text).map(|ms| Duration::from_millis(ms.unsigned_abs().into())) {
         Ok(time) if !time.is_zero() => Ok(time),
-        Ok(_) | Err(_) => Err(format!("`{text}` is no such time: write it as 12s or 2m")),
+        Ok(_) | Err(_) => {
+            Err(format!("`{text}` is no time to wait: write it as 12s or 2m, at most 596h"))
+        }
     }
 }
 
@@ -106,10 +108,7 @@ pub fn fleet(args: &FleetArgs) -> Result<Exit> {
 
 fn status(args: &FleetStatusArgs) -> Result<Exit> {
     let mut expected = match &args.expect {
-        Some(folder) => {
-            let opened = ExpectedLadders::of(folder);
-            Some(opened.with_context(|| format!("--expect {}", folder.display()))?)
-        }
+        Some(folder) => Some(ExpectedLadders::of(folder).context("--expect")?),
         None => None,
     };
     let heard = match for_a_while(&args.at, args.wait.wait)? {
@@ -134,7 +133,7 @@ fn alarms(args: &FleetAlarmsArgs) -> Result<Exit> {
         Err(exit) => return Ok(exit),
     };
     let list = heard.view.alarms(now_ms());
-    answer(args.at.json, &list, || alarms_page(&list, &LocalClock::here()))?;
+    answer(args.at.json, &list, || alarms_page(&list, heard.lasted, &LocalClock::here()))?;
     Ok(if heard.failure.is_some() { Exit::Unavailable } else { Exit::Ok })
 }
 
@@ -143,7 +142,7 @@ fn watch(args: &FleetWatchArgs) -> Result<Exit> {
         Ok(options) => options,
         Err(exit) => return Ok(exit),
     };
-    let watched = WatchedMetrics::new(args.metrics.clone());
+    let watched = WatchedMetrics::new(args.metrics.clone(), args.at.rebirth);
     let clock = LocalClock::here();
     let heard = listen(&options, &mut |word| match word {
         FleetWord::Connected(address) => {
@@ -155,23 +154,21 @@ fn watch(args: &FleetWatchArgs) -> Result<Exit> {
             Ok(())
         }
         FleetWord::Changed(changes) => {
-            let wanted = changes.iter().filter(|change| is_wanted(change, &watched));
+            let wanted = changes.iter().filter(|change| watched.wants(&change.news));
             for change in wanted {
                 answer(args.at.json, change, || change_line(change, &clock))?;
             }
             io::stdout().flush().map_err(Into::into)
         }
-    })?;
-    Ok(args.at.exit(&heard))
-}
-
-fn is_wanted(change: &FleetChange, watched: &WatchedMetrics) -> bool {
-    match &change.news {
-        FleetNews::Value { name, .. } => watched.has(name),
-        FleetNews::Heard | FleetNews::Born { .. } | FleetNews::Died | FleetNews::Stale { .. } => {
-            true
+        FleetWord::LeftOut(what) => {
+            say_line(&format!("rungd fleet: leaves out messages {what}; the end says how many"));
+            Ok(())
         }
+    })?;
+    for what in heard.view.left_out() {
+        say_line(&format!("rungd fleet: left out: {what}"));
     }
+    Ok(args.at.exit(&heard))
 }
 
 /// Listens for a while; the inner `Err` is the exit code of a failure, which has been printed.
@@ -183,7 +180,8 @@ fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetHeard, Exi
     let heard = listen(&options, &mut |word| {
         match word {
             FleetWord::Failed(failure) => say_line(&format!("rungd fleet: {failure}")),
-            FleetWord::Connected(_) | FleetWord::Changed(_) => {}
+            // The answer says what is left out.
+            FleetWord::Connected(_) | FleetWord::Changed(_) | FleetWord::LeftOut(_) => {}
         }
         Ok(())
     })?;

@@ -19,6 +19,10 @@ use crate::sparkplug::check_name;
 const NOT_PERMITTED: [(MqttVersion, u8); 4] =
     [(MqttVersion::V3, 4), (MqttVersion::V3, 5), (MqttVersion::V5, 0x86), (MqttVersion::V5, 0x87)];
 
+/// The longest packet. Twice the longest message that is read: one that is a little too long is
+/// counted, and only a giant ends the session.
+const PACKET_BYTES_MAX: u32 = 8 << 20;
+
 #[derive(Args, Debug)]
 pub(super) struct BrokerArgs {
     /// A broker: `mqtt://HOST:PORT`, or `mqtts://` with TLS; several times for several brokers, of
@@ -44,18 +48,18 @@ pub(super) struct BrokerArgs {
     /// A file whose first line is the user's password
     #[arg(long, value_name = "FILE", requires = "user")]
     password_file: Option<PathBuf>,
-    /// One group of nodes alone
+    /// Hear the nodes of this group, and no others
     #[arg(long, value_name = "GROUP", value_parser = name)]
     group: Option<String>,
-    /// Ask nodes whose birth was not heard to be born again (the one command that is sent to nodes;
-    /// it changes no value)
+    /// Ask nodes whose birth was not heard to tell it again, with all their values. It is the one
+    /// command that is sent to nodes, and it changes no value
     #[arg(long)]
-    rebirth: bool,
+    pub(super) rebirth: bool,
     /// Publish the state of this host as ID: edge nodes with `primary-host = "ID"` hold back what
     /// they have while it is away
     #[arg(long, value_name = "ID", value_parser = name)]
     host_id: Option<String>,
-    /// Print JSON: names of times end in their unit
+    /// Print JSON. The names of times end in their unit
     #[arg(long)]
     pub(super) json: bool,
 }
@@ -80,6 +84,7 @@ impl BrokerArgs {
             Version::V3 => MqttVersion::V3,
             Version::V5 => MqttVersion::V5,
         };
+        brokers.packet_bytes_max = PACKET_BYTES_MAX;
         let login = self.user.as_ref().zip(self.password_file.as_ref());
         brokers.login = login.map(|(user, file)| login_of(user, file)).transpose()?;
         let (ca, certificate, key) = (self.ca.clone(), self.cert.clone(), self.key.clone());
@@ -100,7 +105,7 @@ impl BrokerArgs {
             Some(failure) => exit_of(failure),
             None if heard.was_connected => Exit::Ok,
             None => {
-                say_line("rungd fleet: no broker answered in time: allow more by `--wait`");
+                say_line("rungd fleet: no broker answered by the end: allow more by `--wait`");
                 Exit::Unavailable
             }
         }
@@ -109,7 +114,11 @@ impl BrokerArgs {
 
 fn login_of(user: &str, file: &Path) -> Result<BrokerLogin, Exit> {
     let text = fs::read_to_string(file).map_err(|error| {
-        say_line(&format!("rungd fleet: {}: {error}", file.display()));
+        let file = file.display();
+        say_line(&format!(
+            "rungd fleet: --password-file {file} cannot be read ({error}): its first line is the \
+             password of `--user`"
+        ));
         Exit::Io
     })?;
     let password = text.lines().next().unwrap_or_default().to_owned();

@@ -9,15 +9,20 @@ use super::terminal::one_line;
 use super::when::LocalClock;
 use crate::daemon::span;
 use crate::fleet::{
-    FleetAlarmList, FleetChange, FleetNews, FleetReport, LadderVerdict, NodeReport, shown,
+    CutAlarms, FleetAlarmList, FleetChange, FleetNews, FleetReport, LadderVerdict, NodeReport,
+    shown,
 };
 
 /// A clock that is this far from ours is told.
 const CLOCK_TOLD_MS: u64 = 5_000;
 /// The characters of a hash that are shown.
 const HASH_CHARS: usize = 12;
-/// The longest name of a ladder in the table.
+/// The longest name of a ladder, and of a mode, in the table.
 const LADDER_CHARS: usize = 24;
+/// The widest column. A longer cell takes its room, and moves no other row.
+const COLUMN_CHARS: usize = 48;
+/// The most hosts that are listed. A plant has one or two.
+const HOSTS_SHOWN: usize = 10;
 /// The longest text in a line.
 const VALUE_CHARS: usize = 200;
 
@@ -50,25 +55,42 @@ pub(super) fn status_page(report: &FleetReport, listened: Duration) -> String {
 }
 
 fn headline(report: &FleetReport, listened: Duration) -> String {
-    let listened = span(u64::try_from(listened.as_nanos()).unwrap_or(u64::MAX));
+    let listened = span_of(listened);
     if report.nodes.is_empty() {
-        return format!("no edge node was heard in {listened}");
+        return nothing(listened);
     }
     let count = |state: &&str| {
         let count = report.nodes.iter().filter(|node| node.state == *state).count();
         (count > 0).then(|| format!("{count} {state}"))
     };
     let counts: Vec<String> = STATES.iter().filter_map(count).collect();
-    let nodes = report.nodes.len();
-    let word = if nodes == 1 { "node" } else { "nodes" };
-    format!("{nodes} {word}, heard for {listened}: {}", counts.join(", "))
+    format!("{}, heard for {listened}: {}", nodes(report.nodes.len()), counts.join(", "))
+}
+
+/// Nothing was heard: the cause is seldom that there is nothing.
+fn nothing(listened: String) -> String {
+    format!(
+        "no edge node was heard in {listened}, and one of rungd says a word every 10s: does it \
+         publish at this broker, may this user read `spBv1.0/#`, is `--group` right?"
+    )
+}
+
+fn span_of(time: Duration) -> String {
+    span(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX))
+}
+
+fn nodes(count: usize) -> String {
+    let word = if count == 1 { "node" } else { "nodes" };
+    format!("{count} {word}")
 }
 
 fn row(node: &NodeReport) -> [String; 8] {
     let told = &node.told;
     let number = |number: Option<i64>| number.map_or("-".to_owned(), |number| number.to_string());
-    let name = told.ladder.as_deref().unwrap_or("-");
-    let name: String = name.chars().take(LADDER_CHARS).collect();
+    let short = |text: &Option<String>| -> String {
+        text.as_deref().unwrap_or("-").chars().take(LADDER_CHARS).collect()
+    };
+    let name = short(&told.ladder);
     let hash = told.ladder_sha256.as_deref().unwrap_or_default();
     let hash: String = hash.chars().take(HASH_CHARS).collect();
     let alarms = match (told.alarms, told.alarms_unacknowledged) {
@@ -79,7 +101,7 @@ fn row(node: &NodeReport) -> [String; 8] {
     [
         node.name.to_string(),
         node.state.to_owned(),
-        told.mode.clone().unwrap_or("-".to_owned()),
+        short(&told.mode),
         format!("{name} {hash}").trim_end().to_owned(),
         number(told.forces),
         number(told.overruns),
@@ -95,7 +117,7 @@ fn remarks(node: &NodeReport) -> Vec<String> {
     let mut said = Vec::new();
     let mut say = |text: String| said.push(format!("{}: {text}", node.name));
     if node.state == "unborn" {
-        say("not born yet seen: its values are known after its next birth".to_owned());
+        say("its birth was not heard: its values are known after its next one".to_owned());
     }
     if let Some(why) = &node.why {
         say(format!("values may be old: {why}"));
@@ -119,9 +141,13 @@ fn remarks(node: &NodeReport) -> Vec<String> {
     if let Some(lost) = told.history_lost.filter(|lost| *lost > 0) {
         say(format!("the changes of {lost} scans are lost: its scan log had them no more"));
     }
-    let refused = node.metrics_refused + node.values_refused;
-    if refused > 0 {
-        say(format!("{refused} metrics or values of it are left out"));
+    if node.metrics_refused > 0 {
+        let count = node.metrics_refused;
+        say(format!("left out: {count} of its metrics, beyond the limits of `rungd fleet`"));
+    }
+    if node.values_refused > 0 {
+        let count = node.values_refused;
+        say(format!("left out: {count} of its values, without a name or not of their type"));
     }
     if let Some(text) = node.ladder_verdict.as_ref().and_then(verdict) {
         say(text);
@@ -147,14 +173,25 @@ fn verdict(verdict: &LadderVerdict) -> Option<String> {
 fn foot(report: &FleetReport) -> Vec<String> {
     let mut lines = Vec::new();
     let unborn = report.nodes.iter().filter(|node| matches!(node.state, "unborn" | "stale"));
-    match unborn.count() {
+    let (asked, unasked): (Vec<&NodeReport>, _) = unborn.partition(|it| it.asked_ms.is_some());
+    match unasked.len() {
         0 => {}
         1 => lines.push("1 node needs a birth to be known: `--rebirth` asks for it".to_owned()),
         count => lines.push(format!("{count} nodes need a birth to be known: `--rebirth` asks")),
     }
-    for host in &report.hosts {
+    if !asked.is_empty() {
+        lines.push(format!(
+            "{} asked for a birth, and none came: allow more by `--wait`, or see whether this \
+             user may publish to `spBv1.0/+/NCMD/+`",
+            nodes(asked.len())
+        ));
+    }
+    for host in report.hosts.iter().take(HOSTS_SHOWN) {
         let state = if host.state.online { "online" } else { "offline" };
         lines.push(format!("host {}: {state}", host.host));
+    }
+    if let Some(more) = report.hosts.len().checked_sub(HOSTS_SHOWN).filter(|more| *more > 0) {
+        lines.push(format!("{more} more hosts: `--json` names them"));
     }
     let left_out = report.counts.left_out();
     lines.extend(left_out.iter().map(|what| format!("left out: {what}")));
@@ -165,18 +202,8 @@ fn foot(report: &FleetReport) -> Vec<String> {
 }
 
 /// The alarms of all nodes.
-pub(super) fn alarms_page(list: &FleetAlarmList, clock: &LocalClock) -> String {
-    let stand = list.alarms.iter().filter(|row| row.alarm.state.stands()).count();
-    let gone = list.alarms.len() - stand;
-    let standing = match stand {
-        0 => "no alarm stands".to_owned(),
-        1 => "1 alarm stands".to_owned(),
-        _ => format!("{stand} alarms stand"),
-    };
-    let mut lines = vec![match gone {
-        0 => standing,
-        _ => format!("{standing}, {gone} went away unacknowledged"),
-    }];
+pub(super) fn alarms_page(list: &FleetAlarmList, listened: Duration, clock: &LocalClock) -> String {
+    let mut lines = vec![alarms_headline(list, listened)];
     let mut node = None;
     for row in &list.alarms {
         if node != Some(&row.node) {
@@ -188,8 +215,33 @@ pub(super) fn alarms_page(list: &FleetAlarmList, clock: &LocalClock) -> String {
         lines.push(format!("     {}", facts(&row.alarm, clock)));
     }
     let unknown = list.unknown.iter();
-    lines.extend(unknown.map(|node| format!("{node}: its alarms are not known")));
+    lines.extend(unknown.map(|of| format!("{}: its alarms are not known: {}", of.node, of.why)));
+    let cut = list.cut.iter();
+    lines.extend(cut.map(|CutAlarms { node, left_out }| {
+        format!("{node}: left out: {left_out} of its alarms, not readable or beyond the limits")
+    }));
+    lines.extend(list.counts.left_out().iter().map(|what| format!("left out: {what}")));
     lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
+}
+
+fn alarms_headline(list: &FleetAlarmList, listened: Duration) -> String {
+    if list.nodes == 0 {
+        return nothing(span_of(listened));
+    }
+    let stand = list.alarms.iter().filter(|row| row.alarm.state.stands()).count();
+    let mut line = match stand {
+        0 => "no alarm stands".to_owned(),
+        1 => "1 alarm stands".to_owned(),
+        _ => format!("{stand} alarms stand"),
+    };
+    let gone = list.alarms.len() - stand;
+    if gone > 0 {
+        line += &format!(", {gone} went away unacknowledged");
+    }
+    if !list.unknown.is_empty() {
+        line += &format!("; of {} the alarms are not known", nodes(list.unknown.len()));
+    }
+    line
 }
 
 /// A change as a line.
@@ -197,12 +249,17 @@ pub(super) fn change_line(change: &FleetChange, clock: &LocalClock) -> String {
     let ns = i64::try_from(change.at_ms).unwrap_or(i64::MAX).saturating_mul(1_000_000);
     let text = match &change.news {
         FleetNews::Heard => "heard; its birth is not known".to_owned(),
+        FleetNews::Born { metrics: 1 } => "born with 1 metric".to_owned(),
         FleetNews::Born { metrics } => format!("born with {metrics} metrics"),
         FleetNews::Died => "died".to_owned(),
         FleetNews::Stale { why } => format!("values may be old: {why}"),
-        FleetNews::Value { name, value, unit, historical } => {
+        FleetNews::Value { name, value, unit, historical, first, .. } => {
             let unit = unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
-            let past = if *historical { " (of the past)" } else { "" };
+            let past = match (historical, first) {
+                (true, _) => " (of the past)",
+                (false, true) => " (at its birth)",
+                (false, false) => "",
+            };
             let value: String = shown(value.as_ref()).chars().take(VALUE_CHARS).collect();
             format!("{name} = {value}{unit}{past}")
         }
@@ -216,7 +273,8 @@ fn age(ms: u64) -> String {
 
 /// Rows in columns, two spaces between them.
 fn columns(rows: Vec<[String; 8]>) -> Vec<String> {
-    let width = |at: usize| rows.iter().map(|row| row[at].chars().count()).max().unwrap_or(0);
+    let chars = |row: &[String; 8], at: usize| row[at].chars().count().min(COLUMN_CHARS);
+    let width = |at: usize| rows.iter().map(|row| chars(row, at)).max().unwrap_or(0);
     let widths: Vec<usize> = (0..HEAD.len()).map(width).collect();
     let line = |row: &[String; 8]| {
         let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
@@ -229,7 +287,7 @@ fn columns(rows: Vec<[String; 8]>) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::fleet::report::ControllerReport;
-    use crate::fleet::{FleetView, NodeName};
+    use crate::fleet::{FleetView, HeardMessage, NodeName};
 
     fn node(name: &str, state: &'static str, age_ms: u64) -> NodeReport {
         let name = NodeName { group: "plant".to_owned(), node: name.to_owned() };
@@ -290,8 +348,43 @@ mod tests {
     }
 
     #[test]
+    fn a_giant_text_of_one_node_moves_no_other_row() {
+        let mut report = report();
+        report.nodes[0].name.node = "n".repeat(300);
+        report.nodes[0].told.mode = Some("X\u{1b}".repeat(100_000));
+        let page = status_page(&report, Duration::from_secs(12));
+        assert!(page.len() < 3_000, "{}", page.len());
+        assert!(page.contains(&"n".repeat(300)), "the name stays whole");
+    }
+
+    #[test]
+    fn a_crowd_of_hosts_is_counted() {
+        let mut view = FleetView::default();
+        for number in 0..50 {
+            let topic = format!("spBv1.0/STATE/host{number}");
+            let payload = br#"{"online":true,"timestamp":7}"#;
+            view.hear(HeardMessage { topic: &topic, payload, is_retained: false }, 5);
+        }
+        let page = status_page(&view.report(5), Duration::from_secs(12));
+        assert_eq!(page.matches("online").count(), 10, "{page}");
+        assert!(page.contains("40 more hosts: `--json` names them"), "{page}");
+    }
+
+    #[test]
+    fn births_that_were_asked_for_and_did_not_come_are_said() {
+        let mut report = report();
+        report.nodes[3].asked_ms = Some(3_000);
+        let page = status_page(&report, Duration::from_secs(12));
+        assert!(page.contains("1 node asked for a birth, and none came"), "{page}");
+        assert!(!page.contains("`--rebirth` asks"), "{page}");
+    }
+
+    #[test]
     fn nothing_heard_is_said() {
         let page = status_page(&FleetView::default().report(0), Duration::from_secs(12));
-        assert_eq!(page, "no edge node was heard in 12s\n");
+        assert!(page.starts_with("no edge node was heard in 12s, and one of rungd"), "{page}");
+        let alarms = FleetView::default().alarms(0);
+        let page = alarms_page(&alarms, Duration::from_secs(12), &LocalClock::here());
+        assert!(page.starts_with("no edge node was heard in 12s, and one of rungd"), "{page}");
     }
 }

@@ -6,10 +6,13 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::heard::NodeName;
+use super::limits::{FleetCounts, cut};
 use crate::operator::protocol::Alarm;
 
 /// The most alarms of a node.
 const ALARMS_MAX: usize = 100;
+/// The most alarms in all.
+const ALL_ALARMS_MAX: usize = 10_000;
 
 /// An alarm of a node.
 #[derive(Clone, Debug, Serialize)]
@@ -27,10 +30,57 @@ pub(crate) struct FleetAlarm {
 /// The alarms of all nodes; the answer of `rungd fleet alarms`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct FleetAlarmList {
+    /// How many nodes were heard of.
+    pub nodes: usize,
     /// Those that stand, and those that wait for an acknowledgement; node by node.
     pub alarms: Vec<FleetAlarm>,
-    /// Nodes whose alarms are not known: no birth of them was heard, or they tell none.
-    pub unknown: Vec<NodeName>,
+    /// Nodes whose alarms are not known.
+    pub unknown: Vec<UnknownAlarms>,
+    /// Nodes of which some alarms are left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cut: Vec<CutAlarms>,
+    /// What came in, and what of it was left out.
+    pub counts: FleetCounts,
+}
+
+/// A node whose alarms are not known.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct UnknownAlarms {
+    #[serde(flatten)]
+    pub node: NodeName,
+    /// The reason, for people.
+    pub why: &'static str,
+}
+
+/// A node of which some alarms are left out.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct CutAlarms {
+    #[serde(flatten)]
+    pub node: NodeName,
+    /// How many: they cannot be read, or are beyond the limits.
+    pub left_out: u64,
+}
+
+impl FleetAlarmList {
+    /// Adds what a node tells: the text of its list.
+    pub(super) fn add(&mut self, (node, state): (&NodeName, &str), text: &str) {
+        let Some((mut alarms, mut left_out)) = alarms_of(text) else {
+            let why = "its alarm list cannot be read";
+            return self.unknown.push(UnknownAlarms { node: node.clone(), why });
+        };
+        let room = ALL_ALARMS_MAX.saturating_sub(self.alarms.len()).min(alarms.len());
+        left_out += (alarms.len() - room) as u64;
+        alarms.truncate(room);
+        let told = alarms.into_iter().map(|alarm| FleetAlarm {
+            node: node.clone(),
+            state: state.to_owned(),
+            alarm,
+        });
+        self.alarms.extend(told);
+        if left_out > 0 {
+            self.cut.push(CutAlarms { node: node.clone(), left_out });
+        }
+    }
 }
 
 /// The alarms of a text, and how many of its entries cannot be read. `None`: it is no list.
@@ -47,11 +97,21 @@ pub(super) fn alarms_of(text: &str) -> Option<(Vec<Alarm>, u64)> {
     let (mut alarms, mut unread) = (Vec::new(), 0);
     for entry in list {
         match serde_json::from_value::<Alarm>(entry) {
-            Ok(alarm) if alarms.len() < ALARMS_MAX => alarms.push(alarm),
+            Ok(alarm) if alarms.len() < ALARMS_MAX => alarms.push(short(alarm)),
             Ok(_) | Err(_) => unread += 1,
         }
     }
     Some((alarms, unread))
+}
+
+/// An alarm whose texts have an end.
+fn short(mut alarm: Alarm) -> Alarm {
+    alarm.tag = cut(&alarm.tag);
+    alarm.text = cut(&alarm.text);
+    if let Some(acknowledged) = &mut alarm.acknowledged {
+        acknowledged.who = cut(&acknowledged.who);
+    }
+    alarm
 }
 
 #[cfg(test)]
@@ -72,6 +132,29 @@ mod tests {
         for text in ["", "7", "null", "{}", r#"{"alarms":7}"#, "[", &"[".repeat(100_000)] {
             assert!(alarms_of(text).is_none(), "{text:.20}");
         }
+    }
+
+    #[test]
+    fn a_text_of_an_alarm_has_an_end() {
+        let one = format!(r#"[{{"tag":"jam","text":"{}"}}]"#, "é".repeat(10_000));
+        let (alarms, _) = alarms_of(&one).expect("a list");
+        assert!(alarms[0].text.len() < 600 && alarms[0].text.ends_with('…'));
+    }
+
+    #[test]
+    fn what_is_left_out_of_a_list_is_told() {
+        let mut all = FleetAlarmList::default();
+        let node = |at: usize| NodeName { group: "plant".to_owned(), node: at.to_string() };
+        let one = r#"{"tag":"jam","text":"Jam"}"#;
+        all.add((&node(0), "online"), &format!("[{one},7,{{}}]"));
+        assert_eq!((all.alarms.len(), all.cut[0].left_out), (1, 2));
+        all.add((&node(1), "online"), "[[[[");
+        assert_eq!(all.unknown[0].node, node(1));
+        let many = format!("[{}]", vec![one; 100].join(","));
+        (2..200).for_each(|at| all.add((&node(at), "online"), &many));
+        assert_eq!(all.alarms.len(), ALL_ALARMS_MAX);
+        let left_out: u64 = all.cut.iter().map(|cut| cut.left_out).sum();
+        assert_eq!(left_out, 2 + 1 + 198 * 100 - 10_000);
     }
 
     #[test]

@@ -4,10 +4,11 @@
 //! the log and `rungd status` name a ladder: SHA-256 of the ladder files' texts, one behind the
 //! other. The names of nodes come from a broker: none of them leads out of the folder.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use anyhow::{Context as _, Result, bail};
 use serde::Serialize;
 
 use super::heard::NodeName;
@@ -80,10 +81,23 @@ impl ExpectedLadders {
     /// A folder.
     ///
     /// # Errors
-    /// It cannot be listed.
-    pub fn of(folder: &Path) -> std::io::Result<ExpectedLadders> {
-        fs::read_dir(folder)?;
-        Ok(ExpectedLadders { folder: folder.to_owned(), hashes: BTreeMap::new() })
+    /// It cannot be listed, or has no file of a node: whatever runs would be as it says.
+    pub fn of(folder: &Path) -> Result<ExpectedLadders> {
+        let place = folder.display();
+        fs::read_dir(folder).with_context(|| {
+            format!(
+                "{place} cannot be listed: name a folder, a checkout of git, with \
+                 {place}/GROUP/NODE/{CONTROLLER_FILE} or {place}/NODE/{CONTROLLER_FILE}"
+            )
+        })?;
+        let expected = ExpectedLadders { folder: folder.to_owned(), hashes: BTreeMap::new() };
+        if expected.missing(&[]).is_empty() {
+            bail!(
+                "{place} has no file of a node: it should have {place}/GROUP/NODE/\
+                 {CONTROLLER_FILE} or {place}/NODE/{CONTROLLER_FILE}"
+            );
+        }
+        Ok(expected)
     }
 
     /// Compares the ladder of a node.
@@ -101,7 +115,7 @@ impl ExpectedLadders {
 
     /// The files whose node is none of `heard`: group, if the layout tells it, node, file.
     pub fn missing(&self, heard: &[NodeName]) -> Vec<(Option<String>, String, LadderVerdict)> {
-        let judged: Vec<PathBuf> = heard.iter().filter_map(|node| self.file(node)).collect();
+        let judged: BTreeSet<PathBuf> = heard.iter().filter_map(|node| self.file(node)).collect();
         let is_file = |path: &PathBuf| path.is_file();
         let mut missing = Vec::new();
         for (name, folder) in folders(&self.folder) {

@@ -17,6 +17,8 @@ pub(crate) struct HostSession {
     /// Whether the birth is published.
     is_born: bool,
     repeated_ms: Option<u64>,
+    /// A death by somebody else came too soon after the last answer, and is not answered.
+    owes: bool,
 }
 
 /// What it publishes: QoS 1, kept by the broker.
@@ -31,7 +33,7 @@ impl HostSession {
     /// takes.
     pub fn new(host: &str, now_ms: u64) -> HostSession {
         let topic = Topic::of_host(host).to_string();
-        HostSession { topic, began_ms: now_ms, is_born: false, repeated_ms: None }
+        HostSession { topic, began_ms: now_ms, is_born: false, repeated_ms: None, owes: false }
     }
 
     /// The topic of its state, to which it subscribes too.
@@ -56,18 +58,25 @@ impl HostSession {
         if topic != self.topic || !self.is_born {
             return None;
         }
-        let is_death = HostState::read(payload).is_ok_and(|state| !state.online);
+        // The last word counts: the broker keeps it.
+        let state = HostState::read(payload).ok()?;
+        self.owes = !state.online;
+        self.due(now_ms)
+    }
+
+    /// The birth again, if a death by somebody else waits for an answer.
+    pub fn due(&mut self, now_ms: u64) -> Option<StateMessage> {
         let waits = |last: u64| now_ms.saturating_sub(last) < REPEAT_MS;
-        if !is_death || self.repeated_ms.is_some_and(waits) {
+        if !self.owes || self.repeated_ms.is_some_and(waits) {
             return None;
         }
-        self.repeated_ms = Some(now_ms);
+        (self.repeated_ms, self.owes) = (Some(now_ms), false);
         Some(self.state(true, self.began_ms))
     }
 
     /// The death, before the connection is closed.
     pub fn death(&mut self, now_ms: u64) -> StateMessage {
-        self.is_born = false;
+        (self.is_born, self.owes) = (false, false);
         self.state(false, now_ms)
     }
 
@@ -105,6 +114,10 @@ mod tests {
         assert_eq!(text(&answer), r#"{"online":true,"timestamp":1000}"#);
         assert_eq!(host.hear(&topic, &dead, 1003), None, "a flood is not answered one by one");
         assert!(host.hear(&topic, &dead, 1202).is_some());
+        assert_eq!(host.hear(&topic, &dead, 1203), None);
+        assert_eq!(host.due(1401), None);
+        assert!(host.due(1402).is_some(), "the last death of a flood is answered too");
+        assert_eq!(host.due(9000), None, "once");
         let alive = HostState { online: true, timestamp: 1000 }.bytes();
         assert_eq!(host.hear(&topic, &alive, 9000), None);
         assert_eq!(host.hear("spBv1.0/STATE/other", &dead, 9000), None);

@@ -43,10 +43,12 @@ pub(crate) struct FleetCounts {
     pub kept_by_broker: u64,
     /// Messages larger than the limit.
     pub too_large: u64,
-    /// Messages that are no payload of Sparkplug.
+    /// Messages that are no payload of Sparkplug, or have more metrics than are read.
     pub garbage: u64,
     /// Messages of nodes beyond the limit.
     pub nodes_refused: u64,
+    /// States of hosts beyond the limit.
+    pub hosts_refused: u64,
     /// Commands to nodes, of other hosts.
     pub commands: u64,
 }
@@ -54,16 +56,40 @@ pub(crate) struct FleetCounts {
 impl FleetCounts {
     /// What was left out, for people; empty if nothing was.
     pub fn left_out(&self) -> Vec<String> {
-        let rows = [
-            (self.foreign_topics, "on topics that are none of Sparkplug B 3.0"),
-            (self.kept_by_broker, "kept by the broker, which say nothing of now"),
-            (self.too_large, "larger than the limit"),
-            (self.garbage, "that are no payload of Sparkplug"),
-            (self.nodes_refused, "of nodes beyond the limit"),
-        ];
-        let told = rows.into_iter().filter(|(count, _)| *count > 0);
+        let told = self.rows().into_iter().filter(|(count, _)| *count > 0);
         told.map(|(count, what)| format!("{count} {} {what}", messages(count))).collect()
     }
+
+    /// What is left out for the first time, if `before` is how it stood.
+    pub fn begun(&self, before: &FleetCounts) -> Vec<&'static str> {
+        let rows = self.rows().into_iter().zip(before.rows());
+        let begun = rows.filter(|((now, _), (before, _))| *now > 0 && *before == 0);
+        begun.map(|((_, what), _)| what).collect()
+    }
+
+    fn rows(&self) -> [(u64, &'static str); 6] {
+        [
+            (self.foreign_topics, "on topics that are none of Sparkplug B 3.0"),
+            (self.kept_by_broker, "kept by the broker from before: no word of now"),
+            (self.too_large, "larger than 4 MiB"),
+            (self.garbage, "without a payload of Sparkplug (of at most 50,000 metrics)"),
+            (self.nodes_refused, "of nodes beyond the first 5,000: choose some by `--group`"),
+            (self.hosts_refused, "of hosts beyond the first 100"),
+        ]
+    }
+}
+
+/// The most bytes of a text in an answer. One node is not to fill the answer of all: control
+/// characters take six bytes of JSON each.
+const SHOWN_BYTES_MAX: usize = 512;
+
+/// A text for an answer: its beginning, if it is long.
+pub(super) fn cut(text: &str) -> String {
+    if text.len() <= SHOWN_BYTES_MAX {
+        return text.to_owned();
+    }
+    let end = (0..=SHOWN_BYTES_MAX).rev().find(|at| text.is_char_boundary(*at));
+    format!("{}…", &text[..end.unwrap_or(0)])
 }
 
 fn messages(count: u64) -> &'static str {

@@ -17,13 +17,14 @@ mod metrics;
 mod news;
 mod node;
 pub(crate) mod report;
+mod stop;
 mod view;
 mod watched;
 
 #[cfg(test)]
 mod tests;
 
-pub(crate) use alarms::FleetAlarmList;
+pub(crate) use alarms::{CutAlarms, FleetAlarmList};
 pub(crate) use expect::{ExpectedLadders, LadderVerdict};
 pub use heard::{HeardMessage, NodeName};
 pub use limits::FleetLimits;

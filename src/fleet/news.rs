@@ -8,7 +8,8 @@ use crate::sparkplug::MetricValue;
 /// A change.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FleetChange {
-    /// When it happened, by the node's clock if it tells, else when it was heard: ms since 1970.
+    /// When it happened: of a value by the node's clock, if it tells; of everything else by this
+    /// machine's, because a will has the time of its connection. Ms since 1970.
     pub at_ms: u64,
     /// The node.
     #[serde(flatten)]
@@ -49,6 +50,12 @@ pub enum FleetNews {
         /// It had the value in the past: the link was down then.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         historical: bool,
+        /// It stood in a birth, and none before it is known: it may have had the value for long.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        first: bool,
+        /// When it had the value, by the node's clock; ms since 1970.
+        #[serde(skip)]
+        told_ms: Option<u64>,
     },
 }
 

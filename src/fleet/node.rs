@@ -92,6 +92,26 @@ pub(super) struct NodeCounts {
     pub values_refused: u64,
 }
 
+/// A metric of a message, and when it had its value by the node's clock.
+type TimedMetric<'m> = (&'m Metric, Option<u64>);
+
+/// What a value says.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ValueKind {
+    /// It has changed.
+    Present,
+    /// It stood in a birth, and none before it is known.
+    First,
+    /// It is one of the past.
+    Past,
+}
+
+impl ValueKind {
+    fn of_birth(is_first: bool) -> ValueKind {
+        if is_first { ValueKind::First } else { ValueKind::Present }
+    }
+}
+
 /// What a node may take: the limits, and the bytes in all.
 pub(super) type NodeRoom<'l> = (&'l FleetLimits, usize);
 
@@ -110,7 +130,7 @@ impl NodeView {
         }
     }
 
-    /// A message came, whatever it is.
+    /// A message came, whatever it is. `payload`: one that tells the node's time.
     pub fn hear(&mut self, payload: Option<&Payload>, now_ms: u64) {
         self.counts.messages += 1;
         self.heard_ms = now_ms;
@@ -118,7 +138,8 @@ impl NodeView {
         self.told_ms = told.map(|told| (told, now_ms)).or(self.told_ms);
     }
 
-    /// NBIRTH: all is new. Values that differ from those before are told too.
+    /// NBIRTH: all is new. Values that differ from those before are told too, and those of which
+    /// nothing was known.
     pub fn born(&mut self, payload: &Payload, now_ms: u64, room: NodeRoom) -> Vec<FleetNews> {
         let before = std::mem::take(&mut self.metrics);
         self.counts.births += 1;
@@ -126,29 +147,34 @@ impl NodeView {
         self.bd_seq = bd_seq(payload);
         self.seq = payload.seq.and_then(Sequence::of);
         self.standing = Standing::Online;
+        let mut values = Vec::new();
         for metric in &payload.metrics {
+            let count = self.metrics.len();
             if let Err(fault) = self.metrics.born(metric, room.0, room.1) {
                 self.count(fault);
             }
+            if self.metrics.len() == count {
+                continue;
+            }
+            let known = self.metrics.at(count);
+            let old = before.get(&known.name);
+            if old.is_none_or(|old| old.value != known.value) {
+                let told_ms = metric.timestamp.or(payload.timestamp);
+                values.push(value_news(known, ValueKind::of_birth(old.is_none()), told_ms));
+            }
         }
         let metrics = self.metrics.len();
-        let known = (0..metrics).map(|at| self.metrics.at(at));
-        let differs = |metric: &&KnownMetric| {
-            before.get(&metric.name).is_some_and(|old| old.value != metric.value)
-        };
-        let values = known.filter(differs).map(|metric| value_news(metric, false));
         [FleetNews::Born { metrics }].into_iter().chain(values).collect()
     }
 
     /// NDATA.
     pub fn told(&mut self, payload: &Payload, room: NodeRoom) -> Vec<FleetNews> {
         let mut news: Vec<FleetNews> = self.follow(payload).into_iter().collect();
-        let is_whole = self.standing == Standing::Online;
         for metric in &payload.metrics {
-            let fits = is_whole || metric.name.is_some();
-            if let Some(told) = fits.then(|| self.metric(metric, room)).flatten() {
-                news.push(told);
-            }
+            // One metric may raise the doubt that the next ones are under.
+            let fits = self.standing == Standing::Online || metric.name.is_some();
+            let told_ms = metric.timestamp.or(payload.timestamp);
+            news.extend(fits.then(|| self.metric((metric, told_ms), room)).flatten());
         }
         news
     }
@@ -161,7 +187,8 @@ impl NodeView {
     /// NDEATH: of this session, or of an older one.
     pub fn died(&mut self, payload: &Payload) -> Vec<FleetNews> {
         let is_born = self.born_ms.is_some();
-        if is_born && bd_seq(payload) != self.bd_seq {
+        let number = bd_seq(payload);
+        if is_born && number != self.bd_seq && !self.is_of_missed_session(number) {
             self.counts.old_deaths += 1;
             return Vec::new();
         }
@@ -169,6 +196,14 @@ impl NodeView {
         let was = std::mem::replace(&mut self.standing, Standing::Offline);
         let is_new = was != Standing::Offline;
         is_new.then_some(FleetNews::Died).into_iter().collect()
+    }
+
+    /// Whether a death is of a session after the one whose birth was heard: messages are missing,
+    /// and that session's birth may be among them. Numbers rise by one, and begin again after 255.
+    fn is_of_missed_session(&self, number: Option<u64>) -> bool {
+        let ahead = number.zip(self.bd_seq).map(|(theirs, ours)| theirs.wrapping_sub(ours) % 256);
+        let is_doubted = matches!(self.standing, Standing::Stale(_));
+        is_doubted && ahead.is_some_and(|ahead| (1..128).contains(&ahead))
     }
 
     /// From now on its values may be old.
@@ -201,17 +236,19 @@ impl NodeView {
         self.doubt(StaleReason::Gap { due, came: payload.seq }).pop()
     }
 
-    /// A metric of data.
-    fn metric(&mut self, metric: &Metric, room: NodeRoom) -> Option<FleetNews> {
-        let at = match self.metrics.find(metric) {
+    /// A metric of data, with the time at which it had its value.
+    fn metric(&mut self, metric: TimedMetric, room: NodeRoom) -> Option<FleetNews> {
+        let at = match self.metrics.find(metric.0) {
             Ok(at) => at,
             Err(fault) => return self.unknown(metric, fault, room),
         };
-        if metric.is_historical == Some(true) {
+        if metric.0.is_historical == Some(true) {
             return self.past(at, metric);
         }
-        match self.metrics.take(at, metric, room) {
-            Ok(is_new) => is_new.then(|| value_news(self.metrics.at(at), false)),
+        match self.metrics.take(at, metric.0, room) {
+            Ok(is_new) => {
+                is_new.then(|| value_news(self.metrics.at(at), ValueKind::Present, metric.1))
+            }
             Err(fault) => {
                 self.count(fault);
                 None
@@ -220,23 +257,28 @@ impl NodeView {
     }
 
     /// A value of the past: told, counted, and not taken for the present one.
-    fn past(&mut self, at: usize, metric: &Metric) -> Option<FleetNews> {
+    fn past(&mut self, at: usize, (metric, told_ms): TimedMetric) -> Option<FleetNews> {
         self.counts.historical += 1;
         let mut then = MetricTable::default();
         let known = self.metrics.at(at);
         let datatype = metric.datatype.or(known.number());
         let named = Metric { name: Some(known.name.clone()), datatype, ..metric.clone() };
         let limits = FleetLimits::default();
-        then.born(&named, &limits, limits.bytes_max).ok()?;
+        let taken = then.born(&named, &limits, limits.bytes_max);
+        let unit = known.unit.clone();
+        if let Err(fault) = taken {
+            self.count(fault);
+            return None;
+        }
         let mut told = then.at(0).clone();
-        told.unit.clone_from(&known.unit);
-        Some(value_news(&told, true))
+        told.unit = unit;
+        Some(value_news(&told, ValueKind::Past, told_ms))
     }
 
     /// A metric that no birth told.
     fn unknown(
         &mut self,
-        metric: &Metric,
+        (metric, told_ms): TimedMetric,
         fault: MetricFault,
         room: NodeRoom,
     ) -> Option<FleetNews> {
@@ -250,7 +292,10 @@ impl NodeView {
         // Without a birth, what has a name tells enough.
         let told = told_by_name(metric).filter(|_| metric.is_historical != Some(true))?;
         match self.metrics.born(&told, room.0, room.1) {
-            Ok(()) => Some(value_news(self.metrics.at(self.metrics.len() - 1), false)),
+            Ok(()) => {
+                let known = self.metrics.at(self.metrics.len() - 1);
+                Some(value_news(known, ValueKind::Present, told_ms))
+            }
             Err(fault) => {
                 self.count(fault);
                 None
@@ -269,9 +314,10 @@ impl NodeView {
     }
 }
 
-fn value_news(metric: &KnownMetric, historical: bool) -> FleetNews {
+fn value_news(metric: &KnownMetric, kind: ValueKind, told_ms: Option<u64>) -> FleetNews {
     let (name, value, unit) = (metric.name.clone(), metric.value.clone(), metric.unit.clone());
-    FleetNews::Value { name, value, unit, historical }
+    let (historical, first) = (kind == ValueKind::Past, kind == ValueKind::First);
+    FleetNews::Value { name, value, unit, historical, first, told_ms }
 }
 
 /// The number of the session that a birth or a death names.

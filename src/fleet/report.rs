@@ -5,10 +5,10 @@
 
 use serde::Serialize;
 
-use super::alarms::{FleetAlarm, FleetAlarmList, alarms_of};
+use super::alarms::{FleetAlarmList, UnknownAlarms};
 use super::expect::{ExpectedLadders, LadderVerdict};
 use super::heard::NodeName;
-use super::limits::FleetCounts;
+use super::limits::{FleetCounts, cut};
 use super::node::{NodeView, Standing};
 use super::view::FleetView;
 use crate::sparkplug::{HostState, MetricValue, vocabulary};
@@ -43,6 +43,9 @@ pub(crate) struct NodeReport {
     pub why: Option<String>,
     /// Since its last message, ms.
     pub age_ms: u64,
+    /// Since it was last asked for a birth (`--rebirth`), ms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub asked_ms: Option<u64>,
     /// By how much its clock is ahead of this machine's, ms; with the way of the message.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clock_ahead_ms: Option<i64>,
@@ -139,21 +142,34 @@ impl FleetView {
         }
     }
 
+    /// What was left out, for people: messages, and parts of those that were read.
+    pub(crate) fn left_out(&self) -> Vec<String> {
+        let sum = |of: fn(&NodeView) -> u64| self.nodes.values().map(of).sum::<u64>();
+        let rows = [
+            (sum(|node| node.counts.metrics_refused), "metrics beyond the limits"),
+            (sum(|node| node.counts.values_refused), "values without a name or not of their type"),
+        ];
+        let parts = rows.into_iter().filter(|(count, _)| *count > 0);
+        let parts = parts.map(|(count, what)| format!("{count} {what}"));
+        self.counts.left_out().into_iter().chain(parts).collect()
+    }
+
     /// The alarms of all nodes.
     pub(crate) fn alarms(&self, now_ms: u64) -> FleetAlarmList {
-        let mut list = FleetAlarmList::default();
+        let (nodes, counts) = (self.nodes.len(), self.counts);
+        let mut list = FleetAlarmList { nodes, counts, ..FleetAlarmList::default() };
         for (name, node) in &self.nodes {
-            let state = state_of(node, now_ms).to_owned();
-            let told = text(node, vocabulary::ALARM_LIST);
-            let Some((alarms, _)) = told.as_deref().and_then(alarms_of) else {
-                list.unknown.push(name.clone());
-                continue;
+            let why = match (whole_text(node, vocabulary::ALARM_LIST), &node.standing) {
+                (Some(text), _) => {
+                    list.add((name, state_of(node, now_ms)), text);
+                    continue;
+                }
+                (None, Standing::Unborn) => "its birth was not heard",
+                (None, Standing::Online | Standing::Stale(_) | Standing::Offline) => {
+                    "it tells no list of alarms"
+                }
             };
-            list.alarms.extend(alarms.into_iter().map(|alarm| FleetAlarm {
-                node: name.clone(),
-                state: state.clone(),
-                alarm,
-            }));
+            list.unknown.push(UnknownAlarms { node: name.clone(), why });
         }
         list
     }
@@ -181,17 +197,23 @@ impl FleetReport {
 
     /// Whether each node is known to run what the folder says, and none is missing.
     pub(crate) fn is_as_expected(&self) -> bool {
-        let verdicts = self.nodes.iter().filter_map(|node| node.ladder_verdict.as_ref());
-        self.missing.is_empty() && verdicts.into_iter().all(LadderVerdict::is_same)
+        let mut verdicts = self.nodes.iter().filter_map(|node| node.ladder_verdict.as_ref());
+        self.missing.is_empty() && self.is_whole() && verdicts.all(LadderVerdict::is_same)
+    }
+
+    /// Whether no node is beyond the limit: such a node is not known to be as it should.
+    fn is_whole(&self) -> bool {
+        self.counts.nodes_refused == 0
     }
 
     /// Whether there is a node, and each controller of rungd is known to be in RUN.
     pub(crate) fn all_run(&self) -> bool {
         let runs = |node: &NodeReport| {
             let is_there = node.state == "online" && node.told.controller != Some(false);
-            is_there && (!node.is_rungd || node.told.mode.as_deref() == Some("RUN"))
+            let mode = node.told.mode.as_deref();
+            is_there && (mode == Some("RUN") || (mode.is_none() && !node.is_rungd))
         };
-        !self.nodes.is_empty() && self.nodes.iter().all(runs)
+        !self.nodes.is_empty() && self.is_whole() && self.nodes.iter().all(runs)
     }
 }
 
@@ -209,6 +231,7 @@ fn node_report(name: &NodeName, node: &NodeView, now_ms: u64) -> NodeReport {
         state: state_of(node, now_ms),
         why,
         age_ms: now_ms.saturating_sub(node.heard_ms),
+        asked_ms: node.asked_ms.map(|asked| now_ms.saturating_sub(asked)),
         clock_ahead_ms: node.told_ms.map(ahead),
         born_ms: node.born_ms.map(|born| now_ms.saturating_sub(born)),
         is_rungd: is_rungd(node),
@@ -261,8 +284,12 @@ fn told(node: &NodeView) -> ControllerReport {
 }
 
 fn text(node: &NodeView, name: &str) -> Option<String> {
+    whole_text(node, name).map(cut)
+}
+
+fn whole_text<'n>(node: &'n NodeView, name: &str) -> Option<&'n str> {
     match node.metrics.get(name)?.value.as_ref()? {
-        MetricValue::Text(text) => Some(text.clone()),
+        MetricValue::Text(text) => Some(text),
         MetricValue::Signed(_)
         | MetricValue::Unsigned(_)
         | MetricValue::Real(_)

@@ -88,12 +88,16 @@ impl FleetView {
             }
             Standing::Online | Standing::Offline => false,
         };
-        let due = self.nodes.iter_mut().filter(|(_, node)| is_due(node)).take(ASK_AT_ONCE);
-        due.map(|(name, node)| {
+        let mut due: Vec<(&NodeName, &mut NodeView)> =
+            self.nodes.iter_mut().filter(|(_, node)| is_due(node)).collect();
+        // Who has waited longest: names that never answer are not to hold up the others.
+        due.sort_by_key(|(_, node)| node.asked_ms);
+        due.truncate(ASK_AT_ONCE);
+        let ask = |(name, node): (&NodeName, &mut NodeView)| {
             node.asked_ms = Some(now_ms);
             name.clone()
-        })
-        .collect()
+        };
+        due.into_iter().map(ask).collect()
     }
 
     fn is_other(&self, group: &str) -> bool {
@@ -104,6 +108,7 @@ impl FleetView {
     fn hear_host(&mut self, host: String, payload: &[u8]) {
         let is_new = !self.hosts.contains_key(&host);
         if is_new && self.hosts.len() >= HOSTS_MAX {
+            self.counts.hosts_refused += 1;
             return;
         }
         match HostState::read(payload) {
@@ -138,7 +143,9 @@ impl FleetView {
         let own = node.metrics.bytes();
         let room = (&limits, own + limits.bytes_max.saturating_sub(self.bytes));
         let was = node.standing.clone();
-        node.hear(payload.as_ref().ok(), now_ms);
+        // A death has the time of its connection, which says nothing of the node's clock.
+        let is_word = !matches!(kind, MessageKind::NodeDeath | MessageKind::DeviceDeath);
+        node.hear(payload.as_ref().ok().filter(|_| is_word), now_ms);
         let mut news = match (payload, kind) {
             (Err(why), _) => node.doubt(why),
             (Ok(payload), MessageKind::NodeBirth) => node.born(&payload, now_ms, room),
@@ -153,9 +160,8 @@ impl FleetView {
         if is_new && was == node.standing {
             news.insert(0, FleetNews::Heard);
         }
-        let told_ms = node.told_ms.map_or(now_ms, |(told, _)| told);
         self.bytes = self.bytes - own + node.metrics.bytes();
-        news.into_iter().map(|news| change(&name, news, told_ms)).collect()
+        news.into_iter().map(|news| change(&name, news, now_ms)).collect()
     }
 
     /// A message's payload, if it may be read.
@@ -171,6 +177,12 @@ impl FleetView {
     }
 }
 
-fn change(node: &NodeName, news: FleetNews, at_ms: u64) -> FleetChange {
+fn change(node: &NodeName, news: FleetNews, now_ms: u64) -> FleetChange {
+    let at_ms = match &news {
+        FleetNews::Value { told_ms, .. } => told_ms.unwrap_or(now_ms),
+        FleetNews::Heard | FleetNews::Born { .. } | FleetNews::Died | FleetNews::Stale { .. } => {
+            now_ms
+        }
+    };
     FleetChange { at_ms, node: node.clone(), news }
 }

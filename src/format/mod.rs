@@ -50,10 +50,12 @@ fn laid_out(text: &str) -> String {
         Some((first, _)) if first.ends_with('\r') => "\r\n",
         Some(_) | None => "\n",
     };
-    let pieces = order::order(blanks::space(parse::pieces(text)));
+    // The mark takes no column: comments would be aligned by it.
+    let unmarked = text.strip_prefix(BYTE_ORDER_MARK);
+    let pieces = order::order(blanks::space(parse::pieces(unmarked.unwrap_or(text))));
     let laid_out = write::write(&pieces, line_end);
-    match text.starts_with(BYTE_ORDER_MARK) {
-        true => format!("{BYTE_ORDER_MARK}{laid_out}"),
-        false => laid_out,
+    match unmarked {
+        Some(_) => format!("{BYTE_ORDER_MARK}{laid_out}"),
+        None => laid_out,
     }
 }

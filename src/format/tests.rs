@@ -343,6 +343,8 @@ fn the_ends_of_lines_stay() {
     assert_eq!(formatted("").as_deref(), Ok(""));
     assert_eq!(formatted("\n\n").as_deref(), Ok(""));
     assert_eq!(formatted("\u{feff}a=1").as_deref(), Ok("\u{feff}a = 1\n"));
+    let commented = formatted("\u{feff}[tags]# c").expect("it is TOML");
+    assert_eq!(formatted(&commented).as_deref(), Ok(commented.as_str()), "the mark has no width");
 }
 
 #[test]

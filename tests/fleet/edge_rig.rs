@@ -224,14 +224,19 @@ pub struct Edge {
 impl Edge {
     /// Starts the node `press` of the group `plant`.
     pub fn start(live: &Live, url: &str, more: &str) -> Edge {
-        let file = written(live, url, more);
+        Edge::named("press", live, url, more)
+    }
+
+    /// As [`Edge::start`], with another name.
+    pub fn named(name: &str, live: &Live, url: &str, more: &str) -> Edge {
+        let file = written(name, live, url, more);
         let log = live.folder.join("edge.log");
         Edge { child: spawned(&file, &log), file, log }
     }
 
     /// As [`Edge::start`], with a log whose reader is gone.
     pub fn start_unheard(live: &Live, url: &str, more: &str) -> Edge {
-        let file = written(live, url, more);
+        let file = written("press", live, url, more);
         let mut child = command(&file).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stderr.take());
         Edge { child, log: file.with_extension("log"), file }
@@ -272,10 +277,10 @@ impl Edge {
 }
 
 /// The file of a node.
-fn written(live: &Live, url: &str, more: &str) -> PathBuf {
+fn written(name: &str, live: &Live, url: &str, more: &str) -> PathBuf {
     let file = live.folder.join("edge.toml");
     let text = format!(
-        "[node]\ngroup = \"plant\"\nname = \"press\"\nsocket = \"s\"\nstate-dir = \"state\"\n\
+        "[node]\ngroup = \"plant\"\nname = \"{name}\"\nsocket = \"s\"\nstate-dir = \"state\"\n\
          [broker]\naddresses = [\"{url}\"]\nkeepalive = \"3s\"\n{more}"
     );
     std::fs::write(&file, text).unwrap();

@@ -1,58 +1,22 @@
 //! `rungd fleet` at a recording broker: what it really sends is judged by the specification's
 //! statements, and what it prints is compared with what it was told.
 
-use std::io::Read;
-use std::process::{Child, Command, Stdio};
-
 use rungd::sparkplug::{
     BornMetric, DataType, HostState, MetricProperties, MetricValue, Payload, metric_of, vocabulary,
 };
-use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 use crate::checker::recorder::{Recorder, now_ms};
 use crate::checker::story::{Connection, Step, Story};
 use crate::checker::{host_rules, judge};
+use crate::fleet_process::FleetProcess;
 
-/// `rungd fleet`, which ends with this value.
-struct FleetProcess(Child);
-
-impl FleetProcess {
-    fn start(arguments: &[&str]) -> FleetProcess {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-        command.arg("fleet").args(arguments).env_remove("RUNGD_BROKER");
-        FleetProcess(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
-    }
-
-    /// Tells it to end, as Ctrl-C and systemd do.
-    fn stop(self) -> (i32, String, String) {
-        let pid = Pid::from_child(&self.0);
-        kill_process(pid, Signal::TERM).unwrap();
-        self.end()
-    }
-
-    /// Waits for its end: exit code, standard output, standard error.
-    fn end(mut self) -> (i32, String, String) {
-        let (mut out, mut errors) = (String::new(), String::new());
-        self.0.stdout.take().unwrap().read_to_string(&mut out).unwrap();
-        self.0.stderr.take().unwrap().read_to_string(&mut errors).unwrap();
-        (self.0.wait().unwrap().code().unwrap_or(-1), out, errors)
-    }
-}
-
-impl Drop for FleetProcess {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-fn metric(name: &str, alias: u64, datatype: DataType) -> BornMetric {
+pub fn metric(name: &str, alias: u64, datatype: DataType) -> BornMetric {
     let properties = MetricProperties::default();
     BornMetric { name: name.to_owned(), alias: Some(alias), datatype, properties }
 }
 
-fn birth() -> Payload {
+pub fn birth() -> Payload {
     let now = now_ms();
     let text = |text: &str| MetricValue::Text(text.to_owned());
     let list = r#"[{"tag":"jam","text":"Belt jammed","priority":"high","state":"unacknowledged"}]"#;
@@ -70,26 +34,26 @@ fn birth() -> Payload {
     Payload { timestamp: Some(now), metrics: metrics.collect(), seq: Some(0) }
 }
 
-fn data(seq: u64, value: bool) -> Payload {
+pub fn data(seq: u64, value: bool) -> Payload {
     let now = now_ms();
     let mut jam = metric_of(DataType::Boolean, Some(&MetricValue::Bool(value)), now);
     jam.alias = Some(6);
     Payload { timestamp: Some(now), metrics: vec![jam], seq: Some(seq) }
 }
 
-const BIRTH: &str = "spBv1.0/plant/NBIRTH/press";
-const DATA: &str = "spBv1.0/plant/NDATA/press";
+pub const BIRTH: &str = "spBv1.0/plant/NBIRTH/press";
+pub const DATA: &str = "spBv1.0/plant/NDATA/press";
 
-fn subscribed(connections: &[Connection]) -> bool {
+pub fn subscribed(connections: &[Connection]) -> bool {
     connections.last().is_some_and(|last| last.subscribed().next().is_some())
 }
 
-fn sent(connections: &[Connection], topic: &str) -> usize {
+pub fn sent(connections: &[Connection], topic: &str) -> usize {
     let all = connections.iter().flat_map(Connection::sent);
     all.filter(|published| published.topic == topic).count()
 }
 
-fn is_over(connections: &[Connection]) -> bool {
+pub fn is_over(connections: &[Connection]) -> bool {
     let last = connections.last().and_then(|it| it.steps.last());
     matches!(last, Some(Step::Disconnected(_)))
 }
@@ -149,7 +113,7 @@ fn a_listener_publishes_nothing() {
     let (code, out, errors) = fleet.stop();
     assert_eq!((code, errors.as_str()), (0, ""));
     assert!(out.starts_with("1 node, heard for ") && out.contains(": 1 unborn\n"), "{out}");
-    assert!(out.contains("plant/press: not born yet seen"), "{out}");
+    assert!(out.contains("plant/press: its birth was not heard"), "{out}");
     assert!(out.contains("`--rebirth` asks for it"), "{out}");
     let connections = recorder.connections();
     assert_eq!(connections[0].sent().count(), 0, "{connections:#?}");
@@ -186,9 +150,11 @@ fn each_change_is_a_line() {
     assert_eq!(code, 0, "{errors}");
     let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let what: Vec<&str> = lines.iter().map(|line| line["what"].as_str().unwrap()).collect();
-    let expected = ["born", "value", "stale", "born", "value", "stale", "born"];
+    let expected = ["born", "value", "value", "stale", "born", "value", "stale", "born"];
     assert_eq!(what, expected, "{out}{errors}");
-    assert_eq!((&lines[1]["value"], &lines[4]["value"]), (&true.into(), &false.into()));
+    let jam = [1, 2, 5].map(|at| (&lines[at]["value"], lines[at]["first"] == true));
+    let [on, off] = [true.into(), false.into()];
+    assert_eq!(jam, [(&off, true), (&on, false), (&off, false)], "a name asks for its first value");
 }
 
 #[test]

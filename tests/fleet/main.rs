@@ -14,7 +14,10 @@ mod edge;
 mod edge_hostile;
 mod edge_rig;
 mod edge_wire;
+mod fleet_process;
 mod foreign;
+mod host;
+mod host_hostile;
 mod host_wire;
 #[allow(dead_code)]
 mod mosquitto;

@@ -94,6 +94,44 @@ fn births_are_asked_for_in_good_time() {
     assert_eq!(fleet.view.wants_birth(fleet.now_ms + 120_000).len(), 1);
 }
 
+/// Names that never answer, of a stranger, do not keep the others from being asked.
+#[test]
+fn each_node_is_asked_in_its_turn() {
+    let mut fleet = Fleet::new();
+    let payload = super::data(7, 5, jam(), 5).bytes();
+    (0..1_500).for_each(|at| drop(fleet.hear(&format!("spBv1.0/junk/NDATA/{at}"), &payload)));
+    fleet.value(7, 5, jam());
+    let mut asked = Vec::new();
+    for step in 0..100 {
+        asked.extend(fleet.view.wants_birth(fleet.now_ms + step * 500));
+    }
+    assert!(asked.iter().any(|name| name.group == "plant"), "of {} requests", asked.len());
+}
+
+#[test]
+fn an_unknown_alias_ends_the_values_of_its_message() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let mut payload = super::data(1, 99, jam(), 5);
+    payload.metrics.extend(super::data(1, 5, jam(), 5).metrics);
+    let news = fleet.press("NDATA", &payload);
+    assert!(matches!(&news[..], [FleetNews::Stale { .. }]), "{news:?}");
+}
+
+/// Its birth was among the messages that are missing.
+#[test]
+fn a_death_of_a_session_that_was_missed_counts() {
+    let mut fleet = Fleet::new();
+    fleet.born(255, &running());
+    fleet.view.lose_link(fleet.now_ms);
+    let old = death(254, 5);
+    assert_eq!(fleet.press("NDEATH", &old), []);
+    assert_eq!(fleet.state(), "stale");
+    let missed = death(1, 5);
+    assert_eq!(fleet.press("NDEATH", &missed), [FleetNews::Died]);
+    assert_eq!(fleet.state(), "offline");
+}
+
 #[test]
 fn a_request_is_a_command_of_the_specification() {
     let mut fleet = Fleet::new();

@@ -111,5 +111,15 @@ fn a_name_leads_nowhere_else() {
     for node in [name("..", "outer"), name("plant", ".."), name("plant", "."), name(".", "..")] {
         assert_eq!(expected.judge(&node, None), LadderVerdict::Unlisted, "{node}");
     }
-    assert!(ExpectedLadders::of(&checkout.0.join("nothing")).is_err());
+}
+
+/// Whatever runs would be as an empty folder says.
+#[test]
+fn a_folder_without_files_of_nodes_is_refused() {
+    let checkout = Checkout::new("empty").with("plant/a/deeper", LADDER);
+    let refusal = |path: &PathBuf| format!("{:#}", ExpectedLadders::of(path).expect_err("none"));
+    let said = refusal(&checkout.0);
+    assert!(said.contains("has no file of a node") && said.contains("NODE/controller.toml"));
+    let said = refusal(&checkout.0.join("nothing"));
+    assert!(said.contains("nothing cannot be listed: name a folder"), "{said}");
 }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::{Fleet, birth, running};
 use crate::fleet::{FleetLimits, FleetView, HeardMessage};
 use crate::mqtt::LongMessage;
-use crate::sparkplug::{DataType, MetricValue};
+use crate::sparkplug::{DataType, MetricValue, vocabulary};
 
 #[test]
 fn garbage_makes_no_node() {
@@ -123,6 +123,88 @@ fn a_birth_with_a_name_or_an_alias_twice_keeps_the_first() {
     fleet.born(0, &metrics);
     let report = fleet.report();
     assert_eq!((report.nodes[0].metrics, report.nodes[0].values_refused), (2, 2));
+}
+
+/// A node that is not kept may run anything, or nothing.
+#[test]
+fn what_is_beyond_the_limit_is_not_known_to_run() {
+    let limits = FleetLimits { nodes_max: 1, ..FleetLimits::default() };
+    let mut fleet = Fleet::new();
+    fleet.view = FleetView::new(limits, None);
+    fleet.born(0, &running());
+    assert!(fleet.report().all_run() && fleet.report().is_as_expected());
+    fleet.hear("spBv1.0/plant/NBIRTH/other", &birth(0, &running(), 5).bytes());
+    assert!(!fleet.report().all_run() && !fleet.report().is_as_expected());
+}
+
+/// A node whose heartbeat is missing, and whose mode is told all the same.
+#[test]
+fn a_mode_without_a_heartbeat_counts() {
+    let mut fleet = Fleet::new();
+    let mode = |mode: &str| MetricValue::Text(mode.to_owned());
+    fleet.born(0, &[(vocabulary::MODE, 1, DataType::String, mode("FAULT"))]);
+    assert!(!fleet.report().all_run());
+}
+
+#[test]
+fn hosts_beyond_the_limit_are_counted() {
+    let mut fleet = Fleet::new();
+    for number in 0..150 {
+        let state = br#"{"online":true,"timestamp":7}"#;
+        fleet.hear(&format!("spBv1.0/STATE/host{number}"), state);
+    }
+    let report = fleet.report();
+    assert_eq!((report.hosts.len(), report.counts.hosts_refused), (100, 50));
+    assert_eq!(report.counts.left_out().len(), 1);
+}
+
+/// The text of one node is not to fill the answer of all.
+#[test]
+fn a_long_text_is_cut_in_an_answer() {
+    let mut fleet = Fleet::new();
+    let long = MetricValue::Text("é\u{7f}".repeat(80_000));
+    fleet.born(0, &[(vocabulary::MODE, 1, DataType::String, long)]);
+    let json = serde_json::to_string(&fleet.report()).expect("JSON");
+    assert!(json.len() < 5_000, "{}", json.len());
+    assert!(fleet.report().nodes[0].told.mode.as_ref().is_some_and(|it| it.ends_with('…')));
+}
+
+/// Wrong types for what rungd's own nodes tell: nothing of it is believed.
+#[test]
+fn what_rungd_tells_has_its_types() {
+    let mut fleet = Fleet::new();
+    let text = || MetricValue::Text("2".to_owned());
+    fleet.born(
+        0,
+        &[
+            (vocabulary::MODE, 1, DataType::Int32, MetricValue::Signed(1)),
+            (vocabulary::FORCES, 2, DataType::String, text()),
+            (vocabulary::SCAN, 3, DataType::UInt64, MetricValue::Unsigned(u64::MAX)),
+            (vocabulary::CONTROLLER, 4, DataType::String, text()),
+            (vocabulary::ALARM_LIST, 5, DataType::Int32, MetricValue::Signed(1)),
+        ],
+    );
+    let report = fleet.report();
+    let told = &report.nodes[0].told;
+    assert_eq!((&told.mode, told.forces, told.scan, told.controller), (&None, None, None, None));
+    assert!(report.nodes[0].is_rungd && !report.all_run());
+    assert_eq!(fleet.view.alarms(fleet.now_ms).unknown.len(), 1);
+}
+
+#[test]
+fn the_first_message_of_a_kind_that_is_left_out_is_news() {
+    let mut fleet = Fleet::new();
+    let before = fleet.view.counts;
+    fleet.hear("shop/orders", b"7");
+    let once = fleet.view.counts;
+    assert_eq!(once.begun(&before), ["on topics that are none of Sparkplug B 3.0"]);
+    fleet.hear("shop/orders", b"8");
+    assert_eq!(fleet.view.counts.begun(&once), Vec::<&str>::new());
+    let twice = ("a", 1, DataType::Boolean, MetricValue::Bool(true));
+    fleet.born(0, &[twice.clone(), twice]);
+    let left_out = fleet.view.left_out();
+    assert_eq!(left_out.len(), 2, "{left_out:?}");
+    assert!(left_out[1].starts_with("1 values"), "{left_out:?}");
 }
 
 proptest! {

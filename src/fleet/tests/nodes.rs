@@ -1,13 +1,16 @@
 //! A node in order: births, data, deaths, the past, what its report says.
 
 use super::{Fleet, birth, death, running};
-use crate::fleet::FleetNews;
+use crate::fleet::{FleetNews, HeardMessage};
 use crate::sparkplug::{DataType, MetricValue, vocabulary};
 
 #[test]
 fn a_birth_tells_all() {
     let mut fleet = Fleet::new();
-    assert_eq!(fleet.born(3, &running()), [FleetNews::Born { metrics: 7 }]);
+    let news = fleet.born(3, &running());
+    assert_eq!(news[0], FleetNews::Born { metrics: 7 });
+    let is_first = |news: &FleetNews| matches!(news, FleetNews::Value { first: true, .. });
+    assert!(news.len() == 8 && news[1..].iter().all(is_first), "{news:?}");
     fleet.now_ms += 2_500;
     let report = fleet.report();
     let node = &report.nodes[0];
@@ -26,7 +29,15 @@ fn data_changes_values() {
     fleet.born(3, &running());
     let news = fleet.value(1, 5, (DataType::Boolean, MetricValue::Bool(true)));
     let (name, value) = ("jam".to_owned(), Some(MetricValue::Bool(true)));
-    assert_eq!(news, [FleetNews::Value { name, value, unit: None, historical: false }]);
+    let told = FleetNews::Value {
+        name,
+        value,
+        unit: None,
+        historical: false,
+        first: false,
+        told_ms: Some(fleet.now_ms),
+    };
+    assert_eq!(news, [told]);
     let same = fleet.value(2, 5, (DataType::Boolean, MetricValue::Bool(true)));
     assert_eq!(same, [], "the same value again is no change");
     fleet.value(3, 1, (DataType::String, MetricValue::Text("STOP".to_owned())));
@@ -83,6 +94,49 @@ fn the_past_is_not_the_present() {
     let report = fleet.report();
     assert_eq!(report.nodes[0].told.mode.as_deref(), Some("RUN"));
     assert_eq!(report.nodes[0].historical_values, 1);
+}
+
+/// A will has the time of its connection, which may be days ago.
+#[test]
+fn a_death_has_the_time_at_which_it_was_heard() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    fleet.now_ms += 86_400_000;
+    let will = death(0, 5).bytes();
+    let topic = "spBv1.0/plant/NDEATH/press";
+    let heard = HeardMessage { topic, payload: &will, is_retained: false };
+    let changes = fleet.view.hear(heard, fleet.now_ms);
+    assert_eq!((changes.len(), changes[0].at_ms), (1, fleet.now_ms));
+    assert_eq!(fleet.report().nodes[0].clock_ahead_ms, Some(0), "its clock is right");
+}
+
+#[test]
+fn a_value_has_its_own_time() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let mut past = super::data(1, 6, (DataType::Int16, MetricValue::Signed(3)), 77);
+    past.timestamp = Some(5_000);
+    past.metrics[0].is_historical = Some(true);
+    past.metrics.push(
+        super::data(1, 5, (DataType::Boolean, MetricValue::Bool(true)), 78).metrics[0].clone(),
+    );
+    past.metrics[1].timestamp = None;
+    let payload = past.bytes();
+    let topic = "spBv1.0/plant/NDATA/press";
+    let heard = HeardMessage { topic, payload: &payload, is_retained: false };
+    let changes = fleet.view.hear(heard, fleet.now_ms);
+    let times: Vec<u64> = changes.iter().map(|change| change.at_ms).collect();
+    assert_eq!(times, [77, 5_000], "that of the message, if the value has none");
+}
+
+#[test]
+fn a_value_of_the_past_of_a_wrong_type_is_counted() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let mut past = super::data(1, 5, (DataType::Int16, MetricValue::Signed(3)), 77);
+    past.metrics[0].is_historical = Some(true);
+    assert_eq!(fleet.press("NDATA", &past), []);
+    assert_eq!(fleet.report().nodes[0].values_refused, 1);
 }
 
 #[test]

@@ -68,14 +68,19 @@ pub const RULES: &[Rule] = &[
             "conformance-primary-host",
             "principles-birth-certificates-order",
             "host-topic-phid-birth-message",
-            "host-topic-phid-birth-required",
-            "message-flow-phid-sparkplug-state-publish",
-            "operational-behavior-host-application-connect-birth",
             "operational-behavior-primary-application-state-with-multiple-servers-state",
             "host-topic-phid-birth-topic",
             "operational-behavior-host-application-connect-birth-topic",
         ],
         birth_is_first,
+    ),
+    (
+        &[
+            "host-topic-phid-birth-required",
+            "message-flow-phid-sparkplug-state-publish",
+            "operational-behavior-host-application-connect-birth",
+        ],
+        birth_follows_subscriptions,
     ),
     (
         &[
@@ -187,9 +192,32 @@ fn will_topic(story: &Story) -> Complaints {
     wrong
 }
 
-/// The first STATE of each connection that publishes one.
+/// The first STATE of each connection that publishes one, and each that says that the host is
+/// there: an answer to a death is a birth too.
 fn births(story: &Story) -> Vec<&Published> {
-    story.connections.iter().filter_map(|it| it.sent().find(|sent| sent.is_state())).collect()
+    story.connections.iter().flat_map(births_of).collect()
+}
+
+fn births_of(connection: &Connection) -> Vec<&Published> {
+    let states = connection.sent().filter(|sent| sent.is_state()).enumerate();
+    let is_born = |it: &Published| state(it).is_some_and(|(online, _)| online);
+    states.filter(|(at, it)| *at == 0 || is_born(it)).map(|(_, it)| it).collect()
+}
+
+/// In each connection the birth comes after the subscriptions, before everything else.
+fn birth_follows_subscriptions(story: &Story) -> Complaints {
+    let topic = own_topic(story);
+    let fits = |connection: &Connection| {
+        let subscribed = connection.place(|step| matches!(step, Step::Subscribed(_)));
+        let first = connection.place(|step| step.sent().is_some());
+        let is_birth = connection
+            .sent()
+            .next()
+            .is_some_and(|it| it.topic == topic && state(it).is_some_and(|(online, _)| online));
+        is_birth && subscribed.zip(first).is_some_and(|(subscribed, first)| subscribed < first)
+    };
+    let wrong = "a connection without the birth after its subscriptions";
+    unless(story.connections.iter().all(fits), wrong)
 }
 
 fn subscribes_first(story: &Story) -> Complaints {
@@ -232,7 +260,9 @@ fn one_time(story: &Story) -> Complaints {
 
 fn death_before_end(story: &Story) -> Complaints {
     let topic = own_topic(story);
-    let mut wrong = Vec::new();
+    let is_end = |step: &Step| matches!(step, Step::Disconnected(_));
+    let ends = story.connections.iter().filter(|it| it.steps.iter().any(is_end));
+    let mut wrong = some(&ends.collect::<Vec<_>>(), "connection that was closed in order");
     for connection in &story.connections {
         let Some(end) = connection.place(|step| matches!(step, Step::Disconnected(_))) else {
             continue;

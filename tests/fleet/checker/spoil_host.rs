@@ -75,17 +75,32 @@ pub const OF_HOSTS: &[Spoiler] = &[
         ],
         |s| s.connections[0].steps.swap(0, 1),
     ),
+    (&["intro-sparkplug-host-state", "components-ph-state", "conformance-primary-host"], |s| {
+        leave_out(s, |step| step.sent().is_some_and(Published::is_state))
+    }),
+    // One connection of two says nothing at all, or too early.
     (
         &[
-            "intro-sparkplug-host-state",
-            "components-ph-state",
-            "conformance-primary-host",
             "host-topic-phid-birth-required",
             "message-flow-phid-sparkplug-state-publish",
             "operational-behavior-host-application-connect-birth",
         ],
-        |s| leave_out(s, |step| step.sent().is_some_and(Published::is_state)),
+        |s| s.connections[1].steps.truncate(1),
     ),
+    (
+        &[
+            "host-topic-phid-birth-required",
+            "message-flow-phid-sparkplug-state-publish",
+            "operational-behavior-host-application-connect-birth",
+        ],
+        |s| s.connections[0].steps.swap(0, 1),
+    ),
+    // A birth that answers a death.
+    (&["host-topic-phid-birth-qos", "payloads-state-birth"], |s| states(s).remove(1).qos = 0),
+    (&["host-topic-phid-birth-retain"], |s| states(s).remove(1).retain = false),
+    (&["operational-behavior-host-application-termination"], |s| {
+        leave_out(s, |step| matches!(step, Step::Disconnected(_)));
+    }),
     (
         &[
             "principles-birth-certificates-order",
