@@ -385,9 +385,13 @@ def judge(nodes, host):
     for node in nodes:
         truth, heard = node.truth(), host.heard[node.name]
         last = max((ms for _, ms, _, _, _, _ in heard), default=0)
+        # An edge node tells nothing of the time before its very first look at the controller, which
+        # a busy machine starts seconds before.
+        first = min((ms for _, ms, _, _, _, _ in heard), default=0)
         by_name = collections.defaultdict(dict)
         for name, ms, value, historical, session, born in heard:
-            if value is None or born:
+            # The changes of the scan at which an edge node begins are told by its first birth alone.
+            if value is None or born and ms > first + 1.5:
                 continue
             count["copies"] += ms in by_name[name]
             known = by_name[name].setdefault(ms, value)
@@ -401,6 +405,9 @@ def judge(nodes, host):
             # The first change is the value of the first scan, which the birth tells.
             for ms, value in changes[1:]:
                 if ms > last - 1500:
+                    continue
+                if ms < first - 1.5:
+                    count["before"] += 1
                     continue
                 count["changes"] += 1
                 at = bisect.bisect_left(times, ms - 1.5)
@@ -499,6 +506,7 @@ def main():
         print(f"changes of tags in the scan logs   {count['changes']}")
         print(f"  did not arrive                   {count['missing']}")
         print(f"  arrived, but never were          {count['never was']}")
+        print(f"  before a node's first word       {count['before']} (not counted above)")
         print(f"  copies, dropped by their time    {count['copies']}")
         print(f"  unchanged values told again      {count['told again']}")
         print(f"  told lost by the edges           {sum(v or 0 for v in host.lost.values())} scans")
