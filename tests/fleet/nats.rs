@@ -3,6 +3,8 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::broker::{PATIENCE, Process, free_ports, fresh_folder, program};
@@ -11,10 +13,15 @@ use crate::support::needs::not_installed;
 /// The nodes of a cluster.
 pub const NODES: usize = 3;
 
+/// One cluster at a time: each write of its servers waits for the disk, and two clusters on one disk
+/// lose their leaders.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
 /// Three servers; every one has the messages of all. Nodes are numbered from zero.
 pub struct NatsCluster {
     mqtt: Vec<u16>,
     nodes: Vec<Process>,
+    _turn: Rc<MutexGuard<'static, ()>>,
 }
 
 impl NatsCluster {
@@ -25,6 +32,7 @@ impl NatsCluster {
             not_installed("nats-server");
             return None;
         };
+        let turn = Rc::new(ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner));
         loop {
             let ports = free_ports(3 * NODES);
             let folder = fresh_folder("nats");
@@ -32,7 +40,7 @@ impl NatsCluster {
             let mut nodes: Vec<Process> = (0..NODES).map(node).collect();
             nodes.iter_mut().for_each(Process::start);
             let mqtt = ports[..NODES].to_vec();
-            let mut cluster = NatsCluster { mqtt, nodes };
+            let mut cluster = NatsCluster { mqtt, nodes, _turn: Rc::clone(&turn) };
             if (0..NODES).all(|n| cluster.waits_for(n)) {
                 return Some(cluster);
             }
