@@ -20,7 +20,7 @@ const NOT_PERMITTED: [(MqttVersion, u8); 4] =
     [(MqttVersion::V3, 4), (MqttVersion::V3, 5), (MqttVersion::V5, 0x86), (MqttVersion::V5, 0x87)];
 
 /// The longest packet. Twice the longest message that is read: one that is a little too long is
-/// counted, and only a giant ends the session.
+/// counted, and its node is told as stale; of a giant its bytes are not even kept.
 const PACKET_BYTES_MAX: u32 = 8 << 20;
 
 #[derive(Args, Debug)]
