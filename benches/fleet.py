@@ -21,6 +21,7 @@ import csv
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import socket
@@ -250,6 +251,7 @@ class Host:
 class Node:
     def __init__(self, rungd, folder, number):
         self.rungd, self.number, self.name = rungd, number, f"n{number:03}"
+        self.edge, self.looked_ms = None, None
         self.folder = os.path.join(folder, self.name)
         os.makedirs(self.folder)
         self.put("controller.toml", CONTROLLER.format(period=PERIOD))
@@ -277,6 +279,14 @@ class Node:
         if inside:
             command = ["ip", "netns", "exec", inside] + command
         self.edge = subprocess.Popen(command, cwd=self.folder, stderr=log)
+
+    def has_looked(self):
+        """Whether the edge has seen the controller; its journal says it after its first look."""
+        if self.edge and self.looked_ms is None:
+            with open(os.path.join(self.folder, "edge.log")) as log:
+                if re.search(r"the controller at .* answers", log.read()):
+                    self.looked_ms = time.time() * 1000
+        return self.looked_ms is not None
 
     def status(self):
         socket_path = os.path.join(self.folder, "rungd.sock")
@@ -379,19 +389,20 @@ def settle(host, nodes, patience=240):
     print(f"behind: {behind}")
 
 
+def look(nodes):
+    """Notes when each edge has seen its controller: what happens from then on must arrive."""
+    return all([node.has_looked() for node in nodes])
+
+
 def judge(nodes, host):
     count = collections.Counter()
     wrong = []
     for node in nodes:
         truth, heard = node.truth(), host.heard[node.name]
         last = max((ms for _, ms, _, _, _, _ in heard), default=0)
-        # An edge node tells nothing of the time before its very first look at the controller, which
-        # a busy machine starts seconds before.
-        first = min((ms for _, ms, _, _, _, _ in heard), default=0)
         by_name = collections.defaultdict(dict)
         for name, ms, value, historical, session, born in heard:
-            # The changes of the scan at which an edge node begins are told by its first birth alone.
-            if value is None or born and ms > first + 1.5:
+            if value is None or born:
                 continue
             count["copies"] += ms in by_name[name]
             known = by_name[name].setdefault(ms, value)
@@ -406,7 +417,8 @@ def judge(nodes, host):
             for ms, value in changes[1:]:
                 if ms > last - 1500:
                     continue
-                if ms < first - 1.5:
+                # An edge node owes nothing of the time before its very first look at the controller.
+                if ms < node.looked_ms:
                     count["before"] += 1
                     continue
                 count["changes"] += 1
@@ -480,8 +492,9 @@ def main():
             time.sleep(0.2)
         for number, node in enumerate(nodes):
             node.start_edge(brokers, network.name if number < max(1, len(nodes) // 5) else None)
-        while len(host.births) < len(nodes):
-            time.sleep(0.5)
+            look(nodes)
+        while len(host.births) < len(nodes) or not look(nodes):
+            time.sleep(0.1)
         print(f"{time.strftime('%H:%M:%S')}  all {len(nodes)} nodes are born", flush=True)
         before = [node.status()["scan"]["overruns"] for node in nodes]
         begun, used = time.monotonic(), sum(processor_s(node.edge) for node in nodes)
@@ -506,7 +519,7 @@ def main():
         print(f"changes of tags in the scan logs   {count['changes']}")
         print(f"  did not arrive                   {count['missing']}")
         print(f"  arrived, but never were          {count['never was']}")
-        print(f"  before a node's first word       {count['before']} (not counted above)")
+        print(f"  before an edge's first look      {count['before']} (not counted above)")
         print(f"  copies, dropped by their time    {count['copies']}")
         print(f"  unchanged values told again      {count['told again']}")
         print(f"  told lost by the edges           {sum(v or 0 for v in host.lost.values())} scans")

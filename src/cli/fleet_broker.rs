@@ -1,6 +1,5 @@
 //! The arguments of `rungd fleet` that name a broker, and the exit codes of what fails there.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::time::Duration;
@@ -113,16 +112,14 @@ impl BrokerArgs {
 }
 
 fn login_of(user: &str, file: &Path) -> Result<BrokerLogin, Exit> {
-    let text = fs::read_to_string(file).map_err(|error| {
+    BrokerLogin::of_file(user, file).map_err(|error| {
         let file = file.display();
         say_line(&format!(
             "rungd fleet: --password-file {file} cannot be read ({error}): its first line is the \
              password of `--user`"
         ));
         Exit::Io
-    })?;
-    let password = text.lines().next().unwrap_or_default().to_owned();
-    Ok(BrokerLogin { user: user.to_owned(), password })
+    })
 }
 
 /// A name for this process: two clients of one name throw each other out. 23 characters, which

@@ -13,11 +13,11 @@ use serde::de::DeserializeOwned;
 
 use super::exit::Exit;
 use super::terminal::{one_line, plain_json, print, say, say_line};
-use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
     Alarm, AlarmList, AlarmState, Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
 };
+use crate::operator::{SOCKET_VARIABLE, socket_of_environment};
 
 /// The socket of the controller, and the form of its printed answer.
 #[derive(Args, Clone, Debug)]
@@ -187,6 +187,5 @@ fn socket_to_complete() -> PathBuf {
         None => None,
     };
     let given = words.iter().enumerate().find_map(after);
-    let variable = || std::env::var_os(SOCKET_VARIABLE).map(PathBuf::from);
-    client::socket(given.or_else(variable))
+    client::socket(given.or_else(socket_of_environment))
 }

@@ -17,9 +17,9 @@ use crate::live::{
     ChangeFollower, ChangeHistory, ChooseCells, HistorySpan, LogEvent, LogPosition, LookFailure,
     RecordedFolder,
 };
-use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{AlarmList, GivenValue, Request, Status};
+use crate::operator::socket_of_environment;
 use crate::sparkplug::{MetricValue, vocabulary};
 
 /// The time between two questions for the status.
@@ -79,8 +79,7 @@ impl LogThread {
         let (asks, inbox) = channel();
         let (tell, told) = mpsc::channel(QUEUE);
         let choose = chooser(settings);
-        let variable = || std::env::var_os(SOCKET_VARIABLE).filter(|path| !path.is_empty());
-        let named = settings.socket.clone().or_else(|| variable().map(PathBuf::from));
+        let named = settings.socket.clone().or_else(socket_of_environment);
         let worker = LogWorker {
             is_set: settings.socket.is_some(),
             socket: client::socket(named.clone()),

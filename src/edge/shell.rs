@@ -104,16 +104,13 @@ fn broker(settings: &EdgeSettings) -> Result<BrokerSettings> {
     let mut broker = BrokerSettings::new(addresses, &client_id);
     broker.version = if *is_v5 { MqttVersion::V5 } else { MqttVersion::V3 };
     broker.keepalive = *keepalive;
-    if let Some(user) = settings.broker.user.clone() {
-        let password = match &settings.broker.password_file {
+    if let Some(user) = &settings.broker.user {
+        broker.login = Some(match &settings.broker.password_file {
             Some(path) => {
-                let text = std::fs::read_to_string(path);
-                let text = text.with_context(|| path.display().to_string())?;
-                text.lines().next().unwrap_or_default().to_owned()
+                BrokerLogin::of_file(user, path).with_context(|| path.display().to_string())?
             }
-            None => String::new(),
-        };
-        broker.login = Some(BrokerLogin { user, password });
+            None => BrokerLogin { user: user.clone(), password: String::new() },
+        });
     }
     let (certificate, key) = settings.broker.certificate.clone().unzip();
     let ca = settings.broker.ca.clone();

@@ -18,11 +18,11 @@ use toml_parser::lexer::{Token, TokenKind};
 
 use crate::daemon::config::sha256_of;
 use crate::daemon::operator_socket;
-use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
     Held, OPERANDS_MAX, Refusal, RefusalKind, Request, Status, Values,
 };
+use crate::operator::socket_of_environment;
 
 /// The time between two looks.
 const EVERY: Duration = Duration::from_millis(500);
@@ -183,10 +183,7 @@ impl Looker {
 /// The socket of a project's controller: as the person says, else as the controller file or the
 /// environment does.
 pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> PathBuf {
-    let named = || {
-        let variable = std::env::var_os(SOCKET_VARIABLE).filter(|value| !value.is_empty());
-        client::socket(variable.map(PathBuf::from))
-    };
+    let named = || client::socket(socket_of_environment());
     said.cloned().or_else(|| operator_socket(root)).unwrap_or_else(named)
 }
 

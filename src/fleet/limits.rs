@@ -95,3 +95,20 @@ pub(super) fn cut(text: &str) -> String {
 fn messages(count: u64) -> &'static str {
     if count == 1 { "message" } else { "messages" }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::view::HOSTS_MAX;
+    use super::*;
+    use crate::source::wording::thousands;
+
+    #[test]
+    fn the_rows_name_the_limits() {
+        let limits = FleetLimits::default();
+        let texts = FleetCounts::default().rows().map(|(_, text)| text);
+        let says = |what: String| assert!(texts.iter().any(|text| text.contains(&what)), "{what}");
+        says(format!("than {} MiB", limits.payload_bytes_max >> 20));
+        says(format!("nodes beyond the first {}:", thousands(limits.nodes_max as u64)));
+        says(format!("hosts beyond the first {HOSTS_MAX}"));
+    }
+}

@@ -14,7 +14,7 @@ use crate::mqtt::LongMessage;
 use crate::sparkplug::{HostState, MessageKind, Payload, Topic};
 
 /// The most hosts whose state is kept.
-const HOSTS_MAX: usize = 100;
+pub(super) const HOSTS_MAX: usize = 100;
 /// How long a node has for the birth that was asked for, ms.
 const ASK_AGAIN_MS: u64 = 10_000;
 /// The most births that are asked for at once.

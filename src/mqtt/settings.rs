@@ -1,9 +1,9 @@
 //! To which brokers, and how. `connect`, `session` and `wire` read these; the settings of `edge`
 //! and `fleet` make them.
 
-use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
+use std::{fmt, fs, io};
 
 /// The longest packet that is taken from a broker, where nothing else is set.
 const PACKET_BYTES_MAX: u32 = 1 << 20;
@@ -81,6 +81,18 @@ pub struct BrokerLogin {
     pub user: String,
     /// The password.
     pub password: String,
+}
+
+impl BrokerLogin {
+    /// A user whose password is the first line of a file.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn of_file(user: &str, password: &Path) -> io::Result<BrokerLogin> {
+        let text = fs::read_to_string(password)?;
+        let password = text.lines().next().unwrap_or_default().to_owned();
+        Ok(BrokerLogin { user: user.to_owned(), password })
+    }
 }
 
 impl fmt::Debug for BrokerLogin {

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _, DuplexStream, duplex};
 
-use super::failure::MqttCause;
+use super::failure::{MqttCause, MqttFailure};
 use super::{BrokerAddress, BrokerSettings, MqttEvent, MqttSession, MqttVersion, Qos};
 
 const VERSIONS: [MqttVersion; 2] = [MqttVersion::V3, MqttVersion::V5];

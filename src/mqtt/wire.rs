@@ -241,7 +241,7 @@ impl Wire {
     /// They are out of order, or say that the session is at its end.
     pub fn receive(
         &mut self,
-        bytes: &[u8],
+        mut bytes: &[u8],
         heard: &mut VecDeque<BrokerWord>,
     ) -> Result<(), MqttCause> {
         if !self.is_welcome {
@@ -252,9 +252,8 @@ impl Wire {
                 return Err(MqttCause::Garbage(NO_CONNACK.to_owned()));
             }
         }
-        let mut bytes = bytes;
+        let garbage = |what: &str| MqttCause::Garbage(what.to_owned());
         loop {
-            let garbage = |what: &str| MqttCause::Garbage(what.to_owned());
             match self.sieve.next(&mut bytes).map_err(garbage)? {
                 Some(SiftedBytes::Head(head, count)) => self.read(&head[..count], heard)?,
                 Some(SiftedBytes::Body(body)) => self.read(body, heard)?,

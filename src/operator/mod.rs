@@ -16,6 +16,8 @@ mod protocol_tests;
 mod state;
 mod value;
 
+use std::path::PathBuf;
+
 /// The socket of the service.
 pub(crate) const SOCKET_DEFAULT: &str = "/run/rungd/rungd.sock";
 
@@ -24,3 +26,8 @@ pub(crate) const SOCKET_NAME: &str = "rungd.sock";
 
 /// The environment variable that says where the socket is.
 pub(crate) const SOCKET_VARIABLE: &str = "RUNGD_SOCKET";
+
+/// The socket that [`SOCKET_VARIABLE`] names; an empty one names none.
+pub(crate) fn socket_of_environment() -> Option<PathBuf> {
+    std::env::var_os(SOCKET_VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from)
+}

@@ -19,7 +19,7 @@ use crate::controller;
 use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
 use crate::daemon::directories;
 use crate::daemon::failure::StartFailure;
-use crate::operator::SOCKET_VARIABLE;
+use crate::operator::socket_of_environment;
 use crate::source::span::FileId;
 
 /// The most clients that wait to be let in. A further one waits in `connect`, and not behind
@@ -83,11 +83,10 @@ pub fn operator_socket(controller: &Path) -> Option<PathBuf> {
 }
 
 impl SocketSpec {
-    /// As the controller file says; else as [`SOCKET_VARIABLE`] or systemd's runtime folder says.
+    /// As the controller file says; else as the environment or systemd's runtime folder says.
     /// Without any of them, or where it is not wanted, there is none. A relative path is for a
     /// start by hand: a service, which has a runtime folder, may not write beside its file.
     pub fn of(asked: &Operator, controller: &str) -> Option<SocketSpec> {
-        let named = || std::env::var_os(SOCKET_VARIABLE).filter(|value| !value.is_empty());
         let systemd = || Some(directories::runtime()?.join("rungd.sock"));
         let is_service = directories::runtime().is_some();
         let gives_way = |path: &&String| is_service && Path::new(path).is_relative();
@@ -97,7 +96,7 @@ impl SocketSpec {
                 let beside = Path::new(controller).parent().unwrap_or(Path::new(""));
                 Some(beside.join(path))
             }
-            Some(_) | None => named().map(PathBuf::from).or_else(systemd),
+            Some(_) | None => socket_of_environment().or_else(systemd),
         };
         let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
         let path = path.filter(|_| asked.enabled)?;

@@ -149,13 +149,24 @@ fn endless() -> Vec<u8> {
 }
 
 /// Between three and five keepalives a session says that it has no answer.
-fn is_blocked(failure: &super::super::MqttFailure, since: Instant) {
+fn is_blocked(failure: &MqttFailure, since: Instant) {
     let MqttCause::Blocked(message, LinkSilence::NoPong, _) = &failure.cause else {
         panic!("{failure}")
     };
     assert_eq!((&*message.topic, message.bytes), (TOPIC, (1 << 28) + 4));
     assert!(failure.is_silent() && failure.to_string().contains("removes it"), "{failure}");
     assert!((3..=5).contains(&(since.elapsed().as_secs() / KEEPALIVE.as_secs())));
+}
+
+/// How a session fails while the broker speaks.
+async fn failure_beside(
+    session: &mut MqttSession,
+    speaks: impl Future<Output = ()>,
+) -> MqttFailure {
+    tokio::select! {
+        () = speaks => panic!("it is never silent"),
+        next = session.next() => next.unwrap_err(),
+    }
 }
 
 #[test]
@@ -170,11 +181,7 @@ fn a_giant_that_trickles_does_not_count_as_an_answer() {
                 broker.says(&[0; 10]).await;
             }
         };
-        let failure = tokio::select! {
-            () = trickles => panic!("it is never silent"),
-            next = session.next() => next.unwrap_err(),
-        };
-        is_blocked(&failure, since);
+        is_blocked(&failure_beside(&mut session, trickles).await, since);
     });
 }
 
@@ -190,10 +197,6 @@ fn giants_in_a_flood_do_not_count_as_an_answer_and_take_no_memory() {
                 sleep(Duration::from_millis(5)).await;
             }
         };
-        let failure = tokio::select! {
-            () = floods => unreachable!(),
-            next = session.next() => next.unwrap_err(),
-        };
-        is_blocked(&failure, since);
+        is_blocked(&failure_beside(&mut session, floods).await, since);
     });
 }
