@@ -372,8 +372,10 @@ impl WorldSide {
         self.swap(snapshot);
     }
 
-    /// In FAULT the image stays that of the last complete scan, except for forced cells.
+    /// In FAULT the image stays that of the last complete scan that was published, except for forced
+    /// cells.
     fn keep_image(&self, fresh: &mut Snapshot, latest: &Snapshot) {
+        fresh.scans = latest.scans;
         let forced = fresh.forces.list().iter().map(|cell| (*cell, fresh.value(*cell)));
         let active = Cell::Bit(BitCell(self.forces_active as u32));
         let kept: Vec<_> = forced.chain([(active, fresh.value(active))]).collect();

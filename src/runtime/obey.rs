@@ -31,17 +31,18 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// Executes commands during a long wait; false if the thread must not wait for the next scan.
-    fn pause(&mut self) -> bool {
+    pub(super) fn pause(&mut self) -> bool {
         self.beat.pulse();
-        if self.side.orders.wait() {
+        if self.side.orders.wait() || self.unpublished {
             let now_ns = self.clock.now_ns();
             if self.guarded(|scanner| scanner.obey(now_ns)).is_none() {
                 let _ = self.beat.arrive();
                 self.fail(FaultReason::EnginePanic, now_ns);
-            } else if self.stopping.is_none() && self.publish(now_ns) {
-                // A stop is answered after its last scan, which is next.
-                self.side.orders.give();
+            } else if self.stopping.is_none() {
+                self.publish(now_ns);
+                self.give();
             }
+            // A stop is answered after its last scan, which is next.
             self.machine.settle();
         }
         self.mode == Mode::Run && self.stopping.is_none() && !self.beat.stop_requested()
@@ -157,9 +158,16 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         (value, self.forces.has(cell))
     }
 
-    /// Makes the next tick publish an image; a scan always does.
+    /// Gives the answers, unless the image that shows what was done is still to be published.
+    pub(super) fn give(&mut self) {
+        if !self.unpublished {
+            self.side.orders.give();
+        }
+    }
+
+    /// Makes this scan or the next tick publish an image.
     fn show(&mut self, now_ns: u64) {
-        self.unpublished = self.mode != Mode::Run;
+        self.unpublished = true;
         if let Mode::Stop(_) = self.mode {
             self.tell_changes(now_ns);
         }

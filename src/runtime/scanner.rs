@@ -81,7 +81,8 @@ pub struct Scanner<M, C> {
     scans: u64,
     /// Why the engine was asked to stop, if it was.
     pub(super) stopping: Option<StopReason>,
-    /// Whether STOP has not been published yet, for want of a spare snapshot.
+    /// Whether what was done is still to be published: the scan is not complete, it failed, or
+    /// there was no spare snapshot.
     pub(super) unpublished: bool,
     last_ticks: u32,
     next_report_ns: u64,
@@ -182,7 +183,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.swaps.give_back(package);
         match faulted {
             true => self.enter_run(now_ns),
-            false => self.unpublished = self.mode != Mode::Run,
+            false => self.unpublished |= self.mode != Mode::Run,
         }
     }
 
@@ -195,7 +196,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     fn enter_run(&mut self, now_ns: u64) {
-        (self.stopping, self.unpublished, self.last_ticks) = (None, false, 0);
+        (self.stopping, self.last_ticks) = (None, 0);
         self.overruns = OverrunSummary::default();
         self.grid = Grid::new(now_ns, self.pace.tempo.period_ns);
         self.books.restart(now_ns);
@@ -220,7 +221,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         } else {
             self.tick(woke_ns);
         }
-        self.side.orders.give();
+        self.give();
         self.machine.settle();
         if !scans && self.mode == Mode::Run {
             // An operator's run: its first scan is due at once.
@@ -391,14 +392,14 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     fn publish_stop(&mut self, now_ns: u64) {
         if self.unpublished {
-            self.unpublished = !self.publish(now_ns);
+            self.publish(now_ns);
         }
     }
 
-    pub(super) fn publish(&mut self, now_ns: u64) -> bool {
+    pub(super) fn publish(&mut self, now_ns: u64) {
         let Scanner { scans, mode, since_ns, ending, ref forces, .. } = *self;
         let facts = Facts { scans, now_ns, mode, since_ns, ending, forces };
-        self.side.publish(facts, self.machine.image())
+        self.unpublished = !self.side.publish(facts, self.machine.image());
     }
 
     fn ask_for_stop(&mut self) {

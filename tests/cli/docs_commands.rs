@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::calm::calmed;
+use crate::support::calm::{calm, calmed};
 use crate::support::masked::{Carried, masked};
 use crate::support::shown::lines_match;
 
@@ -227,7 +227,9 @@ fn run_page(name: &str) {
             Part::Console(block) => anew.push_str(&execution.run_block(block)),
             Part::File(name, text) => {
                 let body = text.split_once("```").and_then(|(_, body)| body.split_once('\n'));
-                fs::write(folder.join(name), body.expect("a body").1).expect("a file");
+                let body = body.expect("a body").1;
+                let body = if name == "controller.toml" { calm(body) } else { body.to_owned() };
+                fs::write(folder.join(name), body).expect("a file");
                 anew.push_str(text);
             }
         }

@@ -18,7 +18,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::memory::{COUNTS, Held, KEEPS, PATIENCE, Plant, Running, file, find, held, mounted};
-use crate::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip};
+use crate::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip, until};
 use rungd::operator::client;
 use rungd::operator::protocol::{Request, Status};
 
@@ -150,17 +150,17 @@ impl Disk {
     }
 
     /// Mounts it as it is on the disk. Another test's mount namespace may hold the file system for a
-    /// while: until it lets go, a mount finds it as it was cut, and nothing can be written.
+    /// while: until it lets go, a mount finds it as it was cut, and nothing can be written. A
+    /// process that another test starts may hold its root open: until then there is no unmount.
     fn mount_anew(&self) {
-        let (probe, since) = (self.at.join("probe"), Instant::now());
-        loop {
-            assert!(self.unmount() && self.mount());
-            if File::create(&probe).and_then(|_| fs::remove_file(&probe)).is_ok() {
-                return;
+        let (probe, mut is_mounted) = (self.at.join("probe"), true);
+        until(|| {
+            is_mounted = is_mounted && !self.unmount();
+            if !is_mounted {
+                is_mounted = self.mount();
             }
-            assert!(since.elapsed() < Duration::from_secs(30), "the cut file system is held");
-            std::thread::sleep(Duration::from_millis(20));
-        }
+            is_mounted && File::create(&probe).and_then(|_| fs::remove_file(&probe)).is_ok()
+        });
     }
 
     fn freeze(&self, on: bool) {
@@ -257,8 +257,9 @@ impl Scans {
 }
 
 /// So often a stalled run and its control may differ: the machine's noise meets either of them,
-/// what a stall does meets the same one every time.
-const ROUNDS: usize = 4;
+/// what a stall does meets the same one every time. With six busy loops on two processors, the
+/// stalled one is worse in 5 of 32 rounds, and in 4 of 32 if nothing stalls at all.
+const ROUNDS: usize = 10;
 
 /// Two controllers at once, each on a disk of its own, and for a time something happens to one of
 /// them. The scans of that one, and of the other, its control. The start of the second one disturbs
@@ -300,7 +301,7 @@ fn stall(time: Duration) {
 #[test]
 fn the_control_shows_a_controller_that_is_held_up() {
     // Longer each time, up to 20 s: a busy machine takes scans from the control too.
-    for round in 1..=ROUNDS + 2 {
+    for round in 1..=6 {
         let hold = Duration::from_millis(80) * 3_u32.pow(round as u32 - 1);
         let held_up = |on: &OnDisk, begins: bool| {
             if begins {

@@ -1,9 +1,9 @@
 //! Reals in retentive memory, with the real binary: a restart keeps every bit of an f32, and `rungd
 //! retain show` prints it as the ladder writes it.
 
-use std::process::Command;
+use std::process::{Command, Output};
 
-use crate::memory::{Plant, Running, file, find, message, run};
+use crate::memory::{Plant, Running, file, find, message, run, until};
 
 const LADDER: &str = "[tags]\nlevel = { at = \"R5\" }\n[[program]]\nname = \"Main\"\nrung = [\n\
     { when = [\"$FirstScan\", \"R6 == 0\"], do = [\"MOVE 0.1 to=level\", \"MOVE -2.5e-7 to=R6\",\n\
@@ -13,9 +13,18 @@ const LADDER: &str = "[tags]\nlevel = { at = \"R5\" }\n[[program]]\nname = \"Mai
 const KEEPS: &str = "scan.period = \"2ms\"\n[retain]\nranges = [\"R5..R8\", \"D0\"]\n\
     file = \"memory\"\ncold-start = \"run\"\n[operator]\nsocket = \"op\"\n";
 
+fn output(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rungd")).args(arguments).output().unwrap()
+}
+
+/// Whether a command of rungd can be carried out; without a complete scan no memory can be kept.
+fn is_done(arguments: &[&str]) -> bool {
+    output(arguments).status.success()
+}
+
 /// What a command of rungd prints.
 fn rungd(arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_rungd")).args(arguments).output().unwrap();
+    let output = output(arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
@@ -46,7 +55,7 @@ fn a_killed_process_loses_no_more_of_reals_than_of_words() {
     running.line("RUN");
     let socket = plant.0.join("op");
     let socket = socket.to_str().unwrap();
-    rungd(&["retain", "save", "--socket", socket]);
+    until(|| is_done(&["retain", "save", "--socket", socket]));
     running.child.kill().unwrap();
     running.end();
     let mut running = Running::new(plant.command(&[] as &[&str]).arg("--stopped"));

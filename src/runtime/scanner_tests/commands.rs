@@ -1,6 +1,7 @@
 //! An operator's commands, and the scanner that hears them.
 
 use super::super::command::{Answer, Before, Command, CommandId, Denial};
+use super::super::link::SPARES;
 use super::*;
 
 const FORCED: engine::Cell = engine::Cell::Word(WordCell(0));
@@ -255,4 +256,55 @@ fn where_scans_are_far_apart_a_stop_behind_others_comes_at_once_too() {
     rig.step();
     assert_eq!((rig.done(force).mode, rig.done(stop).mode), (Mode::Run, Mode::Run));
     assert_eq!(rig.port.latest().now_ns, 1101 * MS);
+}
+
+/// Nothing of what it publishes is taken away for longer than it has spare snapshots.
+fn without_spares(rig: &mut Rig) {
+    for _ in 0..=2 * SPARES {
+        rig.scanner.step();
+    }
+}
+
+#[test]
+fn an_answer_waits_for_the_image_that_shows_what_was_done() {
+    let mut rig = rig(|_, _| {});
+    without_spares(&mut rig);
+    let force = rig.order_and_step(Command::Force { cell: FORCED, value: 7 });
+    assert_eq!((rig.port.answer(force), rig.port.latest().forces.list()), (None, &[][..]));
+    rig.step();
+    assert_eq!((rig.done(force).mode, rig.port.latest().forces.list()), (Mode::Run, &[FORCED][..]));
+
+    without_spares(&mut rig);
+    let stop = rig.order_and_step(Command::Stop);
+    assert_eq!((rig.port.answer(stop), rig.mode()), (None, Mode::Run));
+    rig.step();
+    assert_eq!(rig.done(stop).mode, Mode::Run);
+    assert_eq!(rig.mode(), Mode::Stop(StopReason::Operator));
+}
+
+#[test]
+fn where_scans_are_far_apart_an_answer_without_an_image_does_not_wait_for_the_next_one() {
+    let mut rig = slow();
+    without_spares(&mut rig);
+    let force = rig.order(Command::Force { cell: FORCED, value: 7 });
+    assert!(rig.scanner.pause());
+    rig.monitor.turn(rig.clock.now_ns());
+    assert_eq!(rig.port.answer(force), None);
+    assert!(rig.scanner.pause());
+    rig.monitor.turn(rig.clock.now_ns());
+    assert_eq!(rig.done(force).mode, Mode::Run);
+    assert_eq!(rig.port.latest().forces.list(), [FORCED]);
+}
+
+#[test]
+fn a_force_in_the_very_scan_that_fails_shows() {
+    let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 36 * MS]);
+    rig.step();
+    let force = rig.order_and_step(Command::Force { cell: FORCED, value: 7 });
+    let fault = Mode::Fault(FaultReason::ScanTooLong { scan_us: 36_000 });
+    assert_eq!((rig.port.answer(force), rig.mode()), (None, fault));
+    rig.step();
+    let latest = rig.port.latest();
+    assert_eq!((rig.done(force).mode, latest.forces.list()), (Mode::Run, &[FORCED][..]));
+    assert_eq!((latest.mode, latest.words[0], latest.scans), (fault, 8, 1));
 }
