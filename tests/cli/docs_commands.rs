@@ -81,6 +81,10 @@ fn workplace(page: &str) -> PathBuf {
     folder
 }
 
+/// A busy machine may need longer than the second of a page until a controller answers.
+const ANSWERS: &str =
+    "for n in $(seq 300); do rungd status >/dev/null 2>&1 && break; sleep 0.2; done";
+
 /// What a command prints: its output and its findings, as a terminal shows them.
 fn output(command: &str, folder: &Path) -> String {
     let binary = Path::new(env!("CARGO_BIN_EXE_rungd"));
@@ -93,6 +97,7 @@ fn output(command: &str, folder: &Path) -> String {
         .chain(&RECORDED)
         .any(|page| name.contains(&format!("-{page}-")));
     let socket = has_socket.then(|| folder.join("rungd.sock"));
+    let command = command.replace("& sleep 1", &format!("& sleep 1; {ANSWERS}"));
     let output = Command::new("sh")
         .args(["-c", &format!("{{ {command}\n}} 2>&1")])
         .current_dir(folder)
