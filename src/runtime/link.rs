@@ -372,8 +372,8 @@ impl WorldSide {
         self.swap(snapshot);
     }
 
-    /// In FAULT the image stays that of the last complete scan that was published, except for forced
-    /// cells.
+    /// In FAULT the image stays that of the last complete scan that was published, except for
+    /// forced cells.
     fn keep_image(&self, fresh: &mut Snapshot, latest: &Snapshot) {
         fresh.scans = latest.scans;
         let forced = fresh.forces.list().iter().map(|cell| (*cell, fresh.value(*cell)));
