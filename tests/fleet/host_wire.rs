@@ -159,7 +159,7 @@ fn each_change_is_a_line() {
 
 #[test]
 fn a_broker_that_is_not_there_has_its_code() {
-    let arguments = ["status", "--broker", "mqtt://127.0.0.1:1", "--wait", "5s"];
+    let arguments = ["status", "--broker", "mqtt://127.0.0.1:1", "--wait", "1s"];
     let (code, out, errors) = FleetProcess::start(&arguments).end();
     assert_eq!((code, out.as_str()), (69, ""));
     assert!(errors.contains("broker mqtt://127.0.0.1:1: no connection"), "{errors}");

@@ -149,6 +149,8 @@ impl Kept {
                 }
                 Packet::Disconnect(reason) => {
                     self.step(at, Step::Disconnected(reason));
+                    // As a broker does; `client` keeps the stream open.
+                    let _ = stream.shutdown(Shutdown::Both);
                     return Ok(());
                 }
             }
