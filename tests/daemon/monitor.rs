@@ -156,6 +156,7 @@ fn the_page_shows_forces_and_leaves_a_clean_screen() {
     tmux.awaits(&["▶1. halt", "stop is ON, forced; conducts, and power reaches it", "]●["]);
 
     tmux.keys(&["?"]);
+    tmux.awaits(&["Everywhere"]);
     assert!(tmux.command(&["resize-window", "-x", "110", "-y", "40"]).status().unwrap().success());
     tmux.awaits(&["Everywhere", "arrows scroll"]);
     tmux.keys(&["q"]);

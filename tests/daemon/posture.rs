@@ -25,8 +25,11 @@ fn plant(realtime: &str) -> PathBuf {
     std::fs::write(folder.join("ladder.toml"), LADDER).unwrap();
     let controller = calm(&format!("ladder = [\"ladder.toml\"]\n[realtime]\n{realtime}"));
     std::fs::write(folder.join("controller.toml"), controller).unwrap();
-    // A copy, since other users may have no access to the build's folder.
-    std::fs::copy(env!("CARGO_BIN_EXE_rungd"), folder.join("rungd")).unwrap();
+    // A copy, since other users may have no access to the build's folder. `cp` makes it: a file
+    // that this process had open for writing could stand open in a child that another test starts
+    // at that moment, and would be busy for whoever executes it.
+    let copied = Command::new("cp").arg(env!("CARGO_BIN_EXE_rungd")).arg(&folder).status();
+    assert!(copied.unwrap().success());
     folder
 }
 

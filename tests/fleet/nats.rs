@@ -1,11 +1,13 @@
 //! A cluster of three NATS servers with JetStream and their MQTT listeners (MQTT 3.1.1 only).
 
+use std::fs::File;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+
+use rustix::fs::{FlockOperation, flock};
 
 use crate::broker::{PATIENCE, Process, free_ports, fresh_folder, program};
 use crate::support::needs::not_installed;
@@ -13,15 +15,19 @@ use crate::support::needs::not_installed;
 /// The nodes of a cluster.
 pub const NODES: usize = 3;
 
-/// One cluster at a time: each write of its servers waits for the disk, and two clusters on one disk
-/// lose their leaders.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+/// One cluster at a time, of all test processes of this machine: each write of its servers waits for
+/// the disk, and two clusters on one disk lose their leaders. The lock ends with the file.
+fn one_at_a_time() -> File {
+    let lock = File::create(std::env::temp_dir().join("rungd-nats.lock")).unwrap();
+    flock(&lock, FlockOperation::LockExclusive).unwrap();
+    lock
+}
 
 /// Three servers; every one has the messages of all. Nodes are numbered from zero.
 pub struct NatsCluster {
     mqtt: Vec<u16>,
     nodes: Vec<Process>,
-    _turn: Rc<MutexGuard<'static, ()>>,
+    _turn: Rc<File>,
 }
 
 impl NatsCluster {
@@ -32,7 +38,7 @@ impl NatsCluster {
             not_installed("nats-server");
             return None;
         };
-        let turn = Rc::new(ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner));
+        let turn = Rc::new(one_at_a_time());
         loop {
             let ports = free_ports(3 * NODES);
             let folder = fresh_folder("nats");

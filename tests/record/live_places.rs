@@ -17,6 +17,7 @@ use crate::live_rig::{
 use crate::support::live::{Live, Said, folder, run, said};
 use crate::support::modbus::Client;
 use crate::support::needs::{Need, skip};
+use crate::support::process::until;
 use rungd::record::Recording;
 
 fn files(folder: &Path) -> Vec<String> {
@@ -94,7 +95,12 @@ impl Noise {
             let [high, low] = (at * 123_u16).to_be_bytes();
             let mut pdu = vec![16, high, low, 0, 123, 246];
             pdu.extend((0..246).map(|_| self.numbers.below(256) as u8));
-            assert_eq!(self.client.ask(1, &pdu)[0], 16);
+            // On a busy machine no scan may have taken it in time, which the server says.
+            until(|| match self.client.ask(1, &pdu)[0] {
+                16 => true,
+                0x90 => false,
+                other => panic!("{other}"),
+            });
         }
     }
 }
@@ -222,7 +228,8 @@ fn who_asks_often_makes_no_small_blocks() {
     let mut live = Live::of(home.clone(), recorded_run(&home, &dir));
     let (mut operator, begun) = (Operator::new(&live), Instant::now());
     for _ in 0..300 {
-        assert!(operator.ask(&json!({"do": "recording"}))["ok"]["base64"].is_string());
+        // On a busy machine one may come too late, which the answer says.
+        until(|| operator.ask(&json!({"do": "recording"}))["ok"]["base64"].is_string());
         operator.await_scans(1);
     }
     let since = Instant::now();
