@@ -147,7 +147,8 @@ fn stalls(time: Duration) {
         let asked = Instant::now();
         let lines = ended(&mut on.live);
         let is_late = is_late(asked);
-        assert_eq!(count(&lines, "record-failed"), 0, "{lines:#?}");
+        // An end that waits for a busy disk for two seconds says so.
+        assert!(is_late || count(&lines, "record-failed") == 0, "{lines:#?}");
         let verified = verified(&on.dir, false);
         let recording = Recording::open(&on.dir).unwrap();
         assert!(is_late || last_scan(&recording) >= scans && recording.flaws.is_empty());

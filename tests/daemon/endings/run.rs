@@ -5,7 +5,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::watcher::{Change, Watcher};
-use super::ways::Way;
+use super::ways::{Fate, Way};
 use crate::support::process::{PATIENCE, Plant, Running};
 
 /// The watchdog of the second device.
@@ -90,6 +90,11 @@ impl Outputs {
         self.0.iter().flatten().any(|change| change.by_watchdog && change.ms < 0.0)
     }
 
+    /// Whether the device's watchdog fired at any time.
+    fn was_dropped(&self) -> bool {
+        self.0.iter().flatten().any(|change| change.by_watchdog)
+    }
+
     pub fn values(&self) -> [Vec<u64>; 4] {
         [0, 1, 2, 3].map(|at| self.0[at].iter().map(|change| change.value).collect())
     }
@@ -101,15 +106,22 @@ fn of(changes: &[Change], (bank, address): (&str, u64)) -> Vec<Change> {
 }
 
 impl Story {
-    /// Whether the machine was too busy: for the device's watchdog while rungd was in RUN, or for
-    /// an answer of a device that is there. (A rungd that stands still misses answers by itself.)
+    /// Whether the machine was too busy: for the device's watchdog while rungd exchanged, for that
+    /// watchdog to see a rungd that stands still, or for an answer of a device that is there. (A
+    /// rungd that stands still misses answers by itself.)
     pub fn was_held_up(&self, way: Way) -> bool {
         let is_late = |line: &String| {
             let is_there = way == Way::PanicInDriver && line.contains(DEVICE_LOST);
             line.contains(NO_ANSWER) && (is_there || line.contains(GUARDED))
         };
         let late = way != Way::Stand && self.log.iter().any(is_late);
-        late || self.outputs.iter().any(Outputs::dropped_before)
+        let dropped = self.outputs.iter().any(Outputs::was_dropped);
+        let misjudged = match way.fate() {
+            Fate::Safe | Fate::InRun => dropped,
+            Fate::AsTheyWere => way == Way::Stand && !dropped,
+            Fate::SafeThenGone(_) => false,
+        };
+        late || misjudged || self.outputs.iter().any(Outputs::dropped_before)
     }
 }
 
