@@ -29,6 +29,8 @@ pub struct ChangeFollower {
     shelf: ProgramShelf,
     engine: Option<ReplayEngine>,
     run: Option<ChangeRun>,
+    /// The last scan that was executed: it outlives a run that could not go on.
+    at: Option<LogPosition>,
     /// The section that was executed last.
     newest: Option<SectionName>,
 }
@@ -37,12 +39,12 @@ impl ChangeFollower {
     /// Follows the cells that are chosen of each program.
     pub fn new(choose: ChooseCells) -> ChangeFollower {
         let (last, shelf) = (LastProgram::default(), ProgramShelf::default());
-        ChangeFollower { choose, last, shelf, engine: None, run: None, newest: None }
+        ChangeFollower { choose, last, shelf, engine: None, run: None, at: None, newest: None }
     }
 
     /// The last scan that was executed.
     pub fn position(&self) -> Option<LogPosition> {
-        self.run.as_ref().map(|run| run.at)
+        self.at
     }
 
     /// The number of the section to ask for next: those before it are known.
@@ -121,6 +123,7 @@ impl ChangeFollower {
         let mut tell = |change| events.push(LogEvent::Changed(change));
         if run.take(head.name, section, &mut tell) {
             self.newest = Some(head.name);
+            self.at = Some(run.at);
             self.run = Some(run);
         }
     }

@@ -120,6 +120,9 @@ fn an_edge_that_is_killed_goes_on_where_it_was() {
     let Some((live, broker, host)) = plant() else { return };
     let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 25);
+    // An edge that is killed before it has kept its place sends no past.
+    let position = live.folder.join("state/position");
+    host.await_it("a place that is kept", |_| position.exists());
     edge.kill_and_start();
     host.await_it("death", |host| host.count(MessageKind::NodeDeath) > 0);
     host.await_it("birth", |host| host.count(MessageKind::NodeBirth) > 1);

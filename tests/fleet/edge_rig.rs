@@ -303,5 +303,8 @@ impl Drop for Edge {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
+        if std::thread::panicking() {
+            eprintln!("the edge's journal:\n{}", self.said());
+        }
     }
 }
