@@ -195,6 +195,17 @@ impl LoggedPlant {
         self.note();
     }
 
+    /// A reload of the same program, which the log takes for one that it does not fit.
+    fn mislabelled_reload(&mut self) {
+        self.generation += 1;
+        let timer =
+            "[[task]]\nname = \"T\"\nrung = [{ when = [\"start\"], do = [\"TMR T9 preset=3s\"] }]";
+        let (_, lowered) = program("");
+        let of = recorded(self.process, self.generation, timer);
+        self.logs.lock().expect("it is whole").recorder.program(of);
+        self.rig.reload(&lowered);
+    }
+
     /// The process is killed, and a new one is started with the program that ran.
     pub fn restart(&mut self, memory: usize) {
         let more = match self.generation {
@@ -390,4 +401,24 @@ fn a_jump_and_the_past_give_all() {
     let expected = plant.expected(first, follower.position().expect("it has scans"));
     let missing: Vec<_> = expected.keys().filter(|key| !told.changes.contains_key(*key)).collect();
     assert!(births > 5 && missing.is_empty(), "{births} {missing:?}");
+}
+
+/// A section that its program cannot execute is left out, and the next one says so.
+#[test]
+fn a_section_that_does_not_fit_is_a_jump() {
+    let mut plant = LoggedPlant::new(13, 1 << 22);
+    let mut follower = ChangeFollower::new(choose_all());
+    (0..30).for_each(|_| plant.scan());
+    follower.take(plant.answer(u64::MAX)).expect("it has a section");
+    let last = follower.position().expect("it has scans");
+    plant.mislabelled_reload();
+    (0..30).for_each(|_| plant.scan());
+    follower.take(plant.answer(follower.next_section())).expect("it has sections");
+    assert_eq!(follower.position(), Some(last));
+    plant.reload();
+    (0..30).for_each(|_| plant.scan());
+    let mut told = ToldEvents::default();
+    told.take(follower.take(plant.answer(follower.next_section())).expect("it has sections"));
+    let jumps: Vec<_> = told.jumps.iter().map(|(from, to)| (from.scan, to.scan)).collect();
+    assert_eq!(jumps, [(last.scan, 60)]);
 }
