@@ -1,20 +1,20 @@
-//! The calendar: seconds since 1970 as a date and a time of day.
+//! The calendar: converts seconds since 1970 to a date and a time of day.
 //!
-//! The log and `rungd retain show` write times in UTC by it; ladders read local time by it. Time
-//! zones are absent: local seconds are counted by `runtime::wall`.
+//! The log and `rungd retain show` use it to write times in UTC; ladders use it to read local time.
+//! Time zones are absent: `runtime::wall` counts local seconds.
 
 use std::fmt;
 
 const DAY_S: i64 = 86_400;
 
-/// A date and a time of day in UTC. Shown as `2026-11-21` and, by [`Utc::time`], `12:26:21`.
+/// A date and a time of day in UTC. Its text is `2026-11-21`; [`Utc::time`] gives `12:26:21`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Utc {
     seconds: u64,
 }
 
 impl Utc {
-    /// Of the seconds since 1970-01-01 00:00:00.
+    /// The time from the seconds since 1970-01-01 00:00:00.
     pub fn of(seconds: u64) -> Utc {
         Utc { seconds }
     }
@@ -34,7 +34,7 @@ impl fmt::Display for Utc {
     }
 }
 
-/// A local date and time of day, as the status words show it.
+/// A local date and time of day, in the form of the status words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct LocalTime {
@@ -51,11 +51,10 @@ pub struct LocalTime {
 }
 
 impl LocalTime {
-    /// Where a simulation begins, if nothing else is said: Monday, 2001-01-01 at 00:00:00, as
-    /// seconds since 1970.
+    /// The default start of a simulation: Monday, 2001-01-01 at 00:00:00, as seconds since 1970.
     pub const SIMULATED_S: i64 = 978_307_200;
 
-    /// Of the local seconds since 1970-01-01 00:00:00 of the local clock.
+    /// The time from the local seconds since 1970-01-01 00:00:00 of the local clock.
     pub fn of(seconds: i64) -> LocalTime {
         let (days, in_day) = (seconds.div_euclid(DAY_S), seconds.rem_euclid(DAY_S) as i32);
         let (year, month, day) = date(days);
@@ -72,16 +71,17 @@ impl LocalTime {
     }
 }
 
-/// The time at which a simulation begins.
+/// The default start of a simulation.
 impl Default for LocalTime {
     fn default() -> LocalTime {
         LocalTime::of(LocalTime::SIMULATED_S)
     }
 }
 
-/// Year, month and day, of the days since 1970-01-01.
+/// Converts the days since 1970-01-01 to year, month and day.
 fn date(days: i64) -> (i64, i64, i64) {
-    // Days since 1 March of the year 0, in eras of 400 years: the leap day is a year's last.
+    // Days since 1 March of the year 0, in eras of 400 years. So a leap day is the last day of its
+    // year.
     let days = days + 719_468;
     let (era, in_era) = (days.div_euclid(146_097), days.rem_euclid(146_097));
     let year = (in_era - in_era / 1460 + in_era / 36_524 - in_era / 146_096) / 365;
@@ -92,8 +92,8 @@ fn date(days: i64) -> (i64, i64, i64) {
     (era * 400 + year + i64::from(month <= 2), month, day)
 }
 
-/// The seconds since 1970 of `2026-11-22T06:00:00`; `None` of any other form, and of a day that
-/// the calendar does not have. Years are 1 to 9999.
+/// Converts `2026-11-22T06:00:00` to seconds since 1970. `None` for any other form, and for a day
+/// that does not exist in the calendar. Years are 1 to 9999.
 pub fn parse_seconds(text: &str) -> Option<i64> {
     let shape = "dddd-dd-ddTdd:dd:dd";
     let fits =
@@ -112,7 +112,7 @@ pub fn parse_seconds(text: &str) -> Option<i64> {
     is_a_day.then_some(days * DAY_S + hour * 3600 + minute * 60 + second)
 }
 
-/// The days since 1970-01-01 of a date: the other way round.
+/// Converts a date to days since 1970-01-01: the inverse of `date`.
 fn days(year: i64, month: i64, day: i64) -> i64 {
     let year = year - i64::from(month <= 2);
     let in_era = year.rem_euclid(400);
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn known_times() {
-        // Of `date --utc --date=@N '+%Y-%-m-%-d (%u) %-H:%-M:%-S'`.
+        // Values from `date --utc --date=@N '+%Y-%-m-%-d (%u) %-H:%-M:%-S'`.
         assert_eq!(shown(0), "1970-1-1 (4) 0:0:0");
         assert_eq!(shown(-1), "1969-12-31 (3) 23:59:59");
         assert_eq!(shown(951_782_399), "2000-2-28 (1) 23:59:59");

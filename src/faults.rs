@@ -1,9 +1,9 @@
 //! Injected faults: named points at which a test makes rungd panic or stall.
 //!
 //! A test of rungd's behaviour after a bug needs a bug. In a build with debug assertions, the
-//! environment variable `RUNGD_FAULTS` can name a file. A point whose name a test writes into that
-//! file then has a fault, once. A release build has none of this: its points are empty, and
-//! `.ci/run` checks that the binary contains no word of it.
+//! environment variable `RUNGD_FAULTS` can name a file. If a test writes the name of a point into
+//! that file, this point has a fault, once. A release build contains none of this: its points are
+//! empty, and `.ci/run` checks that the binary contains no word of it.
 
 /// The point of an injected fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,27 +25,27 @@ pub enum FaultPoint {
     Disk,
     /// The disk of the scan log takes one second longer.
     RecordDisk,
-    /// The thread of the scan log stalls, as long as `.hold` stands beside the file.
+    /// The thread of the scan log stalls as long as the file `$RUNGD_FAULTS.hold` exists.
     Record,
-    /// The section of the scan log that is under way ends.
+    /// The current section of the scan log ends.
     RecordSection,
-    /// A panic in the page in a terminal, of the thread that draws it.
+    /// A panic in the thread that draws the page in a terminal.
     Page,
 }
 
 #[cfg(debug_assertions)]
 pub use armed::{is_due, listen, point};
 
-/// Nothing, in a build without debug assertions.
+/// Does nothing in a build without debug assertions.
 #[cfg(not(debug_assertions))]
 pub fn listen() {}
 
-/// Nothing, in a build without debug assertions.
+/// Does nothing in a build without debug assertions.
 #[cfg(not(debug_assertions))]
 #[inline(always)]
 pub fn point(_: FaultPoint) {}
 
-/// Never, in a build without debug assertions.
+/// Always false in a build without debug assertions.
 #[cfg(not(debug_assertions))]
 #[inline(always)]
 pub fn is_due(_: FaultPoint) -> bool {
@@ -76,10 +76,10 @@ mod armed {
     ];
     /// The interval at which the file is read.
     const LOOK_EVERY: Duration = Duration::from_millis(1);
-    /// The time for which a scan, or the disk, stalls.
+    /// The duration of a stall of a scan or the disk.
     const STALL: Duration = Duration::from_secs(1);
 
-    /// The point that has a fault when it is reached next; 0: none.
+    /// The point that has a fault when it is next reached; 0: none.
     static ARMED: AtomicU8 = AtomicU8::new(0);
 
     /// Starts a thread that waits for requested faults.
@@ -102,15 +102,15 @@ mod armed {
         }
     }
 
-    /// Whether a fault was requested for this point; it then is over.
+    /// Whether a fault was requested for this point. The call ends the request.
     pub fn is_due(point: FaultPoint) -> bool {
         let (own, order) = (point as u8, Ordering::AcqRel);
         ARMED.load(Ordering::Relaxed) == own
             && ARMED.compare_exchange(own, 0, order, Ordering::Acquire).is_ok()
     }
 
-    /// A stall whose end a test chooses: no time is long enough for a buffer to overflow on every
-    /// machine.
+    /// Stalls until the test ends the stall: no fixed time is long enough for a buffer to overflow
+    /// on every machine.
     fn stall_while_held() {
         let mut hold = std::env::var_os("RUNGD_FAULTS").unwrap_or_default();
         hold.push(".hold");
@@ -119,13 +119,13 @@ mod armed {
         }
     }
 
-    /// A fault, if one was requested for this point.
+    /// Causes the fault, if one was requested for this point.
     pub fn point(point: FaultPoint) {
         if !is_due(point) {
             return;
         }
         match point {
-            // What it does stands where it is asked for.
+            // The caller of `is_due` ends the section.
             FaultPoint::RecordSection => {}
             FaultPoint::Stall | FaultPoint::Disk | FaultPoint::RecordDisk => {
                 thread::sleep(STALL);

@@ -5,7 +5,7 @@
 // `daemon/operator/peer.rs` (system calls of the operator's socket) and
 // `io/modbus_client/serial.rs` (hands a serial line to tokio).
 #![deny(unsafe_code)]
-// A variant that is added later must be asked for by the compiler at every match.
+// If a variant is added later, the compiler must report every match that needs it.
 #![deny(clippy::wildcard_enum_match_arm)]
 
 pub mod calendar;

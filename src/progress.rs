@@ -1,9 +1,9 @@
-//! What a load is at, what it took longest at, and whether it is to end before it is done.
+//! The progress of a load: its current step, its longest step, and whether it must end early.
 //!
-//! A reload gives one to its load and keeps a copy. The load names every step that it begins, and
-//! asks between files, rungs and rules whether its time is over; then it leaves the rest out, and
-//! its result is dropped. A step within a system call is not ended by this. Commands that read
-//! files for their caller use [`Progress::default`], which nothing ends.
+//! A reload gives a [`Progress`] to its load and keeps a copy. The load names every step that it
+//! begins, and checks between files, rungs and rules whether its time is over. If so, it skips the
+//! rest, and its result is dropped. A step within a system call is not ended by this. Commands that
+//! read files for their caller use [`Progress::default`], which nothing ends.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,19 +37,19 @@ pub struct Progress(Option<Arc<Shared>>);
 struct Shared {
     over: AtomicBool,
     steps: Mutex<Steps>,
-    /// The step at which a test has the time be over.
+    /// For tests: the time is over when the load begins this step.
     #[cfg(test)]
     last: Option<Step>,
 }
 
-/// The step under way, and the longest of those before it.
+/// The current step, and the longest of the steps before it.
 #[derive(Debug, Default)]
 struct Steps {
     current: Option<(Step, Instant)>,
     longest: Option<(Step, Duration)>,
 }
 
-/// The progress of a load of which nobody asks.
+/// The progress of a load that nobody watches or ends.
 pub static UNASKED: Progress = Progress(None);
 
 impl Progress {
@@ -64,7 +64,7 @@ impl Progress {
         Progress(Some(Arc::new(Shared { last: Some(step), ..Shared::default() })))
     }
 
-    /// The load begins a step.
+    /// Notes that the load begins a step.
     pub fn begin(&self, step: Step) {
         let Some(shared) = &self.0 else { return };
         #[cfg(test)]
@@ -74,24 +74,24 @@ impl Progress {
         shared.steps().begin(step, Instant::now());
     }
 
-    /// The load's time is over.
+    /// Notes that the load's time is over.
     pub fn end(&self) {
         if let Some(shared) = &self.0 {
             shared.over.store(true, Ordering::Relaxed);
         }
     }
 
-    /// Whether the load is to end.
+    /// Whether the load must end.
     pub fn is_over(&self) -> bool {
         self.0.as_ref().is_some_and(|shared| shared.over.load(Ordering::Relaxed))
     }
 
-    /// The step under way.
+    /// The current step.
     pub fn current(&self) -> Option<Step> {
         self.0.as_ref()?.steps().current.as_ref().map(|(step, _)| step.clone())
     }
 
-    /// The step that took longest so far, the one under way included.
+    /// The longest step so far, including the current one.
     pub fn longest(&self) -> Option<Step> {
         self.0.as_ref()?.steps().longest_at(Instant::now())
     }

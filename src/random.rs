@@ -1,6 +1,7 @@
-//! Pseudo-random numbers by SplitMix64: the noise of a simulated plant, random tests of ladders.
+//! Pseudo-random numbers by SplitMix64, for the noise of a simulated plant and random tests of
+//! ladders.
 //!
-//! The same seed gives the same numbers on every machine. Not for secrets.
+//! The same seed gives the same numbers on every machine. Not suitable for secrets.
 
 /// A generator with its state.
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! `say!`: writes a line of the log, at the level in its event's row.
+//! `say!`: writes a log line, at the level in its event's row.
 //!
 //! ```text
 //! say!(ALARM_ON, %tag, scan, "alarm ON: {text}");
@@ -6,13 +6,13 @@
 //! say!(*event at Debug, block = name, "{name} …");   a row that is known at run time
 //! ```
 //!
-//! The event is a constant of [`crate::events`]; fields and sentence are those of `tracing`. `io`,
-//! `daemon` and `cli` use this macro; no other code logs. Besides this file, only the daemon's log
-//! names `tracing`: it turns these events into lines.
+//! The event is a constant of [`crate::events`]; fields and sentence are in the syntax of
+//! `tracing`. `io`, `daemon` and `cli` use this macro; no other code logs. Besides this file, only
+//! the daemon's log uses `tracing`: it turns these events into lines.
 
 use crate::events;
 
-/// Logs an event: constant, fields, sentence.
+/// Logs an event: its constant, fields, and the sentence.
 macro_rules! say {
     (* $event:ident at $level:ident, $($rest:tt)+) => {
         ::tracing::event!(
@@ -39,7 +39,7 @@ macro_rules! say {
 
 pub(crate) use say;
 
-/// A row's level as a `tracing` level.
+/// Converts a row's level to a `tracing` level.
 pub(crate) const fn level(level: events::Level) -> tracing::Level {
     match level {
         events::Level::Error => tracing::Level::ERROR,

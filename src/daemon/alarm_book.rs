@@ -1,9 +1,10 @@
-//! The book of alarms: which stand, since when, in which order they rose, who acknowledged them.
+//! The book of alarms: which alarms stand, since when, in which order they rose, who acknowledged
+//! them.
 //!
-//! Pure: times are arguments. `alarm_keeper` enters what the scan thread tells, `operator` reads
-//! the book and acknowledges. All of it is bounded by the number of alarms; it lives as long as the
-//! process. The states are those of ISA-18.2: an alarm that went away before anybody acknowledged
-//! it stays in the list until somebody does.
+//! Pure: times are arguments. `alarm_keeper` enters the alarms' changes that the scan thread
+//! reports; `operator` reads the book and acknowledges alarms. The size of the book is bounded by
+//! the number of alarms. The book lives as long as the process. The states are those of ISA-18.2:
+//! an alarm that went away unacknowledged stays in the list until somebody acknowledges it.
 
 use std::cmp::Reverse;
 use std::collections::{HashMap, VecDeque};
@@ -13,12 +14,12 @@ use crate::lower;
 use crate::operator::protocol::{AckedAlarm, Alarm, AlarmAck, AlarmState, AlarmTime};
 use crate::runtime::exchange::Snapshot;
 
-/// Rises are counted by the ten minutes.
+/// Rises are counted per period of ten minutes.
 const SLICE_NS: u64 = 600 * 1_000_000_000;
-/// The ten minutes of a day.
+/// The number of such periods in a day.
 const SLICES: u64 = 144;
 
-/// When something happened: the scan, and its time by both clocks.
+/// The time of an event: its scan, and its time by both clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct BookTime {
     pub scan: u64,
@@ -34,7 +35,8 @@ impl BookTime {
     }
 }
 
-/// How often an alarm rose, by the ten minutes; the oldest first, at most a day of them.
+/// How often an alarm rose in each period of ten minutes, the oldest period first; covers at most a
+/// day.
 #[derive(Clone, Debug, Default)]
 struct DayCount(VecDeque<(u64, u32)>);
 
@@ -65,13 +67,13 @@ struct AlarmRise {
     order: u32,
 }
 
-/// What the book knows of an alarm.
+/// The book's entry of an alarm.
 #[derive(Clone, Debug)]
 struct BookedAlarm {
     known: lower::Alarm,
     state: AlarmState,
     rise: Option<AlarmRise>,
-    /// When it went OFF, if it did since.
+    /// When the alarm went OFF; `None` if it has not gone OFF since it last rose.
     ended: Option<BookTime>,
     acknowledged: Option<AlarmAck>,
     day: DayCount,
@@ -111,9 +113,9 @@ impl BookedAlarm {
 /// The book.
 #[derive(Debug)]
 pub(super) struct AlarmBook {
-    /// The program whose alarms these are.
+    /// The generation of the program that has these alarms.
     generation: u32,
-    /// In file order, as the scan thread numbers them.
+    /// In the order of the file, which is also the scan thread's numbering.
     alarms: Vec<BookedAlarm>,
     standing: usize,
     episode: u64,
@@ -130,7 +132,7 @@ impl AlarmBook {
         AlarmBook { generation: 0, alarms, standing: 0, episode: 0, risen: 0, quiet_scan: None }
     }
 
-    /// Enters that an alarm went ON or OFF. What the book says already changes nothing.
+    /// Enters that an alarm went ON or OFF. A state that the book has already changes nothing.
     pub fn edge(&mut self, number: usize, on: bool, at: BookTime) {
         let AlarmBook { alarms, standing, episode, risen, quiet_scan, .. } = self;
         let Some(alarm) = alarms.get_mut(number) else { return };
@@ -148,8 +150,8 @@ impl AlarmBook {
             *quiet_scan = Some(at.scan);
             return;
         }
-        // Of two changes in one scan nobody knows which came first: an alarm that rises in the
-        // scan in which the last one goes away belongs to its episode.
+        // The order of two changes in one scan is unknown. So an alarm that rises in the scan in
+        // which the last standing alarm goes away belongs to the same episode.
         if *standing == 0 && *quiet_scan != Some(at.scan) {
             *episode += 1;
             *risen = 0;
@@ -168,7 +170,7 @@ impl AlarmBook {
         *standing += 1;
     }
 
-    /// Goes on with the alarms of another program. An alarm keeps what the book knows of its name.
+    /// Continues with the alarms of a new program. An alarm whose name stays keeps its entry.
     pub fn swap(&mut self, generation: u32, alarms: &[lower::Alarm]) {
         let old = std::mem::take(&mut self.alarms);
         let mut old: HashMap<String, BookedAlarm> =
@@ -182,14 +184,14 @@ impl AlarmBook {
         self.generation = generation;
     }
 
-    /// Whether the book says what an image says.
+    /// Whether the book has the same alarms ON as an image.
     pub fn agrees(&self, image: &Snapshot) -> bool {
         let agrees = |alarm: &BookedAlarm| image.bit(alarm.known.bit) == alarm.state.stands();
         self.generation == image.generation && self.alarms.iter().all(agrees)
     }
 
-    /// Enters what an image says, where records of the scan thread are lost; false if it is the
-    /// image of another program.
+    /// Enters the state of all alarms in an image, after records of the scan thread were lost.
+    /// False if the image belongs to a different program.
     pub fn reconcile(&mut self, image: &Snapshot, unix_ns: i64) -> bool {
         if self.generation != image.generation {
             return false;
@@ -202,8 +204,8 @@ impl AlarmBook {
         true
     }
 
-    /// The alarms that stand, in the order in which they rose; then those that went away before
-    /// anybody acknowledged them, the last episode first.
+    /// The standing alarms, in the order in which they rose; then the alarms that went away
+    /// unacknowledged, the last episode first.
     pub fn list(&self, now_ns: u64) -> Vec<Alarm> {
         let listed = self.alarms.iter().filter(|alarm| alarm.state != AlarmState::Normal);
         let mut list: Vec<Alarm> = listed.map(|alarm| alarm.shown(now_ns)).collect();
@@ -211,25 +213,25 @@ impl AlarmBook {
         list
     }
 
-    /// An alarm of a program by its number, if it stands.
+    /// The alarm with this number in a program, if it stands.
     pub fn standing(&self, (generation, number): (u32, usize), now_ns: u64) -> Option<Alarm> {
         let alarm = self.alarms.get(number).filter(|alarm| alarm.state.stands())?;
         (self.generation == generation).then(|| alarm.shown(now_ns))
     }
 
-    /// The number of the alarm of a tag.
+    /// The number of a tag's alarm.
     pub fn of_tag(&self, tag: &str) -> Option<usize> {
         self.alarms.iter().position(|alarm| alarm.known.tag == tag)
     }
 
-    /// The numbers of the alarms of a bit of a program: several tags may watch it.
+    /// The numbers of all alarms of a bit of a program: several tags may watch the bit.
     pub fn of_bit(&self, (generation, bit): (u32, BitCell)) -> Vec<usize> {
         let is_ours = self.generation == generation;
         let watches = |number: &usize| is_ours && self.alarms[*number].known.bit == bit;
         (0..self.alarms.len()).filter(watches).collect()
     }
 
-    /// The numbers of the alarms that nobody has acknowledged, in the order of the list.
+    /// The numbers of the unacknowledged alarms, in the order of the list.
     pub fn unacknowledged(&self) -> Vec<usize> {
         let waits = |alarm: &BookedAlarm| match alarm.state {
             AlarmState::Unacknowledged | AlarmState::Returned => true,
@@ -244,8 +246,8 @@ impl AlarmBook {
         numbers
     }
 
-    /// Enters an acknowledgement. An alarm that stands is acknowledged, one that went away leaves
-    /// the list; of any other nothing changes.
+    /// Enters an acknowledgement. A standing alarm becomes acknowledged; an alarm that went away
+    /// leaves the list; any other alarm stays as it is.
     pub fn acknowledge(&mut self, number: usize, ack: AlarmAck) -> Option<AckedAlarm> {
         let alarm = self.alarms.get_mut(number)?;
         let before = alarm.state;

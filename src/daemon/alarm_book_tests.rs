@@ -20,7 +20,7 @@ fn book() -> AlarmBook {
     AlarmBook::new(&known(&["a", "b", "c", "d"]))
 }
 
-/// A scan a second.
+/// The time of a scan: one scan per second.
 fn at(scan: u64) -> BookTime {
     BookTime { scan, at_ns: scan * SECOND_NS, unix_ns: (scan * SECOND_NS) as i64 }
 }
@@ -29,8 +29,8 @@ fn ack() -> AlarmAck {
     AlarmAck { who: "anna".to_owned(), unix_ns: 5 }
 }
 
-/// The list in short: `a1` stands as the first of its episode, `(b2)` went away, `a1!` is
-/// acknowledged.
+/// The list in a short form: `a1` stands and is the first of its episode, `(b2)` went away, `a1!`
+/// is acknowledged.
 fn short(book: &AlarmBook) -> String {
     let one = |alarm: &Alarm| {
         let (tag, order) = (&alarm.tag, alarm.order);
@@ -64,7 +64,8 @@ fn the_first_out_is_the_first_that_rose_while_none_stood() {
     assert_eq!(episodes, [2, 1, 1, 1]);
 }
 
-/// The scan thread tells the changes of a scan in the order of the file, not in that of time.
+/// The scan thread reports the changes of a scan in the order of the file, not in their order in
+/// time.
 #[test]
 fn changes_of_one_scan_are_of_one_episode_in_any_order() {
     for (first, second) in [((0, false), (1, true)), ((1, true), (0, false))] {

@@ -1,8 +1,8 @@
-//! Enters in the book of alarms what the log's observer hears from the scan thread.
+//! Enters in the book of alarms the changes that the scan thread reports to the log's observer.
 //!
-//! Called by `log_writer`, on the monitor thread, which may not wait: while a reader has the book,
-//! changes wait here, and are entered at the next turn. If records of the scan thread are lost, the
-//! book is put right by the latest image.
+//! Called by `log_writer` on the monitor thread, which must not wait: while a reader has locked the
+//! book, changes wait here, and are entered at the next turn. If records of the scan thread are
+//! lost, the book is corrected from the latest image.
 
 use std::sync::{Arc, Mutex, TryLockError};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -22,7 +22,7 @@ pub(super) type SharedBook = Arc<Mutex<AlarmBook>>;
 enum BookNews {
     /// An alarm, by its number, went ON or OFF.
     Edge(usize, bool, BookTime),
-    /// Another program scans.
+    /// A new program is running.
     Swap(u32, Arc<Narration>),
 }
 
@@ -30,7 +30,7 @@ enum BookNews {
 pub(super) struct BookKeeper {
     book: SharedBook,
     waiting: Vec<BookNews>,
-    /// Changes are lost: the next image says how it is.
+    /// Changes are lost: the book must be corrected from the next image.
     lost: bool,
 }
 
@@ -39,7 +39,7 @@ impl BookKeeper {
         BookKeeper { book, waiting: Vec::new(), lost: false }
     }
 
-    /// An alarm went ON or OFF, in a scan of this time (CLOCK_MONOTONIC).
+    /// Notes that an alarm went ON or OFF, in a scan of this time (CLOCK_MONOTONIC).
     pub fn edge(&mut self, number: u32, on: bool, (scan, at_ns): (u64, u64)) {
         if self.waiting.len() >= WAITING_MAX {
             self.lost = true;
@@ -49,17 +49,17 @@ impl BookKeeper {
         self.waiting.push(BookNews::Edge(number as usize, on, at));
     }
 
-    /// Another program scans, with these alarms.
+    /// Notes that a new program with these alarms is running.
     pub fn swap(&mut self, generation: u32, narration: &Arc<Narration>) {
         self.waiting.push(BookNews::Swap(generation, Arc::clone(narration)));
     }
 
-    /// Records of the scan thread are lost.
+    /// Notes that records of the scan thread are lost.
     pub fn lost(&mut self) {
         self.lost = true;
     }
 
-    /// Enters what waits, unless a reader has the book.
+    /// Enters the waiting changes, unless a reader has locked the book.
     pub fn turn(&mut self, latest: &Snapshot) {
         if self.waiting.is_empty() && !self.lost {
             return;
@@ -81,7 +81,8 @@ impl BookKeeper {
     }
 }
 
-/// A time of CLOCK_MONOTONIC as ns since 1970 (UTC), by the clocks of now.
+/// Converts a time of CLOCK_MONOTONIC to ns since 1970 (UTC), based on the current difference of
+/// the two clocks.
 pub(super) fn unix_ns(at_ns: u64) -> i64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let now = i64::try_from(now.as_nanos()).unwrap_or(i64::MAX);

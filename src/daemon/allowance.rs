@@ -1,38 +1,38 @@
 //! Limits the log lines of alarms that change all the time, and counts the lines left out.
 //!
 //! Called by the log writer before each line (the limits of other events are in their rows). Each
-//! alarm has an allowance, and all alarms share one, so an alarm that chatters does not hide the
-//! others. The ON and the OFF of an alarm are logged together or not at all. An alarm that is ON
-//! without a line is logged as soon as the allowance permits, or at the end. So the log never shows
-//! an alarm as lasting that is over, and never hides one that lasts.
+//! alarm has an allowance of its own, and all alarms share a common one, so an alarm that chatters
+//! does not hide the others. The ON and the OFF of an alarm are logged together or not at all. An
+//! alarm that is ON without a line is logged as soon as the allowance permits, or at the end. So
+//! the log never shows a past alarm as still ON, and never hides an alarm that stays ON.
 
 use crate::events::LineLimit;
 use crate::events::limit::{Budget, Withheld, WithheldLines};
 
-/// The alarms: which stand, and whether the log knows.
+/// The alarms: which of them are ON, and whether the log has a line about it.
 pub(super) struct Alarms {
     common: Budget,
     withheld: Withheld,
-    /// By the number of the watch.
+    /// By number of the watch.
     states: Vec<WatchState>,
-    /// Likewise: what each may still tell.
+    /// By number of the watch: the remaining allowance of each alarm.
     budgets: Vec<Budget>,
-    /// How many states are [`WatchState::Untold`].
+    /// The number of states that are [`WatchState::Untold`].
     untold: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum WatchState {
     Off,
-    /// ON, and the log says so.
+    /// ON, and the log has the line.
     Told,
-    /// ON since this scan, and there was no room to say so.
+    /// ON since this scan; the allowance did not permit a line.
     Untold {
         scan: u64,
     },
 }
 
-/// ON and OFF.
+/// The lines of an ON and its OFF.
 const PAIR: u32 = 2;
 
 impl Alarms {
@@ -60,7 +60,7 @@ impl Alarms {
                 self.withheld.add(PAIR.into(), now_ns);
                 (WatchState::Off, false)
             }
-            // Its ON was lost on the way.
+            // The ON was lost before it reached the log.
             (WatchState::Off, false) => {
                 let told = self.common.draw(now_ns, 1);
                 self.withheld.add(u64::from(!told), now_ns);
@@ -72,8 +72,8 @@ impl Alarms {
         told
     }
 
-    /// Alarms that stand untold, as far as there is room to tell of them by now, each with the
-    /// scan in which it went ON.
+    /// The alarms that are ON without a line and that the allowance permits now, each with the scan
+    /// in which it went ON.
     pub fn belated(&mut self, now_ns: u64) -> Vec<(u32, u64)> {
         let mut belated = Vec::new();
         if self.untold == 0 {
@@ -96,13 +96,14 @@ impl Alarms {
         self.withheld.due(now_ns)
     }
 
-    /// The same at the end, whatever the time; before it, each alarm that stands untold is to be
-    /// told by [`Alarms::standing`].
+    /// The same at the end, at any time. Before this call, log each alarm that is ON without a
+    /// line: [`Alarms::standing`] lists them.
     pub fn rest(&mut self, now_ns: u64) -> Option<WithheldLines> {
         self.withheld.rest(now_ns)
     }
 
-    /// Alarms that stand untold at the end, each with the scan in which it went ON: now or never.
+    /// The alarms that are ON without a line at the end, each with the scan in which it went ON.
+    /// This is the last chance to log them.
     pub fn standing(&mut self) -> Vec<(u32, u64)> {
         let mut standing = Vec::new();
         for (watch, state) in self.states.iter_mut().enumerate() {
@@ -116,7 +117,7 @@ impl Alarms {
     }
 }
 
-/// Two lines of both budgets, or of neither.
+/// Takes two lines from both budgets, or from neither.
 fn draw_pair(common: &mut Budget, own: &mut Budget, now_ns: u64) -> bool {
     own.has(now_ns, PAIR) && common.draw(now_ns, PAIR) && own.draw(now_ns, PAIR)
 }

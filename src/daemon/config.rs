@@ -41,7 +41,7 @@ pub struct Setup {
     pub controller: String,
     /// The log's facts about the ladder.
     pub ladder: LadderFacts,
-    /// SHA-256 sums over all files, the controller file included: of their names, and of their
+    /// SHA-256 sums over all files including the controller file: one of the names, one of the
     /// texts.
     pub(super) source: String,
     /// The number of warnings of the check.
@@ -102,11 +102,10 @@ impl Setup {
     }
 }
 
-/// Makes loaded files ready to run, with the cross-checks that only running needs. `Err` is the
-/// reason why this version cannot run them. `loaded` must have no errors.
+/// Makes loaded files ready to run. `loaded` must have no errors.
 ///
 /// # Errors
-/// A text that names file, place, cause and remedy.
+/// Nothing was loaded.
 pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, Setup), String> {
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
@@ -145,7 +144,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
 }
 
 /// Loads the files and makes them ready to run. The inner `Err` is the reason why they cannot run.
-/// Of the files the scan log alone keeps the texts.
+/// Only the scan log keeps the texts of the files.
 ///
 /// # Errors
 /// The controller file cannot be read.
@@ -221,14 +220,15 @@ fn sha256(files: &[SourceFile]) -> String {
     sha256_of(files.iter().map(|file| file.text.as_str()))
 }
 
-/// SHA-256 of texts, concatenated: of those of a program's ladders it is what `status` tells.
+/// SHA-256 of the concatenated texts. For the texts of a program's ladders it is the sum that
+/// `status` shows.
 pub fn sha256_of<'t>(texts: impl Iterator<Item = &'t str>) -> String {
     let mut hash = hmac_sha256::Hash::new();
     texts.for_each(|text| hash.update(text.as_bytes()));
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// A text that is equal for files of equal names and contents.
+/// A text that is equal for files with equal names and contents.
 fn source(files: &[SourceFile]) -> String {
     let parts = files.iter().map(|file| format!("{} {}\n", file.name, file.text.len()));
     let names = SourceFile { name: String::new(), text: parts.collect() };

@@ -1,6 +1,7 @@
-//! Field devices: settings of the controller file → drivers with their lines to the scan.
+//! Starts the field devices: makes drivers from the controller file's settings, and connects them
+//! to the scan.
 //!
-//! The only module that knows every driver. `io::device` has the device's task.
+//! This is the only module that refers to every driver. The task of a device is in `io::device`.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -22,7 +23,7 @@ use crate::runtime::field::Ends;
 use crate::runtime::wiring::Wiring;
 use crate::say::say;
 
-/// The conditions of all devices, by number.
+/// The health of each device, by number.
 pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
     let health = |device: &Device| {
         let (driver, peer) = match &device.driver {
@@ -44,11 +45,12 @@ fn modbus(client: &modbus::ClientSettings) -> (&'static str, String) {
 
 /// The longest time that the first scan waits for the inputs of a device.
 const INPUTS_MAX: Duration = Duration::from_secs(5);
-/// The interval at which it checks for them.
+/// The interval at which the start checks whether the inputs have arrived.
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 
-/// Ends when every device has exchanged, so that the first scan sees its inputs: an input that is
-/// ON is no rising edge of the second scan. A device is awaited for its `loss-after`, no longer.
+/// Waits until every device has exchanged, so that the first scan sees the inputs. Otherwise an
+/// input that is ON would be a rising edge in the second scan. The wait for a device is limited by
+/// its `loss-after` and by [`INPUTS_MAX`].
 pub(super) fn inputs(devices: &[Device], healths: &[Health]) -> impl Future<Output = ()> + use<> {
     let awaited = |device: &Device| {
         let patience = Duration::from_millis(device.loss_after_ms.into()).min(INPUTS_MAX);
@@ -112,7 +114,7 @@ impl Starter<'_> {
         }
     }
 
-    /// A device that is exchanged beside the scan.
+    /// Starts a device that exchanges beside the scan.
     fn beside<D: Driver>(
         &self,
         driver: D,
@@ -136,7 +138,7 @@ impl Starter<'_> {
         );
     }
 
-    /// A device that the scan itself exchanges.
+    /// Starts a device whose exchange is part of the scan.
     fn within(
         &self,
         opener: Arc<dyn Opener>,
@@ -151,8 +153,8 @@ impl Starter<'_> {
         self.spawn(keeper.run(super::signals::told(&self.stop)), device, tasks);
     }
 
-    /// A task that ends in a panic is one device gone (the scan sees its age), never the others'
-    /// end or the daemon's.
+    /// If a task panics, only its device is lost (the scan notices the age of its data). The other
+    /// devices and the daemon continue.
     fn spawn(
         &self,
         task: impl Future<Output = ()> + Send + 'static,

@@ -5,9 +5,9 @@ use std::io;
 /// The reason why a controller did not start.
 #[derive(Debug)]
 pub enum StartFailure {
-    /// The machine does not grant a setting that the controller file insists on.
+    /// The machine does not grant a setting that the controller file requires.
     Configuration(String),
-    /// The environment: a port that is taken, a thread that the system refuses.
+    /// A problem of the environment: a port that is taken, a thread that the system refuses.
     Environment(anyhow::Error),
 }
 

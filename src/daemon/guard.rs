@@ -2,12 +2,12 @@
 //!
 //! A small file counts the starts that followed an unclean end. An end is unclean if the process
 //! crashed or was killed, by the watchdog or otherwise. After ten such starts without ten healthy
-//! minutes in RUN between them, the controller starts in STOP. A machine that runs and drops out
-//! every few seconds does more harm than a machine that stands still.
+//! minutes in RUN between them, the controller starts in STOP: a machine that runs and drops out
+//! every few seconds does more harm than a machine at rest.
 //!
-//! The file lies in `$RUNTIME_DIRECTORY`. systemd keeps that directory over restarts of the
-//! service, but not over a stop or a reboot. So a power cut does not count: it is no sign of a bad
-//! program. Any problem with the file is logged, and never keeps a controller from starting.
+//! The file is in `$RUNTIME_DIRECTORY`. systemd keeps that directory when it restarts the service,
+//! but not over a stop or a reboot. So a power cut does not count: it does not indicate a bad
+//! program. A problem with the file is logged, and never prevents a start.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
@@ -38,7 +38,7 @@ pub struct Guard {
     writing: Option<JoinHandle<()>>,
 }
 
-/// How a process ended, as far as the process itself knows.
+/// How a process ended, as reported by the process itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// On request: the count starts again at 0.
@@ -57,7 +57,7 @@ struct Count {
     running: bool,
 }
 
-/// How long RUN has lasted, judged by the pulses of the scan thread.
+/// The duration of RUN, measured by the pulses of the scan thread.
 #[derive(Debug)]
 struct Healthy {
     enough: Duration,
@@ -197,14 +197,14 @@ impl Healthy {
     }
 }
 
-/// Refuses a path that holds something which the guard did not write: a device, a pipe, a folder, a
-/// link or a longer text. The guard would overwrite and remove it, since the command line can name
-/// any path.
+/// Refuses a path at which there is something that the guard did not write: a device, a pipe, a
+/// folder, a link or a longer text. Since the command line can name any path, the guard could
+/// otherwise overwrite and remove it.
 fn may_be_ours(file: &Path) -> io::Result<()> {
     match fs::symlink_metadata(file) {
         Ok(meta) if !meta.is_file() => Err(io::Error::other("it is no file")),
         Ok(meta) if meta.len() > FILE_BYTES_MAX => Err(io::Error::other("it holds something else")),
-        // Any other error returns when the file is read or written, and is reported there.
+        // Any other error occurs again when the file is read or written, and is reported there.
         _ => Ok(()),
     }
 }
@@ -357,7 +357,7 @@ mod tests {
         assert!(file.exists(), "as a device would be");
         drop(socket);
         fs::remove_file(&file).unwrap();
-        // Nor does the guard's temporary file overwrite another file.
+        // The guard's temporary file does not overwrite another file either.
         let (named, other) = (place("count.txt"), place("count.new"));
         fs::write(&other, "precious").unwrap();
         start(&named).end(Ended::Orderly);

@@ -1,20 +1,20 @@
 //! The journal's own protocol: an entry is one datagram of fields.
 //!
 //! `log_form` fills a [`JournalEntry`]; `log_queue` sends it through a [`Socket`] from its own
-//! thread. The socket never blocks: while the journal does not read, only the queue's thread waits.
-//! An entry that the socket cannot take goes to standard error as a line.
+//! thread. The socket never blocks: while journald does not read, only the queue's thread waits. An
+//! entry that the socket cannot take goes to standard error as a line.
 
 use std::io;
 use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};
 
-/// Where journald listens.
+/// The socket on which journald listens.
 pub(super) const SOCKET: &str = "/run/systemd/journal/socket";
 
 /// journald's limit for the length of a field's name.
 const NAME_MAX: usize = 64;
 
-/// An entry being made.
+/// An entry under construction.
 #[derive(Default)]
 pub(super) struct JournalEntry(Vec<u8>);
 
@@ -59,7 +59,7 @@ impl Socket {
     /// Sends an entry. The path is looked up each time: journald may have been restarted.
     ///
     /// # Errors
-    /// `WouldBlock` while journald does not read; every other error: this entry cannot be sent.
+    /// `WouldBlock` while journald does not read; any other error: this entry cannot be sent.
     pub fn send(&self, entry: &[u8]) -> io::Result<()> {
         self.socket.send_to(entry, &self.path).map(|_| ())
     }

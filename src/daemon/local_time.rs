@@ -1,9 +1,9 @@
 //! The offset of local time: a thread that reads the time zone once a second.
 //!
 //! The zone is that of `TZ`, or else `/etc/localtime`, as for every other program. Its file is read
-//! anew each time, so a change of it, or of the rules in it, counts within a second. What cannot be
-//! read changes nothing: the zone read before stays, and it is UTC if there was none. `cli::when`
-//! reads the same zone for the times that a person says.
+//! again each time, so a change of the zone, or of the rules in its file, takes effect within a
+//! second. If the zone cannot be read, the last zone stays in use, or UTC if there was none.
+//! `cli::when` reads the same zone for the times that a person enters.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,17 +17,18 @@ use crate::load::read_bytes;
 use crate::runtime::wall::UtcOffset;
 use crate::say::say;
 
-/// How soon a change of the zone is seen.
+/// The longest time until a change of the zone is noticed.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// How far ahead the scan thread knows of a change of the offset.
+/// The time before a change of the offset at which the scan thread is informed of it.
 const AHEAD_S: i64 = 3600;
-/// It reads a small file, and locked memory is dear.
+/// A small stack is enough to read a small file, and locked memory is scarce.
 const STACK_BYTES: usize = 256 << 10;
 
-/// Starts the thread; it ends once nobody holds the offset. The offset is right from the start.
+/// Starts the thread, which ends once nobody holds the offset. The offset is correct from the
+/// start.
 ///
 /// # Errors
-/// The machine gives no thread.
+/// The system cannot start a thread.
 pub(super) fn keep() -> io::Result<Arc<UtcOffset>> {
     let offset = Arc::new(UtcOffset::default());
     let tz = std::env::var_os("TZ").map(|tz| tz.to_string_lossy().into_owned());
@@ -71,7 +72,7 @@ impl ZoneKeeper {
     fn look(&mut self, offset: &UtcOffset, now_s: i64) {
         match read(self.tz.as_deref(), &self.localtime) {
             Ok(zone) => (self.zone, self.failing) = (Some(zone), false),
-            // A machine without a zone is in UTC, by custom.
+            // By convention, a machine without a zone is in UTC.
             Err(_) if self.zone.is_none() && self.tz.is_none() && !self.localtime.exists() => {}
             Err(error) => {
                 if !self.failing {
@@ -89,7 +90,7 @@ impl ZoneKeeper {
     }
 }
 
-/// The zone of `TZ`, or of the machine's file; UTC where a machine has none.
+/// The zone of `TZ`, or of the machine's file; an error if the zone cannot be read.
 pub(crate) fn read(tz: Option<&str>, localtime: &Path) -> Result<TimeZone, tz::Error> {
     let file = |path: &str| Ok(read_bytes(Path::new(path))?);
     let Some(tz) = tz else {
@@ -98,18 +99,19 @@ pub(crate) fn read(tz: Option<&str>, localtime: &Path) -> Result<TimeZone, tz::E
             Err(error) => Err(tz::Error::Io(error.into())),
         };
     };
-    // Of `TZ=:Asia/Kathmandu` the colon says nothing that a file of that name does not.
+    // In `TZ=:Asia/Kathmandu` the colon marks a file. Without it the name is that of the same file.
     match tz.strip_prefix(':').unwrap_or(tz) {
         "" => Ok(TimeZone::utc()),
         tz => TimeZoneSettings::new(TimeZoneSettings::DEFAULT_DIRECTORIES, file).parse_posix_tz(tz),
     }
 }
 
-/// Local time less UTC at a time.
+/// Local time minus UTC at a time.
 pub(crate) fn offset_s(zone: &TimeZone, at_s: i64) -> i32 {
     match zone.find_local_time_type(at_s) {
         Ok(found) => found.ut_offset(),
-        // A file of the old form ends with its last change.
+        // A file in the old format ends with its last change: the offset after that change stays
+        // valid.
         Err(_) => {
             let zone = zone.as_ref();
             let last = zone.transitions().last().map_or(0, |last| last.local_time_type_index());
@@ -118,7 +120,7 @@ pub(crate) fn offset_s(zone: &TimeZone, at_s: i64) -> i32 {
     }
 }
 
-/// The next change of the offset, if one is near: its time, and the offset from then on.
+/// The next change of the offset, if it is near: its time, and the offset from then on.
 fn change(zone: &TimeZone, now_s: i64) -> Option<(i64, i32)> {
     let (before, mut from, mut to) = (offset_s(zone, now_s), now_s, now_s + AHEAD_S);
     let after = offset_s(zone, to);
@@ -136,7 +138,8 @@ fn change(zone: &TimeZone, now_s: i64) -> Option<(i64, i32)> {
 mod tests {
     use super::*;
 
-    /// Local time of a zone at a time, once the thread has looked at `looked_s`.
+    /// The difference of a zone's local time from UTC at a time, after the thread has looked at
+    /// `looked_s`.
     fn local(tz: &str, looked_s: i64, at_s: i64) -> i64 {
         let mut keeper = ZoneKeeper::new(Some(tz.to_owned()), PathBuf::new());
         let offset = UtcOffset::default();
@@ -148,7 +151,7 @@ mod tests {
     const BERLIN: &str = "CET-1CEST,M3.5.0,M10.5.0/3";
     /// 2026-03-29 01:00:00 UTC: Central Europe's clocks go forward.
     const SPRING_S: i64 = 1_774_746_000;
-    /// 2026-10-25 01:00:00 UTC: and back.
+    /// 2026-10-25 01:00:00 UTC: the clocks go back.
     const AUTUMN_S: i64 = 1_792_890_000;
 
     #[test]

@@ -1,8 +1,8 @@
 //! The log: text for people, JSON for machines, entries with fields for the journal.
 //!
-//! Its form is decided once at start from the arguments, the environment and what standard error
-//! is. `log_rules` says which lines are written. A line is counted against its event's limit by
-//! `events::limit`, formed by `log_form`, and goes through `log_queue`: so logging never waits.
+//! Its form is decided once at start from the arguments, the environment and the kind of standard
+//! error. `log_rules` decides which lines are written. `events::limit` counts a line against its
+//! event's limit, `log_form` forms it, and `log_queue` writes it: so logging never waits.
 
 use std::fs::File;
 use std::io::{self, IsTerminal};
@@ -35,19 +35,19 @@ pub enum LogFormat {
     Text,
     /// One JSON object a line; its time is UTC.
     Json,
-    /// Entries with fields for the systemd journal, or where it does not listen lines with a
-    /// priority (`<6>`); chosen by itself under systemd.
+    /// Entries with fields for the systemd journal; if it does not listen, lines with a priority
+    /// (`<6>`). The default under systemd.
     Journal,
 }
 
-/// The environment variable that stands for `--log-level`.
+/// The environment variable that can replace `--log-level`.
 pub const LEVEL_VARIABLE: &str = "RUNGD_LOG";
 
-/// The log; to be flushed at the end of the process.
+/// The log. Flush it at the end of the process.
 pub struct Log(LogQueue);
 
 impl Log {
-    /// Waits until what was logged is written; a second at most.
+    /// Waits until all logged lines are written; a few seconds at most.
     pub fn flush(&self) {
         self.0.flush();
     }
@@ -55,14 +55,14 @@ impl Log {
 
 type Filtered = reload::Layer<LevelFilter, Registry>;
 
-/// The rules of a log, and the filter that lets nothing pass that they never write.
+/// The rules of a log, and a filter that rejects lines which the rules never write.
 #[derive(Clone)]
 struct Ruled {
     rules: Arc<RwLock<LogRules>>,
     filter: reload::Handle<LevelFilter, Registry>,
 }
 
-/// The rules of the process's log, to be changed while it runs.
+/// The rules of the process's log; they can change while the process runs.
 static RULED: OnceLock<Ruled> = OnceLock::new();
 
 impl Ruled {
@@ -101,20 +101,20 @@ pub fn level() -> Level {
     RULED.get().map_or(Level::Info, |ruled| ruled.read(|rules| rules.level))
 }
 
-/// Takes the settings of a controller file over: at the start, and after each swap of programs.
+/// Takes over the settings of a controller file: at the start, and after each swap of programs.
 pub(super) fn take_over(settings: &LogSettings) {
     change(|rules| rules.take_over(settings));
 }
 
-/// Makes local time known to the log.
+/// Gives the log the offset of local time.
 pub(super) fn set_zone(zone: Arc<UtcOffset>) {
     change(|rules| rules.zone = Some(zone));
 }
 
-/// Starts the log of the process. `socket` is where the journal listens, if elsewhere than usual.
+/// Starts the log of the process. `socket` is the journal's socket, if it is not the usual one.
 ///
 /// # Errors
-/// [`LEVEL_VARIABLE`] is no level, or the machine gives no thread.
+/// [`LEVEL_VARIABLE`] is not a level, or the system cannot start a thread.
 pub fn init(
     format: Option<LogFormat>,
     level: Option<Level>,
@@ -136,7 +136,7 @@ pub fn init(
     let (ruled, filter) = Ruled::new(level);
     let _ = RULED.set(ruled.clone());
     let voice = Voice { form, ruled, queue: queue.clone() };
-    // Only a second call in one process fails, and then a log is there already.
+    // This fails only at a second call in one process, and then a log exists already.
     let _ = tracing::subscriber::set_global_default(subscriber(voice, filter));
     Ok(Log(queue))
 }
@@ -156,7 +156,7 @@ fn level_of_environment(value: Option<&str>) -> anyhow::Result<Level> {
 }
 
 /// The journal's form if standard error is the journal's stream, which `JOURNAL_STREAM` names by
-/// device and inode; a variable that was merely inherited does not match.
+/// device and inode. A variable that was merely inherited does not match.
 fn choose() -> LogFormat {
     let stream = std::env::var("JOURNAL_STREAM").unwrap_or_default();
     let here = io::stderr().as_fd().try_clone_to_owned().and_then(|fd| File::from(fd).metadata());
@@ -174,7 +174,7 @@ fn filter(level: Level) -> LevelFilter {
     LevelFilter::from_level(say::level(level))
 }
 
-/// The level at which a line is said.
+/// The level of a line in the code.
 fn level_of(said: tracing::Level) -> Level {
     match said {
         tracing::Level::TRACE => Level::Trace,
@@ -185,14 +185,14 @@ fn level_of(said: tracing::Level) -> Level {
     }
 }
 
-/// How a line is formed.
+/// The form of the lines.
 #[derive(Clone, Copy)]
 enum LineForm {
     Text {
         color: bool,
     },
     Json,
-    /// With an entry for the journal's socket beside the line, where there is one.
+    /// If the journal's socket exists, each line also has an entry for it.
     Journal {
         entries: bool,
     },
@@ -262,7 +262,7 @@ mod tests {
         logged_by(form, level, |_| {})
     }
 
-    /// What is logged once the rules have changed.
+    /// The log's text after a change of the rules.
     fn logged_by(form: LineForm, level: Level, change: impl FnOnce(&mut LogRules)) -> String {
         let sink = Sink::default();
         let queue = LogQueue::new(sink.clone(), None).unwrap();
@@ -326,7 +326,7 @@ mod tests {
         let off = logged_by(form, Level::Trace, give(&STAGE_ON, None));
         assert_eq!(off, jam_at(4));
         assert_eq!(logged_by(form, Level::Warn, give(&ALARM_ON, Some(Level::Info))), "");
-        // Said at debug, and its row is at info: it stays a detail.
+        // The line is at debug, its event's row at info: the line stays a detail.
         assert_eq!(logged_by(form, Level::Info, give(&STAGE_ON, Some(Level::Warn))), jam_at(4));
     }
 

@@ -1,7 +1,8 @@
-//! One log line in each of its forms: text, JSON, a line with a priority, a journal's entry.
+//! One log line in each of its forms: text, JSON, a line with a priority, an entry for the journal.
 //!
-//! The log's layer asks [`event_of`] for the event first, and collects the fields in a [`LogLine`]
-//! if the line is to be written. Pure: the forms are bytes, time and zone are arguments.
+//! For each line, the log's layer first calls [`event_of`] to get the event. If the line is to be
+//! written, the layer collects its fields in a [`LogLine`]. Pure: the forms are bytes, time and
+//! zone are arguments.
 
 use std::fmt::{self, Write as _};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -32,7 +33,7 @@ pub(super) struct LogLine {
     fields: Vec<(&'static str, FieldValue)>,
 }
 
-/// The event of a line; the line's other fields are not formed.
+/// Returns the event of a line; does not form the line's other fields.
 pub(super) fn event_of(line: &tracing::Event<'_>) -> Option<&'static Event> {
     let mut found = EventName(None);
     line.record(&mut found);
@@ -52,7 +53,7 @@ impl Visit for EventName {
 }
 
 impl LogLine {
-    /// A line of an event, at the level that it was given.
+    /// A line of an event, at the level that the log's rules give to it.
     pub fn of(line: &tracing::Event<'_>, event: Option<&'static Event>, level: Level) -> LogLine {
         let mut of = LogLine { level, event, message: String::new(), fields: Vec::new() };
         line.record(&mut of);
@@ -80,7 +81,7 @@ impl LogLine {
         text
     }
 
-    /// For people; `time` is its [`stamp`].
+    /// The line for people; `time` is its [`stamp`].
     pub fn text(&self, time: &str, color: bool) -> Vec<u8> {
         let (dim, paint, plain) = match (color, self.level) {
             (false, _) => ("", "", ""),
@@ -92,7 +93,7 @@ impl LogLine {
         format!("{dim}{time}{plain} {paint}{level:>5}{plain} {said}\n").into_bytes()
     }
 
-    /// For machines; the time is UTC.
+    /// The line for machines, as JSON; the time is UTC.
     pub fn json(&self, now: SystemTime) -> Vec<u8> {
         let time = stamp(now, None);
         let mut text = format!("{{\"timestamp\":\"{time}\",\"level\":\"{}\"", self.level);
@@ -113,12 +114,12 @@ impl LogLine {
         text.into_bytes()
     }
 
-    /// With a priority, for a journal that reads lines.
+    /// The line with a priority, for a journal that reads lines.
     pub fn with_priority(&self) -> Vec<u8> {
         format!("<{}>{}\n", self.priority(), self.sentence()).into_bytes()
     }
 
-    /// For the journal's socket: the whole line as MESSAGE, and each field by itself.
+    /// The entry for the journal's socket: the whole line as MESSAGE, and each field separately.
     pub fn entry(&self) -> Vec<u8> {
         let mut entry = JournalEntry::default();
         entry.field("MESSAGE", &self.sentence());
@@ -141,7 +142,7 @@ impl LogLine {
         entry.bytes()
     }
 
-    /// syslog's.
+    /// The line's priority in syslog.
     fn priority(&self) -> u8 {
         match self.level {
             Level::ERROR => 3,
@@ -178,7 +179,7 @@ impl Visit for LogLine {
     }
 }
 
-/// As it stands behind `key=`: quoted where it is not one plain word.
+/// The form of the value after `key=`: in quotes unless it is a single plain word.
 impl fmt::Display for FieldValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -197,7 +198,7 @@ impl fmt::Display for FieldValue {
     }
 }
 
-/// A string of JSON, with escapes for all that a terminal would obey.
+/// A JSON string, with escapes for all characters that control a terminal.
 fn quoted(text: &str) -> String {
     let mut quoted = String::new();
     for c in serde_json::Value::from(text).to_string().chars() {
@@ -211,7 +212,7 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-/// A time by ISO 8601: `2026-11-21T12:26:21.113635Z`, or with the offset of local time from UTC (in
+/// A time in ISO 8601: `2026-11-21T12:26:21.113635Z`, or with the offset of local time from UTC (in
 /// seconds) `2026-11-21T13:26:21.113635+01:00`.
 pub(super) fn stamp(time: SystemTime, offset_s: Option<i64>) -> String {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
@@ -222,7 +223,7 @@ pub(super) fn stamp(time: SystemTime, offset_s: Option<i64>) -> String {
     format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{micros:06}{zone}")
 }
 
-/// `+01:00`, `-03:30`; with seconds where a zone has them.
+/// The offset as `+01:00` or `-03:30`; with seconds if it has any.
 fn offset(offset_s: i64) -> String {
     let (sign, size_s) = (if offset_s < 0 { '-' } else { '+' }, offset_s.unsigned_abs());
     let (hours, minutes, seconds) = (size_s / 3600, size_s / 60 % 60, size_s % 60);

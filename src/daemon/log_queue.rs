@@ -1,8 +1,8 @@
-//! The queue of log lines to standard error or to the journal, which may be slow or stuck.
+//! The queue of log lines for standard error or the journal, which may be slow or stuck.
 //!
-//! A thread that logs puts a line into a bounded queue and goes on; one thread writes. When the
-//! reader of the log stalls, lines are dropped and counted, and a line reports the count once it
-//! reads again. Lines that cannot be written, as on a full disk, are counted too. So neither the
+//! A thread that logs puts a line into a bounded queue and continues; one thread writes. When the
+//! reader of the log stalls, lines are dropped and counted; when it reads again, a line reports the
+//! count. Lines that cannot be written, for example on a full disk, are counted too. So neither the
 //! Modbus server nor the monitor ever waits for a terminal or for the journal. The writing thread
 //! also reports the lines that were withheld from events that come too often.
 
@@ -20,19 +20,19 @@ use crate::events::Event;
 use crate::events::limit::{Limiter, WithheldLines};
 use crate::say::say;
 
-/// The number of waiting lines above which details, and then all lines, are dropped.
+/// If more lines than this wait, details are dropped; above `LINES_MAX`, all lines are dropped.
 const DETAILS_MAX: usize = 4096;
 const LINES_MAX: usize = DETAILS_MAX + 512;
-/// The time without a line written after which the end of the process waits no longer.
+/// If no line is written for this time, the end of the process waits no longer.
 const FLUSH_MAX: Duration = Duration::from_secs(1);
-/// The number of such times that it waits for a log that is read slowly.
+/// The greatest number of such times that the end of the process waits for a slow reader.
 const FLUSH_ROUNDS_MAX: u32 = 5;
 /// The shortest time between two lines about dropped and withheld lines.
 const TELL_EVERY: Duration = Duration::from_secs(1);
-/// The pause of the writing thread when standard error does not block and has no room.
+/// The pause of the writing thread when standard error is non-blocking and has no room.
 const REST: Duration = Duration::from_millis(5);
-/// journald looks up whose an entry is when it reads it. A process that ends within its first
-/// second stays for as long, so that its lines are the unit's.
+/// journald determines the unit of an entry only when it reads the entry. A process that ends
+/// within its first second waits this long, so that its lines are assigned to its unit.
 const LINGER: Duration = Duration::from_millis(50);
 
 /// Lines lost since the process started.
@@ -52,9 +52,9 @@ fn locked(limits: &Mutex<EventLimits>) -> MutexGuard<'_, EventLimits> {
 
 /// A formatted line.
 pub(super) struct Formed {
-    /// For standard error, its end of line with it.
+    /// The line for standard error, including its end of line.
     pub line: Vec<u8>,
-    /// For the journal's socket; empty if there is none.
+    /// The entry for the journal's socket; empty if there is none.
     pub entry: Vec<u8>,
     /// Whether its level is debug or trace: such lines are dropped first.
     pub detail: bool,
@@ -62,11 +62,11 @@ pub(super) struct Formed {
 
 enum Item {
     Line(Formed),
-    /// All before it is written: answer.
+    /// Requests an answer once all earlier lines are written.
     Flush(SyncSender<()>),
 }
 
-/// The end that logs. Cheap to clone.
+/// The sending end of the queue. Cheap to clone.
 #[derive(Clone)]
 pub(super) struct LogQueue {
     sender: SyncSender<Item>,
@@ -77,11 +77,11 @@ pub(super) struct LogQueue {
 }
 
 impl LogQueue {
-    /// A queue, and the thread that writes what is in it: to the journal where there is a socket,
-    /// else to `out`.
+    /// Makes a queue, and starts the thread that writes its lines: to the journal if there is a
+    /// socket, else to `out`.
     ///
     /// # Errors
-    /// The machine gives no thread.
+    /// The system cannot start a thread.
     pub fn new(out: impl Write + Send + 'static, journal: Option<Socket>) -> io::Result<LogQueue> {
         let (sender, receiver) = sync_channel(LINES_MAX);
         let (dropped, limits) =
@@ -95,13 +95,13 @@ impl LogQueue {
         Ok(queue)
     }
 
-    /// Whether one more line of the event may be written, by its limit.
+    /// Whether the event's limit permits one more line.
     pub fn may_write(&self, event: &'static Event) -> bool {
         let now_ns = self.started.elapsed().as_nanos() as u64;
         locked(&self.limits).take(event.name, event.limit, now_ns)
     }
 
-    /// Hands a line over, or counts it. Never waits.
+    /// Hands a line over, or counts it as dropped. Never waits.
     pub fn push(&self, formed: Formed) {
         let not_own = OWN.with_borrow_mut(|own| match own {
             Some(own) => {
@@ -120,7 +120,7 @@ impl LogQueue {
         }
     }
 
-    /// Waits until what was logged so far is written; not for ever.
+    /// Waits until the lines logged so far are written, for a limited time.
     pub fn flush(&self) {
         let deadline = Instant::now() + FLUSH_MAX;
         let (done, answer) = sync_channel(1);
@@ -132,7 +132,7 @@ impl LogQueue {
             };
             thread::sleep(Duration::from_millis(5));
         }
-        // A slow reader is waited for as long as it reads.
+        // The wait for a slow reader lasts as long as it reads.
         for _ in 0..FLUSH_ROUNDS_MAX {
             let waiting = self.waiting.load(Ordering::Relaxed);
             let timed_out = answer.recv_timeout(FLUSH_MAX) == Err(RecvTimeoutError::Timeout);
@@ -144,20 +144,21 @@ impl LogQueue {
 }
 
 thread_local! {
-    /// On the writing thread: what it logs itself. It cannot queue behind itself in a full queue.
+    /// The lines logged by the writing thread itself: it cannot queue them, because its own queue
+    /// may be full.
     static OWN: RefCell<Option<Vec<Formed>>> = const { RefCell::new(None) };
 }
 
-/// Where the lines go.
+/// The destination of the lines.
 struct Sink<W> {
     out: W,
-    /// The last line stopped in its midst.
+    /// Only a part of the last line was written.
     torn: bool,
     journal: Option<Socket>,
 }
 
 impl<W: Write> Sink<W> {
-    /// Writes a line, however long that takes; false if it cannot be written.
+    /// Writes a line, however long this takes; false if it cannot be written.
     fn put(&mut self, formed: &Formed) -> bool {
         let sent = match &self.journal {
             Some(journal) if !formed.entry.is_empty() => sent(journal, &formed.entry),
@@ -175,7 +176,7 @@ impl<W: Write> Sink<W> {
         written == line.len()
     }
 
-    /// How many of the bytes could be written.
+    /// Writes as many of the bytes as possible, and returns their number.
     fn write(&mut self, bytes: &[u8]) -> usize {
         let mut written = 0;
         while written < bytes.len() {
@@ -193,7 +194,8 @@ impl<W: Write> Sink<W> {
 
 /// Sends an entry, however long the journal does not read; false if it cannot be sent.
 fn sent(journal: &Socket, entry: &[u8]) -> bool {
-    // Few datagrams fit in at once: a journal that reads is not to be waited for.
+    // Only few datagrams fit in at once. So the first pause is short, for a journal that is
+    // reading.
     let mut rest = REST / 64;
     loop {
         match journal.send(entry) {
@@ -229,8 +231,8 @@ impl Tally {
         LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Tells what was dropped and withheld, in the form of the log: what is due, or at the end
-    /// all.
+    /// Reports the dropped and withheld lines, in the form of the log: those that are due, or at
+    /// the end all of them.
     fn tell<W: Write>(&mut self, out: &mut Sink<W>, all: bool) {
         if !all && self.told.is_some_and(|told| told.elapsed() < TELL_EVERY) {
             return;
@@ -262,7 +264,7 @@ impl Tally {
             written &= out.put(&formed);
         }
         if !written {
-            // Still to be told.
+            // These lines must be reported later.
             self.dropped.fetch_add(lines, Ordering::Relaxed);
         }
     }
@@ -274,7 +276,7 @@ fn write_lines(receiver: &Receiver<Item>, mut tally: Tally, mut out: Sink<impl W
         match receiver.recv_timeout(TELL_EVERY) {
             Ok(Item::Line(formed)) => {
                 tally.waiting.fetch_sub(1, Ordering::Relaxed);
-                // A lost log does not end rungd; when it comes back, it gets the count.
+                // A lost log does not end rungd; when it comes back, it receives the count.
                 if !out.put(&formed) {
                     tally.count();
                 }
@@ -302,7 +304,7 @@ mod tests {
         Formed { line: line.to_vec(), entry: Vec::new(), detail: false }
     }
 
-    /// Writes nothing until it is let.
+    /// Writes nothing while the test holds its lock.
     #[derive(Clone, Default)]
     struct Stuck(Arc<Mutex<Vec<u8>>>);
 
@@ -317,7 +319,7 @@ mod tests {
         }
     }
 
-    /// Takes a byte at a time, and between them has no room; fails while it is to.
+    /// Takes a byte at a time, and has no room in between; fails while `fails` is true.
     #[derive(Clone, Default)]
     struct Narrow {
         text: Arc<Mutex<Vec<u8>>>,
@@ -381,7 +383,7 @@ mod tests {
         assert!(dropped >= LINES_MAX - 1, "{dropped}");
         drop(held);
         queue.flush();
-        // Without a subscriber the line that tells of them goes nowhere.
+        // Without a subscriber the line about the dropped lines goes nowhere.
         assert_eq!(stuck.0.lock().unwrap().len() / 2, 2 * LINES_MAX - dropped);
         assert_eq!(queue.dropped.load(Ordering::Relaxed), 0, "told");
     }

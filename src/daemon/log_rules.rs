@@ -1,8 +1,8 @@
-//! What the log tells, at which level, and in which time.
+//! The rules of the log: which lines are written, at which level, and with which time.
 //!
-//! Two have a say: the level of the command line, the environment and `rungd log-level` is the
-//! least urgent one that is written; `[log]` of the controller file gives levels to events, and
-//! chooses the time. `log` asks these rules for each line. Pure: they change by `log` alone.
+//! The rules have two sources. The command line, the environment and `rungd log-level` set the
+//! least urgent level that is written. `[log]` of the controller file gives levels to events, and
+//! chooses the time. `log` applies these rules to each line. Pure: only `log` changes them.
 
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -18,7 +18,7 @@ pub(super) struct LogRules {
     pub level: Level,
     levels: EventLevels,
     time: LogTime,
-    /// Local time less UTC; until it is known, times are UTC.
+    /// Local time minus UTC; until it is known, times are UTC.
     pub zone: Option<Arc<UtcOffset>>,
 }
 
@@ -28,17 +28,17 @@ impl LogRules {
         LogRules { level, levels: EventLevels::default(), time: LogTime::Utc, zone: None }
     }
 
-    /// Takes the settings of a controller file over.
+    /// Takes over the settings of a controller file.
     pub fn take_over(&mut self, settings: &LogSettings) {
         (self.levels, self.time) = (settings.levels.clone(), settings.time);
     }
 
-    /// The least urgent level at which a line may be said that is written.
+    /// The least urgent level in the code at which a line can still be written.
     pub fn said_from(&self) -> Level {
         self.levels.said_from(self.level)
     }
 
-    /// The level of a line that is said at `own`; `None`: it is not written.
+    /// The level of a line that has the level `own` in the code; `None`: it is not written.
     pub fn level_of(&self, event: Option<&Event>, own: Level) -> Option<Level> {
         let level = match event {
             Some(event) => self.levels.of_line(event, own)?,
@@ -52,7 +52,7 @@ impl LogRules {
         self.level < Level::Debug
     }
 
-    /// Local time less UTC at a time, in seconds, if lines are to show local time.
+    /// Local time minus UTC at a time, in seconds; `None` if lines show UTC.
     pub fn offset_s(&self, now: SystemTime) -> Option<i64> {
         let zone = self.zone.as_ref().filter(|_| self.time == LogTime::Local)?;
         let since = now.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);

@@ -1,8 +1,8 @@
 //! The log of a running controller: turns records from the scan thread into log lines.
 //!
-//! It runs on the monitor thread and gets the time as an argument. It repeats the reason of a STOP
-//! or FAULT every minute while the mode lasts. It limits the lines of alarms (`allowance`), so a
-//! bit that toggles every scan does not hide other lines. Nothing here blocks: `log_queue` writes
+//! It runs on the monitor thread and receives the time as an argument. It repeats the reason of a
+//! STOP or FAULT every minute while the mode lasts. It limits the lines of alarms (`allowance`), so
+//! a bit that toggles every scan does not hide other lines. Nothing here blocks: `log_queue` writes
 //! to standard error.
 
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{DeviceEdge, Generations, Observer, Record, RecordEvent, Statistics};
 use crate::say::say;
 
-/// Logs scan statistics: those since the last heartbeat, or those of the whole run.
+/// Logs scan statistics: either those since the last heartbeat, or those of the whole run.
 macro_rules! tell {
     ($event:ident, $statistics:expr, $text:literal $(, $field:ident = $value:expr)*) => {{
         let Statistics { scans, execution: scan, lateness: late, overruns, skipped, .. } =
@@ -54,10 +54,11 @@ macro_rules! tell {
 /// The observer that logs the scan thread's records.
 pub(super) struct LogWriter {
     narrations: Generations<Narration>,
-    /// The names of the program that is scanned now.
+    /// The names of the running program.
     narration: Arc<Narration>,
     facts: Facts,
-    /// The field devices, by number; and whether the log has told each device's last change.
+    /// The field devices, by number. Each has a flag: whether the device's last change has been
+    /// logged.
     devices: Vec<(Health, bool)>,
     /// The mode in the last snapshot.
     mode: Mode,
@@ -66,10 +67,10 @@ pub(super) struct LogWriter {
     /// The time of the last heartbeat.
     beat_ns: Option<u64>,
     standing: Option<Lasting>,
-    /// The monitor has declared the current scan a fault, and the log has said so.
+    /// The monitor has declared the current scan a fault, and this has been logged.
     tripped: bool,
     alarms: Alarms,
-    /// The book of alarms has all of them, whatever the log leaves out.
+    /// The book of alarms contains all alarms, including those that the log leaves out.
     book: BookKeeper,
 }
 
@@ -124,7 +125,7 @@ impl LogWriter {
             Mode::Stop(_) => {
                 say!(MODE_STOP, scan, "STOP: {why}; outputs are at their safe values")
             }
-            // The overlong scan has ended after all: this is no new fault.
+            // The overlong scan has ended: this is no new fault.
             Mode::Fault(FaultReason::ScanTooLong { scan_us }) if self.tripped => {
                 say!(
                     FAULT_SCAN_ENDED,
@@ -133,7 +134,7 @@ impl LogWriter {
                     "the scan of this fault has ended; it is not complete"
                 );
             }
-            // The scan thread has come back after all: this is no new fault either.
+            // The scan thread has come back: this is no new fault.
             Mode::Fault(FaultReason::ScanNeverBegins) if self.tripped => {
                 say!(
                     FAULT_THREAD_BACK,
@@ -223,8 +224,8 @@ impl LogWriter {
     fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
         let (period, scan_us_max, late_us_max) =
             (span(self.narration.tempo.period_ns), us(scan_ns), us(late_ns));
-        // A long scan may come from the ladder or from a busy machine: the mean of the scan times
-        // tells them apart.
+        // The cause of a long scan may be the ladder or a busy machine. This line cannot
+        // distinguish them; the mean of the scan times in the statistics can.
         let cause = if scan_ns >= self.narration.tempo.period_ns {
             "a scan took longer than the period"
         } else {
@@ -254,7 +255,7 @@ impl LogWriter {
         }
     }
 
-    /// The heartbeat while nothing is scanned. In RUN, the statistics are the heartbeat.
+    /// Logs the heartbeat while nothing is scanned. In RUN, the statistics are the heartbeat.
     fn beat(&mut self, latest: &Snapshot, now_ns: u64) {
         let since_ns = *self.beat_ns.get_or_insert(now_ns);
         let due = self.facts.heartbeat_ns.is_some_and(|every_ns| now_ns >= since_ns + every_ns);
@@ -319,7 +320,8 @@ impl Observer for LogWriter {
                 }
             }
             RecordEvent::Swapped { generation, swap_ns } => {
-                // Alarms are known by their numbers, and the new program's numbers differ.
+                // Alarms are identified by their numbers, and the new program has different
+                // numbers.
                 self.ended(record.at_ns);
                 self.alarms = Alarms::new();
                 self.narration = self.narrations.of(generation);

@@ -1,8 +1,8 @@
 //! The daemon: a thin shell of tokio around the scan thread.
 //!
 //! `rungd run` makes a [`Host`] and calls [`log::init`], [`config::settle`] and [`run`], in this
-//! order. The daemon has signals, systemd, the drivers' tasks and the log. `runtime` has the scan
-//! thread, and knows none of these. Nothing here can make a scan wait.
+//! order. The daemon contains the signals, systemd, the drivers' tasks and the log. `runtime`
+//! contains the scan thread, and depends on none of these. Nothing here can make a scan wait.
 
 mod alarm_book;
 mod alarm_keeper;

@@ -21,15 +21,15 @@ pub(super) struct Narration {
     stages: Vec<String>,
     bits: Vec<BitNews>,
     words: Vec<WordNews>,
-    /// The alarms: the first of the bits.
+    /// The alarms, which are at the beginning of `bits`.
     pub alarms: Vec<Alarm>,
-    /// The rungs of MATHs, by number.
+    /// The rung of each MATH, by number.
     maths: Vec<String>,
     /// The number of rungs of the program.
     rungs: usize,
     /// The scan period and the watchdog.
     pub tempo: Tempo,
-    /// Whose changes of state are told.
+    /// The blocks whose changes of state are logged.
     told: BlockLines,
 }
 
@@ -66,7 +66,7 @@ pub(super) struct Facts {
     pub heartbeat_ns: Option<u64>,
     /// Whether an operator can set the mode back to RUN.
     pub has_operator: bool,
-    /// The folder of the scan log; `None`: it is in memory alone.
+    /// The folder of the scan log; `None`: the scan log is only in memory.
     pub record: Option<String>,
 }
 
@@ -86,7 +86,7 @@ impl Facts {
         }
     }
 
-    /// The remedy where a command or a restart can return the controller to RUN.
+    /// The remedy if a command or a restart can return the controller to RUN.
     pub fn again(&self) -> &'static str {
         if self.has_operator {
             "`rungd mode run`, or a restart of rungd, runs it again"
@@ -95,8 +95,8 @@ impl Facts {
         }
     }
 
-    /// The remedy for a STOP. After `NothingRestored` a restart does not help: it restores nothing
-    /// either.
+    /// The remedy for a STOP. After `NothingRestored` a restart does not help: it finds nothing to
+    /// restore either.
     pub fn leaves_stop(&self, reason: StopReason) -> &'static str {
         match (reason, self.has_operator) {
             (StopReason::NothingRestored, true) => {
@@ -131,9 +131,9 @@ impl Facts {
 /// A watched word.
 #[derive(Clone, Debug)]
 pub struct WordNews {
-    /// Its tag; for a structure's member, `tag.Member`.
+    /// The word's tag; for a structure's member, `tag.Member`.
     pub tag: String,
-    /// Whether it holds a real.
+    /// Whether the word contains a real.
     pub real: bool,
 }
 
@@ -172,13 +172,13 @@ impl Narration {
         Narration { tempo, ..self }
     }
 
-    /// The same names, telling the changes of state of these blocks.
+    /// The same names, with log lines for the changes of state of these blocks.
     pub fn telling(self, told: BlockLines) -> Narration {
         Narration { told, ..self }
     }
 
-    /// The event of a block in words, and whether it is news; `None` if it is not to be told.
-    /// Built-in Tasks have events at every start and stop; these are details.
+    /// The event of a block in words, and whether it is news; `None` if it is not logged. Built-in
+    /// Tasks have events at every start and stop; these are details.
     pub fn block_event(&self, event: BlockEvent) -> Option<BlockNews<'_>> {
         let (event, of, what) = match event {
             BlockEvent::Started(id) => (&events::BLOCK_STARTED, Element::Block(id), "started"),
@@ -248,8 +248,8 @@ impl Narration {
         }
     }
 
-    /// The tags of watched bits and words. A bit's entry also says `alarm` or `change`, since one
-    /// tag can be watched for both.
+    /// The tags of watched bits and words. A bit's entry also contains `alarm` or `change`, since
+    /// one tag can be watched for both.
     pub fn watched_names(&self) -> (Vec<String>, Vec<String>) {
         let kind = |bit: &BitNews| if bit.alarm.is_some() { "alarm" } else { "change" };
         let bits = self.bits.iter().map(|bit| format!("{} {}", kind(bit), bit.tag));
@@ -261,7 +261,7 @@ impl Narration {
     }
 }
 
-/// Puts a text of the ladder's author on one line.
+/// Puts a text written by the ladder's author on one line.
 pub(super) fn one_line(text: &str) -> String {
     let words = text.split(|c: char| is_obeyed(c) || c.is_whitespace());
     words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
@@ -335,7 +335,7 @@ mod tests {
         assert_eq!((us(12_345), us(0), us(999_960)), (12.3, 0.0, 1000.0));
     }
 
-    /// The settings and the rows of the catalogue say the same of every event.
+    /// The setting and the rows of the catalogue agree about every event.
     #[test]
     fn blocks_are_told_as_their_setting_and_their_events_say() {
         let text = "[[program]]\nname = \"Main\"\n[[program.stage]]\nname = \"A\"\nrung = []\n";

@@ -1,4 +1,4 @@
-//! Logs the real-time posture, requests and grants, and applies `strict`.
+//! Logs the real-time posture: its requests and grants. Applies `strict`.
 
 use crate::runtime::Grant;
 use crate::say::say;

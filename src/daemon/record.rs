@@ -1,4 +1,4 @@
-//! The scan log at the start: its folder, and the program as a recording has it.
+//! The scan log at the start: its folder, and the program in the form that a recording stores.
 //!
 //! Called by the shell, and at every reload. `record_thread` and `record_disk` do the work.
 
@@ -10,7 +10,7 @@ use super::config::Setup;
 use crate::record::{RecordedProgram, TapeClock};
 use crate::runtime::monotonic_ns;
 
-/// The program of a generation as a recording has it.
+/// The program of a generation in the form that a recording stores.
 pub(super) fn program(setup: &Setup, generation: u32) -> RecordedProgram {
     static START_NS: OnceLock<i64> = OnceLock::new();
     RecordedProgram {
@@ -23,8 +23,8 @@ pub(super) fn program(setup: &Setup, generation: u32) -> RecordedProgram {
     }
 }
 
-/// The folder: the one that the controller file names (relative to itself), else that of the
-/// command line; `None`: nothing is recorded on disk.
+/// The folder that the controller file sets (relative to that file), else the folder of the command
+/// line; `None`: nothing is recorded on disk.
 pub(super) fn place(setup: &Setup, asked: Option<&Path>) -> Option<PathBuf> {
     let named = || {
         let dir = setup.record.dir.as_ref()?;
@@ -34,7 +34,7 @@ pub(super) fn place(setup: &Setup, asked: Option<&Path>) -> Option<PathBuf> {
     dir.filter(|_| setup.record.enabled)
 }
 
-/// The present time, by both clocks.
+/// The current time by both clocks.
 pub(super) fn clock() -> TapeClock {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let unix_ns = i64::try_from(since.as_nanos()).unwrap_or(i64::MAX);

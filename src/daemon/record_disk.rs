@@ -1,7 +1,8 @@
-//! The disk's thread of the scan log: writes blocks to the folder, and tells what becomes of it.
+//! The disk's thread of the scan log: writes blocks to the folder, and logs failures and
+//! recoveries.
 //!
-//! `record_thread` hands blocks over and never waits: while the disk stalls, a bounded number of
-//! blocks waits; then blocks are left out, which the recording shows as a gap.
+//! `record_thread` hands blocks over and never waits. While the disk stalls, a limited number of
+//! blocks waits; further blocks are left out, which the recording shows as a gap.
 
 use std::io;
 use std::path::Path;
@@ -21,25 +22,25 @@ use crate::say::say;
 
 /// The most blocks that wait for the disk: two minutes of a plant with short periods.
 const BLOCKS_MAX: usize = 120;
-/// How often the log repeats a lasting trouble.
+/// How often the log repeats that a trouble lasts.
 const REPEAT: Duration = Duration::from_secs(60);
-/// The longest time between two looks at what is due.
+/// The longest time between two checks of what is due.
 const TICK: Duration = Duration::from_millis(500);
-/// Why the folder is not written while the disk stalls.
+/// The reason that is shown while the disk stalls.
 const NO_ANSWER: &str = "the disk does not answer";
 const SECOND_NS: u64 = 1_000_000_000;
-/// The longest time, and the most bytes, in one file.
+/// The longest time and the most bytes of one file.
 const FILE_NS: u64 = 3600 * SECOND_NS;
 const FILE_BYTES: u64 = 16_000_000;
 
-/// What `status` shows of the folder.
+/// The figures of the folder that `status` shows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DiskFigures {
     pub dir: String,
     pub bytes: u64,
-    /// The most bytes that it may take.
+    /// The most bytes that the folder may take.
     pub size: u64,
-    /// Why it cannot be written at present.
+    /// Why the folder cannot be written now.
     pub failing: Option<String>,
 }
 
@@ -94,9 +95,9 @@ impl RecordDisk {
         Ok(RecordDisk { blocks, figures, dir: name, backlog, stall: DiskStall::default() })
     }
 
-    /// Hands a block over; leaves it out if too many wait.
+    /// Hands a block over; leaves it out if too many blocks wait.
     pub fn put(&mut self, block: RecordBlock) {
-        // Counted before the disk can take it.
+        // The block is counted before the disk can take it.
         self.backlog.put();
         match self.blocks.try_send(DiskOrder::Block(Box::new(block))) {
             Ok(()) => {
@@ -152,7 +153,7 @@ struct DiskWriter {
     store: Store<FolderOnDisk>,
     figures: Arc<Mutex<DiskFigures>>,
     dir: String,
-    /// When the trouble was told last.
+    /// The time when the trouble began, and the time when it was last logged.
     failing: Option<(Instant, Instant)>,
     backlog: Arc<Backlog>,
 }
@@ -202,7 +203,7 @@ impl DiskWriter {
         }
     }
 
-    /// Tells a lasting trouble again.
+    /// Logs a lasting trouble again when this is due.
     fn repeat(&mut self) {
         let Some((_, told)) = &mut self.failing else { return };
         if told.elapsed() >= REPEAT {
@@ -227,7 +228,8 @@ fn tell_resumed(after: Duration, lost: u64) {
     say!(RECORD_RESUMED, blocks_lost = lost, "the scan log is written again, after {lasted}");
 }
 
-/// The name with which a controller's files begin: that of its file, without its ending.
+/// The prefix of the names of a controller's recordings: the name of the controller file without
+/// its extension.
 fn controller_name(file: &str) -> String {
     Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -1,8 +1,9 @@
-//! Whether the disk of the scan log stalls: it does from the first block that found no room, until
-//! half of the room is free again.
+//! Whether the disk of the scan log stalls. A stall begins with the first block that finds no room,
+//! and ends when half of the room is free again.
 //!
-//! Used by `record_disk`, whose two threads share it. A disk that works off a full queue has room
-//! for one block, then for none, then for one: that is one stall, told once.
+//! Used by `record_disk`, whose two threads share it. While a disk works off a full queue, there is
+//! room for one block, then for none, then for one again: this counts as one stall and is reported
+//! once.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
@@ -14,28 +15,28 @@ pub(super) struct Backlog {
     is_stalled: AtomicBool,
 }
 
-/// What the thread that hands blocks over knows of a stall.
+/// The current stall, as recorded by the thread that hands blocks over.
 #[derive(Debug, Default)]
 pub(super) struct DiskStall {
-    /// Since when, and the blocks that were left out.
+    /// The start of the stall, and the number of blocks left out.
     since: Option<(Instant, u64)>,
 }
 
-/// What is told of a stall.
+/// A report about a stall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StallNews {
     Begins,
-    /// It began then; this number of blocks was left out.
+    /// The start of the stall, and the number of blocks left out.
     Ends(Instant, u64),
 }
 
 impl Backlog {
-    /// A block waits.
+    /// Counts a block that waits.
     pub fn put(&self) {
         self.waiting.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The disk has taken a block.
+    /// Counts a block that the disk has taken.
     pub fn taken(&self) {
         self.waiting.fetch_sub(1, Ordering::Relaxed);
     }
@@ -47,7 +48,7 @@ impl Backlog {
 }
 
 impl DiskStall {
-    /// There was no room for a block.
+    /// Notes that there was no room for a block.
     pub fn left_out(&mut self, backlog: &Backlog, now: Instant) -> Option<StallNews> {
         let is_first = self.since.is_none();
         self.since.get_or_insert((now, 0)).1 += 1;
@@ -55,7 +56,7 @@ impl DiskStall {
         is_first.then_some(StallNews::Begins)
     }
 
-    /// There was room for a block, of `room` in all.
+    /// Notes that there was room for a block; `room` is the number of places in total.
     pub fn put(&mut self, backlog: &Backlog, room: usize) -> Option<StallNews> {
         if backlog.waiting.load(Ordering::Relaxed) > room / 2 {
             return None;
@@ -63,7 +64,7 @@ impl DiskStall {
         self.over(backlog)
     }
 
-    /// All blocks that waited are written.
+    /// Notes that all blocks that waited are written.
     pub fn over(&mut self, backlog: &Backlog) -> Option<StallNews> {
         let (since, lost) = self.since.take()?;
         backlog.is_stalled.store(false, Ordering::Relaxed);
@@ -84,7 +85,7 @@ mod tests {
         }
         assert_eq!(stall.left_out(&backlog, now), Some(StallNews::Begins));
         assert_eq!(stall.left_out(&backlog, now), None);
-        // Room for one, for none, for one.
+        // There is room for one block, then for none, then for one.
         backlog.taken();
         backlog.put();
         assert_eq!(stall.put(&backlog, 4), None);

@@ -1,8 +1,8 @@
 //! The thread of the scan log: it reads the scan thread's tape, makes blocks of it, keeps the last
 //! minute in memory, and hands every block to the disk's thread.
 //!
-//! It is an ordinary thread, and touches no file: a disk that stalls delays `record_disk` alone.
-//! The operator's desk asks it for what is in memory; a reload tells it the program that may come.
+//! It is an ordinary thread, and touches no file: a disk that stalls delays only `record_disk`. The
+//! operator's desk requests the scans in memory; a reload announces its program before the swap.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -23,11 +23,12 @@ use crate::say::say;
 
 /// The longest time between two looks at the tape.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// A section ends after this time, if scans are that far apart, or in STOP.
+/// A section ends after this time if the scans are far apart, or in STOP.
 const SECTION_MAX: Duration = Duration::from_secs(2);
-/// How long the end of the process waits for the last block.
+/// The longest time that the process waits for the last block before it ends.
 const END_MAX: Duration = Duration::from_secs(3);
-/// How long the thread waits for the disk then: the log tells of one that is later.
+/// The time that this thread waits for the disk at the end. If the disk has not answered by then,
+/// the log reports it.
 const DISK_END_MAX: Duration = Duration::from_secs(2);
 
 /// A handle to the thread. Cheap to clone.
@@ -37,20 +38,20 @@ pub(super) struct Recording {
     figures: Arc<Mutex<RecordFigures>>,
 }
 
-/// What `status` shows.
+/// The figures that `status` shows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RecordFigures {
     /// The bytes that memory has room for.
     pub memory_bytes: u64,
     /// The times of the first and the last scan in memory, ns since 1970.
     pub in_memory_ns: Option<(i64, i64)>,
-    /// Steps that the tape has lost.
+    /// The number of steps that the tape has lost.
     pub lost: u64,
     /// The folder, if there is one.
     pub disk: Option<DiskFigures>,
 }
 
-/// Someone waits for what is in memory, from a section's number on.
+/// A pending request for the recording in memory, from a section's number on.
 struct AskedRecent {
     from: u64,
     reply: oneshot::Sender<Vec<u8>>,
@@ -62,7 +63,7 @@ enum Order {
     End(Sender<()>),
 }
 
-/// All that the thread begins with.
+/// The thread's parts.
 pub(super) struct RecordParts {
     pub tape: TapeReader,
     pub port: Port,
@@ -97,13 +98,13 @@ impl Recording {
         Ok(Recording { orders, figures })
     }
 
-    /// A program that may come by a reload; tell it before it is handed to the scan thread.
+    /// Announces the program of a reload. Call this before the program is handed to the scan
+    /// thread.
     pub fn program(&self, program: RecordedProgram) {
         let _ = self.orders.send(Order::Program(Box::new(program)));
     }
 
-    /// What is in memory from a section's number on, as a recording; `None`: the thread is gone (a
-    /// bug).
+    /// The recording in memory from a section's number on; `None`: the thread is gone (a bug).
     pub async fn recent(&self, from: u64) -> Option<Vec<u8>> {
         let (reply, answer) = oneshot::channel();
         self.orders.send(Order::Recent(AskedRecent { from, reply })).ok()?;
@@ -115,7 +116,8 @@ impl Recording {
         locked(&self.figures).clone()
     }
 
-    /// The scan thread has ended: the last block is written. Waits for a while.
+    /// Ends the thread after the end of the scan thread. Waits until the last block is written, for
+    /// a limited time.
     pub fn end(&self) {
         let (reply, done) = channel();
         if self.orders.send(Order::End(reply)).is_ok() {
@@ -139,11 +141,11 @@ struct Worker {
     recent: Recent,
     disk: Option<RecordDisk>,
     figures: Arc<Mutex<RecordFigures>>,
-    /// When the section under way began.
+    /// When the current section began.
     section: Instant,
-    /// Those that wait for what is in memory.
+    /// The pending requests for the recording in memory.
     asked: Vec<AskedRecent>,
-    /// The end came while the tape was read.
+    /// Set if the order to end came while the tape was read.
     ended: Option<Sender<()>>,
 }
 
@@ -195,7 +197,7 @@ impl Worker {
         ended
     }
 
-    /// Takes all that is on the tape.
+    /// Takes all entries from the tape.
     fn read(&mut self) {
         let clock = clock();
         for (origin, who) in self.port.signatures() {
@@ -203,7 +205,7 @@ impl Worker {
         }
         while let Some((entry, state)) = self.tape.take() {
             match entry {
-                // Its program was told before.
+                // The program of this state was announced before.
                 TapeEntry::State { .. } => self.learn_programs(),
                 TapeEntry::Lost { steps } => self.lose(steps),
                 TapeEntry::Call(_)
@@ -227,7 +229,7 @@ impl Worker {
 
     fn learn_programs(&mut self) {
         while let Ok(order) = self.inbox.try_recv() {
-            // The end waits until the tape is read and its last block is written.
+            // The order to end waits until the tape is read and its last block is written.
             self.ended = self.obey(order).or(self.ended.take());
         }
     }
@@ -256,8 +258,8 @@ impl Worker {
         }
     }
 
-    /// Answers with all up to now. The section under way goes on: who asks often would else make
-    /// many small blocks, on disk too.
+    /// Answers with everything up to now. The current section is not ended: otherwise frequent
+    /// requests would make many small blocks, also on disk.
     fn answer(&mut self) {
         if self.asked.is_empty() {
             return;
@@ -318,7 +320,7 @@ mod tests {
         (worker, orders)
     }
 
-    /// The tape begins with a state, before which the orders are looked through.
+    /// The tape begins with a state, and the worker reads the orders before it takes the state.
     #[test]
     fn an_end_that_comes_while_a_state_is_read_waits_for_the_last_block() {
         let (mut taped, reader) = tape(engine());

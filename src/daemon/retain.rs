@@ -17,7 +17,7 @@ use crate::retain::{Keeper, RetainPlan};
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
-/// The way to run a controller that has no operator's socket after nothing was restored.
+/// How to run a controller without an operator's socket if nothing was restored.
 pub(super) const COLD_BY_HAND: &str = "stop this process, then start it once by `rungd run \
     --cold-start run FILE`, or with `[retain] cold-start = \"run\"`: no operator's socket is there \
     for `rungd mode run`";
@@ -37,7 +37,7 @@ pub(super) struct RetainSettings {
     pub runs_cold: bool,
     /// Whether an operator can run a controller that waits in STOP; set at the start.
     pub has_operator: bool,
-    /// Bytes a day.
+    /// The limit of bytes written per day.
     pub budget: u64,
 }
 
@@ -179,7 +179,7 @@ fn tell_cold(wanted: &RetainSettings, why: &str) -> String {
 }
 
 /// How to run a controller that found nothing to restore, with the values that matter. In STOP it
-/// refuses `write`, and a restart alone does not run it.
+/// refuses `write`, and a restart alone does not make it run.
 fn steps(wanted: &RetainSettings) -> String {
     if wanted.has_operator {
         let steps =
@@ -224,7 +224,7 @@ fn tell_news(path: &Path, news: &News) {
     }
 }
 
-/// The time of day, ms since 1970.
+/// The current time, ms since 1970.
 pub(super) fn now_ms() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64)
 }

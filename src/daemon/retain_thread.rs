@@ -1,10 +1,10 @@
-//! The thread of retentive memory: it takes the images that scans publish, and writes them to the
+//! The thread of retentive memory: takes the images that scans publish, and writes them to the
 //! file.
 //!
 //! It is an ordinary thread. A stalled disk stalls only this thread: the scan thread publishes its
-//! image for all readers and waits for none of them. The thread writes an image that differs from
-//! the last one: at most once per interval, at once when the mode leaves RUN, when an operator asks
-//! for it, and at the end.
+//! image for all readers and waits for none of them. An image is written if it differs from the
+//! last one: at most once per interval, at once when the mode leaves RUN, when an operator requests
+//! it, and at the end.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -23,18 +23,18 @@ use crate::runtime::Generations;
 use crate::runtime::exchange::{Mode, Port};
 use crate::say::say;
 
-/// The longest time until the thread sees a change of mode.
+/// The longest time until the thread notices a change of mode.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// How often the thread checks, while no image changes, whether the file was removed or written by
-/// a different process.
+/// While no image changes, how often the thread checks whether the file was removed or written by a
+/// different process.
 const WATCH_EVERY: Duration = Duration::from_secs(1);
-/// The shortest time from a failed write to the next try.
+/// The shortest time between a failed write and the next attempt.
 const RETRY_LEAST: Duration = Duration::from_secs(1);
-/// How often the log repeats a lasting trouble.
+/// How often the log repeats that a trouble lasts.
 const REPEAT: Duration = Duration::from_secs(60);
-/// The shortest time that is measured before the wear is projected.
+/// The shortest time of measurement before the wear is projected.
 const MEASURED_LEAST: Duration = Duration::from_secs(60);
-/// How long the end of the process waits for the last image.
+/// The longest time that the process waits for the last image before it ends.
 const END_MAX: Duration = Duration::from_secs(60);
 const DAY_S: u64 = 86_400;
 
@@ -71,9 +71,9 @@ pub(super) struct Durable {
 
 /// Why no image was written.
 pub(super) enum NotSaved {
-    /// No scan is complete: memory is unchanged since the start.
+    /// No scan is complete yet: memory is unchanged since the start.
     NothingToKeep,
-    /// The running program retains nothing; the last image stays.
+    /// The running program has no retentive elements; the file keeps its last image.
     NothingRetained,
     /// The disk failed, or the thread has ended.
     Failed(String),
@@ -82,7 +82,7 @@ pub(super) enum NotSaved {
 /// The last image at the end of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LastImage {
-    /// It is durable, or there was nothing to write.
+    /// It is durable, or there was no image to write.
     Kept,
     /// A second signal came before it was durable.
     Hurried,
@@ -138,7 +138,7 @@ impl Retention {
         self.order(Order::Save).await
     }
 
-    /// The end of the process: writes the last image. `hurry` ends the wait for it.
+    /// Writes the last image at the end of the process. `hurry` ends the wait for it.
     pub async fn end(&self, hurry: impl Future<Output = &'static str>) -> LastImage {
         let begin = Instant::now();
         let (outcome, why) = tokio::select! {
@@ -153,7 +153,7 @@ impl Retention {
                     );
                     return LastImage::Kept;
                 }
-                // The file keeps its last image.
+                // The file keeps the image that it has.
                 Err(NotSaved::NothingToKeep | NotSaved::NothingRetained) => {
                     return LastImage::Kept;
                 }
@@ -183,14 +183,14 @@ impl Retention {
 }
 
 impl Figures {
-    /// Bytes per day at the rate so far; `None` if the time was too short to measure.
+    /// Bytes per day at the rate so far; `None` if the time of measurement was too short.
     pub fn projected(&self, budget: u64) -> Option<u64> {
         projected(self.bytes, self.since?.elapsed(), budget)
     }
 }
 
-/// Projects the bytes per day. A total above the daily budget is projected at once, without the
-/// shortest time of measurement.
+/// Projects the bytes per day. A total above the daily budget is projected at once, even before the
+/// shortest time of measurement has passed.
 fn projected(bytes: u64, over: Duration, budget: u64) -> Option<u64> {
     let seconds = over.as_secs_f64().max(1.0);
     let tells = over >= MEASURED_LEAST || bytes > budget;
@@ -217,7 +217,7 @@ struct Worker {
     port: Port,
     wanted: Arc<RetainSettings>,
     figures: Arc<Mutex<Figures>>,
-    /// The begin of the last write.
+    /// The start of the last write.
     tried: Option<Instant>,
     /// The time of the last check of the file.
     watched: Instant,
@@ -247,7 +247,7 @@ impl Worker {
     fn look(&mut self) {
         let runs = self.port.latest().mode == Mode::Run;
         let left = std::mem::replace(&mut self.ran, runs) && !runs;
-        // Fewer tries while the disk fails.
+        // While the disk fails, attempts are less frequent.
         let rest = if self.failed.is_some() { RETRY_LEAST } else { Duration::ZERO };
         let wait = self.wanted.interval.max(rest);
         let due = self.tried.is_none_or(|tried| tried.elapsed() >= wait);
@@ -292,7 +292,8 @@ impl Worker {
         if let Err(error) = &saved
             && error.kind() == io::ErrorKind::NotFound
         {
-            // The file is gone or was changed: the log says so, and the next save makes it again.
+            // The file is gone or was changed: the log reports this, and the second save makes the
+            // file again.
             self.tell_failure(error);
             saved = self.keeper.save(image);
         }
@@ -376,7 +377,7 @@ impl Worker {
     }
 }
 
-/// Whether a line is due: the first one, or the next one after `every`. Notes its time if so.
+/// Whether a log line is due: the first line, or the next one after `every`. Notes its time if so.
 fn due(told: &mut Option<Instant>, every: Duration) -> bool {
     if told.is_some_and(|told| told.elapsed() < every) {
         return false;

@@ -49,17 +49,18 @@ use crate::say::say;
 /// The options of the command line.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Stop in order after this scan.
+    /// The controller makes an orderly stop after this scan.
     pub scans: Option<u64>,
-    /// Whether the controller runs though nothing was restored; overrides the controller file.
+    /// Whether the controller runs although nothing was restored; overrides the controller file.
     pub runs_cold: Option<bool>,
     /// How often the log repeats the reason why the controller does not run.
     pub repeat: Duration,
     /// The longest time in which a reload reads and checks its files.
     pub reload_limit: Duration,
-    /// The folder of the scan log, if the controller file names none; `None`: only in memory.
+    /// The folder of the scan log if the controller file names none; `None`: the scan log is only
+    /// in memory.
     pub record: Option<PathBuf>,
-    /// Start in STOP for this reason, and wait for `rungd mode run`.
+    /// The controller starts in STOP for this reason, and waits for `rungd mode run`.
     pub start_in_stop: Option<StopReason>,
 }
 
@@ -74,7 +75,7 @@ pub enum Ending {
     Bug,
     /// By a second signal during the stop.
     Hurried,
-    /// In order, but the last image of retentive memory is lost.
+    /// The stop was orderly, but the last image of retentive memory is lost.
     MemoryLost,
 }
 
@@ -92,15 +93,15 @@ impl Ending {
 
 /// How often the shell looks at the scan thread.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// Added to the longest time of a scan, when the shell waits for the last scan's end.
+/// Added to the longest time of a scan when the shell waits for the end of the last scan.
 const STOP_SLACK: Duration = Duration::from_secs(2);
-/// The longest time for the drivers' end: a field device's current exchange, and its last one.
+/// The time limit for the end of the drivers: a field device's current exchange, and its last one.
 const DRIVERS_END_MAX: Duration = Duration::from_secs(3);
 
 /// Runs a controller until it ends.
 ///
 /// # Errors
-/// The controller did not start.
+/// The controller cannot start.
 pub fn run(
     host: &mut Host,
     program: engine::Program,
@@ -118,7 +119,7 @@ pub fn run(
     let mut engine = Engine::new(program.clone());
     let place = operator::SocketSpec::of(&setup.operator, &setup.controller);
     let has_operator = place.is_some();
-    // Before the file of retentive memory is made: a refused start leaves nothing.
+    // Before the file of retentive memory is made, so that a refused start leaves no file.
     let socket = place.as_ref().map(operator::claim).transpose()?.flatten();
     let retained = setup.retain.as_ref().map(|wanted| {
         let runs_cold = options.runs_cold.unwrap_or(wanted.runs_cold);
@@ -171,7 +172,7 @@ pub fn run(
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention, recording }))
 }
 
-/// The inputs with the initial value ON: they are ON until their driver writes them.
+/// The inputs whose initial value is ON: they are ON until their driver writes them.
 fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
     let first = setup.symbols.layout.bit(Bit::Space(BitSpace::X, 0)).0;
     let on = program.initial_bits.iter().filter(|(_, on)| *on);
@@ -184,7 +185,7 @@ struct First {
     running: Arc<Running>,
     reloader: Reloader<Taped>,
     narration: Generations<Narration>,
-    /// The field devices' ends and healths, by number.
+    /// The ends and the healths of the field devices, by number.
     field: (Vec<Ends>, Vec<Health>),
     /// The longest time in which a reload reads and checks its files.
     limit: Duration,
@@ -202,7 +203,7 @@ struct Attendance<'a> {
     recording: Recording,
 }
 
-/// From the drivers' start to the scan thread's end.
+/// Runs from the start of the drivers to the end of the scan thread.
 async fn shell(
     prepared: Prepared,
     first: First,
@@ -229,8 +230,8 @@ async fn shell(
     let attended = caught(attend(&runtime, &reloads, &mut attendance)).await;
     let over = attended.unwrap_or(Over { asked: false, waiting: Waiting::Stuck });
     if over.waiting == Waiting::Stuck {
-        // Even if the scan thread does not end: drivers write safe values, and no later scan
-        // overwrites them.
+        // This is done even if the scan thread does not end: the drivers write safe values, and no
+        // later scan overwrites them.
         runtime.request_stop();
     }
     let _ = stop.send(true);
@@ -259,7 +260,7 @@ enum Waiting {
 }
 
 struct Over {
-    /// Whether a signal asked for the end.
+    /// Whether a signal requested the end.
     asked: bool,
     waiting: Waiting,
 }
@@ -411,7 +412,7 @@ async fn bind_modbus(
     Ok((server, maps))
 }
 
-/// Logs the last lines, and judges the ending by the report.
+/// Logs the last lines, and derives the ending from the report.
 fn conclude(report: Option<Report>, asked: bool) -> Ending {
     let Some(report) = report else {
         say!(PROCESS_END at Error, "rungd ends: its scan thread had ended in a panic");

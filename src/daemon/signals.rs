@@ -1,7 +1,7 @@
 //! The signals that stop a controller or reload its files.
 //!
-//! `run` makes a [`Host`] before all else, so that the process answers signals from the first
-//! moment. Reading the files may take long: a thread of its own does it, while the host waits for
+//! `run` makes a [`Host`] before anything else, so that the process answers signals from the first
+//! moment. Reading the files may take long: a separate thread reads them, while the host waits for
 //! signals.
 
 use std::io;
@@ -26,7 +26,7 @@ pub struct Host {
 pub(super) struct Signals {
     terminate: Signal,
     interrupt: Signal,
-    /// `None` if the parent process set it to be ignored, as nohup does.
+    /// `None` if the parent process set SIGHUP to be ignored, as nohup does.
     hangup: Option<Signal>,
 }
 
@@ -46,7 +46,7 @@ impl Host {
         Ok(Host { tokio, signals })
     }
 
-    /// Does the work before the first scan; `None` if a signal came first. Then the work goes on
+    /// Does the work before the first scan; `None` if a signal came first. Then the work continues
     /// until the process ends, and its result is dropped.
     pub fn unless_stopped<T: Send + 'static>(
         &mut self,
@@ -80,9 +80,9 @@ impl Host {
 /// The meaning of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SignalOrder {
-    /// An orderly stop, by the signal of this name.
+    /// An orderly stop, requested by the signal of this name.
     Stop(&'static str),
-    /// Read the files anew: SIGHUP.
+    /// SIGHUP: read the files again.
     Reload,
 }
 
@@ -113,7 +113,8 @@ impl Signals {
         }
     }
 
-    /// The name of the next signal that stops. A SIGHUP in the meantime stays pending.
+    /// Waits for the next signal that requests a stop, and returns its name. A SIGHUP in the
+    /// meantime stays pending.
     pub async fn stop(&mut self) -> &'static str {
         tokio::select! {
             _ = self.terminate.recv() => "SIGTERM",
@@ -121,7 +122,8 @@ impl Signals {
         }
     }
 
-    /// Does the work; the name of a signal that stops, if one has come before its end.
+    /// Does the work. If a signal requests a stop before the end of the work, returns the signal's
+    /// name.
     pub async fn before(&mut self, work: impl Future<Output = ()>) -> Option<&'static str> {
         tokio::select! {
             biased;
@@ -141,7 +143,7 @@ impl Signals {
     }
 }
 
-/// Whether `/proc/self/status` says that SIGHUP, the first signal, is ignored.
+/// Whether `/proc/self/status` shows SIGHUP, which is signal 1, as ignored.
 fn ignores_hangup(status: &str) -> bool {
     let line = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = line.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());

@@ -1,9 +1,9 @@
-//! Notices to systemd: ready, alive, status, stopping.
+//! Sends notices to systemd: ready, alive, status, stopping.
 //!
 //! [`Notices`] decides which notices are due. [`Systemd`] sends them and never waits: a notice that
 //! cannot be sent is due again at the next look. A watchdog notice needs evidence: the number of
-//! complete scans, or of ticks in STOP and FAULT, has grown since the last one. During a scan that
-//! never ends the number does not grow, and systemd ends the process.
+//! complete scans (or of ticks in STOP and FAULT) must have grown since the last watchdog notice.
+//! During a scan that never ends this number does not grow, and systemd ends the process.
 
 use std::ffi::OsStr;
 use std::os::linux::net::SocketAddrExt;
@@ -19,7 +19,7 @@ use crate::runtime::exchange::{Mode, Snapshot, StopReason};
 pub(super) enum Notice {
     Stopping,
     Ready,
-    /// The start goes on, and needs at most this much more time.
+    /// The start continues, and needs at most this much more time.
     Starting {
         extend_us: u64,
     },
@@ -45,7 +45,7 @@ impl Systemd {
         }))
     }
 
-    /// Sends a notice; false if the socket did not take it. Never waits.
+    /// Sends a notice; false if the socket did not accept it. Never waits.
     pub fn send(&self, notice: &Notice) -> bool {
         let Some((socket, address)) = &self.0 else { return true };
         let text = match notice {
@@ -64,8 +64,9 @@ impl Systemd {
 }
 
 impl Systemd {
-    /// Tells systemd, while it is polled, that the start goes on. So neither systemd's limit for a
-    /// start nor its watchdog ends the process during a wait that has a limit of its own.
+    /// While this future is polled, tells systemd repeatedly that the start continues. So neither
+    /// systemd's limit for a start nor its watchdog ends the process during a wait that has its own
+    /// limit.
     pub async fn starting(&self) {
         loop {
             let extend_us = START_STEP.as_micros() as u64 * 10;
@@ -75,7 +76,7 @@ impl Systemd {
     }
 }
 
-/// The time between two notices of a start; each asks for ten times this time.
+/// The time between two notices of a start; each requests ten times this time.
 const START_STEP: Duration = Duration::from_millis(500);
 
 /// The address of a path, or of an abstract name after `@`.
@@ -86,9 +87,10 @@ fn address(name: &OsStr) -> Option<SocketAddr> {
     }
 }
 
-/// A sentence, if systemd would end the process before a scan that is too long becomes a fault.
+/// A sentence if systemd would end the process before an overlong scan becomes a fault.
 ///
-/// systemd counts from the last notice, which can be a quarter of its limit old when a scan begins.
+/// systemd counts from the last notice. When a scan begins, that notice can be as old as a quarter
+/// of systemd's limit.
 pub(super) fn fault_too_late(watchdog_ns: u64, limit: Option<Duration>) -> Option<String> {
     let limit = limit?;
     let most = limit / 4 * 3;
@@ -104,11 +106,11 @@ pub(super) fn fault_too_late(watchdog_ns: u64, limit: Option<Duration>) -> Optio
     })
 }
 
-/// Decides which notices are due, by the notices sent so far.
+/// Decides which notices are due, based on the notices sent so far.
 pub(super) struct Notices {
     /// systemd's own limit (`WatchdogSec=`), if it has one.
     watchdog: Option<Duration>,
-    /// A stop was requested, and systemd does not know it yet.
+    /// A stop was requested, and systemd has not been notified yet.
     stopping: bool,
     ready: bool,
     pulses: u64,
@@ -125,7 +127,7 @@ impl Notices {
         Notices { watchdog, stopping: false, ready: false, pulses: 0, fed, told: None, status }
     }
 
-    /// The controller begins to stop.
+    /// Notes that the controller begins to stop.
     pub fn stop(&mut self) {
         self.stopping = true;
     }
@@ -149,8 +151,8 @@ impl Notices {
         if often && pulses > self.pulses && send(&Notice::Watchdog) {
             (self.pulses, self.fed) = (pulses, now);
         }
-        // No status in the first second of a start: the status of the first scan would have to
-        // wait for a second after it.
+        // In the first second of a start no status is sent: otherwise the status of the first scan
+        // would be a second late.
         let starts = latest.mode == Mode::Stop(StopReason::NotStarted) && now < STATUS_EVERY;
         if !starts && self.told.is_none_or(|told| now >= told + STATUS_EVERY) {
             let status = status(latest);
@@ -161,7 +163,7 @@ impl Notices {
     }
 }
 
-/// Whether a scan was complete, or the start was meant to end in STOP.
+/// Whether a scan is complete, or the start was meant to end in STOP.
 fn is_ready(latest: &Snapshot) -> bool {
     latest.scans > 0 || matches!(latest.mode, Mode::Stop(reason) if reason.is_meant())
 }

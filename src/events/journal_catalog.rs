@@ -1,14 +1,15 @@
-//! The catalogue in the journal's form: what `journalctl -x` shows beneath a line.
+//! The catalogue in the journal's form: the text that `journalctl -x` shows beneath a line.
 //!
-//! `rungd events --catalog` prints it; `config/systemd/rungd.catalog` is a copy that a test keeps
-//! equal. systemd reads it from `/usr/lib/systemd/catalog/`, by `journalctl --update-catalog`.
+//! `rungd events --catalog` prints it. `config/systemd/rungd.catalog` is a copy; a test compares
+//! the two. `journalctl --update-catalog` makes systemd read the copy in
+//! `/usr/lib/systemd/catalog/`.
 
 use std::fmt::Write as _;
 
 use super::row::Event;
 use super::table::all;
 
-/// How wide the text is.
+/// The width of the text.
 const WIDTH: usize = 78;
 
 /// All events, in systemd's catalog format.
@@ -30,7 +31,8 @@ fn entry(event: &Event, text: &mut String) {
     wrap(&format!("What to do: {remedy}"), text);
 }
 
-/// The words in lines; a line of the catalog that began with `--` or `#` would not be text.
+/// Wraps the words into lines. No line may begin with `--` or `#`: the catalog would not read it as
+/// text.
 fn wrap(words: &str, text: &mut String) {
     let mut column = 0;
     for word in words.split(' ') {

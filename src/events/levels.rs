@@ -1,39 +1,39 @@
 //! The levels that a controller file gives to events (`[log.events]`).
 //!
-//! Made by `controller::log`; `daemon::log` asks it for each line. Pure: it neither knows which
-//! levels are written now, nor refuses to silence an event.
+//! Made by `controller::log`; `daemon::log` looks up the level of each line. Pure: this module does
+//! not depend on the levels that are written now, and accepts every level for every event.
 
 use std::collections::BTreeMap;
 
 use super::row::{Event, Level};
 
-/// The levels that events were given, by event.
+/// The levels given to events, by number of the event.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EventLevels(BTreeMap<u16, GivenLevel>);
 
-/// The level that one event was given.
+/// The level given to one event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct GivenLevel {
-    /// `None`: its lines are left out.
+    /// `None`: the lines of this event are left out.
     given: Option<Level>,
     /// The level in the event's row.
     row: Level,
 }
 
 impl EventLevels {
-    /// Gives a level to an event; `None`: its lines are left out.
+    /// Gives a level to an event; `None`: the event's lines are left out.
     pub fn give(&mut self, event: &Event, given: Option<Level>) {
         self.0.insert(event.number, GivenLevel { given, row: event.level });
     }
 
-    /// The level that the event has: the given one, or its row's; `None`: its lines are left out.
+    /// The level of an event: the given one, or its row's; `None`: the event's lines are left out.
     pub fn of(&self, event: &Event) -> Option<Level> {
         self.0.get(&event.number).map_or(Some(event.level), |found| found.given)
     }
 
-    /// The level of a line that is said at `own`; `None`: it is left out. A line that is said less
-    /// urgently than its row (a detail) stays at least as quiet, one that is said more urgently at
-    /// least as loud.
+    /// The level of a line that has the level `own` in the code; `None`: the line is left out. If
+    /// the line is less urgent than its row (a detail), it does not become more urgent than it is
+    /// in the code. If it is more urgent than its row, it does not become less urgent.
     pub fn of_line(&self, event: &Event, own: Level) -> Option<Level> {
         let Some(found) = self.0.get(&event.number) else { return Some(own) };
         let given = found.given?;
@@ -44,7 +44,8 @@ impl EventLevels {
         })
     }
 
-    /// The least urgent level at which a line may be said that is written from `level` on.
+    /// The least urgent level in the code at which a line is written, if the log shows lines from
+    /// `level` on.
     pub fn said_from(&self, level: Level) -> Level {
         let raised = self.0.values().filter(|found| found.given.is_some_and(|to| to <= level));
         raised.map(|found| found.row).fold(level, Level::max)

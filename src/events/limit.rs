@@ -1,43 +1,44 @@
-//! How many lines may be written: one token bucket for the log, for alarms and for field devices.
+//! Limits the number of log lines by token buckets: for the log, for alarms, for field devices.
 //!
 //! Pure: the time is an argument. A [`Limiter`] has a [`Budget`] for each key, so that a flood of
-//! one key hides no other, and counts what it withholds.
+//! one key does not hide the other keys. It counts the lines that it withholds.
 
 use std::collections::BTreeMap;
 
 const SECOND_NS: u64 = 1_000_000_000;
-/// Withheld lines are told of this long after the first of them.
+/// The time from the first withheld line to the line that reports the count.
 const TELL_AFTER_NS: u64 = 10 * SECOND_NS;
 
-/// How many lines of a kind are written: `burst` at once, one each `every_ms` in the long run. The
-/// lines beyond that are counted, and the log tells the count (`lines-withheld`).
+/// The limit of a kind of lines: `burst` lines at once, and in the long run one line per
+/// `every_ms`. The lines beyond the limit are counted, and the log reports the count
+/// (`lines-withheld`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineLimit {
-    /// Lines at once; 0 is without limit.
+    /// The number of lines at once; 0 means no limit.
     pub burst: u32,
-    /// Milliseconds from line to line in the long run.
+    /// The time from line to line in the long run, in milliseconds.
     pub(crate) every_ms: u32,
 }
 
 impl LineLimit {
-    /// For lines that are rare by themselves, or are thinned out where they are made.
+    /// For lines that are rare, or that are limited elsewhere.
     pub const NONE: LineLimit = LineLimit { burst: 0, every_ms: 0 };
-    /// For what the plant can cause.
+    /// For lines that the plant can cause.
     pub(crate) const PLANT: LineLimit = LineLimit { burst: 200, every_ms: 50 };
-    /// For what any client on the network or the socket can cause.
+    /// For lines that any client on the network or the socket can cause.
     pub(crate) const CLIENTS: LineLimit = LineLimit { burst: 20, every_ms: 1000 };
-    /// For one alarm, beside [`LineLimit::PLANT`] for all of them.
+    /// For the lines of one alarm; [`LineLimit::PLANT`] limits all alarms together.
     pub(crate) const ALARM: LineLimit = LineLimit { burst: 20, every_ms: 500 };
-    /// For the trouble of one field device.
+    /// For the lines about the trouble of one field device.
     pub(crate) const DEVICE: LineLimit = LineLimit { burst: 20, every_ms: 10_000 };
 
-    /// Lines a second in the long run.
+    /// The number of lines per second in the long run.
     pub fn per_second(self) -> u32 {
         1000 / self.every_ms.max(1)
     }
 }
 
-/// The lines that may be written now, by a limit.
+/// The number of lines that a limit permits now.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
     limit: LineLimit,
@@ -46,7 +47,7 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// As full as the limit allows.
+    /// A full budget.
     pub fn new(limit: LineLimit) -> Budget {
         Budget { limit, left: limit.burst, filled_ns: 0 }
     }
@@ -80,14 +81,14 @@ impl Budget {
     }
 }
 
-/// The count of lines that were withheld and not yet told.
+/// The number of lines that were withheld and not yet reported.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Withheld {
     lines: u64,
     since_ns: u64,
 }
 
-/// How many lines were withheld, and over which time.
+/// The number of withheld lines, and the time in which they were withheld.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct WithheldLines {
     pub lines: u64,
@@ -102,13 +103,13 @@ impl Withheld {
         self.lines += lines;
     }
 
-    /// The count, once it is time to tell it; then it begins anew.
+    /// The count, once it is due; then the count starts again at 0.
     pub fn due(&mut self, now_ns: u64) -> Option<WithheldLines> {
         let waited_ns = now_ns.saturating_sub(self.since_ns);
         if waited_ns >= TELL_AFTER_NS { self.rest(now_ns) } else { None }
     }
 
-    /// The count at any time, as at the end of the log.
+    /// The count at any time, for example at the end of the log.
     pub fn rest(&mut self, now_ns: u64) -> Option<WithheldLines> {
         let Withheld { lines, since_ns } = std::mem::take(self);
         let lasted_ns = now_ns.saturating_sub(since_ns);
@@ -116,17 +117,17 @@ impl Withheld {
     }
 }
 
-/// A budget for each key, and what was withheld of it.
+/// The budget of each key, with the count of its withheld lines.
 #[derive(Debug)]
 pub(crate) struct Limiter<K>(BTreeMap<K, (Budget, Withheld)>);
 
 impl<K: Ord + Copy> Limiter<K> {
-    /// Without any key.
+    /// A limiter without any key.
     pub const fn new() -> Limiter<K> {
         Limiter(BTreeMap::new())
     }
 
-    /// Whether one more line of this key may be written. A line that may not is counted.
+    /// Whether one more line of this key may be written. If not, the line is counted.
     pub fn take(&mut self, key: K, limit: LineLimit, now_ns: u64) -> bool {
         if limit == LineLimit::NONE {
             return true;
@@ -140,7 +141,7 @@ impl<K: Ord + Copy> Limiter<K> {
         is_taken
     }
 
-    /// What was withheld of each key: what it is time to tell, or all at the end.
+    /// The counts of withheld lines for each key: those that are due, or at the end all of them.
     pub fn told(&mut self, now_ns: u64, all: bool) -> Vec<(K, WithheldLines)> {
         let told = self.0.iter_mut().filter_map(|(key, (_, withheld))| {
             let told = if all { withheld.rest(now_ns) } else { withheld.due(now_ns) };

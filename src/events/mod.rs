@@ -1,13 +1,12 @@
-//! The catalogue of events: everything that the log can say, a row each.
+//! The catalogue of events: everything that the log can report, one row per event.
 //!
 //! Each row is a constant. A log line names it (`say!(ALARM_ON, …)`) and takes its level from it.
-//! The log's writer takes the rest: the stable code, the message ID by which `journalctl -x` finds
-//! the explanation, how often such lines may come, and whether a controller file may leave them
-//! out. `rungd explain` and `docs/events.md` are made of the same rows. A code and an ID, once
-//! given, never change: a test keeps a list of them (`events.txt`), and finds rows that no line
-//! uses.
+//! The log's writer takes the other fields: the stable code, the message ID (`journalctl -x` finds
+//! the explanation by it), the limit of such lines, and whether a controller file may leave them
+//! out. `rungd explain` and `docs/events.md` are made from the same rows. A code and an ID never
+//! change: a test has a list of them (`events.txt`), and finds rows that no line uses.
 //!
-//! Deliberately absent: texts of log lines, which stand where they are logged, and tracing.
+//! Deliberately absent: the texts of log lines, which are in the code that logs them, and tracing.
 
 #[macro_use]
 mod row;

@@ -1,4 +1,4 @@
-//! A row of the catalogue, and the macro that makes constants of rows.
+//! A row of the catalogue, and the macro that makes constants from rows.
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -40,39 +40,40 @@ macro_rules! rows {
 pub struct Event {
     /// The number in the code: 301 is `RUNGD-0301`. The hundreds are the [`GROUPS`].
     pub number: u16,
-    /// In kebab-case, unique.
+    /// The name in kebab-case; unique.
     pub name: &'static str,
-    /// At which level it usually comes.
+    /// The level that lines of this event usually have.
     pub level: Level,
     /// The journal's MESSAGE_ID: 32 hexadecimal digits.
     pub id: &'static str,
-    /// How many such lines are written.
+    /// The limit of such lines.
     pub limit: LineLimit,
     /// Whether a controller file may leave such lines out.
     pub silence: Silence,
-    /// What it means, in a sentence or two.
+    /// The meaning, in a sentence or two.
     pub meaning: &'static str,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: &'static str,
 }
 
 /// Whether `[log]` of a controller file may leave the lines of an event out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Silence {
-    /// Never, and its level is at least info: the line tells of a start or an end, a mode, a fault,
-    /// an alarm, an overrun, a lost device, a change by a person or a reload, or of what the log,
-    /// retentive memory or the scan log has lost.
+    /// Never, and its level is at least info: the line reports a start or an end, a mode, a fault,
+    /// an alarm, an overrun, a lost device, a change by a person or a reload, or a loss in the log,
+    /// in retentive memory or in the scan log.
     Never,
-    /// By the event's name in `[log.events]`.
+    /// Yes, by the event's name in `[log.events]`.
     ByName,
-    /// By its name, and by `[log] blocks = "none"`: a Program, Task or Stage changed its state.
+    /// Yes, by its name, and by `[log] blocks = "none"`: a Program, Task or Stage changed its
+    /// state.
     ByBlocks,
-    /// By its name, and by `[log] blocks` if that is not `"all"`: a Stage changed its state.
+    /// Yes, by its name, and by `[log] blocks` if that is not `"all"`: a Stage changed its state.
     ByStages,
 }
 
-/// How urgent: the level of an event, and from which level on the log tells. The most urgent is the
-/// least.
+/// The urgency of an event, or the least urgent level that is logged. The most urgent level is the
+/// least value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 #[allow(missing_docs)]
@@ -84,7 +85,7 @@ pub enum Level {
     Trace,
 }
 
-/// The hundreds of the codes, and what they are about.
+/// The hundreds of the codes, each with its subject.
 pub const GROUPS: [(u16, &str); 13] = [
     (0, "The process"),
     (1, "Real-time posture"),
@@ -102,7 +103,7 @@ pub const GROUPS: [(u16, &str); 13] = [
 ];
 
 impl Event {
-    /// `RUNGD-0301`.
+    /// The code, as `RUNGD-0301`.
     pub fn code(&self) -> String {
         format!("RUNGD-{:04}", self.number)
     }
@@ -113,7 +114,7 @@ impl Level {
     pub const ALL: [Level; 5] =
         [Level::Error, Level::Warn, Level::Info, Level::Debug, Level::Trace];
 
-    /// In words.
+    /// The name of the level.
     pub fn name(self) -> &'static str {
         match self {
             Level::Error => "error",

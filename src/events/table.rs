@@ -1,4 +1,4 @@
-//! The table of all rows, and how a row is found.
+//! The table of all rows, and the functions that find a row.
 
 use super::row::Event;
 use super::{controller, device, memory, plant, record, reload, world};
@@ -18,12 +18,12 @@ pub fn all() -> impl Iterator<Item = &'static Event> {
     TABLES.into_iter().flatten().map(|(_, event)| event)
 }
 
-/// The row of a name.
+/// The row with this name.
 pub fn named(name: &str) -> Option<&'static Event> {
     all().find(|event| event.name == name)
 }
 
-/// The row of a code, in any case: `RUNGD-0301`.
+/// The row with this code, in upper or lower case: `RUNGD-0301`.
 pub(crate) fn coded(code: &str) -> Option<&'static Event> {
     let (head, digits) = code.split_at_checked("RUNGD-".len())?;
     let is_code = head.eq_ignore_ascii_case("RUNGD-")

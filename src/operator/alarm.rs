@@ -1,25 +1,25 @@
-//! Alarms in the protocol: what the controller's book says of each, and what an acknowledgement
-//! changed.
+//! Alarms in the protocol: the content of the controller's alarm book, and the effect of an
+//! acknowledgement.
 //!
-//! Part of [`super::protocol`], which says the rest; `daemon::alarm_book` keeps the book. Names of
-//! times end in their unit.
+//! Part of [`super::protocol`], which describes the rest; `daemon::alarm_book` keeps the book.
+//! Names of times end in their unit.
 
 use serde::{Deserialize, Serialize};
 
 use crate::resolve::priority::Priority;
 
-/// The state of an alarm, as ISA-18.2 has it.
+/// The state of an alarm, as defined by ISA-18.2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum AlarmState {
     /// Its bit is OFF, and nothing is left to be acknowledged.
     Normal,
-    /// It stands, and nobody has acknowledged it.
+    /// It stands, and is not acknowledged.
     #[default]
     Unacknowledged,
-    /// It stands, and somebody has acknowledged it.
+    /// It stands, and is acknowledged.
     Acknowledged,
-    /// It went away before anybody acknowledged it.
+    /// It went away unacknowledged.
     Returned,
 }
 
@@ -32,7 +32,7 @@ impl AlarmState {
         }
     }
 
-    /// The word for it in answers and in the log.
+    /// The name of the state in answers and in the log.
     pub fn name(self) -> &'static str {
         match self {
             AlarmState::Normal => "normal",
@@ -61,12 +61,12 @@ pub(crate) struct AlarmAck {
     pub unix_ns: i64,
 }
 
-/// An alarm that stands, or that went away before anybody acknowledged it.
+/// An alarm that stands, or that went away unacknowledged.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Alarm {
     /// The tag.
     pub tag: String,
-    /// What the ladder's author says of it.
+    /// The alarm's text, written by the ladder's author.
     pub text: String,
     /// How soon a person has to act.
     #[serde(default)]
@@ -74,25 +74,26 @@ pub(crate) struct Alarm {
     /// Its state.
     #[serde(default)]
     pub state: AlarmState,
-    /// When it went ON last.
+    /// When it last went ON.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub since: Option<AlarmTime>,
-    /// When it went OFF, if it did.
+    /// When it went OFF; `None` if it is ON.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ended: Option<AlarmTime>,
-    /// How long it has stood, or stood.
+    /// How long it has been ON, or was ON.
     #[serde(default)]
     pub lasted_ms: u64,
-    /// The episode: one begins with an alarm that rises while no other stands.
+    /// The number of the episode. An episode begins with an alarm that rises while no other alarm
+    /// stands.
     #[serde(default)]
     pub episode: u64,
-    /// Its number in the episode, from 1: the order in which alarms rose.
+    /// Its number in the episode, from 1: the order in which the alarms rose.
     #[serde(default)]
     pub order: u32,
-    /// How often it rose in the last day, as far as this process knows.
+    /// How often it rose in the last day, as counted by this process.
     #[serde(default)]
     pub day: u32,
-    /// Who acknowledged it, if somebody did.
+    /// The acknowledgement, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acknowledged: Option<AlarmAck>,
 }
@@ -104,24 +105,24 @@ pub(crate) struct AlarmList {
     pub mode: String,
     /// Complete scans since the process started.
     pub scans: u64,
-    /// Those that stand, in the order in which they rose; then those that wait for an
-    /// acknowledgement alone.
+    /// The standing alarms, in the order in which they rose; then the alarms that only wait for an
+    /// acknowledgement.
     pub alarms: Vec<Alarm>,
 }
 
 /// The answer to `ack` and `ack-all`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct AckList {
-    /// The alarms named, in that order.
+    /// The requested alarms, in the order of the request.
     pub alarms: Vec<AckedAlarm>,
 }
 
-/// What an acknowledgement changed in one alarm.
+/// The effect of an acknowledgement on one alarm.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct AckedAlarm {
     /// The tag.
     pub tag: String,
-    /// What the ladder's author says of it.
+    /// The alarm's text, written by the ladder's author.
     pub text: String,
     /// Its state before.
     pub before: AlarmState,

@@ -1,6 +1,6 @@
 //! The client: each request and its answer use one connection. Blocking, with time limits.
 //!
-//! Used by every command of `cli` that asks a running controller.
+//! Used by every command of `cli` that sends a request to a running controller.
 
 use std::fmt;
 use std::fs;
@@ -20,18 +20,18 @@ use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connec
 use super::protocol::{Awaited, Refusal, Reply, Request};
 use super::{SOCKET_DEFAULT, SOCKET_NAME};
 
-/// The time limit of an answer that waits for nothing.
+/// The time limit for an answer that the controller makes at once.
 const ANSWER_MAX: Duration = Duration::from_secs(10);
-/// The time limit of an answer that waits for a scan, a disk or files. The server reports by
-/// itself if they do not come.
+/// The time limit for an answer that waits for a scan, a disk or files. If these do not come, the
+/// server itself reports it.
 const CHANGE_MAX: Duration = Duration::from_secs(150);
-/// The time limit of a list of names: a person has pressed a key and looks at the line.
+/// The time limit for a list of names: a person has pressed a key and waits for the completion.
 const NAMES_MAX: Duration = Duration::from_secs(3);
-/// The time after which a person is told what is waited for.
+/// The time after which a person is informed of the reason for the wait.
 const TELL_AFTER: Duration = Duration::from_secs(2);
 /// The time limit for a connection, and for sending a request.
 const SEND_MAX: Duration = Duration::from_secs(5);
-/// The time between two tries to connect where the queue is full.
+/// The time between two attempts to connect while the queue is full.
 const CONNECT_EVERY: Duration = Duration::from_micros(200);
 /// The longest answer.
 const ANSWER_BYTES_MAX: usize = 64 << 20;
@@ -41,7 +41,7 @@ const ANSWER_BYTES_MAX: usize = 64 << 20;
 pub enum CallFailure {
     /// No process listens at the socket.
     NotRunning(PathBuf, io::Error),
-    /// The socket may not be opened.
+    /// The user is not permitted to open the socket.
     NotAllowed(PathBuf, io::Error),
     /// The connection broke, or the received bytes are not an answer.
     Broken(PathBuf, io::Error),
@@ -49,8 +49,8 @@ pub enum CallFailure {
     Refused(Refusal),
 }
 
-/// The controller's socket: `named`, if given; else `rungd.sock` in the current folder, if it
-/// belongs to the user or to root; else the service's.
+/// The controller's socket: `named`, if given; else `rungd.sock` in the current folder, if that
+/// socket belongs to the user or to root; else the service's socket.
 pub(crate) fn socket(named: Option<PathBuf>) -> PathBuf {
     let here = || is_trusted(Path::new(SOCKET_NAME)).then(|| SOCKET_NAME.into());
     named.or_else(here).unwrap_or_else(|| SOCKET_DEFAULT.into())
@@ -66,7 +66,7 @@ fn is_trusted(path: &Path) -> bool {
     })
 }
 
-/// Asks the controller at a socket.
+/// Sends a request to the controller at a socket, and returns the answer.
 ///
 /// # Errors
 /// [`CallFailure`].
@@ -74,7 +74,7 @@ pub fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, C
     ask_and_tell(socket, request, &|_| ())
 }
 
-/// As [`ask`]; tells what it waits for, if it has to wait.
+/// Like [`ask`]; if it has to wait for long, calls `tell` with the reason.
 ///
 /// # Errors
 /// [`CallFailure`].
@@ -87,7 +87,7 @@ pub(crate) fn ask_and_tell<T: DeserializeOwned>(
     exchanged(socket, request, (limit, tell))
 }
 
-/// As [`ask`], with a time limit of the caller's.
+/// Like [`ask`], with the caller's time limit.
 ///
 /// # Errors
 /// [`CallFailure`].
@@ -123,10 +123,10 @@ fn exchanged<T: DeserializeOwned>(
     }
 }
 
-/// Connects, within a time limit: a process that hangs lets nobody in once its queue is full.
+/// Connects, within a time limit: a process that hangs accepts no client once its queue is full.
 ///
-/// It tries again instead of waiting in `connect`: a client that waits there comes behind each one
-/// that tries again, and a crowd of those would keep it out.
+/// The client tries again instead of waiting in `connect`: a client that waits there comes after
+/// every client that tries again, and a crowd of those could keep it out for ever.
 fn connected(socket: &Path) -> io::Result<UnixStream> {
     let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
     let stream = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
@@ -155,7 +155,7 @@ fn limit_of(request: &Request) -> Duration {
     }
 }
 
-/// A request whose answer is waited for.
+/// A request that waits for its answer.
 struct Wait<'a> {
     request: &'a Request,
     limit: Duration,
@@ -168,7 +168,7 @@ impl Wait<'_> {
         stream.set_write_timeout(Some(SEND_MAX))?;
         let mut line = serde_json::to_vec(self.request)?;
         line.push(b'\n');
-        // A rejected client gets the reason even if its request was not received.
+        // A rejected client receives the reason even if its request was not received.
         let sent = stream.write_all(&line);
         let answer = self.read_line(&mut stream);
         if answer.as_ref().is_ok_and(|line| !line.is_empty()) { answer } else { sent.and(answer) }
@@ -212,7 +212,7 @@ impl Wait<'_> {
         }
     }
 
-    /// What is waited for, and what to do.
+    /// A sentence about the reason for the wait, and the remedy.
     fn waiting(&self, process: Process) -> String {
         let awaited = match self.request.awaits() {
             Awaited::Nothing => "",
@@ -244,7 +244,7 @@ impl Process {
         Process(socket_peercred(stream).ok().map(|peer| peer.pid.as_raw_nonzero().get()))
     }
 
-    /// What shows why it does not answer.
+    /// A hint how to find out why the process does not answer.
     fn hint(self) -> String {
         let Some(pid) = self.0 else { return String::new() };
         let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();

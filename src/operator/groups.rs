@@ -1,23 +1,24 @@
-//! Names that stand for several bits or words: a block, a field device, a use of a template.
+//! Names that stand for several bits or words: the name of a block, of a field device, of a use of
+//! a template.
 //!
 //! Part of [`super::names::Names`], which fills it once and looks up each member. Structures,
-//! arrays and ranges are not here: they are addresses.
+//! arrays and ranges are not included: they are addresses.
 
 use std::collections::{BTreeMap, HashMap};
 
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health};
 use crate::resolve::program::{Block, BlockKind, Program, TagMeaning};
 
-/// The members of a name, each with its whole name, in the order of the file.
+/// The members of a name, each with its full name, in the order of the file.
 type Members = Vec<(String, Address)>;
 
-/// All names of a program that stand for several others.
+/// All names of a program that stand for several bits or words.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
-    /// A block's bits and Stages; a device's bits.
+    /// The bits and Stages of each block; the bits of each device.
     own: HashMap<String, Members>,
-    /// The tags with a dot in their name, with their numbers in the file: a use's begin with its
-    /// name and a dot.
+    /// The tags with a dot in their name, with their numbers in the file. The tags of a use begin
+    /// with the use's name and a dot.
     of_uses: BTreeMap<String, (usize, Address)>,
 }
 
@@ -45,7 +46,8 @@ impl Groups {
         groups
     }
 
-    /// The members of a name; of a use at most one more than `most`. Empty if it is no group.
+    /// The members of a name; if the name is a use, at most `most + 1` members. Empty if the name
+    /// is no group.
     pub fn members(&self, name: &str, most: usize) -> Members {
         let begin = format!("{name}.");
         let tags = self.of_uses.range(begin.clone()..);
@@ -57,7 +59,7 @@ impl Groups {
         members
     }
 
-    /// The names of the groups, each with what it is.
+    /// The names of the groups, each with a short explanation.
     pub fn names(&self) -> impl Iterator<Item = (&str, &'static str)> {
         let own = self.own.keys().map(|name| (name.as_str(), "all of its bits"));
         let uses = self.of_uses.keys().filter_map(|tag| tag.split_once('.'));
@@ -65,7 +67,7 @@ impl Groups {
     }
 }
 
-/// `.Running`, of a Task `.Done`, and the Stages.
+/// The members of a block: `.Running`, for a Task `.Done`, and the Stages.
 fn of_block(id: BlockId, block: &Block) -> Members {
     let name = |member: &str| format!("{}.{member}", block.name);
     let mut members = vec![(name("Running"), Address::Bit(Bit::Running(id)))];

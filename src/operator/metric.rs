@@ -1,13 +1,13 @@
 //! The operands whose values are metrics: those of tags with `metric = true`.
 //!
-//! Made by [`super::names::Names`] for each program; `rungd metrics` asks for the list when the
-//! ladder has changed, and reads the values itself.
+//! Made by [`super::names::Names`] for each program. `rungd metrics` requests the list when the
+//! ladder has changed; it requests the values separately.
 
 use super::protocol::MetricList;
 use crate::isa::Address;
 use crate::resolve::program::{Program, TagMeaning};
 
-/// The most operands that are listed: sixteen requests read their values.
+/// The most operands in the list: sixteen requests read their values.
 const METRICS_MAX: usize = 4096;
 
 /// The operands of a program that are metrics.

@@ -1,7 +1,7 @@
 //! The operator's commands, for both ends: the protocol, the names, the client.
 //!
 //! `cli` sends requests through [`client`]; `daemon::operator` answers them. `docs/operator.md`
-//! describes the protocol for authors of other clients. No tokio and no log here.
+//! describes the protocol for authors of other clients. This module uses neither tokio nor the log.
 
 mod alarm;
 pub mod client;
@@ -24,10 +24,10 @@ pub(crate) const SOCKET_DEFAULT: &str = "/run/rungd/rungd.sock";
 /// The socket's name beside a controller file of `rungd init`.
 pub(crate) const SOCKET_NAME: &str = "rungd.sock";
 
-/// The environment variable that says where the socket is.
+/// The environment variable for the path of the socket.
 pub(crate) const SOCKET_VARIABLE: &str = "RUNGD_SOCKET";
 
-/// The socket that [`SOCKET_VARIABLE`] names; an empty one names none.
+/// The socket that [`SOCKET_VARIABLE`] names; `None` if the variable is empty.
 pub(crate) fn socket_of_environment() -> Option<PathBuf> {
     std::env::var_os(SOCKET_VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from)
 }

@@ -1,4 +1,4 @@
-//! The meaning of an operator's texts: tags, addresses and ranges, by the names of the ladder.
+//! Resolves an operator's texts: tags, addresses and ranges, by the names of the ladder.
 //!
 //! Made once for each program; `daemon::operator` looks up every operand of a request in it.
 //! `operand` decides whether an operand may be written or forced.
@@ -22,8 +22,8 @@ use crate::source::finding::Finding;
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
-/// The most names that an answer searches for the one nearest to an unknown name. All clients, the
-/// Modbus server and the field devices share one thread: an answer may not hold it for long.
+/// The number of names that are searched for the nearest one if a name is unknown. All clients, the
+/// Modbus server and the field devices share one thread: an answer may not occupy it for long.
 const SEARCHED_MAX: usize = 100;
 
 /// All names of a program.
@@ -31,12 +31,12 @@ const SEARCHED_MAX: usize = 100;
 pub struct Names {
     scope: Scope,
     symbols: Symbols,
-    /// The first tag of each address; of structures, with their members.
+    /// The first tag of each address; for structures, also of their members.
     tags: HashMap<Address, String>,
     /// The units of words.
     units: HashMap<Address, String>,
     metrics: MetricNames,
-    /// The names that stand for several others.
+    /// The names that stand for several bits or words.
     groups: Groups,
     offered: Offer,
 }
@@ -105,7 +105,7 @@ impl Names {
     /// block, a device or a use.
     ///
     /// # Errors
-    /// It names nothing, or more than one request reads.
+    /// The text names nothing, or names more operands than one request may read.
     pub(crate) fn find(&self, text: &str) -> Result<Vec<Variable>, Refusal> {
         let written = written(text);
         if is_range(&written.text) || self.is_array(&written.text) {
@@ -121,7 +121,7 @@ impl Names {
         self.members(&written.text, what)
     }
 
-    /// The members of a block, a device or a use; `None` of any other name.
+    /// The members of a block, a device or a use; `None` for any other name.
     fn group(&self, text: &str) -> Option<Result<Vec<Variable>, Refusal>> {
         let is_one = match self.scope.look_up(text).map(|found| found.thing) {
             Ok(Thing::Block(_) | Thing::Device(_)) | Err(_) => true,
@@ -178,7 +178,7 @@ impl Names {
     /// The one bit or word that a text names.
     ///
     /// # Errors
-    /// It names nothing, or a structure.
+    /// The text names nothing, or a structure.
     pub fn find_one(&self, text: &str) -> Result<Variable, Refusal> {
         let written = written(text);
         let range = || {
@@ -195,7 +195,7 @@ impl Names {
         self.operand(&written.text, what)
     }
 
-    /// The refusal of a name that stands for nothing: it may be a use.
+    /// The refusal of a name that is not an operand; it may be a use of a template.
     fn use_only(&self, text: &str, unknown: Refusal) -> Refusal {
         let is_block = self.scope.look_up(text).is_ok();
         match self.groups.members(text, 0).first() {
@@ -208,16 +208,16 @@ impl Names {
         }
     }
 
-    /// The operand of an address, with its name in this program.
+    /// The operand at an address, with its name in this program.
     pub(crate) fn called(&self, what: Address) -> Option<Variable> {
         let name = self.tags.get(&what).cloned().unwrap_or_else(|| self.address(what));
         self.operand(&name, what).ok()
     }
 
-    /// The number of a given value for this operand.
+    /// Converts a given value to this operand's number.
     ///
     /// # Errors
-    /// It does not fit.
+    /// The value does not fit.
     pub fn number(&self, operand: &Variable, given: &GivenValue) -> Result<i32, Refusal> {
         operand.number(given, |word| self.symbols.limits(word))
     }
@@ -253,13 +253,13 @@ impl Names {
         }
     }
 
-    /// The operand of a forced cell, with its name in this program.
+    /// The operand in a forced cell, with its name in this program.
     pub(crate) fn at(&self, cell: Cell) -> Option<Variable> {
         self.called(self.symbols.layout.address(cell)?)
     }
 
-    /// The outputs at which, outside RUN, is something else than memory holds; in order, at most as
-    /// many as one request reads.
+    /// The outputs whose state outside RUN differs from memory; in order, at most as many as one
+    /// request reads.
     pub(crate) fn held_otherwise(&self, image: &Snapshot) -> Vec<Variable> {
         let outputs = 0..image.outputs.len() as u32;
         let differs = |n: &u32| {
@@ -280,7 +280,7 @@ impl Names {
         self.metrics.list()
     }
 
-    /// The names that completion offers behind a prefix.
+    /// The names that begin with a prefix, for completion.
     pub fn beginning(&self, prefix: &str) -> Vec<Name> {
         self.offered.beginning(prefix)
     }

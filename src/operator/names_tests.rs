@@ -1,4 +1,5 @@
-//! What operands name, what may be done to them, and what completion offers.
+//! Unit tests of names: the operands of a text, the permitted changes, and the names for
+//! completion.
 
 use super::*;
 use crate::isa::Real;
@@ -7,7 +8,7 @@ use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::nearest::counted;
 use crate::source::span::SourceFile;
 
-/// The names of a ladder with so many tags and stages.
+/// The names of a ladder with `count` tags and `count` Stages.
 fn many(count: usize) -> Names {
     let tags = (0..count).map(|n| format!("tag_{n} = {{ at = \"C{n}\", spare = true }}\n"));
     let stage = |n| format!("[[program.stage]]\nname = \"Stage_{n}\"\nrung = []\n");
@@ -33,7 +34,7 @@ fn a_wrong_name_costs_no_search_of_many_names() {
         many.find_one(wrong).unwrap_err();
         assert!(counted::take_candidates() <= 2 * SEARCHED_MAX, "{wrong}");
     }
-    // A slip behind the beginning is still mended.
+    // A slip after the beginning of a name is still corrected.
     for (wrong, near) in [("tag_1x99", "tag_1"), ("Main.Stage_19999", "Main.Stage_1999")] {
         let message = many.find(wrong).unwrap_err().message;
         assert!(message.contains(&format!("did you mean `{near}")), "{message}");

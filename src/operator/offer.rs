@@ -10,14 +10,14 @@ use super::protocol::Name;
 
 /// The most names of one answer.
 const NAMES_MAX: usize = 1000;
-/// The most names that are looked at for one answer.
+/// The most names that are searched for one answer.
 const LOOKED_AT_MAX: usize = 4 * NAMES_MAX;
 /// The most bytes of names and their explanations in one answer.
 const BYTES_MAX: usize = 256 * 1024;
 /// The longest explanation, in characters.
 const ABOUT_CHARS_MAX: usize = 100;
 
-/// Names, and what each is in a few words.
+/// Names, each with a short explanation.
 #[derive(Debug, Default)]
 pub(super) struct Offer {
     names: BTreeMap<String, String>,
@@ -29,7 +29,7 @@ impl Offer {
         self.names.entry(name).or_insert_with(|| brief(about));
     }
 
-    /// The names that begin with the prefix; where it has a dot, members too.
+    /// The names that begin with the prefix; if the prefix has a dot, also members.
     pub fn beginning(&self, prefix: &str) -> Vec<Name> {
         let members = prefix.contains('.');
         let fits = self.from(prefix, members).take_while(|(name, _)| name.starts_with(prefix));
@@ -41,7 +41,7 @@ impl Offer {
         });
         let named = bounded.map(|(name, about)| Name { name: name.clone(), about: about.clone() });
         let mut names: Vec<Name> = named.collect();
-        // A whole name: what follows is behind its dot.
+        // The prefix is a whole name: offer the members after its dot.
         if !members && names.iter().all(|name| name.name == prefix) {
             names.extend(self.beginning(&format!("{prefix}.")));
             names.truncate(NAMES_MAX);
@@ -49,14 +49,14 @@ impl Offer {
         names
     }
 
-    /// The names from a prefix on. Without `members`, of all names with the same text before a dot
-    /// only the first: a program may have a hundred thousand stages.
+    /// The names from a prefix on. Without `members`, only the first of all names with the same
+    /// text before the dot: a program may have a hundred thousand Stages.
     fn from(&self, prefix: &str, members: bool) -> impl Iterator<Item = (&String, &String)> {
         let mut next = self.names.range::<str, _>((Bound::Included(prefix), Bound::Unbounded));
         let step = move || {
             let found = next.next()?;
             if let (false, Some((base, _))) = (members, found.0.split_once('.')) {
-                // `/` is the character behind `.`.
+                // `/` is the character after `.`.
                 let behind = format!("{base}/");
                 let bounds = (Bound::Included(behind.as_str()), Bound::Unbounded);
                 next = self.names.range::<str, _>(bounds);
@@ -67,7 +67,7 @@ impl Offer {
     }
 }
 
-/// The first words of a text, on one line.
+/// The beginning of a text, on one line.
 fn brief(text: &str) -> String {
     let mut brief = String::new();
     for word in text.split_whitespace() {

@@ -1,7 +1,7 @@
-//! One bit or word that an operator named: whether it may be written or forced, and its values.
+//! One bit or word that an operator has named: its values, and whether it may be written or forced.
 //!
-//! Made by [`super::names::Names`]. It decides whether an operand may be written and forced
-//! (`docs/operator.md`), but not which users may do so.
+//! Made by [`super::names::Names`]. This module decides whether an operand may be written and
+//! forced (`docs/operator.md`), but not which users may do this.
 
 use super::protocol::{GivenValue, Held, Refusal, RefusalKind, ShownValue};
 use crate::engine::Cell;
@@ -16,23 +16,23 @@ use crate::source::span::Span;
 pub struct Variable {
     /// The text of the request.
     pub operand: String,
-    /// Its tag.
+    /// The operand's tag.
     pub tag: Option<String>,
-    /// Its address, or a Stage's or block's name.
+    /// The operand's address, or the name of the Stage or block.
     pub address: String,
-    /// The unit of its tag.
+    /// The unit of the tag.
     pub unit: Option<String>,
-    /// What it is.
+    /// The parsed address.
     pub what: Address,
-    /// Where it lies.
+    /// The operand's cell in memory.
     pub cell: Cell,
 }
 
 impl Variable {
-    /// Whether it may be written.
+    /// Whether the operand may be written.
     ///
     /// # Errors
-    /// It may not; the refusal says why.
+    /// It may not; the refusal contains the reason.
     pub fn may_write(&self) -> Result<(), Refusal> {
         let writable = match self.what {
             Address::Bit(Bit::Space(BitSpace::X, _)) => true,
@@ -43,10 +43,10 @@ impl Variable {
         if writable { Ok(()) } else { Err(read_only(self, "written")) }
     }
 
-    /// Whether it may be forced. Flags of structures may, too.
+    /// Whether the operand may be forced. Flags of structures may be forced too.
     ///
     /// # Errors
-    /// It may not; the refusal says why.
+    /// It may not; the refusal contains the reason.
     pub fn may_force(&self) -> Result<(), Refusal> {
         let forcible = match self.what {
             Address::Bit(bit) => bit.forcible(),
@@ -56,10 +56,11 @@ impl Variable {
         if forcible { Ok(()) } else { Err(read_only(self, "forced")) }
     }
 
-    /// The number of a given value: 0 or 1 for a bit, a number within `limits` for a word.
+    /// Converts a given value to the operand's number: 0 or 1 for a bit, a number within `limits`
+    /// for a word.
     ///
     /// # Errors
-    /// It does not fit.
+    /// The value does not fit.
     pub fn number(
         &self,
         given: &GivenValue,
@@ -87,7 +88,8 @@ impl Variable {
                 match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
                     Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(i64::from(n)),
                     Ok(AtomKind::Name(_) | AtomKind::Real(_)) => None,
-                    // The range of the text's own form says nothing of this operand.
+                    // An out-of-range text gets this operand's limits below, not the limits of its
+                    // own notation.
                     Err(finding) if finding.code != Code::OutOfRange => {
                         return Err(bad(finding.message));
                     }
@@ -104,7 +106,7 @@ impl Variable {
         fits.ok_or_else(|| beyond(&number.to_string()))
     }
 
-    /// The content of an R word's cell.
+    /// Converts a given value to the content of an R word's cell.
     fn real(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, Refusal> {
         let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
         let beyond = |given: &str| {
@@ -141,7 +143,7 @@ impl Variable {
         }
     }
 
-    /// A number as this operand's value: ON or OFF for a bit.
+    /// Converts a number to this operand's value: ON or OFF for a bit.
     pub fn held(&self, value: i32) -> Held {
         match self.cell {
             Cell::Bit(_) => Held::Bit(value != 0),
@@ -152,7 +154,7 @@ impl Variable {
         }
     }
 
-    /// As an image shows it.
+    /// The operand with its value in an image.
     pub fn seen(&self, image: &Snapshot) -> ShownValue {
         ShownValue {
             operand: self.operand.clone(),
@@ -165,7 +167,7 @@ impl Variable {
         }
     }
 
-    /// What is at the output, of a Y outside RUN.
+    /// The state of the output, for a Y outside RUN.
     pub(super) fn driven(&self, image: &Snapshot) -> Option<bool> {
         let Address::Bit(Bit::Space(BitSpace::Y, n)) = self.what else { return None };
         let driven = image.outputs.get(n as usize)?;

@@ -1,7 +1,7 @@
-//! The protocol: each line is a JSON object. Each request line gets an answer line, in order.
+//! The protocol: each line is a JSON object. Each request line has one answer line, in order.
 //!
 //! `{"do":"read","operands":["jam"]}` is answered by `{"ok":{…}}` or by
-//! `{"error":{"kind":"…","message":"…"}}`. `docs/operator.md` describes the shapes. Names of times
+//! `{"error":{"kind":"…","message":"…"}}`. `docs/operator.md` describes the fields. Names of times
 //! end in their units. Later versions may add fields to answers; a client ignores unknown fields.
 
 use base64::Engine as _;
@@ -20,7 +20,7 @@ pub use super::value::GivenValue;
 pub(crate) use super::value::{Held, ShownValue};
 use crate::events::Level;
 
-/// The version of this protocol, as [`Status`] tells it.
+/// The version of this protocol, as sent in [`Status`].
 pub(crate) const PROTOCOL: u32 = 1;
 
 /// The longest line that a client may send, with its end.
@@ -44,9 +44,9 @@ pub enum Request {
     Write {
         /// Tag, address or member.
         operand: String,
-        /// What.
+        /// The value to write.
         value: GivenValue,
-        /// The person for whom a program writes, for the log: a user of `rungd web`.
+        /// The person for whom a program writes: the log shows this user of `rungd web`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         for_user: Option<String>,
     },
@@ -54,7 +54,7 @@ pub enum Request {
     Force {
         /// Tag, address or member.
         operand: String,
-        /// To what.
+        /// The value to force.
         value: GivenValue,
     },
     /// Ends a force: [`Change`].
@@ -62,21 +62,21 @@ pub enum Request {
         /// Tag, address or member.
         operand: String,
     },
-    /// Ends all forces: the present [`Values`] of the operands that were forced.
+    /// Ends all forces: the current [`Values`] of the operands that were forced.
     UnforceAll {},
     /// The alarms that stand or wait for an acknowledgement: [`AlarmList`].
     Alarms {},
-    /// Acknowledges alarms; all of them or none: [`AckList`].
+    /// Acknowledges all of these alarms or none: [`AckList`].
     Ack {
         /// Tags with an `alarm`, or the addresses of their bits.
         alarms: Vec<String>,
-        /// The person for whom a program acknowledges, for the log: a user of `rungd web`.
+        /// The person for whom a program acknowledges: the log shows this user of `rungd web`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         for_user: Option<String>,
     },
-    /// Acknowledges all alarms: [`AckList`].
+    /// Acknowledges all unacknowledged alarms: [`AckList`].
     AckAll {},
-    /// Runs or stops: [`ModeChange`].
+    /// Changes the mode to RUN or STOP: [`ModeChange`].
     Mode {
         /// The mode.
         to: ModeWanted,
@@ -84,24 +84,24 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         no_wait: bool,
     },
-    /// Reads the files again and goes on with the program in them: [`Reloaded`].
+    /// Reads the files again and continues with the program in them: [`Reloaded`].
     Reload {
-        /// Only report the changes, and do nothing.
+        /// Only report the differences, and change nothing.
         #[serde(default)]
         dry_run: bool,
     },
-    /// Goes back to the last program before this one that passed its probation: [`Reloaded`].
+    /// Returns to a previous program, the last one that passed its probation: [`Reloaded`].
     Rollback {},
     /// Sets the level of the log: [`LevelChange`].
     LogLevel {
-        /// From which level on.
+        /// The least urgent level that is logged.
         level: Level,
     },
     /// Saves retentive memory now; answered once the image is durable: [`Saved`].
     RetainSave {},
-    /// The last while of the scan log, with the program's files: [`RecordingBytes`].
+    /// The most recent part of the scan log, with the program's files: [`RecordingBytes`].
     Recording {
-        /// Only the sections from this number on, and the one under way.
+        /// Only the sections from this number on, and the current section.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         from_section: Option<u64>,
     },
@@ -114,7 +114,7 @@ pub enum Request {
     },
 }
 
-/// A mode to go to.
+/// The mode that a request sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 #[allow(missing_docs)]
@@ -127,52 +127,52 @@ pub enum ModeWanted {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Reply<T> {
-    /// It is done.
+    /// The request is done.
     Ok(T),
-    /// It is not.
+    /// The request is not done.
     Error(Refusal),
 }
 
 /// The reason why a request is not done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
-    /// For programs.
+    /// The kind, for programs.
     pub(crate) kind: RefusalKind,
-    /// For people.
+    /// The message, for people.
     pub message: String,
 }
 
-/// What was asked for, or the reason why it is not done.
+/// The result of a request, or the reason why it is not done.
 pub(crate) type Answered<T> = Result<T, Refusal>;
 
 /// The kinds of refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum RefusalKind {
-    /// The line is no request.
+    /// The line is not a request.
     BadRequest,
     /// An operand names nothing, or nothing that this request can use.
     BadOperand,
-    /// A value that the operand does not take.
+    /// The operand does not accept the value.
     BadValue,
-    /// The user may not give commands.
+    /// The user has no permission for commands.
     NotPermitted,
-    /// The controller's present state does not allow it: its mode, a limit.
+    /// The current state of the controller does not permit the request: its mode, a limit.
     Refused,
-    /// The files are wrong, and the running program goes on untouched.
+    /// The files have errors, and the running program continues unchanged.
     BadFiles,
-    /// The controller did not answer in time; it may yet be done.
+    /// The controller did not answer in time; the request may still be done.
     NoAnswer,
 }
 
-/// The answer to a read: all of one complete scan.
+/// The answer to a read: all values are from one complete scan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Values {
     /// `RUN`, `STOP` or `FAULT`.
     pub mode: String,
-    /// Complete scans since the process started; all values are of the last one.
+    /// Complete scans since the process started; all values are from the last one.
     pub scans: u64,
-    /// In the order asked for.
+    /// In the order of the request.
     pub values: Vec<ShownValue>,
 }
 
@@ -183,7 +183,7 @@ pub struct Change {
     pub(crate) before: Held,
     /// Whether it was forced before.
     pub(crate) was_forced: bool,
-    /// The present value; after a write, the value after the scan that saw it.
+    /// The current value; after a write, the value after the scan that saw the write.
     pub(crate) now: ShownValue,
     /// A note about the change: for example, that something else writes the operand too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -195,11 +195,11 @@ pub struct Change {
 pub(crate) struct ModeChange {
     /// `RUN`, `STOP` or `FAULT`.
     pub before: String,
-    /// Where it is now.
+    /// The mode now.
     pub after: String,
-    /// Why, outside RUN.
+    /// The reason for the mode; `None` in RUN.
     pub reason: Option<String>,
-    /// After a stop, with retentive memory: its last image, which is durable.
+    /// After a stop, with retentive memory: the last image, which is durable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept: Option<Saved>,
     /// After a stop: why the last image is not durable, and the remedy.
@@ -212,20 +212,20 @@ pub(crate) struct ModeChange {
 pub(crate) struct Reloaded {
     /// Whether it was a dry run.
     pub dry_run: bool,
-    /// Whether the files are those that run already: nothing changed.
+    /// Whether the files equal those of the running program: then nothing changed.
     #[serde(default)]
     pub same: bool,
     /// The difference report: one line per difference.
     pub report: Vec<String>,
-    /// The changes of the controller file that need a restart.
+    /// The changed settings of the controller file that need a restart.
     pub restart: Vec<String>,
-    /// The ladder.
+    /// The ladder's name.
     pub ladder: String,
-    /// SHA-256 of its files' bytes, concatenated.
+    /// SHA-256 of the concatenated bytes of the ladder's files.
     pub sha256: String,
     /// The duration of the swap; `None` if there was none.
     pub swap_us: Option<f64>,
-    /// The mode after it: a reload and a rollback by hand do not change the mode.
+    /// The mode after the swap: a reload and a rollback by hand do not change the mode.
     #[serde(default)]
     pub mode: String,
 }
@@ -244,11 +244,11 @@ pub(crate) struct LevelChange {
 pub(crate) struct Saved {
     /// The file.
     pub file: String,
-    /// The image's number in it.
+    /// The number of the image in the file.
     pub image: u64,
     /// The scan of the image. A later scan with the same retentive values writes no new image.
     pub scan: u64,
-    /// How long it took until it was durable; 0: it was durable already.
+    /// The time until the image was durable; 0 if it was durable already.
     pub flush_us: u64,
 }
 
@@ -266,28 +266,28 @@ impl RecordingBytes {
     }
 }
 
-/// The answer to a question for metrics.
+/// The answer to a request for metrics.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct MetricList {
-    /// In file order, each for a `read`; of a structure its members.
+    /// In file order, each in the form that a `read` accepts; for a structure, its members.
     pub operands: Vec<String>,
-    /// How many more there are than an answer may have.
+    /// The number of operands that the answer leaves out because of its limit.
     pub left_out: usize,
 }
 
-/// The answer to a question for names.
+/// The answer to a request for names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct NameList {
-    /// In order; not all of them where there are very many.
+    /// In order; incomplete if there are very many.
     pub names: Vec<Name>,
 }
 
 /// A name for completion.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Name {
-    /// It.
+    /// The name.
     pub(crate) name: String,
-    /// What it is, in a few words.
+    /// A short explanation.
     pub(crate) about: String,
 }
 
@@ -298,10 +298,10 @@ impl Refusal {
     }
 }
 
-/// What the answer to a request waits for, in rungd.
+/// The part of rungd for which the answer to a request waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Awaited {
-    /// Nothing: it is made at once.
+    /// Nothing: the answer is made at once.
     Nothing,
     /// The scan thread.
     ScanThread,
@@ -312,7 +312,7 @@ pub(crate) enum Awaited {
 }
 
 impl Request {
-    /// What its answer waits for: a client that has waited for long tells it.
+    /// The part for which the answer waits. A client that has waited for long shows it.
     pub(crate) fn awaits(&self) -> Awaited {
         match self {
             Request::Status {}

@@ -1,4 +1,4 @@
-//! The protocol's lines, as `docs/operator.md` shows them.
+//! Unit tests of the protocol's lines, as shown in `docs/operator.md`.
 
 use super::protocol::*;
 use crate::events::Level;
@@ -26,7 +26,7 @@ fn requests_read_as_the_page_shows_them() {
     for line in ["", "{}", "[]", r#"{"do":"dance"}"#, r#"{"do":"read","operand":"X0"}"#] {
         assert!(serde_json::from_str::<Request>(line).is_err(), "{line}");
     }
-    // A request that names an operand does not mean all forces.
+    // A request that names an operand must not end all forces.
     for line in [r#"{"do":"unforce-all","operand":"Y1"}"#, r#"{"do":"status","to":"run"}"#] {
         let error = serde_json::from_str::<Request>(line).expect_err(line).to_string();
         assert!(error.contains("unknown field"), "{line}: {error}");
@@ -38,8 +38,8 @@ fn requests_read_as_the_page_shows_them() {
     }
 }
 
-/// A number is the one that is written, to its last bit: the next number would be another value
-/// for a real.
+/// A number is read exactly as written, to its last bit: for a real, the neighbouring number would
+/// be a different value.
 #[test]
 fn a_number_is_read_to_its_last_bit() {
     for number in ["199919999919.42652713", "0.1", "1.7976931348623157e308", "2.5e-7"] {

@@ -22,7 +22,7 @@ pub struct Status {
     pub(crate) ladder: Ladder,
     /// `RUN`, `STOP` or `FAULT`.
     pub mode: String,
-    /// Why, outside RUN.
+    /// The reason for the mode; `None` in RUN.
     pub(crate) reason: Option<String>,
     /// The time in this mode.
     pub(crate) mode_ms: u64,
@@ -30,7 +30,7 @@ pub struct Status {
     pub scans: u64,
     pub(crate) period_us: u64,
     pub(crate) watchdog_us: u64,
-    /// The requests to the machine, each with whether it was granted.
+    /// The requests to the machine, and whether each was granted.
     pub(crate) posture: Vec<Posture>,
     pub(crate) scan: Scan,
     pub(crate) blocks: Vec<BlockStatus>,
@@ -39,7 +39,7 @@ pub struct Status {
     pub(crate) alarms: Vec<Alarm>,
     /// The forced operands.
     pub(crate) forces: Vec<ShownValue>,
-    /// Outside RUN: the outputs at which is something else than memory holds.
+    /// Outside RUN: the outputs whose state differs from memory.
     #[serde(default)]
     pub(crate) outputs: Vec<ShownValue>,
     pub(crate) devices: Devices,
@@ -59,16 +59,16 @@ pub struct FieldDevice {
     pub name: String,
     pub driver: String,
     pub peer: String,
-    /// `.Ok` and `.Stale` as the ladder sees them.
+    /// `.Ok` and `.Stale` as seen by the ladder.
     pub ok: bool,
     pub stale: bool,
-    /// Since the start.
+    /// The numbers since the start.
     pub exchanges: u64,
     pub failures: u64,
     /// The durations of the last good exchange and of the slowest one.
     pub took_us: u64,
     pub took_max_us: u64,
-    /// Why the last one failed, if none has succeeded since.
+    /// The reason why the last exchange failed, if none has succeeded since.
     pub trouble: Option<String>,
 }
 
@@ -78,13 +78,14 @@ pub struct FieldDevice {
 pub struct Retain {
     pub file: String,
     pub interval_ms: u64,
-    /// What the start restored, in words.
+    /// A sentence about what the start restored.
     pub restored: String,
-    /// The last image that is durable, if this process wrote one: its number, its scan, its age.
+    /// The last durable image that this process wrote, if any: its number, its scan, its age.
     pub image: Option<u64>,
     pub scan: Option<u64>,
     pub age_ms: Option<u64>,
-    /// From the beginning of a write until it was durable: the last one, the longest one.
+    /// The time from the start of a write until the image was durable: of the last write, and the
+    /// longest.
     pub flush_us: u64,
     pub flush_max_us: u64,
     pub writes: u64,
@@ -92,7 +93,7 @@ pub struct Retain {
     /// The bytes per day at the rate so far; `None` in the first minute.
     pub bytes_per_day: Option<u64>,
     pub budget_per_day: u64,
-    /// Why it cannot be written at present.
+    /// The reason why the file cannot be written now.
     pub failing: Option<String>,
 }
 
@@ -100,11 +101,11 @@ pub struct Retain {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct Record {
-    /// How far back memory reaches.
+    /// The time that the recording in memory covers.
     pub memory_ms: u64,
-    /// The most bytes that it takes.
+    /// The most bytes that the recording in memory may take.
     pub memory_bytes: u64,
-    /// Scans that the log lacks since the process started.
+    /// The number of scans since the process started that the scan log lacks.
     pub lost: u64,
     /// The folder on disk, if there is one.
     pub disk: Option<RecordDir>,
@@ -116,9 +117,9 @@ pub struct Record {
 pub struct RecordDir {
     pub dir: String,
     pub bytes: u64,
-    /// The most bytes that it may take.
+    /// The most bytes that the folder may take.
     pub size: u64,
-    /// Why it cannot be written at present.
+    /// The reason why the folder cannot be written now.
     pub failing: Option<String>,
 }
 
@@ -128,7 +129,7 @@ pub struct RecordDir {
 pub struct Ladder {
     pub name: String,
     pub files: String,
-    /// SHA-256 of the files' bytes, concatenated.
+    /// SHA-256 of the concatenated bytes of the files.
     pub sha256: String,
     pub blocks: usize,
     pub rungs: usize,
@@ -141,7 +142,7 @@ pub struct Posture {
     pub(crate) asked: String,
     /// Whether it was granted.
     pub(crate) granted: bool,
-    /// Why not.
+    /// The reason why not.
     pub(crate) why: Option<String>,
 }
 
@@ -154,11 +155,11 @@ pub struct Scan {
     pub scans: u64,
     /// Scans that ended after the next grid point.
     pub overruns: u64,
-    /// Grid points that passed without a scan because of them.
+    /// Grid points that passed without a scan because of overruns.
     pub skipped: u64,
     /// From a scan's timestamp to its end.
     pub execution: Spread,
-    /// How long after its grid point the scan thread was awake.
+    /// The time from a scan's grid point until the scan thread was awake.
     pub lateness: Spread,
 }
 
@@ -168,7 +169,7 @@ pub struct Scan {
 pub struct Spread {
     pub last_us: f64,
     pub min_us: f64,
-    /// Of all scans together.
+    /// The sum over all scans.
     #[serde(default)]
     pub sum_us: f64,
     pub mean_us: f64,
@@ -183,7 +184,7 @@ pub struct Spread {
 /// A bar of a histogram.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Bar {
-    /// The greatest value that counts here.
+    /// The greatest value that this bar counts.
     pub up_to_us: f64,
     /// The number of scans.
     pub count: u64,
@@ -198,7 +199,7 @@ pub struct BlockStatus {
     pub kind: String,
     /// `.Running`.
     pub running: bool,
-    /// `.Done`; of Tasks alone.
+    /// `.Done`, for Tasks only.
     pub done: Option<bool>,
     /// Its Stages that are ON.
     pub stages: Vec<String>,

@@ -1,6 +1,6 @@
 //! Values in the protocol: given by a client, and held by an operand.
 //!
-//! Part of [`super::protocol`], which says the rest.
+//! Part of [`super::protocol`], which describes the rest.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::isa::Real;
 
-/// A value as a client gives it.
+/// A value in the form that a client sends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a value is true or false, a number, or a string")]
 pub enum GivenValue {
@@ -18,7 +18,7 @@ pub enum GivenValue {
     Number(i64),
     /// A number with a point or an exponent.
     Real(f64),
-    /// As people write it: `ON`, `12`, `0x1F`, `1m30s`.
+    /// A text as people write it: `ON`, `12`, `0x1F`, `1m30s`.
     Text(String),
 }
 
@@ -38,13 +38,13 @@ pub struct ShownValue {
     pub unit: Option<String>,
     /// Whether it is forced.
     pub forced: bool,
-    /// Of a Y outside RUN: what is at the output, its safe value. In RUN it is the value.
+    /// For a Y outside RUN: the state of the output, its safe value. In RUN the state is `value`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub driven: Option<bool>,
 }
 
 impl ShownValue {
-    /// The value, with its unit behind it: `4.2 bar`.
+    /// The value, followed by its unit: `4.2 bar`.
     pub fn value_text(&self) -> String {
         match &self.unit {
             Some(unit) => format!("{} {unit}", self.value),
@@ -52,7 +52,7 @@ impl ShownValue {
         }
     }
 
-    /// What is at the output, in words, after a separator; nothing where the value says it.
+    /// The state of the output in words, after a separator; empty if the value shows it.
     pub fn driven_text(&self, separator: &str) -> String {
         match self.driven {
             Some(true) => format!("{separator}output ON"),
@@ -84,7 +84,7 @@ impl fmt::Display for Held {
 }
 
 impl fmt::Display for ShownValue {
-    /// `parts.Acc (CT0.Acc)`, or the address alone.
+    /// The form `parts.Acc (CT0.Acc)`, or only the address.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.tag {
             Some(tag) if *tag != self.address => write!(f, "{tag} ({})", self.address),

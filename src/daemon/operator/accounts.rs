@@ -1,7 +1,7 @@
 //! Users and groups by name and number, as `/etc/passwd` and `/etc/group` list them.
 //!
-//! Asked by `peer` and `socket`. Nothing here asks a name service: a controller starts without a
-//! network.
+//! Used by `peer` and `socket`. This module requests nothing from a name service: a controller
+//! starts without a network.
 
 use crate::daemon::narration::one_line;
 

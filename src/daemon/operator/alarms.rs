@@ -1,7 +1,7 @@
 //! Answers an operator about alarms: lists them, and acknowledges them.
 //!
-//! Called by `desk`. `daemon::alarm_book` knows the alarms; the monitor thread enters their changes
-//! a few milliseconds after the image that shows them, and an answer waits for that.
+//! Called by `desk`. `daemon::alarm_book` holds the alarms. The monitor thread enters their changes
+//! a few milliseconds after the image that shows them, and an answer waits for this entry.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,8 +23,8 @@ use crate::runtime::exchange::Snapshot;
 use crate::runtime::monotonic_ns;
 use crate::say::say;
 
-/// The time limit of the monitor thread. An alarm that changes with every scan may never be at
-/// rest: then the answer is what the book says by then.
+/// The time limit for the monitor thread. If an alarm changes with every scan, the book may never
+/// agree with the latest image: then the answer is the content of the book after this time.
 const BOOK_MAX: Duration = Duration::from_millis(500);
 /// The time between two looks at the book.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
@@ -37,7 +37,7 @@ impl Desk {
         AlarmList { mode: latest.mode.name().to_owned(), scans: latest.scans, alarms }
     }
 
-    /// The latest image, once the book says what it says.
+    /// The latest image, once the book agrees with it.
     async fn booked(&self) -> (Arc<Snapshot>, Arc<View>) {
         let began = Instant::now();
         loop {
@@ -49,7 +49,7 @@ impl Desk {
         }
     }
 
-    /// Acknowledges the alarms of these texts, or all that wait for it.
+    /// Acknowledges the alarms that these texts name, or all alarms that wait for it.
     ///
     /// # Errors
     /// A text names no alarm; then none is acknowledged.
@@ -61,7 +61,7 @@ impl Desk {
         let (latest, view) = self.booked().await;
         let ack = AlarmAck { who: peer.name.clone(), unix_ns: unix_ns(monotonic_ns()) };
         let alarms: Vec<AckedAlarm> = {
-            // One lock for all of it: a reload gives alarms other numbers.
+            // One lock for all texts: a reload changes the numbers of alarms.
             let mut book = view.about.book();
             let numbers = match texts {
                 None => book.unacknowledged(),
@@ -78,7 +78,7 @@ impl Desk {
     }
 }
 
-/// What the texts of a request are looked up in.
+/// The data in which the texts of a request are looked up.
 struct NamedAlarms<'a> {
     book: &'a AlarmBook,
     view: &'a View,
@@ -86,7 +86,7 @@ struct NamedAlarms<'a> {
 }
 
 impl NamedAlarms<'_> {
-    /// The numbers of the alarms of these texts.
+    /// The numbers of the alarms that these texts name.
     fn all(&self, texts: &[String]) -> Answered<Vec<usize>> {
         if texts.len() > OPERANDS_MAX {
             let message = format!("one request acknowledges at most {OPERANDS_MAX} alarms");
@@ -121,7 +121,7 @@ impl NamedAlarms<'_> {
     }
 }
 
-/// The line in the log of an acknowledgement.
+/// Logs an acknowledgement.
 fn tell(peer: &Peer, acked: &AckedAlarm) {
     let AckedAlarm { tag, text, before, after } = acked;
     let gone = if *before == AlarmState::Returned { ", which went away before" } else { "" };

@@ -1,8 +1,8 @@
 //! Carries out an operator's requests: read, write, force, run, stop, reload.
 //!
-//! Called by `session` for each request that its client may make. Changes go through the port, as a
-//! driver's do, and are answered once a complete scan (or a tick) has seen them. Each change is a
-//! line in the log: the user, the operand, the values before and after.
+//! Called by `session` for each request that its client is permitted to make. Changes go through
+//! the port, like those of a driver, and are answered once a complete scan (or a tick) has seen
+//! them. Each change is a line in the log: the user, the operand, the values before and after.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -34,14 +34,14 @@ use crate::say::say;
 
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
-/// The most forces that an answer names.
+/// The greatest number of forces that an answer names.
 const FORCES_NAMED_MAX: usize = 8;
 /// The note for an output that is forced outside RUN.
 const STAYS_SAFE: &str = "only in RUN does the force reach the output: now it has its safe value";
 /// The least time limit of a change's wait for the scan that sees it.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
-/// Where requests are answered.
+/// Answers the requests.
 pub(in super::super) struct Desk {
     views: Generations<View>,
     port: Port,
@@ -67,7 +67,7 @@ impl Desk {
         (latest, view)
     }
 
-    /// The names of the program that scans.
+    /// The names of the running program.
     fn names(&self) -> Arc<Names> {
         Arc::clone(&self.seen().1.names)
     }
@@ -131,7 +131,7 @@ impl Desk {
         view.about.status(&latest, forces, outputs)
     }
 
-    /// The forced operands with their present names; each with the name by which it was forced.
+    /// The forced operands with their current names, each with the name by which it was forced.
     fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Variable, String)> {
         let known = self.forced();
         let forced = latest.forces.list().iter().filter_map(|cell| names.at(*cell));
@@ -204,7 +204,7 @@ impl Desk {
         Ok(change)
     }
 
-    /// What to bear in mind: something else writes this operand again.
+    /// A warning if this operand will be overwritten: by a driver or by the ladder.
     fn note(&self, operand: &Variable, value: i32, change: &Change) -> Option<String> {
         let written = operand.held(value);
         if let Some(driver) = self.seen().1.about.driver_of(operand.what) {
@@ -242,7 +242,7 @@ impl Desk {
         let value = view.names.number(&operand, given)?;
         let force = Command::Force { cell: operand.cell, value };
         let id = self.hand_in(peer, latest.generation, force)?;
-        // Noted first: the status may show it before the answer is here.
+        // The name is stored first: the status may show the force before the answer arrives.
         self.forced().insert(operand.what, operand.operand.clone());
         let before = self.carried_out(id).await?;
         let mut change = self.forced_change(&operand, before);
@@ -274,8 +274,8 @@ impl Desk {
         Ok(change)
     }
 
-    /// What can be unforced instead: a reload may have renamed it, or given its name to something
-    /// else.
+    /// The operands that can be unforced instead. Since the force, a reload may have changed the
+    /// operand's name, or given the name to a different operand.
     fn forced_now(&self, text: &str) -> String {
         let (latest, view) = self.seen();
         let forces = self.forces(&latest, &view.names);
@@ -331,7 +331,7 @@ impl Desk {
             ModeWanted::Stop => matches!(before, Mode::Stop(_)),
         };
         if !there {
-            // It is answered when the thread obeys; the mode shows with its first scan or passes.
+            // The scan thread has obeyed; the new mode shows with its first scan or passes.
             let entered = self.port.shows(|latest| latest.since_ns != since_ns);
             timeout(self.wait(), entered).await.map_err(|_| no_answer())?;
             if to == ModeWanted::Run {
@@ -375,22 +375,22 @@ impl Desk {
         }
     }
 
-    /// Waits for the mode behind a first scan that asked for a stop at once.
+    /// If the first scan requested a stop at once: waits for the mode after this stop.
     async fn first_scan_stays(&self) {
         let ends = |latest: &Snapshot| latest.mode == Mode::Run && latest.ending;
         let ended = self.port.shows(|latest| !ends(latest));
-        // With a long period the last scan is still to come: it is in RUN, and that is said.
+        // With a long period the last scan may still be to come: then the answer says RUN.
         let _ = timeout(WAIT_LEAST, ended).await;
     }
 
-    /// Hands in a command for the cells of the program of a generation.
+    /// Hands in a command whose cells belong to the program of this generation.
     fn hand_in(&self, peer: &Peer, generation: u32, command: Command) -> Answered<CommandId> {
         let id = self.port.command_to(generation, command).map_err(denied)?;
         self.port.sign(Origin::Command(id), peer.to_string());
         Ok(id)
     }
 
-    /// The operand in the program that scans now: a reload may have come.
+    /// The operand in the program that runs now: a reload may have replaced the program.
     fn now(&self, operand: Variable) -> Variable {
         self.names().find_one(&operand.operand).unwrap_or(operand)
     }
@@ -405,7 +405,7 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
     let before = log::level();
     if before != level {
         let [was, is] = [before, level].map(Level::name);
-        // The line is written whether the level was above info, or will be.
+        // The level is info for a moment, so that this line is always written.
         log::set_level(Level::Info);
         say!(
             OPERATOR_LOG_LEVEL,
@@ -444,7 +444,7 @@ fn change(operand: &Variable, before: &Snapshot, latest: &Snapshot) -> Change {
     }
 }
 
-/// The line in the log of a change.
+/// Logs a change.
 fn tell(peer: &Peer, event: &Event, operand: &Variable, change: &Change, did: &str) {
     let (before, after) = (change.before, change.now.value);
     let forced = if change.was_forced { ", forced" } else { "" };
@@ -452,7 +452,7 @@ fn tell(peer: &Peer, event: &Event, operand: &Variable, change: &Change, did: &s
     tell_in(peer, event, operand, [before, after], &words);
 }
 
-/// The line in the log of a write that no scan has seen yet. No further line follows.
+/// Logs a write that no scan has seen yet. No further line follows.
 fn tell_waiting(peer: &Peer, operand: &Variable, change: &Change, waiting: (Held, Duration)) {
     let (written, period) = waiting;
     let before = change.before;
@@ -461,7 +461,7 @@ fn tell_waiting(peer: &Peer, operand: &Variable, change: &Change, waiting: (Held
     tell_in(peer, &events::OPERATOR_WRITE, operand, [before, written], &words);
 }
 
-/// A line about an operand, in these words, with its value before and after.
+/// Logs a line with these words about an operand, with its value before and after.
 fn tell_in(peer: &Peer, event: &Event, operand: &Variable, values: [Held; 2], words: &str) {
     let (address, [before, after]) = (&operand.address, values);
     say!(
@@ -477,7 +477,7 @@ fn tell_in(peer: &Peer, event: &Event, operand: &Variable, values: [Held; 2], wo
     );
 }
 
-/// The note of a write that no scan has seen yet.
+/// The note of a write that waits for the next scan.
 fn waits(written: Held, period: Duration) -> String {
     let period = span(period.as_nanos() as u64);
     format!("{written} is written with the next scan; a scan comes every {period}")

@@ -1,4 +1,5 @@
-//! Answers an operator about retentive memory: saves it now, and waits for the image of a stop.
+//! Answers an operator about retentive memory: saves it on request, and waits for the image of a
+//! stop.
 //!
 //! Called by `desk`. `retain_thread` writes; this module turns the outcome into an answer.
 
@@ -10,11 +11,11 @@ use crate::operator::protocol::{Refusal, RefusalKind, Saved};
 use crate::say::say;
 use std::time::Duration;
 
-/// The time limit of a disk.
+/// The time limit for the disk.
 const DISK_MAX: Duration = Duration::from_secs(120);
 const DISK_LATE: &str = "the disk has not answered in time; it may yet be kept";
 
-/// Has the latest image kept, and answers once it is durable.
+/// Saves the latest image, and answers once it is durable.
 ///
 /// # Errors
 /// It is not kept, or the disk has not answered in time.
@@ -40,8 +41,8 @@ pub(super) async fn save(retention: Option<&Retention>, peer: &Peer) -> Result<S
     Ok(saved)
 }
 
-/// Behind a stop: the last image once it is durable. `Ok(None)` where there is none to be kept;
-/// `Err` says why there should be one and is not, and what to do.
+/// After a stop: the last image, once it is durable. `Ok(None)` if there is no image to keep; `Err`
+/// gives the reason why the image is not kept, and the remedy.
 pub(super) async fn last_image(retention: Option<&Retention>) -> Result<Option<Saved>, String> {
     let Some(retention) = retention else { return Ok(None) };
     let why = match timeout(DISK_MAX, durable(retention)).await {

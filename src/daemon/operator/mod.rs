@@ -1,9 +1,9 @@
 //! The operator's commands at the running controller: the socket, its clients, their permissions.
 //!
 //! The shell makes a [`Claim`] before it opens any other file, binds a [`Server`] before the first
-//! scan, and runs it among the drivers. `socket` is
-//! the file, `peer` the user at the other end, `seats` and `pace` the limits, `session` one client;
-//! `desk` carries requests out, `status` tells how the controller is. Nothing here can make a scan
+//! scan, and runs it among the drivers. `socket` manages the socket's file, `peer` identifies the
+//! user at the other end, `seats` and `pace` have the limits, `session` serves one client; `desk`
+//! carries out requests, `status` reports the state of the controller. Nothing here can make a scan
 //! wait.
 
 mod accounts;

@@ -1,8 +1,8 @@
-//! A pace: the least time from one turn to the next, over all clients.
+//! A pace: the least time between two turns, over all clients.
 //!
 //! Used by the server for clients that connect, and by sessions for requests. A single client does
-//! not wait; a crowd waits in the order in which it came, and costs the machine no more turns than
-//! the pace has.
+//! not wait. A crowd waits in the order of arrival, and costs the machine no more turns than the
+//! pace allows.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -10,27 +10,27 @@ use std::time::Duration;
 use rustix::time::{ClockId, clock_gettime};
 use tokio::time::{Instant, sleep_until};
 
-/// All turns of a pace together take at most one part in this number of the thread's time.
+/// All turns of a pace together take at most 1/`SHARE` of the thread's time.
 const SHARE: u32 = 3;
 
-/// The time for which this thread has run on a processor.
+/// The processor time that this thread has used.
 pub(super) fn thread_time() -> Duration {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap_or(0))
 }
 
-/// Turns, given in order.
+/// Gives turns in order.
 pub(super) struct Pace {
     every: Duration,
-    /// The most time that unused turns save for a later crowd.
+    /// The most time that unused turns save up for a later crowd.
     saved_max: Duration,
     next: Mutex<Instant>,
-    /// The clients that wait, in order. The first of them holds the lock.
+    /// The queue of the waiting clients. The first of them holds the lock.
     waiting: tokio::sync::Mutex<()>,
 }
 
 impl Pace {
-    /// A turn in each `every`. After a rest, `at_once` turns need no wait.
+    /// One turn per `every`. After a rest, `at_once` turns need no wait.
     pub fn new(every: Duration, at_once: u32) -> Pace {
         Pace {
             every,
@@ -40,7 +40,7 @@ impl Pace {
         }
     }
 
-    /// Takes the next turn: when it is.
+    /// Takes the next turn; returns its time.
     pub fn take(&self, now: Instant) -> Instant {
         let mut next = self.next();
         let saved = now.checked_sub(self.saved_max).unwrap_or(now);
@@ -49,7 +49,7 @@ impl Pace {
         turn.max(now)
     }
 
-    /// Waits for the next turn. A client that goes before its turn takes none.
+    /// Waits for the next turn. A client that leaves before its turn takes none.
     pub async fn turn(&self) {
         let _first = self.waiting.lock().await;
         loop {
@@ -62,8 +62,8 @@ impl Pace {
         self.take(Instant::now());
     }
 
-    /// Delays the next turn if this one cost more than its share. The cost is [`thread_time`], not
-    /// time of day: a busy machine delays no turn.
+    /// Delays the next turn if this one cost more than its share. The cost is measured by
+    /// [`thread_time`], not by the time of day, so a busy machine delays no turn.
     pub fn charge(&self, cost: Duration) {
         *self.next() += (cost * SHARE).saturating_sub(self.every);
     }

@@ -1,7 +1,7 @@
 //! The user at the other end of a connection, as reported by the kernel, not by the client.
 //!
 //! Every user that can open the socket may look. Root, the user that rungd runs as, and members of
-//! the socket's group may change things. Used by `server` for each client that it lets in.
+//! the socket's group may also make changes. Used by `server` for each client that it lets in.
 #![allow(unsafe_code)]
 
 use std::fmt;
@@ -14,10 +14,10 @@ use super::accounts::name_of;
 use super::socket::Owner;
 use crate::operator::protocol::{Refusal, RefusalKind};
 
-/// The most groups that are asked for. Of a user with more, the first group alone counts.
+/// The most groups that are read. If a user has more, only its first group counts.
 const GROUPS_MAX: usize = 1024;
 
-/// The longest name of a person for whom a client acts.
+/// The longest name of a person on whose behalf a client acts.
 const PERSON_BYTES_MAX: usize = 64;
 
 /// A client.
@@ -25,13 +25,13 @@ const PERSON_BYTES_MAX: usize = 64;
 pub(super) struct Peer {
     pub uid: u32,
     pub pid: i32,
-    /// The user's name, where `/etc/passwd` has one; else the number.
+    /// The user's name if `/etc/passwd` has one, else the number.
     pub name: String,
     pub may_change: bool,
 }
 
 impl Peer {
-    /// The user that connected to a socket of this owner.
+    /// The user that connected to a socket with this owner.
     pub fn of(stream: &UnixStream, socket: Owner) -> io::Result<Peer> {
         let cred = stream.peer_cred()?;
         let (uid, gid) = (cred.uid(), cred.gid());
@@ -44,10 +44,10 @@ impl Peer {
 }
 
 impl Peer {
-    /// The same client, acting for a person of its own: the log names both.
+    /// The same client on behalf of one of its own users: the log shows both names.
     ///
     /// # Errors
-    /// The person's name is no name.
+    /// The person's name is not valid.
     pub fn acting_for(&self, person: Option<&str>) -> Result<Peer, Refusal> {
         let Some(person) = person else { return Ok(self.clone()) };
         let is_odd = |c: char| c.is_control() || c.is_whitespace();
@@ -78,7 +78,7 @@ fn groups(stream: &UnixStream) -> io::Result<Vec<u32>> {
     };
     if result != 0 {
         return match io::Error::last_os_error() {
-            // More than anybody has, or a kernel that does not tell: the first group counts.
+            // Too many groups, or the kernel does not report them: only the first group counts.
             error if matches!(error.raw_os_error(), Some(libc::ERANGE | libc::ENOPROTOOPT)) => {
                 Ok(Vec::new())
             }

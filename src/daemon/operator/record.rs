@@ -1,7 +1,8 @@
-//! Answers an operator with what the scan log has in memory, for `rungd why` and `rungd record`.
+//! Answers an operator with the part of the scan log that is in memory. `rungd why` and
+//! `rungd record` use it.
 //!
-//! Called by `desk`. A recording has the ladder's files in it, so those who may only look get it
-//! only where everybody may read these files.
+//! Called by `desk`. A recording contains the ladder's files. So a client that may only look gets a
+//! recording only if everybody may read these files.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -12,13 +13,13 @@ use super::status::About;
 use crate::operator::protocol::{RecordingBytes, Refusal, RefusalKind};
 use std::time::Duration;
 
-/// The time limit of the scan log's thread.
+/// The time limit for the scan log's thread.
 const THREAD_MAX: Duration = Duration::from_secs(10);
 
-/// The scan log's last while, as a recording: the sections from a number on.
+/// The most recent part of the scan log, as a recording: the sections from a number on.
 ///
 /// # Errors
-/// The peer may not read the ladder; or the thread does not answer.
+/// The peer may not read the ladder, or the thread does not answer.
 pub(super) async fn recent(
     about: &About,
     peer: &Peer,

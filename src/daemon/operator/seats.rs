@@ -1,9 +1,9 @@
 //! The seats at the operator's socket: a limited number of clients at a time; idle ones make room.
 //!
-//! A thousand connections of one user do not keep the next user out: no user has the last seats,
-//! nor have all users together that may only look. If all seats are taken, the user with the most
-//! seats loses one: the one that has been idle longest. Used by `server`, which lets clients in,
-//! and by `session`.
+//! A thousand connections of one user do not shut out the next user: no single user can take the
+//! last seats, and neither can all users together that may only look. If all seats are taken, the
+//! user with the most seats loses the seat that has been idle longest. Used by `server`, which lets
+//! clients in, and by `session`.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,8 +11,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
-/// The number of seats that no single user has beside all others, nor all users together that may
-/// only look.
+/// The number of seats that are reserved: neither a single user nor all users together that may
+/// only look can take them.
 pub(super) const KEPT: usize = 8;
 
 /// All seats.
@@ -32,12 +32,12 @@ struct Sitters {
 struct Sitter {
     uid: u32,
     may_change: bool,
-    /// Since when it is idle; `None` while a request of it is carried out.
+    /// The moment since which it is idle; `None` while a request of this client is carried out.
     idle: Option<Instant>,
     leave: Arc<Notify>,
 }
 
-/// One seat, taken; free again when it is dropped.
+/// One taken seat; dropping it frees the seat.
 pub(super) struct Seat {
     seats: Seats,
     number: u64,
@@ -45,12 +45,12 @@ pub(super) struct Seat {
 }
 
 impl Seats {
-    /// `count_max` seats, of which `kept` are kept from a crowd.
+    /// `count_max` seats, of which `kept` are reserved.
     pub fn new(count_max: usize, kept: usize) -> Seats {
         Seats { taken: Arc::default(), count_max, kept }
     }
 
-    /// A seat for a user; `None` if all seats that this user may have are taken and at work.
+    /// A seat for a user; `None` if all seats that this user may have are taken and busy.
     pub fn take(&self, uid: u32, may_change: bool) -> Option<Seat> {
         let mut taken = self.lock();
         let most = self.count_max - self.kept;
@@ -68,7 +68,8 @@ impl Seats {
         Some(Seat { seats: self.clone(), number, leave })
     }
 
-    /// Asks an idle client to leave, where there is one: the machine gives no further descriptor.
+    /// Asks an idle client, if there is one, to leave. Called when the machine gives no further
+    /// file descriptor.
     pub fn make_room(&self) {
         self.lock().dismiss(|_| true);
     }
@@ -79,16 +80,16 @@ impl Seats {
 }
 
 impl Sitters {
-    /// Whether fewer than `most` of these are left, if necessary after one idle client of them was
-    /// asked to leave.
+    /// Whether fewer than `most` of these clients have a seat. If necessary, one idle client of
+    /// them is asked to leave.
     fn room(&mut self, most: usize, these: impl Fn(&Sitter) -> bool) -> bool {
         let sit = self.sitters.values().filter(|sitter| these(sitter)).count();
         sit < most || self.dismiss(these)
     }
 
-    /// Asks an idle client of these to leave; false if all of them are at work.
+    /// Asks an idle client of these to leave; false if all of them are busy.
     fn dismiss(&mut self, these: impl Fn(&Sitter) -> bool) -> bool {
-        // It is told once, and its seat counts as free from now on.
+        // The client is asked once, and its seat counts as free from now on.
         let leaver = self.leaver(these).and_then(|leaver| self.sitters.remove(&leaver));
         leaver.is_some_and(|sitter| {
             sitter.leave.notify_one();
@@ -96,7 +97,8 @@ impl Sitters {
         })
     }
 
-    /// Of the user with most seats, the one of these that has been idle longest.
+    /// The client of these to dismiss: of the user with the most seats, the client that has been
+    /// idle longest.
     fn leaver(&self, these: impl Fn(&Sitter) -> bool) -> Option<u64> {
         let mut counts: HashMap<u32, usize> = HashMap::new();
         for sitter in self.sitters.values() {
@@ -112,14 +114,14 @@ impl Sitters {
 }
 
 impl Seat {
-    /// Says whether a request of it is being carried out.
+    /// Notes whether a request of this client is being carried out.
     pub fn set_busy(&self, busy: bool) {
         if let Some(sitter) = self.seats.lock().sitters.get_mut(&self.number) {
             sitter.idle = (!busy).then(Instant::now);
         }
     }
 
-    /// Ends when it is to make room.
+    /// Waits until this client is asked to leave.
     pub async fn asked_to_leave(&self) {
         self.leave.notified().await;
     }
@@ -172,7 +174,7 @@ mod tests {
             let taken: Vec<Seat> = (0..20).map_while(|_| busy(uid, may_change)).collect();
             taken
         };
-        // One user, each of its clients at work.
+        // One user, all of whose clients are busy.
         let greedy = taken(7, true);
         assert_eq!(greedy.len(), 8);
         assert!(busy(0, true).is_some() && busy(8, false).is_some());
@@ -183,7 +185,7 @@ mod tests {
         let root = busy(0, true).unwrap();
         let operator = busy(1, true).unwrap();
         assert!(busy(2, true).is_none() && busy(300, false).is_none());
-        // An idle client that may only look makes room for the next, and none of the others does.
+        // An idle client that may only look makes room for the next; no other client does.
         crowd[3].set_busy(false);
         root.set_busy(false);
         let reader = seats.take(301, false).unwrap();

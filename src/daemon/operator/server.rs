@@ -1,8 +1,8 @@
 //! The operator's server: lets in a limited number of clients, and makes a lost socket again.
 //!
 //! The shell binds it before the first scan and runs it among the drivers. Each client has a task.
-//! A client that sends garbage or half a line, does not read, or does not ask anything is closed.
-//! If all seats are taken, the client that has been idle longest is closed, so that the next one is
+//! A client is closed if it sends garbage or half a line, does not read, or makes no request. If
+//! all seats are taken, the client that has been idle longest is closed, so that the next one is
 //! served. One pace for all clients limits the load of a crowd. If the socket's file is removed,
 //! the server makes it again.
 
@@ -27,11 +27,12 @@ use crate::say::say;
 
 /// The most clients at a time.
 const CLIENTS_MAX: usize = 64;
-/// The least time between two clients; after a rest, as many as there are seats come at once.
+/// The least time between two clients. After a rest, as many clients as there are seats are let in
+/// at once.
 const CLIENT_EVERY: Duration = Duration::from_millis(2);
 /// The interval at which the server checks that the socket is still in its place.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
-/// The pause after a failed accept, as when there are no file descriptors left.
+/// The pause after a failed accept, for example if there are no file descriptors left.
 const REST_AFTER_FAILURE: Duration = Duration::from_millis(100);
 
 /// A bound server.
@@ -40,7 +41,7 @@ pub(in super::super) struct Server {
     socket: socket::Bound,
     shared: Arc<Shared>,
     clients: Pace,
-    /// The socket is gone, which was told.
+    /// The socket is gone, and this has been logged.
     lost: bool,
 }
 
@@ -48,7 +49,7 @@ impl Server {
     /// Binds the socket at its place. `None` if the controller runs without it.
     ///
     /// # Errors
-    /// The group is unknown, or the system says no to a socket that the controller file insists on.
+    /// The group is unknown, or the system refuses a socket that the controller file requires.
     pub fn bind(claim: Claim, desk: Desk) -> Result<Option<Server>, StartFailure> {
         let spec = claim.spec().clone();
         let Some((listener, socket)) = unless_done_without(&spec, claim.bind())? else {
@@ -61,7 +62,7 @@ impl Server {
         Ok(Some(Server { listener, socket, shared, clients, lost: false }))
     }
 
-    /// Serves until `stop`; then all connections are closed, and the socket is gone.
+    /// Serves until `stop`; then closes all connections and removes the socket.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
         let mut clients = JoinSet::new();
@@ -91,7 +92,7 @@ impl Server {
         }
     }
 
-    /// Makes the socket again where it is gone; tells it once.
+    /// If the socket is gone, makes it again; logs this once.
     fn look(&mut self) {
         let Some(why) = self.socket.lost() else {
             if std::mem::take(&mut self.lost) {
@@ -156,14 +157,14 @@ fn tell_open(socket: &socket::Bound) {
 /// controller runs without a socket.
 ///
 /// # Errors
-/// Another controller has the place, or the system says no to a socket that the controller file
-/// insists on.
+/// A different controller has the place, or the system refuses a socket that the controller file
+/// requires.
 pub(in super::super) fn claim(spec: &SocketSpec) -> Result<Option<Claim>, StartFailure> {
     unless_done_without(spec, Claim::new(spec))
 }
 
-/// `None`, and a line in the log, for a failure that a controller runs with: only the environment
-/// asked for the socket.
+/// Turns a failure into `None` and a line in the log if the controller can run without the socket,
+/// that is, if only the environment requested it.
 fn unless_done_without<T>(
     spec: &SocketSpec,
     done: Result<T, StartFailure>,

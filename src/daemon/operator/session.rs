@@ -1,9 +1,9 @@
-//! One client: reads request lines, writes answer lines, with a limit on everything.
+//! Serves one client: reads request lines, writes answer lines, with a limit on everything.
 //!
-//! A line has a greatest length and a longest time; an answer must be taken in time; a client that
-//! asks nothing is closed after a while, even if it sends blank lines. Requests have two paces: one
-//! of each client, one of all clients together. An answer is made when the answer before it was
-//! taken, so a client that never reads holds one answer, and not for long.
+//! A line has a greatest length and a longest time; an answer must be taken in time. A client that
+//! makes no request is closed after a while, even if it sends blank lines. Requests have two paces:
+//! one per client, and one for all clients together. An answer is made after the previous answer
+//! was taken, so for a client that never reads, one answer is kept, and only until its time limit.
 
 use std::fmt;
 use std::sync::Arc;
@@ -36,10 +36,11 @@ const GARBAGE_MAX: u32 = 8;
 /// The most characters of a client's text that are logged.
 const LOGGED_CHARS_MAX: usize = 200;
 
-/// The least time between two requests of all clients; after a rest, some come at once.
+/// The least time between two requests of all clients; after a rest, some are served at once.
 const REQUEST_OF_ALL_EVERY: Duration = Duration::from_millis(1);
 const REQUESTS_AT_ONCE: u32 = 64;
-/// The least time between two lists of names, which are long; after a rest, some come at once.
+/// The least time between two lists of names, which are long; after a rest, some are served at
+/// once.
 const NAMES_OF_ALL_EVERY: Duration = Duration::from_millis(20);
 const NAMES_AT_ONCE: u32 = 16;
 
@@ -67,7 +68,7 @@ pub(super) struct Session {
     shared: Arc<Shared>,
     received: Vec<u8>,
     garbage: u32,
-    /// When it asked for something last, or came.
+    /// The time of the last request, at first of the connection.
     asked: Instant,
 }
 
@@ -137,7 +138,7 @@ impl Session {
         self.unless_asked_to_leave(sleep_until(now + REQUEST_EVERY)).await
     }
 
-    /// Waits for a turn. A client that waits counts as idle: it makes room for another one.
+    /// Waits for a turn. A client that waits counts as idle: it makes room for a new client.
     async fn wait_for(&self, pace: &Pace) -> Result<(), Closed> {
         self.seat.set_busy(false);
         self.unless_asked_to_leave(pace.turn()).await?;
@@ -215,7 +216,7 @@ impl Session {
         }
         let line = line_of(&answer.map_or_else(Reply::Error, Reply::Ok));
         if request.only_looks() {
-            // Nothing was awaited: all of this time went into the answer.
+            // A request that only looks awaits nothing: all of this time was spent on the answer.
             pace.charge(thread_time().saturating_sub(began));
         }
         self.send_line(&line).await
@@ -238,7 +239,7 @@ impl Session {
         if matches!(request, Request::Reload { .. } | Request::Rollback {})
             && refusal.kind != RefusalKind::NotPermitted
         {
-            // Logged with its findings by the code that did it.
+            // The code that refused it has logged the findings.
             return;
         }
         let (peer, why) = (&self.peer, short(&refusal.message));
@@ -268,8 +269,7 @@ impl Session {
     }
 
     async fn send_line(&mut self, line: &[u8]) -> Result<(), Closed> {
-        // The request is done: a client that does not take the answer makes room as an idle one
-        // does.
+        // The request is done: a client that does not take the answer makes room like an idle one.
         self.seat.set_busy(false);
         let Session { stream, seat, .. } = self;
         tokio::select! {
@@ -284,7 +284,7 @@ impl Session {
     }
 }
 
-/// What a client sent, or what repeats it, in a line of the log: not all of it, and on one line.
+/// A client's text, or a message that repeats it, for the log: shortened, and on one line.
 fn short(text: &str) -> String {
     let line = one_line(text);
     match line.char_indices().nth(LOGGED_CHARS_MAX) {
@@ -299,7 +299,7 @@ fn line_of(reply: &impl Serialize) -> Vec<u8> {
     line
 }
 
-/// Tells a client that no seat is free, if it can be told at once.
+/// Informs a client that no seat is free, if this is possible without waiting.
 pub(super) fn turn_away(stream: &UnixStream, seats: usize) {
     let message = format!("{seats} clients are being served already; try again");
     let refusal = Refusal::new(RefusalKind::Refused, message);

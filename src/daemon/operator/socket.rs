@@ -1,8 +1,9 @@
-//! The socket as a file: its place, its owner, and whether a controller answers there.
+//! The operator's socket as a file: its place, its owner, and whether a controller answers there.
 //!
-//! It is made under a temporary name with its group and permissions, and then renamed to its place,
-//! so it never has other permissions there. The process holds a lock beside it while it lives: a
-//! socket whose lock is free is left over from a process that has ended. Called by `server`.
+//! The socket is made under a temporary name with its group and permissions, and then renamed to
+//! its place, so it never has other permissions there. As long as the process lives, it holds a
+//! lock beside the socket: a socket with a free lock is left over from a process that has ended.
+//! Called by `server`.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io;
@@ -22,8 +23,8 @@ use crate::daemon::failure::StartFailure;
 use crate::operator::socket_of_environment;
 use crate::source::span::FileId;
 
-/// The most clients that wait to be let in. A further one waits in `connect`, and not behind
-/// thousands that have gone again.
+/// The most clients that wait to be let in. A further client waits in `connect`, instead of behind
+/// thousands of clients that have left.
 const QUEUE_MAX: i32 = 64;
 
 /// The place of the socket, its group and permissions.
@@ -32,13 +33,13 @@ pub(in super::super) struct SocketSpec {
     pub path: PathBuf,
     pub mode: u32,
     pub group: Option<String>,
-    /// The controller file asks for it: without it there is no start.
+    /// The controller file requires the socket: without it the start fails.
     pub insists: bool,
-    /// The controller file's relative path, if a service uses its own place instead.
+    /// The controller file's relative path, if a service uses its own place instead of it.
     pub instead_of: Option<String>,
 }
 
-/// Another controller answers there.
+/// A different controller answers at this place.
 #[derive(Debug)]
 pub(in super::super) struct SocketTaken(String);
 
@@ -50,10 +51,10 @@ pub(in super::super) struct Claim {
     lock: File,
 }
 
-/// A socket that is bound; its file goes with it.
+/// A bound socket; dropping it removes the file.
 pub(super) struct Bound {
     spec: SocketSpec,
-    /// Its file's number, by which it knows its own.
+    /// The number of the socket's file, by which the file is recognised as its own.
     inode: u64,
     pub owner: Owner,
     lock: File,
@@ -72,8 +73,9 @@ impl Owner {
     }
 }
 
-/// The operator's socket that a controller file names, or systemd's environment. Of a file that
-/// cannot be read as one, the environment's: its controller may run all the same.
+/// The operator's socket that a controller file or systemd's environment names. If the file cannot
+/// be read as a controller file, this is the environment's socket: the file's controller may still
+/// be running.
 pub fn operator_socket(controller: &Path) -> Option<PathBuf> {
     let text = std::fs::read_to_string(controller).unwrap_or_default();
     let written = controller::read(&text, FileId(0)).0.filter(|written| written.lost.is_none());
@@ -83,9 +85,10 @@ pub fn operator_socket(controller: &Path) -> Option<PathBuf> {
 }
 
 impl SocketSpec {
-    /// As the controller file says; else as the environment or systemd's runtime folder says.
-    /// Without any of them, or where it is not wanted, there is none. A relative path is for a
-    /// start by hand: a service, which has a runtime folder, may not write beside its file.
+    /// The place is that of the controller file, else that of the environment or of systemd's
+    /// runtime folder. `None` if there is no place, or if the controller file wants no socket. A
+    /// relative path applies only to a start by hand: a service, which has a runtime folder, may
+    /// not write beside its file.
     pub fn of(asked: &Operator, controller: &str) -> Option<SocketSpec> {
         let systemd = || Some(directories::runtime()?.join("rungd.sock"));
         let is_service = directories::runtime().is_some();
@@ -105,12 +108,13 @@ impl SocketSpec {
 
     fn failure(&self, why: &dyn std::fmt::Display) -> StartFailure {
         let path = self.path.display();
-        // The message names the controller file's key only where that key asked for it.
+        // The message names the controller file's key only if that key requested the socket.
         let asked = if self.insists { "`[operator] socket`" } else { "the operator's socket" };
         StartFailure::Environment(anyhow::anyhow!("{asked} cannot be {path}: {why}"))
     }
 
-    /// The failure for a file that cannot be made; without its folder, a remedy instead of `why`.
+    /// The failure if a file cannot be made; if its folder is missing, with a remedy instead of
+    /// `why`.
     fn not_made(&self, why: &str, error: &io::Error) -> StartFailure {
         if error.kind() != io::ErrorKind::NotFound {
             return self.failure(&why);
@@ -125,9 +129,9 @@ impl Claim {
     /// Claims a place.
     ///
     /// # Errors
-    /// A controller answers there, or the system says no.
+    /// A controller answers there, or the system refuses.
     pub fn new(spec: &SocketSpec) -> Result<Claim, StartFailure> {
-        // First of all: beside what is no socket no lock belongs either.
+        // This check comes first: a lock belongs only beside a socket.
         is_socket_or_nothing(spec)?;
         let lock = lock(spec)?;
         clear(spec)?;
@@ -184,22 +188,22 @@ fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), StartFailure>
 }
 
 impl Bound {
-    /// Where it is.
+    /// The path of the socket.
     pub fn path(&self) -> &Path {
         &self.spec.path
     }
 
-    /// Its permissions.
+    /// The permissions of the socket.
     pub fn mode(&self) -> u32 {
         self.spec.mode
     }
 
-    /// The controller file's relative path, which it does not have in a service.
+    /// The controller file's relative path, if a service uses its own place instead of it.
     pub fn instead_of(&self) -> Option<&str> {
         self.spec.instead_of.as_deref()
     }
 
-    /// The reason why clients cannot find it any more, if it is lost.
+    /// If the socket is lost: the reason why clients cannot find it any more.
     pub fn lost(&self) -> Option<String> {
         match fs::symlink_metadata(self.path()) {
             Ok(meta) if meta.ino() == self.inode => None,
@@ -208,14 +212,14 @@ impl Bound {
         }
     }
 
-    /// Makes it again, as it was made at the start.
+    /// Makes the socket again, as at the start.
     ///
     /// # Errors
-    /// The same.
+    /// Those of the start.
     pub fn again(&mut self) -> Result<UnixListener, StartFailure> {
         is_socket_or_nothing(&self.spec)?;
         let own = self.lock.metadata().map(|meta| meta.ino()).ok();
-        // The lock's file may have been taken away together with the socket.
+        // The lock's file may have been removed together with the socket.
         if fs::metadata(beside(self.path(), ".lock")).map(|meta| meta.ino()).ok() != own {
             self.lock = lock(&self.spec)?;
         }
@@ -226,7 +230,7 @@ impl Bound {
     }
 }
 
-/// The path with more at its end.
+/// The path with an ending appended.
 fn beside(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);
@@ -238,7 +242,7 @@ fn lock(spec: &SocketSpec) -> Result<File, StartFailure> {
     let path = beside(&spec.path, ".lock");
     let mut options = OpenOptions::new();
     let options = options.create(true).truncate(false).write(true).mode(0o600);
-    // A FIFO would have `open` wait for its reader.
+    // On a FIFO, `open` would wait for its reader.
     let options = options.custom_flags(OFlags::NONBLOCK.bits().cast_signed());
     let other = "is no file, and the socket's lock belongs there: remove it";
     if fs::metadata(&path).is_ok_and(|meta| !meta.is_file()) {
@@ -285,7 +289,7 @@ fn is_socket_or_nothing(spec: &SocketSpec) -> Result<(), StartFailure> {
     }
 }
 
-/// Refuses a socket at which a controller answers.
+/// Refuses a socket where a controller answers.
 fn clear(spec: &SocketSpec) -> Result<(), StartFailure> {
     is_socket_or_nothing(spec)?;
     if !spec.path.exists() {
@@ -293,7 +297,7 @@ fn clear(spec: &SocketSpec) -> Result<(), StartFailure> {
     }
     match UnixStream::connect(&spec.path) {
         Ok(_) => Err(taken(&spec.path)),
-        // It is replaced in one step when the new one is ready.
+        // The file left over is replaced in one step when the new socket is ready.
         Err(_) => Ok(()),
     }
 }

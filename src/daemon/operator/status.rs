@@ -1,7 +1,7 @@
 //! Makes the answer to `status`.
 //!
-//! It is made of facts from the start, the latest image, and the scan thread's atomics. It sends no
-//! command to the scan thread.
+//! The answer is made of facts from the start, the latest image, and the scan thread's atomics. No
+//! command goes to the scan thread.
 
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -26,7 +26,7 @@ use crate::operator::protocol::{
 use crate::runtime::exchange::{Mode, Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
 
-/// The facts from the start, the same for every program.
+/// The facts that were collected at the start. They are the same for every program.
 #[derive(Clone)]
 pub(in super::super) struct AboutParts {
     pub grants: Vec<Grant>,
@@ -62,7 +62,7 @@ impl AboutParts {
     }
 }
 
-/// The desk's data about a program.
+/// The data that the desk needs about a program.
 pub(in super::super) struct View {
     pub names: Arc<Names>,
     pub about: About,
@@ -87,7 +87,7 @@ pub(in super::super) struct About {
     rules: usize,
     /// The alarms, each with the cell of its bit.
     alarms: Vec<(BitCell, Alarm)>,
-    /// Each driver with the addresses that it moves.
+    /// The name of each driver, with the addresses that it moves.
     movers: Vec<(String, HashSet<Address>)>,
 }
 
@@ -207,7 +207,7 @@ impl About {
         self.parts.book.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The alarms that are ON. Of one that has only just risen the book may not say anything yet.
+    /// The alarms that are ON. For an alarm that has just risen, the book may have no entry yet.
     fn standing(&self, latest: &Snapshot) -> Vec<Alarm> {
         let (book, now_ns) = (self.book(), monotonic_ns());
         let standing = self.alarms.iter().enumerate().filter(|(_, (cell, _))| latest.bit(*cell));
@@ -350,7 +350,7 @@ fn spread(spread: &runtime::Spread, bars: &[runtime::Bar]) -> protocol::Spread {
     }
 }
 
-/// The reason for the mode, outside RUN.
+/// The reason for the mode; `None` in RUN.
 pub(super) fn reason(mode: Mode) -> Option<String> {
     (mode != Mode::Run).then(|| crate::daemon::narration::reason(mode))
 }

@@ -1,7 +1,7 @@
-//! Dry runs of a reload: one at a time, and at most half of the time.
+//! Limits the dry runs of a reload: one at a time, during at most half of the time.
 //!
-//! A dry run reads and checks files as a reload does, and changes nothing. Only this limit keeps
-//! clients from dry runs without end. Used by `daemon::reload`.
+//! A dry run reads and checks files like a reload, and changes nothing. Only this limit prevents
+//! clients from requesting dry runs without end. Used by `daemon::reload`.
 
 use std::future::Future;
 
@@ -10,7 +10,7 @@ use tokio::time::{Instant, sleep_until};
 
 /// Lets one dry run through at a time.
 pub(super) struct DryRuns {
-    /// The earliest begin of the next dry run.
+    /// The earliest start of the next dry run.
     next: Mutex<Instant>,
 }
 
@@ -19,7 +19,7 @@ impl DryRuns {
         DryRuns { next: Mutex::new(Instant::now()) }
     }
 
-    /// Does a dry run; `None` while a different one is under way. Before it begins there is a pause
+    /// Does a dry run; `None` while another dry run is under way. Before the start there is a pause
     /// as long as the last dry run took.
     pub async fn one<T>(&self, run: impl Future<Output = T>) -> Option<T> {
         let mut next = self.next.try_lock().ok()?;

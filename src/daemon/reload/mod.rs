@@ -1,10 +1,10 @@
 //! A reload from its request to its report: files, check, plan, the swap, and the way back.
 //!
-//! The operator's desk and SIGHUP request it; the shell checks whether a new program faults.
-//! A thread of its own reads, checks and lowers the files, within a time limit; the result goes to
-//! the scan thread in a package. There is one reload at a time. It runs as a task of its own, so
-//! that it is completed even if its client disconnects. A reload that reads files holds no lock
-//! that a rollback needs, so a rollback never waits for files.
+//! The operator's desk and SIGHUP request it; the shell checks whether a new program faults. A
+//! separate thread reads, checks and lowers the files, within a time limit; the result goes to the
+//! scan thread in a package. There is one reload at a time. It runs as a separate task, so that it
+//! is completed even if its client disconnects. While a reload reads files, it holds no lock that a
+//! rollback needs, so a rollback never waits for files.
 
 mod dry;
 mod reading;
@@ -73,14 +73,14 @@ pub(super) struct ReloadParts {
 
 struct Inner {
     reloader: Reloader<Taped>,
-    /// The first program of the process. Settings that a reload does not apply stay as this program
-    /// set them.
+    /// The first program of the process. Settings that a reload does not apply keep the values of
+    /// this program.
     started: Arc<Running>,
     running: Arc<Running>,
-    /// The target of a rollback: the last program, before the running one, that passed its
+    /// The target of a rollback: of the programs before the running one, the last that passed its
     /// probation.
     way_back: Option<Arc<Running>>,
-    /// The program that was handed in and has no answer yet.
+    /// The program that was handed to the scan thread and has no answer yet.
     pending: Option<Pending>,
     generation: u32,
 }
@@ -144,7 +144,7 @@ impl Reloads {
         done.await.unwrap_or_else(|bug| Err(refused(format!("a bug in rungd: {bug}"))))
     }
 
-    /// Begins the reload of a SIGHUP. The log has its outcome.
+    /// Begins the reload of a SIGHUP. The log shows its outcome.
     pub fn hangup(self: &Arc<Self>) {
         if !self.hangup_waits.swap(true, Ordering::AcqRel) {
             tokio::spawn(Arc::clone(self).reload("SIGHUP".to_owned(), false));
@@ -257,7 +257,7 @@ impl Reloads {
         Ok(done)
     }
 
-    /// Reads the files of a program as they are now.
+    /// Reads the current files of a program.
     async fn read(&self, of: &Running) -> Answered<Running> {
         let path = PathBuf::from(&of.setup.controller);
         let sizes = of.setup.symbols.layout.sizes().clone();
@@ -286,7 +286,8 @@ impl Reloads {
         made.map_err(|bug| refused(format!("a bug in rungd: {bug}")))
     }
 
-    /// Swaps the previous program back in; `fault`: because of this fault of the new one.
+    /// Swaps the previous program back in. `fault` is the fault of the new program, if it is the
+    /// reason.
     async fn go_back(&self, who: &str, fault: Option<OwnFault>) -> Answered<Reloaded> {
         let mut inner = self.settled().await;
         if let Some(OwnFault { generation, .. }) = fault
@@ -360,7 +361,7 @@ impl Reloads {
         *self.trial()
     }
 
-    /// Locks the programs, after the swaps that the scan thread has completed are entered.
+    /// Locks the programs, and enters the swaps that the scan thread has completed.
     async fn settled(&self) -> tokio::sync::MutexGuard<'_, Inner> {
         let mut inner = self.inner.lock().await;
         self.settle(&mut inner, |_, _| {});
@@ -383,8 +384,8 @@ impl Reloads {
             let mut trial = self.trial();
             match (back, &*trial) {
                 (true, _) => inner.way_back = None,
-                // The replaced program has not passed its probation: the target of a rollback
-                // stays the last program that has.
+                // The replaced program has not passed its probation: the target of a rollback stays
+                // the last program that has passed it.
                 (false, Some(_)) if inner.way_back.is_some() => {}
                 (false, _) => inner.way_back = Some(old),
             }
@@ -407,8 +408,8 @@ impl Reloads {
     }
 }
 
-/// The report of a swap, made of the values from before the swap and of the image after the
-/// termination passes.
+/// The report of a swap, made of the values before the swap and the image after the termination
+/// passes.
 fn report(plan: &ReloadPlan, package: &Package<Taped>, forces: &[Cell]) -> Vec<String> {
     let engine = package.machine.engine();
     let image = engine.image();
@@ -429,7 +430,7 @@ trait Dry {
 }
 
 impl Dry for Reloaded {
-    /// The same answer for a dry run.
+    /// The same answer, marked as that of a dry run.
     fn dry(self) -> Reloaded {
         Reloaded { dry_run: true, ..self }
     }

@@ -1,9 +1,9 @@
-//! Reads and checks files on a thread of its own, within a limit. Called by `daemon::reload`.
+//! Reads and checks files on a separate thread, within a time limit. Called by `daemon::reload`.
 //!
-//! When the time is over, the [`Progress`] makes the load stop, and its thread ends; the answer
-//! names the step that took longest. A thread within a system call (a stalled network mount)
-//! cannot be ended: it ends when the mount answers, and its result is dropped. The number of such
-//! threads is limited.
+//! After the limit, the [`Progress`] makes the load stop, and its thread ends; the answer names the
+//! step that took longest. A thread within a system call (a stalled network mount) cannot be ended:
+//! it ends when the mount answers, and its result is dropped. The number of such threads is
+//! limited.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -16,18 +16,18 @@ use tokio::time::timeout;
 use crate::daemon::narration::span;
 use crate::progress::{Progress, Step};
 
-/// The greatest number of threads that still run after their time is over.
+/// The greatest number of threads that still run after the limit.
 const LEFT_MAX: usize = 4;
 /// The stack of a loading thread: the same size as a main thread's.
 const STACK_BYTES: usize = 8 << 20;
 
-/// Reads files on threads of its own.
+/// Reads files, each time on a separate thread.
 pub(super) struct FileReader {
     limit: Duration,
     threads: Arc<AtomicUsize>,
 }
 
-/// Counts a thread until it ends, also if it ends by a panic.
+/// Counts a thread until it ends, even if it panics.
 struct Counted(Arc<AtomicUsize>);
 
 impl Drop for Counted {
@@ -41,7 +41,7 @@ impl FileReader {
         FileReader { limit, threads: Arc::default() }
     }
 
-    /// Does the work on a thread of its own; `Err` is the reason why there is no result.
+    /// Does the work on a separate thread; `Err` is the reason why there is no result.
     pub async fn done<T: Send + 'static>(
         &self,
         work: impl FnOnce(&Progress) -> T + Send + 'static,
@@ -75,7 +75,7 @@ impl FileReader {
     }
 }
 
-/// The reason after the time limit: the limit, and the step that took longest.
+/// The message after the limit: it contains the limit, and the step that took longest.
 fn too_long(limit: Duration, progress: &Progress) -> String {
     let limit = span(limit.as_nanos() as u64);
     match progress.longest() {
@@ -109,7 +109,8 @@ mod tests {
             let _ = begun.send(());
             wait(progress);
         });
-        // Virtual time stands still while a task is ready: here until the step has begun.
+        // Virtual time stands still while a task is ready. This task is ready until the step has
+        // begun.
         let begun = async {
             while has_begun.try_recv().is_err() {
                 yield_now().await

@@ -1,7 +1,7 @@
 //! Prepares a program for its swap: the plan, the package, and the list of changed settings that
 //! need a restart.
 //!
-//! `daemon::reload` calls it on a thread that may take long. Nothing here touches the running
+//! Called by `daemon::reload` on a thread where it may take long. Nothing here touches the running
 //! program.
 
 use std::path::Path;
@@ -38,7 +38,7 @@ pub(super) struct Fit {
     pub devices: Vec<String>,
 }
 
-/// Reads and checks the files; the text of `Err` has all findings.
+/// Reads and checks the files; the text of `Err` contains all findings.
 pub(super) fn read(path: &Path, fit: &Fit, progress: &Progress) -> Result<Running, String> {
     let style = Style { color: false, deny_warnings: false };
     let loaded = config::load(path, style, progress).map_err(|failure| format!("{failure:#}"))?;
@@ -76,7 +76,7 @@ impl Ready {
     }
 }
 
-/// The changed settings of the controller file that take effect with the swap, one a line.
+/// The changed settings of the controller file that take effect with the swap, one per line.
 pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String> {
     let (was, is) = (old.pace.tempo, new.pace.tempo);
     let elements = |of: &Setup| of.retain.as_ref().map_or(0, |wanted| wanted.plan.elements());
@@ -104,8 +104,8 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
     lines
 }
 
-/// The outputs whose safe value changed: one line for each run of neighbours with one
-/// change.
+/// The outputs whose safe value changed: one line for each run of neighbouring outputs with the
+/// same change.
 fn safe_values(old: &[Safe], new: &[Safe]) -> Vec<String> {
     let mut runs: Vec<(usize, usize, (Safe, Safe))> = Vec::new();
     for (y, values) in old.iter().copied().zip(new.iter().copied()).enumerate() {
@@ -150,7 +150,7 @@ pub(super) fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
         let wanted = of.retain.as_ref()?;
         Some((wanted.path.clone(), wanted.interval, wanted.runs_cold, wanted.budget))
     };
-    // If `[retain]` is gone, the line of the ranges says so.
+    // If `[retain]` is gone, the line about the ranges reports it.
     let retain_differs = new.retain.is_some() && retain(old) != retain(new);
     let modbus = |of: &Setup| {
         let server = of.modbus.as_ref()?;

@@ -8,7 +8,7 @@ use crate::reload::WARNING;
 use crate::runtime::exchange::FaultReason;
 use crate::say::say;
 
-/// Logs a reload that is done.
+/// Logs a completed reload.
 pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Trial>) {
     report(done);
     let ladder = &setup.ladder;
@@ -40,7 +40,7 @@ pub(super) fn same(who: &str, same: &Reloaded) {
     );
 }
 
-/// Logs a rollback that is done.
+/// Logs a completed rollback.
 pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>) {
     report(done);
     let why = fault.map_or_else(|| "asked for".to_owned(), |fault| format!("FAULT: {fault}"));

@@ -1,7 +1,8 @@
-//! The probation of a new program: its begin, its end, and the reaction to a fault within it.
+//! The probation of a new program: its start, its end, and the reaction to a fault within it.
 //!
-//! It decides by a mode and a time; it has no thread and no lock. Probation is time in RUN without
-//! a break: it begins with the program's first scans, and begins again after a stop.
+//! All decisions depend on a mode and a time; there is no thread and no lock. Probation is
+//! uninterrupted time in RUN: it starts with the program's first scans, and starts again after a
+//! stop.
 
 use std::time::{Duration, Instant};
 
@@ -29,24 +30,25 @@ pub(super) struct Trial {
 /// The result of a look at a program on trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// The probation goes on.
+    /// The probation continues.
     Wait,
     /// The program has passed its probation.
     Proved,
-    /// A bug in the engine: its memory cannot be trusted, so no program may go on with it.
+    /// A bug in the engine: its memory cannot be trusted, so no program may continue with it.
     NoWayBack,
-    /// A rollback is due; `first`: it is the first attempt.
+    /// A rollback is due; `first`: this is the first attempt.
     GoBack { fault: FaultReason, first: bool },
 }
 
 impl Trial {
-    /// Begins the trial of a program that was swapped in, in this mode; `None` without probation.
+    /// Begins the trial of a program that was swapped in while this mode was set; `None` without
+    /// probation.
     pub fn new(span: Duration, found: Mode) -> Option<Trial> {
         let goes_back = !matches!(found, Mode::Fault(_));
         (!span.is_zero()).then_some(Trial { span, goes_back, until: None, tried: None })
     }
 
-    /// Judges the program. `scans`: the complete scans of the process.
+    /// Judges the program. `scans` is the number of complete scans of the process.
     pub fn look(&mut self, mode: Mode, scans: u64, now: Instant) -> Verdict {
         match mode {
             Mode::Run => {
@@ -78,7 +80,8 @@ mod tests {
     const STOP: Mode = Mode::Stop(StopReason::Operator);
     const FAULT: Mode = Mode::Fault(FaultReason::ScanNeverEnds);
 
-    /// Looks at a trial at these times (in ms) in these modes, and compares the verdicts.
+    /// Looks at a trial at these times (in ms), each time in the given mode, and compares the
+    /// verdicts.
     fn check(found: Mode, looks: &[(u64, Mode, Verdict)]) {
         let (begin, mut trial) = (Instant::now(), Trial::new(Duration::from_secs(1), found));
         for (ms, mode, verdict) in looks {

@@ -1,4 +1,4 @@
-//! The readers' data about each program: for the desk, the log, the Modbus server, the simulated
+//! The data of a program that its readers need: the desk, the log, the Modbus server, the simulated
 //! device and retentive memory.
 
 use crate::daemon::config::Setup;
@@ -11,7 +11,7 @@ use crate::resolve::program::Program;
 use crate::retain::RetainPlan;
 use crate::runtime::Generations;
 
-/// The data about each program, by generation, one field for each reader.
+/// The readers' data of each program, by generation; one field per reader.
 pub(in super::super) struct Views {
     pub desk: Generations<View>,
     pub about: AboutParts,
@@ -29,15 +29,15 @@ impl Views {
         self.narration.insert(generation, setup.narration.clone());
         let layout = &setup.symbols.layout;
         if let Some((maps, started)) = &self.modbus {
-            // If the new file has no `[modbus-server]`, the server goes on until the restart, and
-            // takes no writes.
+            // If the new file has no `[modbus-server]`, the server continues until the restart, and
+            // accepts no writes.
             let none = started.clone().bare();
             let settings = setup.modbus.as_ref().unwrap_or(&none);
             let limits = |word| setup.symbols.limits(word);
             maps.insert(generation, modbus::Map::new(settings, layout, limits));
         }
         if let Some(retention) = &self.about.retention {
-            // If the new file has no `[retain]`, nothing is written: the last image stays.
+            // If the new file has no `[retain]`, nothing is written: the file keeps its last image.
             let nothing = || RetainPlan::new(&[], &Program::default(), &setup.symbols);
             let plan = setup.retain.as_ref().map_or_else(nothing, |wanted| wanted.plan.clone());
             retention.plans.insert(generation, plan);
@@ -47,7 +47,7 @@ impl Views {
         }
     }
 
-    /// Forgets a program that was not swapped in.
+    /// Removes a program that was not swapped in.
     pub(super) fn remove(&self, generation: u32) {
         self.desk.remove(generation);
         self.narration.remove(generation);
@@ -56,7 +56,7 @@ impl Views {
         self.about.retention.iter().for_each(|kept| kept.plans.remove(generation));
     }
 
-    /// Forgets the programs that no snapshot shows any more.
+    /// Removes the programs that no snapshot shows any more.
     pub(super) fn forget_before(&self, generation: u32) {
         self.desk.forget_before(generation);
         self.narration.forget_before(generation);
