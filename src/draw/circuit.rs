@@ -1,8 +1,8 @@
 //! A rung as a circuit: contacts in series and in parallel, and the instructions that their power
-//! reaches. No places on paper: `grid` gives them.
+//! reaches. A circuit has no positions: `grid` adds them.
 //!
-//! `!` of a series or of branches becomes a circuit of the opposite contacts, which has power
-//! exactly when the other has none.
+//! `!` before a series or before parallel contacts becomes a circuit of the opposite contacts. It
+//! has power exactly when the original circuit has none.
 
 use super::wording::{OperandLabel, Wording};
 use crate::isa::{Address, Bit, LegName};
@@ -14,20 +14,20 @@ use crate::resolve::program::{Action, Contact, Edge, Instruction, Rung};
 pub enum Circuit {
     /// One contact.
     Contact(ContactSymbol),
-    /// One after the other.
+    /// Contacts in series.
     Series(Vec<Circuit>),
-    /// Beside each other.
+    /// Contacts in parallel.
     Parallel(Vec<Circuit>),
 }
 
-/// A contact as it is drawn.
+/// A drawn contact.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ContactSymbol {
     /// Its form.
     pub form: ContactForm,
-    /// The bit; of a compare and of an edge of several contacts: its text.
+    /// The label of the bit. For a compare, and for an edge of several contacts, its text.
     pub label: OperandLabel,
-    /// The branch that it belongs to, from 1; `None`: the rung's own legs.
+    /// The branch of the contact, from 1; `None`: it is in the rung's own legs.
     pub branch: Option<u32>,
     /// Its number among the contacts of its rung or branch, as `observe` counts them.
     pub leaf: usize,
@@ -38,24 +38,24 @@ pub struct ContactSymbol {
 pub enum ContactForm {
     /// Conducts while the bit is ON.
     Open,
-    /// Conducts while it is OFF.
+    /// Conducts while the bit is OFF.
     Closed,
     /// Conducts in the scan in which the bit goes ON.
     Rising,
-    /// Conducts in the scan in which it goes OFF.
+    /// Conducts in the scan in which the bit goes OFF.
     Falling,
-    /// Conducts but in that scan.
+    /// Conducts except in the scan in which the bit goes ON.
     NotRising,
-    /// Conducts but in that scan.
+    /// Conducts except in the scan in which the bit goes OFF.
     NotFalling,
-    /// Conducts while what its label says is true.
+    /// Conducts while the condition in its label is true.
     Boxed,
-    /// Conducts while it is not.
+    /// Conducts while the condition in its label is false.
     NotBoxed,
 }
 
 impl ContactForm {
-    /// Whether a contact conducts, of which the contact as `observe` counts it is ON or OFF.
+    /// Whether the drawn contact conducts. `on`: the state of the contact as `observe` counts it.
     pub fn conducts(self, on: bool) -> bool {
         match self {
             ContactForm::Open | ContactForm::Rising | ContactForm::Falling | ContactForm::Boxed => {
@@ -69,25 +69,25 @@ impl ContactForm {
     }
 }
 
-/// An instruction as it is drawn.
+/// A drawn instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InstructionSymbol {
     /// Its mnemonic.
     pub mnemonic: &'static str,
-    /// The letter in a coil; `None`: it is a box.
+    /// The letter in a coil; `None`: the instruction is a box.
     pub coil: Option<&'static str>,
-    /// Of a coil: its bit.
+    /// The label of the bit of a coil.
     pub label: OperandLabel,
-    /// Of a box: its operands, as they are written.
+    /// The operands of a box, as they are written.
     pub operands: Vec<String>,
 }
 
-/// What the power behind the contacts of a rung, or of a branch, reaches.
+/// A destination of the power after the contacts of a rung.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outlet {
     /// An instruction.
     Instruction(InstructionSymbol),
-    /// Further contacts, with what is behind them.
+    /// A branch: further contacts, with their instructions.
     Branch(Circuit, Vec<InstructionSymbol>),
 }
 
@@ -151,7 +151,8 @@ impl CircuitMaker<'_, '_> {
         series(contacts.iter().map(|contact| self.circuit(contact, true)).collect())
     }
 
-    /// The circuit of a contact; with `is_plain` = false one that has power while it has none.
+    /// The circuit of a contact; with `is_plain` = false the opposite circuit, which has power
+    /// while the contact is OFF.
     fn circuit(&mut self, contact: &Contact, is_plain: bool) -> Circuit {
         let mut all = |parts: &[Contact]| -> Vec<Circuit> {
             parts.iter().map(|part| self.circuit(part, is_plain)).collect()
@@ -163,7 +164,7 @@ impl CircuitMaker<'_, '_> {
             Contact::Any(parts, _) => series(all(parts)),
             Contact::Not(inner, _) => self.circuit(inner, !is_plain),
             Contact::Edge(_, inner, _) => {
-                // The contacts within an edge have numbers of their own.
+                // The contacts within an edge are numbered too.
                 let _ = self.circuit(inner, true);
                 self.leaf(contact, is_plain)
             }
@@ -173,7 +174,7 @@ impl CircuitMaker<'_, '_> {
         }
     }
 
-    /// A contact that is drawn as one; with `is_plain` = false its opposite.
+    /// One drawn contact; with `is_plain` = false its opposite.
     fn leaf(&mut self, contact: &Contact, is_plain: bool) -> Circuit {
         let wording = self.wording;
         let text = || OperandLabel { name: wording.contact(contact), ..OperandLabel::default() };
@@ -203,7 +204,7 @@ impl CircuitMaker<'_, '_> {
     }
 }
 
-/// A coil; every instruction that is none is a box.
+/// The symbol of an instruction: a coil, or otherwise a box.
 fn symbol(instruction: &Instruction, wording: &Wording) -> InstructionSymbol {
     let (mnemonic, operands) = wording.instruction(instruction);
     let (mut coil, mut label) = (None, OperandLabel::default());
@@ -213,7 +214,7 @@ fn symbol(instruction: &Instruction, wording: &Wording) -> InstructionSymbol {
     InstructionSymbol { mnemonic, coil, label, operands }
 }
 
-/// The letter in a coil; `None`: it is a box.
+/// The letter in a coil; `None`: the instruction is drawn as a box.
 fn letter(coil: Coil) -> Option<&'static str> {
     match coil {
         Coil::Out => Some(""),

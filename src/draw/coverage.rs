@@ -1,4 +1,5 @@
-//! What tests have seen of the contacts of a ladder: the report of `rungd test --coverage --json`.
+//! The coverage of the contacts of a ladder by tests, from the report of
+//! `rungd test --coverage --json`.
 
 use std::collections::HashMap;
 
@@ -6,23 +7,23 @@ use serde_json::Value;
 
 use super::ladder::Picture;
 
-/// A rung or branch: its block or Stage, its number, its branch.
+/// A rung or branch: its block or Stage, its number, and its branch.
 type PartKey = (String, u32, Option<u32>);
 
-/// What was seen, by rung.
+/// The coverage of a report.
 #[derive(Debug, Default)]
 pub struct CoverageMarks {
-    /// Of each contact whether it was ON, and whether it was OFF.
+    /// For each contact, whether it was ON, and whether it was OFF.
     contacts: HashMap<PartKey, Vec<(bool, bool)>>,
-    /// The rungs of the report: name of their file without folders, and line.
+    /// The rungs of the report: the name of the file without folders, and the line.
     places: HashMap<(String, u32), (String, u64)>,
 }
 
 impl CoverageMarks {
-    /// Of a report. Files of several suites are one.
+    /// Reads a report. Adds up the results of several suites.
     ///
     /// # Errors
-    /// A sentence for people: the text is no such report.
+    /// A sentence for people: the text is not such a report.
     pub fn read(report: &str) -> Result<CoverageMarks, String> {
         let what = "this is no report of `rungd test --coverage --json`";
         let report: Value =
@@ -49,10 +50,10 @@ impl CoverageMarks {
         Ok(marks)
     }
 
-    /// Whether the report is of this very text of a ladder.
+    /// Checks that the report belongs to this version of the ladder's text.
     ///
     /// # Errors
-    /// A sentence for people: a rung is another one, or elsewhere.
+    /// A sentence for people: a rung is not the same, or has moved.
     pub fn fits(&self, ladder: &Picture) -> Result<(), String> {
         let mut found = 0;
         for (element, _, rungs) in ladder.elements() {
@@ -79,7 +80,7 @@ impl CoverageMarks {
         }
     }
 
-    /// What is said at a contact, with its class; `None` if it was seen both ways.
+    /// The class and the text of a contact's mark; `None` if the contact was both ON and OFF.
     pub(super) fn mark(&self, part: &PartKey, leaf: usize) -> Option<(&'static str, &'static str)> {
         let seen = self.contacts.get(part).and_then(|contacts| contacts.get(leaf));
         match seen.copied().unwrap_or_default() {
@@ -91,7 +92,7 @@ impl CoverageMarks {
     }
 }
 
-/// The name of a file without its folders: a report may be made in another one.
+/// The name of a file without its folders, since a report may be made in a different folder.
 fn own_name(path: &str) -> &str {
     path.rsplit('/').next().unwrap_or(path)
 }

@@ -1,13 +1,13 @@
-//! What stands at a contact, coil or box of a rung in text: name, symbol, address.
+//! The texts at a contact, coil or box of a rung in text: name, symbol, address.
 //!
-//! `text` puts it on its canvas. No places here, and no wires.
+//! `text` puts them on its canvas. No positions and no wires here.
 
 use super::circuit::{ContactForm, ContactSymbol, InstructionSymbol};
 
-/// Stands in a symbol that conducts or has power.
+/// The mark in a symbol that conducts or has power.
 pub(super) const MARK: char = '●';
 
-/// What is written at a contact or coil.
+/// The texts at a contact, coil or box.
 pub(super) struct Face {
     pub above: String,
     pub symbol: String,
@@ -50,8 +50,8 @@ impl Face {
         }
     }
 
-    /// With room for a mark behind the bracket: a mark if the symbol has power, else a blank. So a
-    /// rung is as wide with power as without.
+    /// Adds a mark after the bracket if the symbol has power, and a blank otherwise, so that a rung
+    /// has the same width with and without power.
     pub fn marked(mut self, has_power: bool) -> Face {
         let mark = if has_power { MARK } else { ' ' };
         let mut chars = self.symbol.chars();
@@ -68,7 +68,7 @@ impl Face {
     }
 }
 
-/// A name without characters that a terminal obeys.
+/// Replaces the control characters of a name.
 pub(super) fn plain(name: &str) -> String {
     name.replace(char::is_control, "?")
 }

@@ -1,24 +1,25 @@
-//! The ways between the Stages of a Program: which instruction leads from where to where.
+//! The ways between the Stages of a Program: the instructions that lead from one Stage to another.
 
 use crate::isa::StageId;
 use crate::resolve::program::{Action, Block, Program};
 use crate::resolve::stage_move::StageMove;
 use crate::source::span::Located;
 
-/// A way from one Stage to another.
+/// A way between Stages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StageJump {
-    /// The Stage that it leaves; `None`: the Program's own rungs.
+    /// The Stage at its start; `None`: it starts in the Program's own rungs.
     pub from: Option<String>,
-    /// The Stages that it waits for, of a SGCONVRG.
+    /// For a SGCONVRG, the Stages that it waits for.
     pub waits_for: Vec<String>,
     /// The Stages that it turns ON.
     pub to: Vec<String>,
-    /// The Stages that it turns OFF, of a SGRST. With none of both it is an EXIT.
+    /// For a SGRST, the Stages that it turns OFF. If `to` and `off` are both empty, the instruction
+    /// is an EXIT.
     pub off: Vec<String>,
-    /// The mnemonic.
+    /// The mnemonic of the instruction.
     pub by: &'static str,
-    /// The rung: its name, or its number.
+    /// The name of the rung, or its number.
     pub rung: String,
 }
 

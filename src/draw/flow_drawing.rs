@@ -1,4 +1,4 @@
-//! The Stages of a Program as a small graph: one below the other, with the ways between them.
+//! The Stages of a Program as a small graph: one below another, with the ways between them.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ const HEIGHT: usize = 26;
 const GAP: usize = 14;
 /// The width of a character.
 const CHAR: usize = 8;
-/// From one way at the side to the next.
+/// The distance between two ways at the side.
 const LANE: usize = 10;
 
 /// The graph of a block.
@@ -44,15 +44,15 @@ pub(super) fn flow(block: &BlockPicture) -> String {
 }
 
 struct Graph {
-    /// Of a Stage.
+    /// The width of a Stage.
     width: usize,
-    /// The ways at the side.
+    /// The number of ways at the side.
     lanes: usize,
     body: String,
 }
 
 impl Graph {
-    /// A Stage; the first one, which is the initial one, has a thicker edge.
+    /// Draws a Stage. The first one, which is the initial Stage, has a thicker edge.
     fn stage(&mut self, at: usize, name: &str, whole: &str) {
         let (whole, name, width) = (escaped(whole), escaped(name), self.width);
         let (stroke, y) = (if at == 0 { 3 } else { 1 }, top(at));
@@ -66,7 +66,7 @@ impl Graph {
         );
     }
 
-    /// A way: to the next Stage straight down, else at the side.
+    /// Draws a way: straight down to the next Stage, or at the side to any other.
     fn way(&mut self, (from, to): (usize, usize), told: &str) {
         let told = escaped(told);
         let (path, x, end, tip) = if to == from + 1 {
@@ -86,7 +86,7 @@ impl Graph {
     }
 }
 
-/// The upper edge of a Stage.
+/// The position of the upper edge of a Stage.
 fn top(at: usize) -> usize {
     8 + at * (HEIGHT + GAP)
 }

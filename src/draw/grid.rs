@@ -1,14 +1,14 @@
-//! A circuit on a grid: columns and rows, symbols in cells, wires between them.
+//! A circuit on a grid of columns and rows, with symbols in cells, and wires between them.
 //!
-//! `text` and `svg` draw the same grid. A wire lies on the middle line of a row, or on the boundary
-//! between two columns; points that wires join are one node, and no two nodes touch.
+//! `text` and `svg` draw the same grid. A wire is on the middle line of a row, or on the boundary
+//! between two columns. Points that are joined by wires are one node, and no two nodes touch.
 
 use super::circuit::{Circuit, ContactSymbol, InstructionSymbol, Outlet, RungCircuit};
 
-/// A rung, placed.
+/// A rung with the positions of its parts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RungGrid {
-    /// The number of columns of contacts; the instructions stand in one more column.
+    /// The number of columns of contacts. The instructions are in one more column.
     pub columns: usize,
     /// The number of rows.
     pub rows: usize,
@@ -16,9 +16,10 @@ pub struct RungGrid {
     pub contacts: Vec<PlacedContact>,
     /// The instructions.
     pub instructions: Vec<PlacedInstruction>,
-    /// Wires along rows: a row, and the columns from the first on, before the last.
+    /// Wires along rows: a row, and the boundaries at the start and at the end of the wire.
     pub along: Vec<(usize, usize, usize)>,
-    /// Wires down: the boundary before a column, and the first and the last row.
+    /// Wires down: a boundary, and the first and the last row. The number of a boundary is the
+    /// number of the column after it.
     pub down: Vec<(usize, usize, usize)>,
 }
 
@@ -38,7 +39,7 @@ pub struct PlacedContact {
 pub struct PlacedInstruction {
     /// Its first row.
     pub row: usize,
-    /// Of one with several legs: their names and rows.
+    /// The names and rows of several legs; empty for one leg.
     pub legs: Vec<(&'static str, usize)>,
     /// The instruction.
     pub symbol: InstructionSymbol,
@@ -77,7 +78,7 @@ impl RungGrid {
         self.rows = row.max(height);
     }
 
-    /// Contacts behind those of the rung, with their instructions; the row behind them.
+    /// Places the contacts of a branch, with their instructions. Returns the row after the branch.
     fn branch(
         &mut self,
         (circuit, body): (&Circuit, &[InstructionSymbol]),
@@ -105,14 +106,14 @@ impl RungGrid {
         self.instructions.push(PlacedInstruction { row: 0, legs: rows, symbol: symbol.clone() });
     }
 
-    /// An instruction at the end of a row, with the wire that leads to it.
+    /// Places an instruction at the end of a row, with the wire that leads to it.
     fn end(&mut self, symbol: &InstructionSymbol, (column, row): (usize, usize)) {
         self.wire_along(row, (column, self.columns));
         let symbol = symbol.clone();
         self.instructions.push(PlacedInstruction { row, legs: Vec::new(), symbol });
     }
 
-    /// Places a circuit at a column and row; its width and height.
+    /// Places a circuit at a column and row. Returns its width and height.
     fn place(&mut self, circuit: &Circuit, (column, row): (usize, usize)) -> (usize, usize) {
         match circuit {
             Circuit::Contact(symbol) => {

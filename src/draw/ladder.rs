@@ -1,6 +1,6 @@
-//! A whole ladder to be drawn: blocks and Stages with their rungs, in file order.
+//! A whole ladder, ready to be drawn: blocks and Stages with their rungs, in file order.
 //!
-//! Made of a program by [`Picture::of`]; `listing` and `page` draw it.
+//! [`Picture::of`] makes it from a program; `listing` and `page` draw it.
 
 use super::circuit::RungCircuit;
 use super::flow::{StageJump, jumps};
@@ -26,7 +26,7 @@ pub struct Picture {
 pub struct BlockPicture {
     /// Its name.
     pub name: String,
-    /// `Program`, `Task`, and when it runs.
+    /// `Program` or `Task`, and when it runs.
     pub kind: &'static str,
     /// Its `doc`.
     pub doc: Option<String>,
@@ -58,11 +58,11 @@ pub struct RungPicture {
     pub name: Option<String>,
     /// Its `doc`.
     pub doc: Option<String>,
-    /// The file and line where it is written; of a template, in the template.
+    /// The file and line of the rung's text; for a rung of a template, in the template.
     pub place: (String, u32),
-    /// The use of a template that it comes from.
+    /// The use of a template that makes the rung.
     pub of_use: Option<UseOfRung>,
-    /// Its contacts and instructions, placed.
+    /// Its contacts and instructions with their positions.
     pub grid: RungGrid,
 }
 
@@ -71,16 +71,16 @@ pub struct RungPicture {
 pub struct UseOfRung {
     /// Its name.
     pub name: String,
-    /// The file and line where it is written.
+    /// The file and line of the use.
     pub place: (String, u32),
 }
 
 impl Picture {
-    /// The picture of a program without an error.
+    /// The picture of an error-free program.
     pub fn of(subject: &Subject) -> Picture {
         let program = subject.program();
         let painter = Painter { subject, wording: Wording::of(program) };
-        // Tasks that are built in and have no rungs are not in the file.
+        // Built-in Tasks without rungs are not in the file.
         let is_written = |block: &&Block| !block.rungs.is_empty() || block.span != Span::default();
         let blocks = program.blocks.iter().filter(is_written).map(|block| painter.block(block));
         Picture { name: program.name.clone(), doc: program.doc.clone(), blocks: blocks.collect() }
@@ -88,7 +88,7 @@ impl Picture {
 }
 
 impl Picture {
-    /// The rungs of each block and Stage that has some: its name, its heading, its rungs.
+    /// The name, the heading and the rungs of each block and Stage with rungs.
     pub(crate) fn elements(&self) -> Vec<(String, String, &[RungPicture])> {
         let mut all = Vec::new();
         for block in &self.blocks {

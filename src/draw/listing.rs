@@ -1,4 +1,4 @@
-//! A whole ladder as text: headings, explanations, rungs.
+//! A whole ladder as text: headings, doc texts, rungs.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::coverage::CoverageMarks;
 use super::ladder::{BlockPicture, Picture, RungPicture};
 use super::text::{self, WireStyle};
 
-/// The text of a ladder. `coverage`: what tests have seen of its contacts.
+/// The text of a ladder. `coverage`: the coverage of its contacts by tests.
 pub fn listing(picture: &Picture, style: WireStyle, coverage: Option<&CoverageMarks>) -> String {
     let mut list = Listing { style, coverage, text: String::new() };
     list.head('=', &format!("Ladder {}", picture.name), picture.doc.as_deref());

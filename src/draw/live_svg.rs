@@ -1,15 +1,16 @@
-//! A rung as SVG whose wires are lit one by one: for a page that shows the power of each scan.
+//! A rung as SVG in which each wire can be lit, for a page that shows the power of each scan.
 //!
 //! The drawing is made once. The power of a scan is a string with a character for each element that
-//! can be lit (`data-p`), in the order of the drawing: `1` has power or conducts, `0` has not; a
-//! rung that was not executed has none. The page adds a class; that is all it does per scan.
+//! can be lit (`data-p`), in the order of the drawing: `1` for power or for a conducting contact,
+//! otherwise `0`. A rung that was not executed has no string. For each scan, the page only sets a
+//! class.
 
 use super::circuit::ContactSymbol;
 use super::grid::RungGrid;
 use super::power::flow_of_power;
 use super::svg::{self, Decoration};
 
-/// A rung, ready to be lit.
+/// The drawing of a rung, whose elements can be lit.
 #[derive(Clone, Debug)]
 pub struct LiveDrawing {
     /// The `svg` element.
@@ -34,7 +35,7 @@ impl Decoration for Live {
     }
 }
 
-/// The drawing of a rung. `title` says what it is to those who do not see it.
+/// The drawing of a rung. `title`: its description for screen readers.
 pub fn drawing(grid: &RungGrid, title: &str) -> LiveDrawing {
     let drawing = svg::rung(grid, &Live);
     let size = (drawing.width, drawing.height);
@@ -48,7 +49,7 @@ pub fn drawing(grid: &RungGrid, title: &str) -> LiveDrawing {
     LiveDrawing { svg, size }
 }
 
-/// The power of a rung that was executed: a character for each element that can be lit.
+/// The power of an executed rung: a character for each element that can be lit.
 pub fn power(grid: &RungGrid, conducts: &dyn Fn(&ContactSymbol) -> bool) -> String {
     let flow = flow_of_power(grid, conducts);
     let mut all: Vec<bool> = [flow.along, flow.down].concat();

@@ -1,9 +1,9 @@
-//! A ladder as people look at it: rungs as circuits, and the cross-reference. Pure: programs and
-//! settings in, data and texts out.
+//! A ladder for people: rungs as circuits, and the cross-reference. Pure: programs and settings in,
+//! data and texts out.
 //!
-//! Called by `cli`. A rung becomes a `circuit`, a circuit gets its places on a `grid`, and `text`
-//! and `svg` draw the grid; `page` puts them together. What touches a cell comes from `observe`, so
-//! that `rungd why` and these pages never differ.
+//! Called by `cli`. A rung becomes a `circuit`, `grid` places the circuit, `text` and `svg` draw
+//! the grid, and `page` combines the drawings. The uses of a cell come from `observe`, so that
+//! `rungd why` and these pages never differ.
 
 pub mod circuit;
 pub mod coverage;

@@ -1,5 +1,5 @@
-//! A whole ladder as one HTML file: contents, rungs, Stages, search, and the cross-reference. It
-//! asks for nothing outside of itself, and says what it says without its script too.
+//! A whole ladder as one HTML file: contents, rungs, Stages, search, and the cross-reference. The
+//! file loads nothing from outside, and shows everything without its script too.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -11,7 +11,8 @@ use super::ladder::{BlockPicture, Picture, RungPicture};
 use super::svg::{self, Decoration, escaped};
 use super::xref::answer::CrossReference;
 
-/// The page of a ladder. `references`: all its operands. `coverage`: what tests have seen.
+/// The page of a ladder. `references`: all its operands. `coverage`: the coverage of its contacts
+/// by tests.
 pub fn page(
     picture: &Picture,
     references: &[CrossReference],
@@ -63,13 +64,13 @@ pub fn picture(picture: &Picture, coverage: Option<&CoverageMarks>) -> String {
 }
 
 struct PageMaker<'a> {
-    /// The operands with a row of the cross-reference.
+    /// The operands with a row in the cross-reference.
     names: HashSet<&'a str>,
     coverage: Option<&'a CoverageMarks>,
     text: String,
 }
 
-/// Links and marks of a rung.
+/// The links and marks of a rung.
 struct RungMarks<'a> {
     names: Option<&'a HashSet<&'a str>>,
     coverage: Option<&'a CoverageMarks>,
@@ -81,7 +82,7 @@ impl Decoration for RungMarks<'_> {
     fn link(&self, name: &str) -> Option<String> {
         let known = |names: &HashSet<&str>| names.contains(name).then(|| name.to_owned());
         let names = self.names?;
-        // A member leads to its structure.
+        // A member is linked to its structure.
         let base = name.rsplit_once('.').map_or(name, |(base, _)| base);
         let found = known(names).or_else(|| names.contains(base).then(|| base.to_owned()))?;
         Some(format!("#x-{found}"))
@@ -159,7 +160,7 @@ impl PageMaker<'_> {
         }
     }
 
-    /// Rungs; those of one use of a template unfold together.
+    /// Writes rungs. The rungs of one use of a template unfold together.
     fn rungs(&mut self, element: &str, rungs: &[RungPicture]) {
         for of_use in rungs.chunk_by(|a, b| a.of_use == b.of_use) {
             let of = of_use.first().and_then(|rung| rung.of_use.as_ref());
@@ -231,7 +232,7 @@ impl PageMaker<'_> {
     }
 }
 
-/// Links to rungs, each once, with what stands there.
+/// Links to rungs, each once, with the text of the place as title.
 fn links<'a>(uses: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     let mut seen = HashSet::new();
     let link = |(anchor, text): (&str, &str)| {

@@ -1,37 +1,39 @@
-//! The power in a drawn rung: which wires, contacts and outlets have it, of which contacts conduct.
+//! The power in a drawn rung: the wires, contacts and outlets with power, computed from the
+//! conducting contacts.
 //!
-//! Called for each picture of a running program; `live_text` draws it. Pure: what a contact does
-//! comes from the caller. Power goes from the rail to the right, through contacts that conduct; a
-//! wire joins all points on it. It never goes back through a contact: a rung has no such way.
+//! Called for each picture of a running program; `text` and `live_svg` draw it. Pure: the caller
+//! provides the states of the contacts. Power flows from the rail to the right, through conducting
+//! contacts; a wire joins all its points. Power never flows back through a contact, since a rung
+//! has no such way.
 
 use super::circuit::ContactSymbol;
 use super::grid::RungGrid;
 
-/// Which parts of a rung have power; each list is in the order of the grid's own.
+/// The parts of a rung with power. Each list is in the order of the grid's own list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FlowOfPower {
-    /// Of the wires along rows.
+    /// The power of the wires along rows.
     pub along: Vec<bool>,
-    /// Of the wires down.
+    /// The power of the wires down.
     pub down: Vec<bool>,
-    /// Of the contacts.
+    /// The power at the contacts.
     pub contacts: Vec<ContactPower>,
-    /// Of the instructions: one for each leg, or one alone.
+    /// The power of the instructions: one value for each leg, or a single value.
     pub outlets: Vec<Vec<bool>>,
 }
 
 /// The power at a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ContactPower {
-    /// Whether it conducts.
+    /// Whether the contact conducts.
     pub conducts: bool,
-    /// Whether power reaches it.
+    /// Whether power reaches the contact.
     pub before: bool,
-    /// Whether the wire behind it has power, from it or from a contact beside it.
+    /// Whether the wire after the contact has power, from this contact or from a parallel one.
     pub behind: bool,
 }
 
-/// The flow of power through a rung whose block executes.
+/// The flow of power through an executed rung.
 pub fn flow_of_power(grid: &RungGrid, conducts: &dyn Fn(&ContactSymbol) -> bool) -> FlowOfPower {
     let mut nodes = Nodes::of(grid);
     let conducting: Vec<bool> = grid.contacts.iter().map(|of| conducts(&of.symbol)).collect();
@@ -56,8 +58,8 @@ pub fn flow_of_power(grid: &RungGrid, conducts: &dyn Fn(&ContactSymbol) -> bool)
     flow
 }
 
-/// The points of a grid, of which wires make nodes: a forest in which each point leads to another
-/// one of its node, and the last one to itself.
+/// The points of a grid, joined to nodes by the wires. A disjoint-set forest: each point leads to
+/// another point of its node, and the root of the node leads to itself.
 struct Nodes {
     rows: usize,
     leads: Vec<usize>,
@@ -67,7 +69,7 @@ impl Nodes {
     fn of(grid: &RungGrid) -> Nodes {
         let rows = grid.rows.max(1);
         let mut nodes = Nodes { rows, leads: (0..(grid.columns + 1) * rows).collect() };
-        // The rail is at the left of all rows.
+        // The rail joins the left ends of all rows.
         for row in 1..rows {
             nodes.join((0, 0), (0, row));
         }
@@ -89,14 +91,14 @@ impl Nodes {
     fn node(&mut self, column: usize, row: usize) -> usize {
         let mut at = column * self.rows + row;
         while self.leads[at] != at {
-            // Half of the way is cut at each walk, so that ways stay short.
+            // Path halving: each walk shortens the path.
             self.leads[at] = self.leads[self.leads[at]];
             at = self.leads[at];
         }
         at
     }
 
-    /// By point that stands for a node: whether the node has power.
+    /// Whether each node has power, by the root of the node.
     fn reached(&mut self, grid: &RungGrid, conducting: &[bool]) -> Vec<bool> {
         let mut behind = vec![Vec::new(); self.leads.len()];
         for (of, _) in grid.contacts.iter().zip(conducting).filter(|(_, conducts)| **conducts) {

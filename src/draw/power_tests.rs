@@ -1,5 +1,5 @@
-//! The flow of power, held against the rung's own logic with contacts of chance. `tests` calls this
-//! for every rung that is shipped.
+//! Compares the flow of power with the logic of the rung, with random contacts. `tests` calls this
+//! for every shipped rung.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -15,7 +15,8 @@ use super::wording::{OperandLabel, Wording};
 use crate::random::SplitMix64;
 use crate::resolve::program::Rung;
 
-/// Gives contacts values by chance, and compares the power at the outlets with that of the rung.
+/// Gives the contacts random values, and compares the power at the outlets with the logic of the
+/// rung.
 pub(super) fn hold_against_the_rung(grid: &RungGrid, of: (&Rung, &Wording)) {
     let mut random = SplitMix64(11);
     for _ in 0..60 {
@@ -50,7 +51,7 @@ pub(super) fn hold_against_the_rung(grid: &RungGrid, of: (&Rung, &Wording)) {
     }
 }
 
-/// Wires that touch have the same power; a contact passes it on if it conducts.
+/// Checks that touching wires have the same power, and that a conducting contact passes power on.
 fn hold_against_wires(grid: &RungGrid, flow: &FlowOfPower) {
     for (contact, power) in grid.contacts.iter().zip(&flow.contacts) {
         assert!(!(power.before && power.conducts) || power.behind, "{contact:?} {power:?}");
@@ -64,7 +65,7 @@ fn hold_against_wires(grid: &RungGrid, flow: &FlowOfPower) {
     }
 }
 
-/// What is said at a contact, and whether it conducts while that is true.
+/// The statement at a contact, and whether the contact conducts while the statement is true.
 fn statement(symbol: &ContactSymbol) -> (String, bool) {
     let name = &symbol.label.name;
     match symbol.form {
@@ -88,7 +89,7 @@ fn coil() -> InstructionSymbol {
     InstructionSymbol { mnemonic, coil, label, operands: Vec::new() }
 }
 
-/// Two contacts beside each other, then a third one, before a coil.
+/// Two parallel contacts, then a third one in series, and a coil.
 fn grid() -> RungGrid {
     let beside = Circuit::Parallel(vec![contact(0), contact(1)]);
     let circuit = Circuit::Series(vec![beside, contact(2)]);

@@ -1,5 +1,5 @@
-//! Reads drawings again, as a person does: wires, symbols and names. Tests hold what is read
-//! against the rung that was drawn.
+//! Reads drawings back, as a person does: wires, symbols and names. Tests compare the result with
+//! the original rung.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -12,14 +12,15 @@ use super::wording::Wording;
 /// A point of a drawing.
 type Point = (usize, usize);
 
-/// Wires, contacts and instructions as they were read.
+/// The wires, contacts and instructions that were read.
 #[derive(Debug, Default)]
 pub(super) struct ReadRung {
-    /// Straight wires, from one point to another.
+    /// Straight wires: the two end points of each.
     pub wires: Vec<(Point, Point)>,
-    /// From one point to another, while the statement is true; with `false`, while it is not.
+    /// Contacts between two points. A contact conducts while its statement is true, or with
+    /// `false`, while it is false.
     pub contacts: Vec<(Point, Point, String, bool)>,
-    /// Where the power of an instruction comes from, its leg (or ""), and its text.
+    /// The point from which an instruction gets its power, its leg (or ""), and its text.
     pub outlets: Vec<(Point, String, String)>,
 }
 
@@ -55,7 +56,7 @@ impl ReadRung {
         outlets.iter().map(power).collect()
     }
 
-    /// All points at which something begins or ends.
+    /// All points at which a wire or contact begins or ends, or an outlet begins.
     fn points(&self) -> Vec<Point> {
         let wires = self.wires.iter().flat_map(|(a, b)| [*a, *b]);
         let contacts = self.contacts.iter().flat_map(|(a, b, ..)| [*a, *b]);
@@ -69,7 +70,7 @@ fn lies_on(point: Point, (a, b): (Point, Point)) -> bool {
     within(point.0, a.0, b.0) && within(point.1, a.1, b.1)
 }
 
-/// The powers that a rung gives, by what is written.
+/// The powers at the outlets of a rung, by its text.
 pub(super) fn expected(
     (rung, wording): (&Rung, &Wording),
     truth: Truth,
@@ -113,7 +114,7 @@ fn is_on(contact: &Contact, wording: &Wording, truth: Truth) -> bool {
     }
 }
 
-/// Checks a drawing that was read against its rung, with statements true and false at random.
+/// Compares a drawing that was read with its rung, for random values of the statements.
 pub(super) fn compare(read: &ReadRung, of: (&Rung, &Wording), drawn: &str) {
     let mut random = SplitMix64(7);
     for _ in 0..60 {
@@ -129,7 +130,7 @@ pub(super) fn compare(read: &ReadRung, of: (&Rung, &Wording), drawn: &str) {
     }
 }
 
-/// Reads a rung that is drawn with lines.
+/// Reads a rung drawn as text with lines.
 pub(super) fn of_text(lines: &[String]) -> ReadRung {
     let chars: Vec<Vec<char>> = lines.iter().map(|line| line.chars().collect()).collect();
     let mut read = ReadRung::default();
@@ -192,7 +193,8 @@ fn symbol_read(
     }
 }
 
-/// An instruction in a box. The first row of one with legs has its text behind the leg.
+/// Reads an instruction in a box. If the instruction has legs, its text is in the first row, after
+/// the leg.
 fn outlet(read: &mut ReadRung, from: Point, inner: &str) {
     let first = inner.split(' ').next().unwrap_or_default();
     let is_leg = !first.is_empty() && first.chars().all(|c| c.is_ascii_lowercase());
@@ -207,7 +209,7 @@ fn outlet(read: &mut ReadRung, from: Point, inner: &str) {
     read.outlets.push((from, first.to_owned(), text));
 }
 
-/// Where a symbol ends: brackets within it are closed.
+/// The position after a symbol, which may contain closed brackets.
 fn symbol_end(line: &[char], start: usize) -> usize {
     if line[start] == ']' {
         return start + line[start..].iter().position(|c| *c == '[').unwrap_or(0) + 1;
@@ -250,11 +252,11 @@ fn goes_up(c: char) -> bool {
     "│└┘├┤┴┼".contains(c)
 }
 
-/// Reads a rung of a page or picture.
+/// Reads a rung in a page or picture.
 pub(super) fn of_svg(body: &str) -> ReadRung {
     let mut read = ReadRung::default();
     let mut rest = body;
-    // What is not in a group are wires.
+    // Outside of groups there are only wires.
     while let Some(start) = rest.find('<') {
         rest = &rest[start..];
         if rest.starts_with("<g ") {
@@ -266,7 +268,7 @@ pub(super) fn of_svg(body: &str) -> ReadRung {
         }
         rest = &rest[1..];
     }
-    // The rail is at the left; drawings begin there.
+    // The drawing begins at the rail, which is at the left.
     let rail = 12;
     let left = |(x, y): Point| if x == rail { (0, y) } else { (x, y) };
     read.wires.iter_mut().for_each(|(a, b)| (*a, *b) = (left(*a), left(*b)));
@@ -311,7 +313,7 @@ fn attribute(tag: &str, name: &str) -> String {
     text.replace("&quot;", "\"").replace("&#39;", "'").replace("&amp;", "&")
 }
 
-/// The straight lines of a path: `M12 30H40M40 30V88`.
+/// The straight lines of a path, such as `M12 30H40M40 30V88`.
 fn paths(tag: &str) -> Vec<(Point, Point)> {
     let path = attribute(tag, " d");
     let number = |text: &str| text.trim().parse::<usize>().expect("a number");

@@ -1,8 +1,8 @@
-//! A rung as SVG, to stand in a page or a picture of its own.
+//! A rung as SVG, for a page or a separate picture.
 //!
-//! Contacts, coils and boxes are groups with the class of their form and with their name in
-//! `data-name`; `style.css` colours them. A mark on a contact says in words what tests have not
-//! seen, since a colour alone says nothing to many.
+//! Contacts, coils and boxes are groups with the class of their form, and with their name in
+//! `data-name`; `style.css` colours them. A mark at a contact describes in words what tests have
+//! not covered, since not everyone can distinguish colours.
 
 use std::fmt::Write as _;
 
@@ -14,23 +14,23 @@ use super::grid::{PlacedInstruction, RungGrid};
 const CHAR: usize = 8;
 /// The height of a row.
 const ROW: usize = 58;
-/// From the upper edge of a row to its wire.
+/// The distance from the upper edge of a row to its wire.
 const WIRE: usize = 30;
-/// From the rail to the first wire, and around the whole.
+/// The distance from the left edge to the rail, and the margin at the right.
 const MARGIN: usize = 12;
 /// Half of the gap in a contact, and half of its height.
 const GAP: usize = 6;
 const HALF: usize = 10;
 
-/// What is added to a drawing.
+/// Additions to a drawing.
 pub(super) trait Decoration {
-    /// Where a name leads to; `None`: it is no link.
+    /// The target of a name's link; `None`: no link.
     fn link(&self, name: &str) -> Option<String>;
-    /// Whether wires are drawn one by one, in groups that a script lights (`draw::live_svg`).
+    /// Whether each wire is drawn separately, so that a script can light it (`draw::live_svg`).
     fn is_live(&self) -> bool {
         false
     }
-    /// What is said at a contact, with its class.
+    /// The class and the text of a contact's mark.
     fn mark(&self, contact: &ContactSymbol) -> Option<(&'static str, &'static str)>;
 }
 
@@ -51,7 +51,7 @@ pub(super) fn rung(grid: &RungGrid, with: &dyn Decoration) -> Drawing {
     Drawing { width: pen.width + MARGIN, height, body: pen.body }
 }
 
-/// A text for HTML and SVG.
+/// Escapes a text for HTML and SVG.
 pub(super) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -70,13 +70,13 @@ pub(super) fn escaped(text: &str) -> String {
 
 struct Pen<'a> {
     with: &'a dyn Decoration,
-    /// By boundary between columns: its place.
+    /// The position of each boundary between columns.
     boundaries: Vec<usize>,
     width: usize,
     body: String,
 }
 
-/// A name at a symbol: its place and class.
+/// A text at a symbol, with its position and class.
 struct Label<'t> {
     text: &'t str,
     at: (usize, usize),
@@ -119,13 +119,13 @@ impl<'a> Pen<'a> {
         }
     }
 
-    /// A wire; in a live drawing one that can be lit.
+    /// Draws a wire. In a live drawing it can be lit.
     fn wire(&mut self, path: &str) {
         let lit = self.lit();
         let _ = writeln!(self.body, "<path class=\"wire\"{lit} d=\"{path}\"/>");
     }
 
-    /// The mark of what a script lights.
+    /// The attribute of the elements that a script lights.
     fn lit(&self) -> &'static str {
         if self.with.is_live() { " data-p=\"\"" } else { "" }
     }
@@ -187,7 +187,7 @@ impl<'a> Pen<'a> {
         self.body.push_str("</g>\n");
     }
 
-    /// What stands in the gap of a contact.
+    /// Draws the sign in the gap of a contact.
     fn inside(&mut self, form: ContactForm, (x, y): (usize, usize)) {
         let (slash, letter) = match form {
             ContactForm::Open | ContactForm::Boxed | ContactForm::NotBoxed => (false, ""),
@@ -232,7 +232,8 @@ impl<'a> Pen<'a> {
         self.body.push_str("</g>\n");
     }
 
-    /// In a live drawing: where a press on a symbol counts, also between its lines.
+    /// In a live drawing, draws the area of a symbol that reacts to a press, including the space
+    /// between its lines.
     fn touch(&mut self, (left, right): (usize, usize), y: usize) {
         if self.with.is_live() {
             let (top, width, height) = (y - WIRE, right - left, ROW);
@@ -244,7 +245,7 @@ impl<'a> Pen<'a> {
         }
     }
 
-    /// A coil; where it ends.
+    /// Draws a coil. Returns the position of its end.
     fn coil(&mut self, placed: &PlacedInstruction, letter: &str, (x, y): (usize, usize)) -> usize {
         let label = &placed.symbol.label;
         let wide = label.name.chars().count().max(label.address.as_deref().map_or(0, str::len));
@@ -252,7 +253,7 @@ impl<'a> Pen<'a> {
         let (from, to) = (middle - HALF, middle + HALF);
         let (top, bottom) = (y - HALF, y + HALF);
         self.wire(&format!("M{x} {y}H{from}"));
-        // Two arcs: their ends, and the point that pulls each.
+        // Two arcs: the x of their ends, and the x of their control point.
         for (end, pull) in [(from + 5, from - 5), (to - 5, to + 5)] {
             let _ = write!(
                 self.body,
@@ -269,7 +270,7 @@ impl<'a> Pen<'a> {
         middle + (wide * CHAR / 2).max(HALF) + CHAR
     }
 
-    /// A box with its legs; where it ends.
+    /// Draws a box with its legs. Returns the position of its end.
     fn legs(&mut self, placed: &PlacedInstruction, (x, y): (usize, usize)) -> usize {
         let text = boxed(&placed.symbol);
         let names = placed.legs.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0);
@@ -331,7 +332,7 @@ fn wire(row: usize) -> usize {
     row * ROW + WIRE
 }
 
-/// What a contact in a box says.
+/// The text of a contact in a box.
 fn said(symbol: &ContactSymbol) -> String {
     match symbol.form {
         ContactForm::NotBoxed => format!("!({})", symbol.label.name),
@@ -345,7 +346,7 @@ fn said(symbol: &ContactSymbol) -> String {
     }
 }
 
-/// The characters that a contact is wide.
+/// The width of a contact, in characters.
 fn chars(symbol: &ContactSymbol) -> usize {
     let address = symbol.label.address.as_deref().map_or(0, str::len);
     said(symbol).chars().count().max(address) + 1

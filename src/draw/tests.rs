@@ -1,5 +1,5 @@
-//! What is drawn, read back, is the same rung: of every ladder that is shipped, as text and as SVG.
-//! Its power is the rung's too.
+//! A drawing that is read back gives the same rung, for every shipped ladder, as text and as SVG.
+//! Its power agrees with the logic of the rung too.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use super::wording::Wording;
 use crate::load;
 use crate::resolve::program::Program;
 
-/// Nothing is added.
+/// No additions.
 struct Plain;
 
 impl Decoration for Plain {
@@ -27,7 +27,7 @@ impl Decoration for Plain {
     }
 }
 
-/// Draws every rung of a program and reads it; how many there are.
+/// Draws every rung of a program and reads it back. Returns the number of rungs.
 fn drawn_and_read(program: &Program) -> usize {
     let wording = Wording::of(program);
     let rungs: Vec<_> = program.parts().flat_map(|part| part.rungs).collect();
@@ -38,7 +38,7 @@ fn drawn_and_read(program: &Program) -> usize {
         let body = svg::rung(&grid, &Plain).body;
         compare(&of_svg(&body), (rung, &wording), &body);
         hold_against_the_rung(&grid, (rung, &wording));
-        // As many elements can be lit as a power has characters.
+        // The number of elements that can be lit is the length of the power string.
         let live = live_svg::drawing(&grid, "a rung").svg;
         let power = live_svg::power(&grid, &|contact| contact.leaf % 2 == 0);
         assert_eq!(live.matches(" data-p").count(), power.len(), "{live}");

@@ -1,7 +1,8 @@
-//! A rung as lines of text: for a terminal, and for a review of what has changed.
+//! A rung as lines of text: for a terminal, and for a review of changes.
 //!
-//! Three lines a row: names, wires with their symbols, addresses. Rows without addresses have two.
-//! With its power, what has power is heavy and marked, and the places of the symbols are told.
+//! Each row has three lines: names, wires with their symbols, addresses. A row without addresses
+//! has two. If the power is drawn, wires with power are heavy, symbols with power are marked, and
+//! the positions of the symbols are returned.
 
 use super::face::{Face, MARK, boxed, plain};
 use super::grid::{PlacedInstruction, RungGrid};
@@ -21,54 +22,54 @@ const LEFT: u8 = 1;
 const RIGHT: u8 = 2;
 const UP: u8 = 4;
 const DOWN: u8 = 8;
-/// It has power.
+/// The wire has power.
 const HEAVY: u8 = 16;
 
-/// A space that hides the wire under it: within a contact.
+/// A space within a symbol, which hides the wire under it.
 const BLANK: char = '\0';
 
-/// The wire before an instruction.
+/// The length of the wire before an instruction.
 const LEAD: usize = 2;
 
 /// Characters, and the wires under them.
 struct Canvas {
     chars: Vec<Vec<char>>,
     wires: Vec<Vec<u8>>,
-    /// What is added to each wire: `HEAVY` or nothing.
+    /// The weight of the wires that are drawn next: `HEAVY` or 0.
     weight: u8,
 }
 
 /// A rung with its power.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PoweredRung {
-    /// Its lines, without spaces at their ends.
+    /// Its lines, without trailing spaces.
     pub lines: Vec<String>,
-    /// Its contacts, then its instructions, in the order of the grid.
+    /// The positions of its contacts, then of its instructions, in the order of the grid.
     pub symbols: Vec<SymbolPlace>,
 }
 
-/// Where a symbol stands in the text.
+/// The position of a symbol in the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SymbolPlace {
     /// Its line, from 0.
     pub line: usize,
-    /// Its first character, and the one behind its last.
+    /// The column of its first character, and the column after its last.
     pub columns: (usize, usize),
-    /// The operand that it shows, or the first one that its text names; "" if it names none.
+    /// The operand of the symbol, or the first operand in its text; "" if there is none.
     pub operand: String,
 }
 
-/// Where columns and rows of a grid lie on a canvas.
+/// The positions of the columns and rows of a grid on a canvas.
 struct Lay {
-    /// By boundary: its column of characters. The last one is where the instructions begin.
+    /// The column of characters of each boundary. The instructions begin at the last one.
     boundaries: Vec<usize>,
-    /// By row: its line of wires.
+    /// The line of wires of each row.
     lines: Vec<usize>,
     width: usize,
     height: usize,
 }
 
-/// The lines of a rung, without spaces at their ends.
+/// The lines of a rung, without trailing spaces.
 pub fn lines(grid: &RungGrid, style: WireStyle) -> Vec<String> {
     let lay = Lay::of(grid, false);
     let mut canvas = Canvas::new(lay.width, lay.height);
@@ -76,7 +77,7 @@ pub fn lines(grid: &RungGrid, style: WireStyle) -> Vec<String> {
     canvas.lines(style)
 }
 
-/// A rung with its power; `None`: its block does not execute.
+/// A rung with its power; `None`: the rung is not executed.
 pub fn powered(grid: &RungGrid, flow: Option<&FlowOfPower>) -> PoweredRung {
     let lay = Lay::of(grid, true);
     let mut canvas = Canvas::new(lay.width, lay.height);
@@ -84,7 +85,8 @@ pub fn powered(grid: &RungGrid, flow: Option<&FlowOfPower>) -> PoweredRung {
     PoweredRung { lines: canvas.lines(WireStyle::Lines), symbols }
 }
 
-/// The power that is drawn: none at all; of a block that does not execute; the flow.
+/// The power to draw: `None`: without power; `Some(None)`: the rung is not executed; otherwise the
+/// flow.
 type Shown<'f> = Option<Option<&'f FlowOfPower>>;
 
 /// The first operand in the text of a box.
@@ -95,14 +97,14 @@ fn first_operand(text: &str) -> String {
     words.find(is_name).unwrap_or_default().to_owned()
 }
 
-/// The first operand of an instruction that is no constant: of `to=D1`, that behind the sign.
+/// The first operand of an instruction that is not a constant; for `to=D1`, the part after `=`.
 fn operand_of_box(operands: &[String]) -> String {
     let value = |of: &String| first_operand(of.split_once('=').map_or(of, |(_, value)| value));
     operands.iter().map(value).find(|of| !of.is_empty()).unwrap_or_default()
 }
 
 impl Lay {
-    /// `marks`: with room for a mark in each symbol.
+    /// `marks`: whether each symbol has room for a mark.
     fn of(grid: &RungGrid, marks: bool) -> Lay {
         let marked = |face: Face| if marks { face.marked(false) } else { face };
         let mut widths = vec![1; grid.columns];
@@ -141,7 +143,7 @@ impl Canvas {
         Canvas { chars, wires, weight: 0 }
     }
 
-    /// Draws a rung; where its symbols stand.
+    /// Draws a rung. Returns the positions of its symbols.
     fn draw(&mut self, grid: &RungGrid, lay: &Lay, shown: Shown) -> Vec<SymbolPlace> {
         let flow = shown.flatten();
         let heavy = |on: Option<bool>| if on == Some(true) { HEAVY } else { 0 };
@@ -194,7 +196,7 @@ impl Canvas {
         }
     }
 
-    /// The rail on the left, beside all lines.
+    /// Draws the rail on the left, along all lines.
     fn rail(&mut self) {
         self.down(0, (0, self.wires.len().saturating_sub(1)));
         self.wires.iter_mut().for_each(|line| line[0] |= UP | DOWN);
@@ -207,7 +209,7 @@ impl Canvas {
         }
     }
 
-    /// A contact in the middle of its cell; where its symbol stands.
+    /// Puts a symbol in the middle of its cell. Returns its position.
     fn put_face(&mut self, face: &Face, (line, from, to): (usize, usize, usize)) -> SymbolPlace {
         let middle = |text: &str| from + (to - from).saturating_sub(text.chars().count()) / 2;
         self.put((line - 1, middle(&face.above)), &face.above);
@@ -223,7 +225,8 @@ impl Canvas {
         SymbolPlace { line, columns: (at, at + face.symbol.chars().count()), operand }
     }
 
-    /// `powers`: of its legs, or of it; `None`: without room for marks.
+    /// Draws an instruction. `powers`: the power of each leg, or of the instruction; `None`:
+    /// without room for marks.
     fn instruction(
         &mut self,
         placed: &PlacedInstruction,
@@ -284,7 +287,7 @@ impl Canvas {
     }
 }
 
-/// The character of a wire that leaves in these directions.
+/// The character of a wire with these directions.
 fn wire_char(wire: u8, style: WireStyle) -> char {
     if style == WireStyle::Ascii {
         return match wire & !HEAVY {

@@ -1,7 +1,7 @@
-//! Contacts and instructions as text with the names of the program: of a template with what its use
-//! gives, as `check` prints them for helps.
+//! Contacts and instructions as text with the names of the program. In a use of a template, the
+//! names are those of the use, as in the helps of `check`.
 //!
-//! The pictures are labelled by it.
+//! The labels of the pictures are made here.
 
 use crate::check::{Around, Context};
 use crate::isa::{Address, duration};
@@ -19,7 +19,7 @@ pub(super) struct Wording<'p> {
 /// A bit or word as a label.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OperandLabel {
-    /// Its tag, or else its address, nickname, Stage or block.
+    /// The name of its tag, or else its address, nickname, Stage or block.
     pub name: String,
     /// Its address, if it has a tag.
     pub address: Option<String>,
@@ -28,7 +28,7 @@ pub struct OperandLabel {
 }
 
 impl<'p> Wording<'p> {
-    /// The names of a program without an error.
+    /// The names of an error-free program.
     pub fn of(program: &'p Program) -> Wording<'p> {
         Wording { program, context: Context::new(program, Around::of(&[]), true) }
     }
@@ -44,7 +44,7 @@ impl<'p> Wording<'p> {
         }
     }
 
-    /// A contact.
+    /// The text of a contact.
     pub fn contact(&self, contact: &Contact) -> String {
         self.context.contact(contact)
     }
@@ -97,7 +97,7 @@ impl<'p> Wording<'p> {
         }
     }
 
-    /// The name of an array, or of a slice of one; else its addresses.
+    /// The name of an array, or of a slice of an array; without a name, its addresses.
     fn array(&self, array: Array) -> String {
         let tags = self.program.tags.iter();
         let mut of_arrays = tags.filter_map(|tag| Some((tag.of_array?.array, tag.array_name())));
@@ -132,8 +132,8 @@ impl<'p> Wording<'p> {
         stack.pop().map(|(text, _)| text).unwrap_or_default()
     }
 
-    /// A part of an expression with its operands, which are taken from the stack; and how tightly
-    /// it binds.
+    /// A part of an expression with its operands, which are taken from the stack. Returns its text,
+    /// and how tightly it binds.
     fn part(&self, part: &Part, stack: &mut Vec<(String, u8)>) -> (String, u8) {
         let mut take = || stack.pop().unwrap_or_default();
         match part {
@@ -168,8 +168,8 @@ const ATOM: u8 = u8::MAX;
 /// How tightly `-`, `~` and `!` bind.
 const UNARY: u8 = 11;
 
-/// Two operands with their sign. What binds as tightly has parentheses too: a reader need not know
-/// the order.
+/// Two operands with their operator. A right operand that binds as tightly as the operator has
+/// parentheses too, so that a reader need not know the order.
 fn binary_text(binary: Binary, left: (String, u8), right: (String, u8)) -> String {
     let grouped = |(text, binds): (String, u8), is_left: bool| {
         let is_chain = is_left && binds == binary.precedence() && binary != Binary::Power;

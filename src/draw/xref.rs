@@ -1,8 +1,8 @@
-//! The cross-reference of an operand: what writes it, what reads it, what the controller file does
-//! with it, and which tests touch it.
+//! The cross-reference of an operand: its writers, its readers, its uses in the controller file,
+//! and the tests that touch it.
 //!
-//! `cli::xref` and `cli::explain` ask for it by name. [`text`] prints it; as JSON it is the types
-//! of [`answer`].
+//! `cli::xref` and `cli::explain` look it up by name. [`text`] prints it; its JSON is made from the
+//! types of [`answer`].
 
 pub mod answer;
 mod outside;
@@ -30,12 +30,12 @@ pub struct Index<'a> {
     scope: Scope,
     uses: ProgramUses<'a>,
     controller: Option<&'a Controller>,
-    /// With the cells that each touches.
+    /// The uses of operands in tests, each with its cells.
     tests: Vec<(&'a TestTouch, Vec<Cell>)>,
 }
 
 impl<'a> Index<'a> {
-    /// Walks a program. `tests`: what test files touch, in their order.
+    /// Walks a program. `tests`: the uses of operands in test files, in the order of the files.
     pub fn new(
         subject: &'a Subject,
         controller: Option<&'a Controller>,
@@ -54,10 +54,10 @@ impl<'a> Index<'a> {
     }
 
     /// The cross-reference of an operand: a tag, an address, a member, a structure, an array, a
-    /// block, a device; of these with all their bits and words.
+    /// block or a device. It covers all bits and words of the operand.
     ///
     /// # Errors
-    /// A sentence for people: the name stands for nothing.
+    /// A sentence for people: the name is unknown.
     pub fn of(&self, name: &str) -> Result<CrossReference, String> {
         Ok(self.of_wanted(&AskedOperand::named((self.program(), &self.scope), name)?))
     }
@@ -74,7 +74,7 @@ impl<'a> Index<'a> {
         });
         let tagged: HashSet<Address> = meant.collect();
         let known: HashSet<&str> = program.tags.iter().map(|tag| tag.name.as_str()).collect();
-        // A member stands in the reference of its structure.
+        // A member is in the reference of its structure.
         let is_member =
             |name: &str| name.rsplit_once('.').is_some_and(|(base, _)| known.contains(base));
         let operands = program.operands.iter();
@@ -116,7 +116,7 @@ impl<'a> Index<'a> {
         }
     }
 
-    /// Where a constant is named.
+    /// The places where the ladder names a constant.
     fn constants(&self, wanted: &AskedOperand) -> Vec<FileLine> {
         let Some(constant) = wanted.constant else { return Vec::new() };
         let named = self.program().constants.iter().filter(|(_, tag)| *tag == constant);
@@ -144,7 +144,7 @@ fn cells_of(subject: &Subject, wanted: &AskedOperand) -> Vec<Cell> {
     wanted.addresses.iter().filter_map(|address| layout.cell(*address)).collect()
 }
 
-/// A rung in a page.
+/// The anchor of a rung in a page.
 fn anchor(rung: &observe::RungName) -> String {
     format!("{}-{}", rung.element.name, rung.number)
 }

@@ -1,10 +1,10 @@
-//! Follows the changes of chosen cells of a controller that runs: each once, in order, scan by
-//! scan.
+//! Follows the changes of chosen cells of a running controller: each once, in order, scan by scan.
 //!
-//! Each look asks the operator's socket for the newest section of the scan log, and executes what
-//! is new in it. Where the log goes on at another place (a restart, a pause of the follower that
-//! memory does not reach over), it says so: `change_history` has what lies between. Called by
-//! `edge`, ten times a second.
+//! Each look requests the newest section of the scan log from the operator's socket, and executes
+//! its new entries. If the log continues at a later position (after a restart, or after a pause of
+//! the follower that is longer than the controller's memory), the follower reports a jump;
+//! `change_history` has the changes between the two positions. Called by `edge`, ten times a
+//! second.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -29,40 +29,41 @@ pub struct ChangeFollower {
     shelf: ProgramShelf,
     engine: Option<ReplayEngine>,
     run: Option<ChangeRun>,
-    /// The last scan that was executed: it outlives a run that could not go on.
+    /// The last executed scan. It is kept if a run could not continue.
     at: Option<LogPosition>,
-    /// The section that was executed last.
+    /// The last executed section.
     newest: Option<SectionName>,
 }
 
 impl ChangeFollower {
-    /// Follows the cells that are chosen of each program.
+    /// Follows the cells that `choose` returns for each program.
     pub fn new(choose: ChooseCells) -> ChangeFollower {
         let (last, shelf) = (LastProgram::default(), ProgramShelf::default());
         ChangeFollower { choose, last, shelf, engine: None, run: None, at: None, newest: None }
     }
 
-    /// The last scan that was executed.
+    /// The last executed scan.
     pub fn position(&self) -> Option<LogPosition> {
         self.at
     }
 
-    /// The number of the section to ask for next: those before it are known.
+    /// The number of the section to request next. All sections before it have been executed.
     pub fn next_section(&self) -> u64 {
         self.newest.map_or(u64::MAX, |(_, sequence)| sequence)
     }
 
-    /// What happened since the look before. Asks the controller once; blocks until it has answered.
+    /// The events since the previous look. Sends the controller one request; blocks until it has
+    /// answered.
     ///
     /// # Errors
-    /// [`LookFailure`]; the next look goes on where this one would have.
+    /// [`LookFailure`]; the next look continues at the same position.
     pub fn look(&mut self, socket: &Path) -> Result<Vec<LogEvent>, LookFailure> {
         let answer = asked(socket, self.next_section())?;
         let recording = Recording::newest(answer, &mut self.last);
         self.take(recording)
     }
 
-    /// Executes what is new in the newest part of a recording.
+    /// Executes the new entries of the newest part of a recording.
     ///
     /// # Errors
     /// Nothing is recorded, or this version of rungd cannot load the program.
@@ -129,7 +130,7 @@ impl ChangeFollower {
     }
 }
 
-/// What is known of a section before it is read.
+/// The facts about a section that are known before it is read.
 struct SectionHead {
     name: SectionName,
     follows: bool,
@@ -144,13 +145,13 @@ impl SectionHead {
     }
 }
 
-/// The place at the start of a section.
+/// The position at the start of a section.
 pub(super) fn start((process_start_ns, _): SectionName, section: &TapeSection) -> LogPosition {
     let unix_ns = begin_unix_ns(section);
     LogPosition { process_start_ns, scan: section.start.number.saturating_sub(1), unix_ns }
 }
 
-/// The sections from a number on.
+/// Requests the sections from a number on.
 pub(super) fn asked(socket: &Path, from_section: u64) -> Result<Vec<u8>, LookFailure> {
     let request = Request::Recording { from_section: Some(from_section) };
     let answer: RecordingBytes =

@@ -1,7 +1,7 @@
-//! The changes of chosen cells in the past of a controller: from one place of its scan log to
-//! another one, each once, in order; what cannot be had is said.
+//! The changes of chosen cells in the past of a controller, between two positions of its scan log:
+//! each once, in order. Gaps are reported.
 //!
-//! The log is what the controller has in memory, and the files of its recorded folder, where this
+//! The log consists of the controller's memory, and of the files of its recorded folder if this
 //! process may read them. Called by `edge` after a link was down.
 
 use std::path::{Path, PathBuf};
@@ -23,47 +23,47 @@ use crate::runtime::exchange::Mode;
 pub struct RecordedFolder {
     /// The folder.
     pub dir: PathBuf,
-    /// The controller's name, with which its files begin.
+    /// The controller's name. The names of its files begin with it.
     pub controller: String,
 }
 
-/// What is asked of the past.
+/// The requested part of the past.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HistorySpan {
-    /// Behind this place.
+    /// The span begins after this position.
     pub from: LogPosition,
-    /// So long before it too, ns, as far as the log has it.
+    /// The changes of this time before `from` are included too, ns, as far as the log has them.
     pub margin_ns: i64,
-    /// Up to this place, with it.
+    /// The span ends with this position, which is included.
     pub until: LogPosition,
 }
 
 /// Makes the engine of a program.
 type MakeLogged = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String> + Send>;
 
-/// Tells the changes of a part of the past.
+/// Reports the changes of a part of the past.
 pub struct ChangeHistory {
     span: HistorySpan,
     choose: ChooseCells,
     shelf: Arc<Mutex<ProgramShelf>>,
     recording: Replay<MakeLogged>,
-    /// The sections that are left, the next one last.
+    /// The sections not yet executed, the next one last.
     left: Vec<usize>,
     run: Option<ChangeRun>,
-    /// The section that was executed last.
+    /// The last executed section.
     newest: Option<SectionName>,
-    /// Up to here all is told, or is known to be missing.
+    /// Everything up to this position has been reported, as changes or as a gap.
     told: LogPosition,
-    /// The mode there, if it is known.
+    /// The mode at that position, if it is known.
     mode: Option<Mode>,
-    /// Why a section could not be executed, and the next one begins behind a gap.
+    /// Why a section could not be executed: the reason for the gap before the next section.
     trouble: Option<String>,
 }
 
 impl ChangeHistory {
-    /// The past between two places: of the controller's memory, and of its folder where memory does
-    /// not reach; with a note, if the folder cannot be read. Asks the controller a few
-    /// times; blocks.
+    /// The past between two positions: from the controller's memory, and from its folder if the
+    /// memory does not reach back far enough. Also returns a note if the folder cannot be read.
+    /// Sends the controller a few requests; blocks.
     ///
     /// # Errors
     /// [`LookFailure`].
@@ -90,7 +90,7 @@ impl ChangeHistory {
         }
     }
 
-    /// The past between two places. Of a recording that holds it.
+    /// The past between two positions, from a recording.
     pub fn new(recording: Recording, span: HistorySpan, choose: ChooseCells) -> ChangeHistory {
         let mut left = sections(&recording, &span);
         left.reverse();
@@ -114,12 +114,12 @@ impl ChangeHistory {
         }
     }
 
-    /// Up to here all is told.
+    /// Everything up to this position has been reported.
     pub fn position(&self) -> LogPosition {
         self.told
     }
 
-    /// The changes of the next section; `None`: there is no more.
+    /// The changes of the next section; `None`: no section is left.
     pub fn next_section(&mut self) -> Option<Vec<LogEvent>> {
         let Some(at) = self.left.pop() else { return self.end() };
         let mut events = Vec::new();
@@ -130,7 +130,7 @@ impl ChangeHistory {
         Some(events)
     }
 
-    /// The last gap, once.
+    /// Reports the last gap, once.
     fn end(&mut self) -> Option<Vec<LogEvent>> {
         let (told, until) = (self.told, self.span.until);
         let is_there = told.process_start_ns == until.process_start_ns && told.scan >= until.scan;
@@ -188,7 +188,7 @@ impl ChangeHistory {
         self.run = Some(run);
     }
 
-    /// All is told up to a place, but not beyond the end.
+    /// Notes that everything up to a position has been reported, but not beyond the end.
     fn tell_up_to(&mut self, at: LogPosition) {
         let (told, until) = (self.told, self.span.until);
         let is_before = at.process_start_ns == told.process_start_ns && at.scan <= told.scan;
@@ -201,7 +201,7 @@ impl ChangeHistory {
         self.told = if is_beyond { until } else { at };
     }
 
-    /// What is missing between what is told and the scan behind which the log goes on.
+    /// The gap between the reported part and the scan after which the log continues.
     fn gap(&mut self, begin: LogPosition) -> Option<LogGap> {
         let (told, trouble) = (self.told, self.trouble.take());
         let is_same = begin.process_start_ns == told.process_start_ns;
@@ -222,7 +222,7 @@ impl ChangeHistory {
         Some(LogGap { scans, from_ns: told.unix_ns, to_ns: begin.unix_ns, why })
     }
 
-    /// Whether a place lies before what was told at first: in the margin.
+    /// Whether a position lies in the margin, in a process before the reported one.
     fn is_before(&self, begin: LogPosition) -> bool {
         begin.process_start_ns != self.span.until.process_start_ns
             && begin.process_start_ns < self.told.process_start_ns
@@ -230,7 +230,7 @@ impl ChangeHistory {
 }
 
 impl HistorySpan {
-    /// Whether a change lies in it.
+    /// Whether a change lies in the span.
     fn has(&self, process: i64, change: &LoggedChange) -> bool {
         let HistorySpan { from, margin_ns, until } = self;
         if process == until.process_start_ns && change.scan > until.scan {
@@ -245,9 +245,9 @@ impl HistorySpan {
     }
 }
 
-/// What the controller's memory has of a span, and perhaps a little more. A section is about a
-/// second, so that the number of the first one can be guessed; where the guess is wrong, all of
-/// memory is fetched, if it is not too much for an answer.
+/// The part of a span in the controller's memory, and perhaps a little more. A section lasts about
+/// a second, so the number of the first section can be estimated. If the estimate is wrong, the
+/// whole memory is fetched, unless it is too large for an answer.
 fn memory(socket: &Path, span: &HistorySpan) -> Result<Vec<u8>, LookFailure> {
     let newest = asked(socket, u64::MAX)?;
     let known = Recording::of_bytes(newest.clone());
@@ -264,8 +264,8 @@ fn memory(socket: &Path, span: &HistorySpan) -> Result<Vec<u8>, LookFailure> {
     }
 }
 
-/// The number of the section in which a span begins, or of one before it; `None`: its process is
-/// gone.
+/// The estimated number of the section in which a span begins, or of an earlier section; `None`:
+/// the span begins in an earlier process.
 fn guessed_section(newest: &Recording, span: &HistorySpan) -> Option<u64> {
     let last = newest.count().checked_sub(1)?;
     let begin_ns = span.from.unix_ns.saturating_sub(span.margin_ns);
@@ -275,7 +275,7 @@ fn guessed_section(newest: &Recording, span: &HistorySpan) -> Option<u64> {
     is_same.then(|| head.sequence.saturating_sub(age_s + age_s / 4 + 4))
 }
 
-/// Whether a recording has what follows a place.
+/// Whether a recording has the scan after a position.
 fn reaches(recording: &Recording, from: LogPosition) -> bool {
     (0..recording.count()).any(|at| {
         recording.program(at).process_start_ns == from.process_start_ns
@@ -292,7 +292,7 @@ fn sections(recording: &Recording, span: &HistorySpan) -> Vec<usize> {
         let (process, head) = (process(*at), recording.head(*at));
         let end = head.number.saturating_add(head.scans.into()).saturating_sub(1);
         let is_behind = match process == from.process_start_ns {
-            // Outside of RUN a section has no scan, but may have forces.
+            // Outside of RUN a section has no scans, but may have forces.
             true => end > from.scan || end == from.scan && head.scans == 0,
             false => process > from.process_start_ns || process == until.process_start_ns,
         };

@@ -1,7 +1,7 @@
-//! Executes sections of the scan log, and tells the changes of some cells scan by scan.
+//! Executes sections of the scan log, and reports the changes of the chosen cells scan by scan.
 //!
-//! A section that has grown is gone on with: only what is new is executed. Used by
-//! `change_follower` and `change_history`, which say what follows what.
+//! If a section has grown, only its new entries are executed. Used by `change_follower` and
+//! `change_history`, which determine the order of the sections.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -12,28 +12,29 @@ use crate::engine::{Cell, Engine, EngineCall};
 use crate::runtime::exchange::Mode;
 use crate::runtime::{TapeEntry, TapeSection, numbered_calls};
 
-/// A section among those of all processes: when its process started, and its number in it.
+/// Identifies a section among those of all processes: the start time of its process, and its number
+/// in the process.
 pub(super) type SectionName = (i64, u64);
 
-/// The times of values have milliseconds.
+/// The resolution of the times of values: one millisecond.
 const MOMENT_NS: i64 = 1_000_000;
 
 /// Executes the sections of one program.
 pub(super) struct ChangeRun {
     pub program: Arc<LoggedProgram>,
     engine: Engine,
-    /// By chosen cell: its content; `None`: it was never told.
+    /// The last reported content of each chosen cell; `None`: never reported.
     values: Vec<Option<i32>>,
-    /// The section that is executed, and the number of its entries that are.
+    /// The section that is being executed, and the number of its executed entries.
     done: Option<(SectionName, usize)>,
-    /// The last scan.
+    /// The last executed scan.
     pub at: LogPosition,
-    /// The mode behind what is executed.
+    /// The mode after the last executed entry.
     pub mode: Mode,
 }
 
-/// The time at the start of a section, ns since 1970 (UTC). Before a process's first scan it is a
-/// moment earlier than that scan, so that no two values of a cell have one time.
+/// The time at the start of a section, ns since 1970 (UTC). Before the first scan of a process it
+/// is one millisecond earlier than that scan, so that no two values of a cell have the same time.
 pub(super) fn begin_unix_ns(section: &TapeSection) -> i64 {
     let begin_ns = section.start.unix_offset_ns.saturating_add_unsigned(section.begin_ns());
     match section.state.now_ns() {
@@ -43,15 +44,15 @@ pub(super) fn begin_unix_ns(section: &TapeSection) -> i64 {
 }
 
 impl ChangeRun {
-    /// Before the first section.
+    /// A run before its first section.
     pub fn new(program: Arc<LoggedProgram>) -> ChangeRun {
         let (engine, values) = (program.engine(), vec![None; program.chosen.len()]);
         let (done, at, mode) = (None, LogPosition::default(), Mode::Run);
         ChangeRun { program, engine, values, done, at, mode }
     }
 
-    /// The same for another program; a cell of the same name keeps its value, so that only a
-    /// different one is told.
+    /// A run for the next program. A cell with the same name keeps its value, so that only a
+    /// different value is reported.
     pub fn followed_by(&self, program: Arc<LoggedProgram>) -> ChangeRun {
         let names = self.program.chosen.iter().map(|(name, _)| name.as_str());
         let known: HashMap<&str, Option<i32>> = names.zip(self.values.iter().copied()).collect();
@@ -62,7 +63,7 @@ impl ChangeRun {
         run
     }
 
-    /// The contents at the start of a section; `None`: it does not fit the program.
+    /// The contents at the start of a section; `None`: the section does not fit the program.
     pub fn begin(&mut self, section: &TapeSection) -> Option<Vec<i32>> {
         self.done = None;
         if !self.engine.resume(&section.state) {
@@ -72,13 +73,13 @@ impl ChangeRun {
         Some(self.program.chosen.iter().map(|(_, cell)| content(image, *cell)).collect())
     }
 
-    /// Takes the contents at the start of a section as told.
+    /// Marks the contents at the start of a section as reported.
     pub fn told(&mut self, values: &[i32]) {
         self.values.iter_mut().zip(values).for_each(|(known, value)| *known = Some(*value));
     }
 
-    /// Executes what is new in a section, and tells the changes; false: it does not fit the
-    /// program.
+    /// Executes the new entries of a section, and reports the changes. Returns false if the section
+    /// does not fit the program.
     pub fn take(
         &mut self,
         (process_start_ns, sequence): SectionName,
@@ -97,7 +98,7 @@ impl ChangeRun {
             let scan = section.start.number.saturating_sub(1);
             self.at = LogPosition { process_start_ns, scan, unix_ns: begin_ns };
             self.mode = section.start.mode;
-            // Before a process's first scan nothing is the end of a scan.
+            // Before the first scan of a process there is no end of a scan to compare.
             if scan > 0 {
                 self.compare(tell);
             }
@@ -129,7 +130,7 @@ impl ChangeRun {
         self.engine.apply(call);
         match call {
             EngineCall::Execute | EngineCall::Terminate => self.compare(tell),
-            // Outside of RUN no scan follows that would show it.
+            // Outside of RUN no scan follows in which the change would be found.
             EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell)
                 if self.mode != Mode::Run =>
             {
@@ -144,7 +145,7 @@ impl ChangeRun {
         }
     }
 
-    /// Tells the cells whose contents are others than those that are known.
+    /// Reports the cells whose contents differ from the last reported ones.
     fn compare(&mut self, tell: &mut dyn FnMut(LoggedChange)) {
         let (image, at) = (self.engine.image(), self.at);
         let chosen = self.program.chosen.iter().zip(&mut self.values);

@@ -1,5 +1,5 @@
-//! The changes that a reader of the scan log tells are those that happened: each once, in order,
-//! over random inputs, reloads, restarts and pauses.
+//! A reader of the scan log reports exactly the changes that happened: each once, in order, over
+//! random inputs, reloads, restarts and pauses.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -21,7 +21,7 @@ use crate::source::span::SourceFile;
 
 const CONTROLLER: &str = "ladder = [\"l.toml\"]\nscan.period = \"10ms\"\n";
 
-/// A ladder in which a bit follows X0, a counter counts it, and a word follows the counter.
+/// A ladder in which a bit follows X0, a counter counts X0, and a word follows the counter.
 fn ladder(more: &str) -> String {
     format!(
         "[tags]\nstart = {{ at = \"X0\" }}\nstop = {{ at = \"X1\" }}\non = {{ at = \"Y0\" }}\n\
@@ -33,7 +33,7 @@ fn ladder(more: &str) -> String {
     )
 }
 
-/// A tag that the program of a generation has more.
+/// The additional tag of the program of a generation.
 fn more(generation: u32) -> String {
     format!("new{} = {{ at = \"V{}\" }}", generation % 3, generation % 3 + 1)
 }
@@ -61,7 +61,7 @@ fn choose_all() -> ChooseCells {
     })
 }
 
-/// The recorder of the rig's present process, memory, and a folder that keeps all.
+/// The recorder of the rig's present process, its memory, and a disk that keeps everything.
 struct Logs {
     recorder: Recorder,
     recent: Recent,
@@ -87,16 +87,16 @@ impl TapeListener for LogListener {
     }
 }
 
-/// Scans of a process are at its start and 10 ms apart.
+/// The clock for all entries; it does not advance. The rig supplies the times of the scans.
 const CLOCK: TapeClock = TapeClock { unix_ns: OFFSET_NS, unix_offset_ns: OFFSET_NS };
 
-/// What is added to the time of the rig.
+/// The offset added to the time of the rig.
 const OFFSET_NS: i64 = 1_000_000_000_000;
 
-/// When something happened: process, scan, cell.
+/// The process, the scan and the name of the cell of a change.
 pub(crate) type Happened = (i64, u64, String);
 
-/// A rig with its log, and what happened in it.
+/// A rig with its log, and the changes that happened in it.
 pub(crate) struct LoggedPlant {
     pub rig: Rig,
     logs: Arc<Mutex<Logs>>,
@@ -106,9 +106,9 @@ pub(crate) struct LoggedPlant {
     chosen: Vec<NamedCell>,
     values: BTreeMap<String, i32>,
     pub changes: BTreeMap<Happened, i32>,
-    /// By process and scan: its time, ms.
+    /// The time of each scan, ms, by process and scan.
     pub times: BTreeMap<(i64, u64), u64>,
-    /// The scans right before which a program was exchanged.
+    /// The last scan before each exchange of the program.
     pub swaps: Vec<(i64, u64)>,
 }
 
@@ -161,7 +161,7 @@ impl LoggedPlant {
         plant
     }
 
-    /// Notes what has changed.
+    /// Notes the changes.
     fn note(&mut self) {
         let image = self.rig.image();
         for (name, cell) in &self.chosen {
@@ -195,7 +195,8 @@ impl LoggedPlant {
         self.note();
     }
 
-    /// A reload of the same program, which the log takes for one that it does not fit.
+    /// Reloads the same program, but records another one, which the sections that follow do not
+    /// fit.
     fn mislabelled_reload(&mut self) {
         self.generation += 1;
         let timer =
@@ -206,7 +207,7 @@ impl LoggedPlant {
         self.rig.reload(&lowered);
     }
 
-    /// The process is killed, and a new one is started with the program that ran.
+    /// Kills the process, and starts a new one with the same program.
     pub fn restart(&mut self, memory: usize) {
         let more = match self.generation {
             0 => String::new(),
@@ -223,19 +224,19 @@ impl LoggedPlant {
         self.rig.restart();
     }
 
-    /// What the controller's memory answers.
+    /// The answer of the controller's memory.
     pub fn answer(&self, from: u64) -> Recording {
         let logs = self.logs.lock().expect("it is whole");
         Recording::of_bytes(logs.recent.write_from(from, logs.recorder.under_way().as_ref()))
     }
 
-    /// All that was ever recorded.
+    /// The whole recording.
     pub fn all(&self) -> Recording {
         let logs = self.logs.lock().expect("it is whole");
         Recording::of_bytes(logs.disk.write_from(0, logs.recorder.under_way().as_ref()))
     }
 
-    /// What happened behind a place, up to another one.
+    /// The changes after one position, up to another.
     fn expected(&self, from: LogPosition, until: LogPosition) -> BTreeMap<Happened, i32> {
         let key = |of: LogPosition| (of.process_start_ns, of.scan);
         let is_in = |of: &&Happened| (key(from).0, key(from).1) < (of.0, of.1);
@@ -245,7 +246,7 @@ impl LoggedPlant {
     }
 }
 
-/// Gathers what is told, and holds it to its order.
+/// Collects the reported events, and checks their order.
 #[derive(Default)]
 struct ToldEvents {
     names: Vec<String>,
@@ -310,7 +311,7 @@ fn a_follower_tells_each_change_once() {
     }
     let last = follower.position().expect("it has scans");
     assert_eq!((last.process_start_ns, last.scan), (1, plant.rig.scans()));
-    // The values at a reload are those of its birth.
+    // The values at a reload are reported with the new program, not as changes.
     let expected = plant.expected(first, last);
     let births = expected.keys().filter(|key| !told.changes.contains_key(*key)).count();
     assert!(births <= 8, "{births} changes are not told");
@@ -356,16 +357,16 @@ fn what_memory_does_not_reach_is_counted() {
     let expected = plant.expected(begin, until);
     let told: BTreeMap<_, _> = told.changes.into_iter().filter(|of| of.0.1 > begin.scan).collect();
     assert!(lost > 1000 && told == expected, "{lost}");
-    // All of it is on disk.
+    // The disk has all of it.
     let told = past(plant.all(), HistorySpan { from, margin_ns: 0, until });
     assert!(told.lost.is_empty() && told.changes == plant.expected(from, until));
-    // The margin is told again.
+    // The margin is reported again.
     let told = past(plant.all(), HistorySpan { from, margin_ns: 500_000_000, until });
     let before = LogPosition { scan: 50, ..from };
     assert!(told.changes == plant.expected(before, until));
 }
 
-/// A restart and a pause beyond memory are jumps, and the past has what lies between.
+/// A restart and a pause longer than memory are jumps, and the past has the changes between.
 #[test]
 fn a_jump_and_the_past_give_all() {
     let mut plant = LoggedPlant::new(11, 1 << 12);
@@ -403,7 +404,7 @@ fn a_jump_and_the_past_give_all() {
     assert!(births > 5 && missing.is_empty(), "{births} {missing:?}");
 }
 
-/// A section that its program cannot execute is left out, and the next one says so.
+/// A section that its program cannot execute is skipped, and the next section reports a jump.
 #[test]
 fn a_section_that_does_not_fit_is_a_jump() {
     let mut plant = LoggedPlant::new(13, 1 << 22);

@@ -1,5 +1,5 @@
-//! What happened in the minute, for people: modes, blocks and Stages, alarms, tags whose changes
-//! are logged, and what people and clients did.
+//! The events of the minute as texts for people: changes of modes, blocks, Stages, alarms and
+//! logged tags, and the actions of people and clients.
 
 use std::sync::Arc;
 
@@ -9,21 +9,21 @@ use crate::isa::{Address, Bit, BlockId, StageId};
 use crate::runtime::exchange::Mode;
 use crate::runtime::{Origin, TapeEntry, TapeSection, numbered_calls};
 
-/// The most events; the newest stay.
+/// The most events; only the newest are kept.
 const EVENTS_MAX: usize = 500;
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LiveEvent {
     /// The scan.
     pub scan: u64,
-    /// Its time, ns since 1970 (UTC).
+    /// The time of the scan, ns since 1970 (UTC).
     pub unix_ns: i64,
     /// Whether an alarm was raised.
     pub is_alarm: bool,
-    /// What happened.
+    /// The text of the event.
     pub text: String,
-    /// The operand that it is about.
+    /// The operand that the event is about.
     pub operand: Option<String>,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn events(program: &LiveProgram, sections: &[Arc<TapeSection>]) -> Ve
     all.split_off(all.len().saturating_sub(EVENTS_MAX))
 }
 
-/// What is told of a cell.
+/// The kind of event that a change of a cell causes.
 enum Told {
     Block(String),
     Stage(String),
@@ -98,7 +98,7 @@ fn told(program: &LiveProgram) -> Vec<(Cell, Told)> {
     blocks.chain(stages).chain(alarms).chain(tags).collect()
 }
 
-/// Modes, and what people and clients did.
+/// The changes of the mode, and the actions of people and clients.
 fn outside(program: &LiveProgram, section: &TapeSection, all: &mut Vec<LiveEvent>) {
     let mut calls = numbered_calls(&section.entries, section.start.number).peekable();
     let before = section.start.number.saturating_sub(1);
@@ -149,7 +149,7 @@ fn who(section: &TapeSection, origin: Origin) -> Option<&str> {
     }
 }
 
-/// What a person or client did with an operand: the text, and the operand.
+/// The action of a person or client on an operand: its text, and the operand.
 fn done(program: &LiveProgram, call: EngineCall, who: Option<&str>) -> Option<(String, String)> {
     let (who, name) = (who?, |cell| program.subject.operand(cell).name);
     match call {

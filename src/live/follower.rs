@@ -1,8 +1,7 @@
-//! Asks a controller for the newest part of its scan log, again and again, and keeps the last
-//! minute of it.
+//! Requests the newest part of a controller's scan log repeatedly, and keeps its last minute.
 //!
-//! The first look at a program sees its newest scans alone, so that a picture is there soon; the
-//! second one fetches the minute before them. Called by `web` and by `monitor`.
+//! The first look at a program fetches only its newest scans, so that the picture appears soon; the
+//! second look fetches the minute before them. Called by `web` and by `monitor`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -27,13 +26,13 @@ const SECTIONS_MAX: u64 = 70;
 /// The most entries that are kept.
 const ENTRIES_MAX: usize = 1 << 20;
 
-/// Why nothing was seen.
+/// Why a look failed.
 #[derive(Debug)]
 pub enum LookFailure {
     /// The controller does not answer, or refuses.
     Call(CallFailure),
-    /// The answer cannot be used: another version of rungd, or a program that has just been
-    /// exchanged.
+    /// The answer cannot be used: it comes from a different version of rungd, or the program has
+    /// just been exchanged.
     Unusable(String),
 }
 
@@ -46,13 +45,13 @@ impl fmt::Display for LookFailure {
     }
 }
 
-/// A section that is kept, with its number among those of its process.
+/// A kept section, with its number among those of its process.
 type KeptSection = (u64, Arc<TapeSection>);
 
 /// Follows a controller.
 pub struct Follower {
     socket: PathBuf,
-    /// What is known of the program that runs.
+    /// The running program and its scans.
     known: Option<KnownProgram>,
     last: LastProgram,
 }
@@ -61,7 +60,7 @@ struct KnownProgram {
     program: Arc<LiveProgram>,
     run: PowerRun,
     engine: Option<ReplayEngine>,
-    /// The minute before its first look is there.
+    /// Whether the minute before the first look has been fetched.
     has_minute: bool,
     sections: Vec<KeptSection>,
     power: Arc<ScanPower>,
@@ -73,10 +72,10 @@ impl Follower {
         Follower { socket, known: None, last: LastProgram::default() }
     }
 
-    /// Looks at the last scan. Asks the controller once or twice; blocks until it has answered.
+    /// Looks at the last scan. Sends the controller one request; blocks until it has answered.
     ///
     /// # Errors
-    /// [`LookFailure`]; the next look begins anew.
+    /// [`LookFailure`]; the next look starts from nothing.
     pub fn look(&mut self) -> Result<LiveView, LookFailure> {
         let looked = self.look_on();
         if looked.is_err() {
@@ -85,7 +84,7 @@ impl Follower {
         looked
     }
 
-    /// Forgets the minute; the program stays, for a look that may come.
+    /// Forgets the minute, but keeps the program for a later look.
     pub fn rest(&mut self) {
         if let Some(known) = &mut self.known {
             known.sections = Vec::new();
@@ -105,7 +104,7 @@ impl Follower {
         Ok(known.view())
     }
 
-    /// The first section to ask for.
+    /// The first section to request.
     fn next_section(&self) -> u64 {
         let Some(known) = &self.known else { return u64::MAX };
         match known.sections.last() {
@@ -147,7 +146,7 @@ impl KnownProgram {
         KnownProgram { program, run, engine, has_minute: false, sections, power }
     }
 
-    /// Takes the sections of the program, and goes to the last scan.
+    /// Takes the sections of the program, and executes them up to the last scan.
     fn take(&mut self, recording: Recording) -> Result<(), LookFailure> {
         let subject = Arc::clone(&self.program.subject);
         let own = &self.program.recorded;
@@ -162,7 +161,8 @@ impl KnownProgram {
         self.sections.retain(|(sequence, _)| *sequence < first);
         for (at, sequence, follows) in places {
             let Ok(mut section) = replay.section(at) else { continue };
-            // The first section of an answer goes on where the kept ones end.
+            // The first section of an answer follows the kept ones only if its number is the next
+            // one.
             let before = self.sections.last().map(|(sequence, _)| sequence + 1);
             section.start.follows = follows && before == Some(sequence);
             self.sections.push((sequence, Arc::new(section)));
@@ -176,7 +176,7 @@ impl KnownProgram {
         Ok(())
     }
 
-    /// The oldest sections go.
+    /// Drops the oldest sections.
     fn forget(&mut self) {
         let mut entries: usize = self.sections.iter().map(|(_, of)| of.entries.len()).sum();
         let mut first = self.sections.len().saturating_sub(SECTIONS_MAX as usize);

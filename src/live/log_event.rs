@@ -1,4 +1,4 @@
-//! What a reader of the scan log tells: places in the log, changes, and what is missing.
+//! The events that a reader of the scan log reports: positions in the log, changes, and gaps.
 //!
 //! Made by `change_follower` and `change_history`; `edge` publishes them.
 
@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use super::logged_program::LoggedProgram;
 
-/// A place in the scan log: the end of a scan.
+/// A position in the scan log: the end of a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LogPosition {
-    /// When the process of the controller started, ns since 1970 (UTC): it tells processes apart.
+    /// When the controller's process started, ns since 1970 (UTC). It identifies the process.
     pub process_start_ns: i64,
     /// The number of the scan; the first of a process is 1.
     pub scan: u64,
@@ -17,20 +17,20 @@ pub struct LogPosition {
     pub unix_ns: i64,
 }
 
-/// A part of the past that cannot be had.
+/// A part of the past that is not available.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogGap {
-    /// The scans that it lacks, if that is known.
+    /// The number of missing scans, if it is known.
     pub scans: Option<u64>,
-    /// The time of the last scan before it, ns since 1970 (UTC).
+    /// The time of the last scan before the gap, ns since 1970 (UTC).
     pub from_ns: i64,
-    /// The time of the first scan behind it, ns since 1970 (UTC).
+    /// The time of the first scan after the gap, ns since 1970 (UTC).
     pub to_ns: i64,
-    /// Why, as a clause.
+    /// The reason, as a clause.
     pub why: String,
 }
 
-/// A value of a chosen cell at the end of a scan, which differs from the one before.
+/// A new value of a chosen cell at the end of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoggedChange {
     /// The number of the cell among the chosen ones of its program.
@@ -43,28 +43,28 @@ pub struct LoggedChange {
     pub unix_ns: i64,
 }
 
-/// What is told, in order.
+/// An event of the log. A reader reports the events in order.
 #[derive(Clone, Debug)]
 pub enum LogEvent {
-    /// A program begins: what follows is about its cells.
+    /// A program begins. The changes that follow are changes of its cells.
     Begins {
         /// The program.
         program: Arc<LoggedProgram>,
         /// The contents of its chosen cells, in their order.
         values: Vec<i32>,
-        /// Where.
+        /// The position at which it begins.
         at: LogPosition,
     },
     /// A cell changed.
     Changed(LoggedChange),
-    /// Of one who follows: the log goes on at another place. What lies between may be had from the
-    /// log's past.
+    /// Only of a follower: the log continues at a later position. A [`super::ChangeHistory`] may
+    /// have the changes between the two positions.
     Jumped {
-        /// The last scan before.
+        /// The last scan before the jump.
         from: LogPosition,
-        /// The scan behind which it goes on.
+        /// The scan after which the log continues.
         to: LogPosition,
     },
-    /// Of one who reads the past: a part of it is missing.
+    /// Only of a reader of the past: a part of it is missing.
     Missing(LogGap),
 }

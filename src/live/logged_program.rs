@@ -1,4 +1,4 @@
-//! A recorded program, to be executed, with the cells of it that somebody wants to know.
+//! A recorded program that can be executed, with the cells that the caller has chosen.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::lower::{Symbols, lower};
 use crate::record::RecordedProgram;
 use crate::resolve::program::Program;
 
-/// A cell that somebody wants to know, with the name that it has in every program.
+/// A chosen cell, with its name. The name is the same in every program.
 pub type NamedCell = (String, Cell);
 
 /// Chooses the cells of a program.
@@ -18,21 +18,21 @@ pub type ChooseCells = Arc<dyn Fn(&Program, &Symbols) -> Vec<NamedCell> + Send +
 /// A recorded program with its chosen cells.
 #[derive(Debug)]
 pub struct LoggedProgram {
-    /// As it was recorded.
+    /// The recording of the program.
     pub recorded: Arc<RecordedProgram>,
-    /// The program as it is written.
+    /// The resolved program.
     pub program: Program,
     /// Its names and cells.
     pub symbols: Symbols,
     /// The chosen cells.
     pub chosen: Vec<NamedCell>,
-    /// By cell: its numbers among the chosen ones.
+    /// The numbers of each cell among the chosen ones.
     numbers: HashMap<Cell, Vec<u32>>,
     code: engine::Program,
 }
 
 impl LoggedProgram {
-    /// Makes a program of its recorded files.
+    /// Makes a program from its recorded files.
     ///
     /// # Errors
     /// This version of rungd cannot load them.
@@ -50,7 +50,7 @@ impl LoggedProgram {
         Ok(LoggedProgram { recorded: recorded.clone(), program, symbols, chosen, numbers, code })
     }
 
-    /// An engine that executes it.
+    /// An engine that executes the program.
     pub(super) fn engine(&self) -> Engine {
         Engine::new(self.code.clone())
     }
@@ -61,7 +61,7 @@ impl LoggedProgram {
     }
 }
 
-/// The content of a cell: of a bit 0 or 1.
+/// The content of a cell; the content of a bit is 0 or 1.
 pub(super) fn content(image: &Image, cell: Cell) -> i32 {
     match cell {
         Cell::Bit(bit) => i32::from(image.bit(bit)),
@@ -72,7 +72,7 @@ pub(super) fn content(image: &Image, cell: Cell) -> i32 {
 /// A program, or why it cannot be made.
 type KnownResult = Result<Arc<LoggedProgram>, (Arc<RecordedProgram>, String)>;
 
-/// The programs that are known, so that none is made twice.
+/// The programs made so far, so that none is made twice.
 #[derive(Clone, Default)]
 pub(super) struct ProgramShelf {
     known: Vec<KnownResult>,
@@ -82,7 +82,7 @@ pub(super) struct ProgramShelf {
 const PROGRAMS_MAX: usize = 4;
 
 impl ProgramShelf {
-    /// The program of a recording, made where it is not known.
+    /// The program of a recording. Makes it if it is not on the shelf.
     ///
     /// # Errors
     /// This version of rungd cannot load it.
@@ -103,10 +103,10 @@ impl ProgramShelf {
         made
     }
 
-    /// An engine for a program that is known.
+    /// An engine for a program on the shelf.
     ///
     /// # Errors
-    /// It is not.
+    /// The program is not on the shelf.
     pub fn engine(&self, recorded: &RecordedProgram) -> Result<Engine, String> {
         let known = self.known.iter().flatten().find(|of| *of.recorded == *recorded);
         known.map(|of| of.engine()).ok_or_else(|| "its program cannot be loaded".to_owned())

@@ -1,11 +1,11 @@
-//! A controller that runs, followed from outside: its program, and every scan of the last while
-//! with the power of each contact.
+//! Follows a running controller from outside: its program, and every scan of the last minute with
+//! the power of each contact.
 //!
-//! A client of the operator's socket that only looks. [`Follower`] asks for the newest part of the
-//! scan log and keeps the last minute; a [`LiveView`] is what it saw, and answers questions without
-//! the controller. `web` and `monitor` show it. A [`ChangeFollower`] tells every change of chosen
-//! cells, each once, and a [`ChangeHistory`] those of the past: `edge` publishes them. Deliberately
-//! absent: threads and clocks.
+//! A read-only client of the operator's socket. [`Follower`] requests the newest part of the scan
+//! log and keeps the last minute. Each look returns a [`LiveView`], which answers questions without
+//! the controller; `web` and `monitor` show it. A [`ChangeFollower`] reports every change of chosen
+//! cells once, and a [`ChangeHistory`] reports the changes of the past; `edge` publishes them.
+//! Deliberately absent: threads and clocks.
 
 mod change_follower;
 mod change_history;

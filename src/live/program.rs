@@ -1,4 +1,4 @@
-//! The program of a controller that runs, made of the files in its recording.
+//! The program of a running controller, made from the files in its recording.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,34 +11,34 @@ use crate::observe::Subject;
 use crate::record::RecordedProgram;
 use crate::resolve::program::TagMeaning;
 
-/// A program that can be looked at.
+/// A program with its ladder, its controller settings and the places of its contacts.
 #[derive(Debug)]
 pub struct LiveProgram {
-    /// As it was recorded: its process, its number in it, its files.
+    /// The recording of the program: its process, its number in the process, its files.
     pub recorded: Arc<RecordedProgram>,
-    /// The program, to be observed.
+    /// The program in the form for `observe`.
     pub subject: Arc<Subject>,
-    /// Its ladder, to be drawn.
+    /// Its ladder in the form for `draw`.
     pub picture: Picture,
     /// The settings of its controller file.
     pub controller: Option<Controller>,
-    /// By block or Stage, then by rung and branch: its part.
+    /// The parts, by block or Stage, then by rung and branch.
     parts: HashMap<String, HashMap<PartNumber, PartPlace>>,
 }
 
-/// A rung of a block or Stage, a branch of it.
+/// A rung of a block or Stage, and a branch of the rung; `None`: the rung itself.
 type PartNumber = (u32, Option<u32>);
 
-/// A part of a rung among those of the program.
+/// The place of a rung or branch among the parts of the program.
 #[derive(Clone, Copy, Debug)]
 struct PartPlace {
-    /// Its number.
+    /// The number of the part.
     part: u32,
-    /// The number of its first contact.
+    /// The number of the first contact.
     first: u32,
 }
 
-/// A tag, to be listed.
+/// A tag, for a list of tags.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LiveTag<'p> {
     /// Its name.
@@ -49,12 +49,12 @@ pub struct LiveTag<'p> {
     pub doc: Option<&'p str>,
     /// The unit of its value.
     pub unit: Option<&'p str>,
-    /// Of a structure: its members, as operands.
+    /// The members of a structure, as operands.
     pub members: Vec<String>,
 }
 
 impl LiveProgram {
-    /// Makes a program of its files.
+    /// Makes a program from its files.
     ///
     /// # Errors
     /// This version of rungd cannot load them.
@@ -71,12 +71,12 @@ impl LiveProgram {
         Ok(LiveProgram { recorded, subject, picture, controller, parts })
     }
 
-    /// The number of the first contact of a rung or branch, among those of the program.
+    /// The number of the first contact of a rung or branch, among the contacts of the program.
     pub fn first_contact(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
         self.place(element, (rung, branch)).map(|of| of.first)
     }
 
-    /// The number of a rung or branch, among those of the program.
+    /// The number of a rung or branch, among the parts of the program.
     pub fn part(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
         self.place(element, (rung, branch)).map(|of| of.part)
     }
@@ -97,7 +97,7 @@ impl LiveProgram {
         })
     }
 
-    /// The words that a rung reads and counts, as operands.
+    /// The words in the compares and instructions of a rung, as operands.
     pub fn words(&self, element: &str, rung: usize) -> Vec<String> {
         let rung = rung as u32;
         let branches = (1..).map(Some);

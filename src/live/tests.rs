@@ -1,5 +1,5 @@
-//! The power that a page shows is the one that `why` explains: on scans of shipped ladders with
-//! inputs at random.
+//! The power that a page shows agrees with the explanation of `why`, on scans of shipped ladders
+//! with random inputs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::record::{RecordedFile, RecordedProgram};
 use crate::runtime::exchange::Mode;
 use crate::runtime::{SectionStart, TapeEntry, TapeSection};
 
-/// The scans of a section.
+/// The number of scans of a section.
 const SCANS: u64 = 40;
 
 /// The program of a shipped controller file.
@@ -30,10 +30,10 @@ fn program(path: &Path) -> LiveProgram {
     LiveProgram::of(Arc::new(recorded)).expect("it loads")
 }
 
-/// Of so many tags one is asked about in a scan.
+/// In each scan, one of this many tags is tested.
 const SOME: usize = 11;
 
-/// Scans with inputs at random.
+/// Executes scans with random inputs.
 struct RandomPlant {
     engine: Engine,
     random: SplitMix64,
@@ -81,7 +81,8 @@ impl RandomPlant {
     }
 }
 
-/// Compares some coils of a scan with what `why` says of their bits; how many there were.
+/// Compares some coils of a scan with the explanations of `why` for their bits. Returns the number
+/// of compared coils.
 fn compared(view: &LiveView, scan: u64) -> u32 {
     let power = view.at(scan).expect("it is in the minute");
     assert_eq!(power.scan, scan);
@@ -129,7 +130,7 @@ fn the_power_that_is_shown_is_the_one_that_why_explains() {
         let view = LiveView { program, power, has_minute: true, sections };
         let scans = view.scans().expect("it has scans");
         assert_eq!(scans, 1..=5 * SCANS);
-        // Those that were followed and those that are executed anew are the same.
+        // A followed scan and the same scan executed again are equal.
         assert_eq!(view.at(*scans.end()), Ok((*view.power).clone()));
         images += scans.clone().count();
         coils += scans.map(|scan| compared(&view, scan)).sum::<u32>();
@@ -138,7 +139,7 @@ fn the_power_that_is_shown_is_the_one_that_why_explains() {
     assert!(images >= 1000 && coils > 700, "{coils} coils of {images} images");
 }
 
-/// A section that grows is gone on with, and gives the same as one that is executed at once.
+/// Executing a growing section step by step gives the same power as executing it at once.
 #[test]
 fn a_section_that_grows_gives_what_it_gives_as_a_whole() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/lift-station.toml");

@@ -1,4 +1,4 @@
-//! The values of an operand over the minute: where they change.
+//! The values of an operand over the minute: the first one, and each change.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::engine::Cell;
 use crate::observe::{CellChanged, Subject};
 use crate::runtime::{TapeSection, scan_begins};
 
-/// The most points of a trend: then the lowest and highest value of each stretch are kept.
+/// The most points of a trend. A longer one keeps the lowest and the highest value of each stretch.
 const POINTS_MAX: usize = 4000;
 
 /// The values of an operand.
@@ -28,7 +28,7 @@ pub(super) fn trend(subject: &Subject, sections: &[Arc<TapeSection>], cell: Cell
     Trend { span_ns: first.zip(last), points }
 }
 
-/// Of each stretch the lowest and the highest value stay, in their order.
+/// Keeps the lowest and the highest value of each stretch, in their order.
 fn thinned(points: Vec<CellChanged>) -> Vec<CellChanged> {
     if points.len() <= POINTS_MAX {
         return points;

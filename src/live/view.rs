@@ -1,5 +1,5 @@
-//! What was seen of a controller at one moment: the last scan, and the scans of the minute before
-//! it. Every answer is of one scan.
+//! A controller as it was at one moment: the last scan, and the scans of the minute before it.
+//! Every answer is about one scan.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -16,29 +16,29 @@ use crate::runtime::{TapeSection, scan_begins};
 /// The last scan of a controller, and the minute before it.
 #[derive(Clone, Debug)]
 pub struct LiveView {
-    /// The program that runs.
+    /// The running program.
     pub program: Arc<LiveProgram>,
     /// The last scan.
     pub power: Arc<ScanPower>,
-    /// Whether the minute before the first look is in it.
+    /// Whether `sections` contains the minute before the first look.
     pub has_minute: bool,
-    /// The minute, in order.
+    /// The sections of the minute, in order.
     pub(super) sections: Vec<Arc<TapeSection>>,
 }
 
 /// The value of a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TagValue {
-    /// Of a bit.
+    /// The value of a bit.
     Bit(bool),
-    /// Of an integer, and of a time in ms.
+    /// The value of an integer, or a time in ms.
     Integer(i32),
-    /// Of a real.
+    /// The value of a real.
     Real(f64),
 }
 
 impl LiveView {
-    /// The numbers of the first and the last scan that can be looked at; `None`: no scan yet.
+    /// The numbers of the first and the last scan in the view; `None`: no scan yet.
     pub fn scans(&self) -> Option<RangeInclusive<u64>> {
         let mut all = self.sections.iter().filter_map(|section| {
             let mut begins = scan_begins(&section.entries, section.start.number);
@@ -51,7 +51,7 @@ impl LiveView {
     /// The power of a scan of the minute.
     ///
     /// # Errors
-    /// The scan is not in it.
+    /// The scan is not in the minute.
     pub fn at(&self, scan: u64) -> Result<ScanPower, String> {
         if scan == self.power.scan {
             return Ok((*self.power).clone());
@@ -76,7 +76,7 @@ impl LiveView {
         part.is_some_and(|part| power.is_executed(part))
     }
 
-    /// Whether a contact conducts, as it is drawn; `None`: its rung was not executed.
+    /// Whether a contact, in the form that is drawn, conducts; `None`: its rung was not executed.
     pub fn conducts(
         &self,
         power: &ScanPower,
@@ -88,10 +88,10 @@ impl LiveView {
         Some(contact.form.conducts(on))
     }
 
-    /// What made an operand what it is, or what it was at the end of a scan.
+    /// Explains the value of an operand: the present one, or the one at the end of a scan.
     ///
     /// # Errors
-    /// The operand names nothing, or the scan is not in the minute.
+    /// There is no such operand, or the scan is not in the minute.
     pub fn why(&self, operand: &str, scan: Option<u64>) -> Result<Explanation, String> {
         let subject = &self.program.subject;
         let cell = subject.cell(operand)?;
@@ -104,13 +104,13 @@ impl LiveView {
     /// The values of an operand over the minute.
     ///
     /// # Errors
-    /// The operand names nothing.
+    /// There is no such operand.
     pub fn trend(&self, operand: &str) -> Result<Trend, String> {
         let cell = self.program.subject.cell(operand)?;
         Ok(trend(&self.program.subject, &self.sections, cell))
     }
 
-    /// What happened in the minute, the newest last.
+    /// The events of the minute, the newest last.
     pub fn events(&self) -> Vec<LiveEvent> {
         events(&self.program, &self.sections)
     }
@@ -118,13 +118,13 @@ impl LiveView {
     /// The value of an operand in a scan.
     ///
     /// # Errors
-    /// The operand names nothing.
+    /// There is no such operand.
     pub fn value(&self, power: &ScanPower, operand: &str) -> Result<TagValue, String> {
         let cell = self.program.subject.cell(operand)?;
         Ok(self.tag_value(cell, power.value(cell)))
     }
 
-    /// The content of a cell as the value that it stands for.
+    /// Converts the content of a cell to the value of its operand.
     pub fn tag_value(&self, cell: Cell, content: i32) -> TagValue {
         let operand = self.program.subject.operand(cell);
         if operand.is_bit {

@@ -1,7 +1,7 @@
 //! The families about a controller as a whole: its program, mode, scans. Called by `scrape`. Pure.
 //!
-//! Statistics cover the time since the start of RUN: these counters begin at 0 with each of them,
-//! as those of a process that has started anew.
+//! Statistics cover the time since the start of RUN. Their counters start again at 0 with each
+//! start of RUN, like the counters of a restarted process.
 
 use super::family::{MetricFamily, MetricKind, MetricSample, flag};
 use super::scraped::Scraped;
@@ -11,12 +11,12 @@ use crate::operator::protocol::{Scan, Spread, Status};
 /// The modes.
 const MODES: [&str; 3] = ["RUN", "STOP", "FAULT"];
 
-/// The first and the last edge of the buckets: 2^10 ns and 2^30 ns, about 1 us and 1 s. All of them
-/// are there in each scrape, so that a new one does not look like a jump.
+/// The first and the last edge of the buckets: 2^10 ns and 2^30 ns, about 1 us and 1 s. Each scrape
+/// has all buckets, since a new bucket would look like a jump.
 const FIRST_LOG2: u32 = 10;
 const LAST_LOG2: u32 = 30;
 
-/// A division, so that 200 ms are 0.2 s and not almost.
+/// Divisors: a division makes exactly 0.2 s of 200 ms, a multiplication may not.
 const US: f64 = 1e6;
 const MS: f64 = 1e3;
 
@@ -98,7 +98,7 @@ fn scans(status: &Status) -> Vec<MetricFamily> {
     ]
 }
 
-/// What the controller asked of the machine.
+/// The settings that the controller requested from the machine.
 fn requests(status: &Status) -> Vec<MetricFamily> {
     let help = "Whether the machine granted what the controller file asks of it (0, 1).";
     let family = MetricFamily::new(MetricKind::Gauge, "rungd_posture_granted", help);
@@ -115,7 +115,7 @@ fn histogram(name: &'static str, help: &'static str, spread: &Spread) -> MetricF
         within.map(|bar| bar.count).sum::<u64>() as f64
     };
     for log2 in FIRST_LOG2..=LAST_LOG2 {
-        // A bar's edge is the last ns that counts in it.
+        // The edge of a bar is the last ns that is counted in the bar.
         let edge = ((1_u64 << log2) - 1) as f64 / 1e9;
         push("_bucket", vec![("le", number(edge))], up_to(log2));
     }
@@ -126,7 +126,7 @@ fn histogram(name: &'static str, help: &'static str, spread: &Spread) -> MetricF
     family
 }
 
-/// The power of two, in ns, of a bar's upper edge; the status rounds it to tenths of us.
+/// The binary logarithm of a bar's upper edge in ns. The status rounds the edge to tenths of us.
 fn edge_log2(up_to_us: f64) -> u32 {
     let log2 = (up_to_us * 1000.0).log2().round();
     if log2.is_finite() && log2 > 0.0 { log2 as u32 } else { 0 }

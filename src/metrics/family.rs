@@ -1,16 +1,16 @@
-//! Families of metrics as data: a name, what it means, and the samples of one moment.
+//! Families of metrics as data: a name, its meaning, and the samples of one moment.
 //!
-//! Made by `controller` and `parts`, written by `text`. Names are without what a form of text adds
-//! (`_total`, `_info`).
+//! Made by `controller` and `parts`, written by `text`. The names do not contain the endings that a
+//! text form adds (`_total`, `_info`).
 
 /// The kind of a family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MetricKind {
-    /// Only grows, until the controller starts anew.
+    /// Only grows, until the controller restarts.
     Counter,
     Gauge,
     Histogram,
-    /// Always 1; what it says is in its labels.
+    /// Always 1; the information is in the labels.
     Info,
 }
 
@@ -26,13 +26,13 @@ pub(super) struct MetricFamily {
 /// One value.
 #[derive(Clone, Debug)]
 pub(super) struct MetricSample {
-    /// Behind the family's name: `_bucket`, `_sum`, `_count`, or nothing.
+    /// The ending after the family's name: `_bucket`, `_sum`, `_count`, or empty.
     pub suffix: &'static str,
     pub labels: Vec<(&'static str, String)>,
     pub value: f64,
 }
 
-/// The units that stand at the end of a name.
+/// The units that are written at the end of a name.
 const UNITS: [&str; 2] = ["seconds", "bytes"];
 
 impl MetricFamily {
@@ -40,24 +40,24 @@ impl MetricFamily {
         MetricFamily { name, kind, help, samples: Vec::new() }
     }
 
-    /// A family of one value.
+    /// A gauge with one value.
     pub fn gauge(name: &'static str, help: &'static str, value: f64) -> MetricFamily {
         MetricFamily::new(MetricKind::Gauge, name, help).with(&[], value)
     }
 
-    /// A counter of one value.
+    /// A counter with one value.
     pub fn counter(name: &'static str, help: &'static str, value: u64) -> MetricFamily {
         MetricFamily::new(MetricKind::Counter, name, help).with(&[], value as f64)
     }
 
-    /// With one more value.
+    /// Adds a value.
     pub fn with(mut self, labels: &[(&'static str, &str)], value: f64) -> MetricFamily {
         let labels = labels.iter().map(|(name, text)| (*name, (*text).to_owned())).collect();
         self.samples.push(MetricSample { suffix: "", labels, value });
         self
     }
 
-    /// With a value for each of some things.
+    /// Adds a value for each element of `of`.
     pub fn each<T>(
         self,
         of: &[T],

@@ -1,9 +1,10 @@
-//! `rungd metrics`: what a running controller tells a time-series database.
+//! `rungd metrics`: the metrics of a running controller for a time-series database.
 //!
-//! A process of its own, and a client of the operator's socket that only looks. `scrape` asks, and
-//! makes families of the answers (`controller`, `parts`, of `family`); `text` writes them in the
-//! two forms of the field. They go out through a listener (`serve`), into a file (`textfile`) or to
-//! the caller, `cli::metrics`. `docs/metrics.md` lists the names, which never change.
+//! A separate process, and a read-only client of the operator's socket. `scrape` sends the
+//! requests, and makes families from the answers (`controller`, `parts`, as data of `family`).
+//! `text` writes the families as OpenMetrics or in the text format of Prometheus. The text is
+//! served by a listener (`serve`), written to a file (`textfile`) or returned to the caller,
+//! `cli::metrics`. `docs/metrics.md` lists the names, which never change.
 
 mod controller;
 mod family;
@@ -27,21 +28,21 @@ use anyhow::Result;
 
 use crate::operator::client::CallFailure;
 
-/// Serves the metrics of the controller at a socket until a signal comes.
+/// Serves the metrics of the controller at `socket` until a signal ends the process.
 ///
 /// # Errors
-/// The address cannot be taken.
+/// The address cannot be used.
 pub(crate) fn listen(at: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
     serve::serve(at, socket)
 }
 
-/// The metrics of one look, in the form of a text file, and why there are no more of them.
+/// The metrics of one look, in the form of a text file; if the look failed, also the reason.
 pub(crate) fn once(socket: Option<PathBuf>) -> (String, Option<CallFailure>) {
     let (families, failure) = scrape::Scraper::new(socket).families();
     (text::text(&families, text::Exposition::Prometheus), failure)
 }
 
-/// Writes the metrics of one look to a file; gives why there are no more of them.
+/// Writes the metrics of one look to a file. Returns the reason if the look failed.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -51,7 +52,8 @@ pub(crate) fn write(file: &Path, socket: Option<PathBuf>) -> Result<Option<CallF
     Ok(failure)
 }
 
-/// Writes the metrics to a file again and again. What goes wrong is told once, and tried again.
+/// Writes the metrics to a file periodically. A failure is reported once, and the write is tried
+/// again.
 pub(crate) fn write_every(file: &Path, every: Duration, socket: Option<PathBuf>) -> Result<()> {
     let mut scraper = scrape::Scraper::new(socket);
     let mut told = None;

@@ -8,7 +8,7 @@ use crate::operator::protocol::{
 };
 use crate::resolve::priority::Priority;
 
-/// The most alarms that have a metric each; all are counted.
+/// The most alarms with a metric of their own. All alarms are counted.
 const ALARMS_MAX: usize = 256;
 /// The most characters of an alarm's text in a label.
 const TEXT_CHARS_MAX: usize = 128;
@@ -177,7 +177,7 @@ fn number(value: Held) -> f64 {
     match value {
         Held::Bit(on) => flag(on),
         Held::Word(word) => f64::from(word),
-        // The digits that people wrote: 0.1 is not 0.10000000149011612.
+        // The shortest digits: 0.1 instead of 0.10000000149011612.
         Held::Real(real) => real.to_string().parse().unwrap_or(f64::NAN),
     }
 }

@@ -1,7 +1,8 @@
-//! One look at a controller: a status, its alarms, and the values of tags with `metric = true`.
+//! One look at a controller: its status, its alarms, and the values of the tags with
+//! `metric = true`.
 //!
-//! Called by `serve` and `textfile`. Blocking, within time limits. The list of tags is asked for
-//! again when the ladder has changed.
+//! Called by `serve` and by the functions of `mod.rs`. Blocking, within time limits. The list of
+//! tags is requested again when the ladder has changed.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -16,19 +17,20 @@ use crate::operator::protocol::{
     AlarmList, MetricList, OPERANDS_MAX, Request, ShownValue, Status, Values,
 };
 
-/// The longest wait for an answer: who asks here waits ten seconds as a rule.
+/// The longest wait for an answer. A scraper usually waits ten seconds.
 const ANSWER_MAX: Duration = Duration::from_secs(3);
-/// The start of a process is told to the ms, and is the same to this in each look.
+/// The start time is computed from the uptime at each look. Two results that differ by less than
+/// this are the same start.
 const START_S_APART: f64 = 2.0;
 
 /// Looks at a controller.
 #[derive(Debug)]
 pub(super) struct Scraper {
-    /// The socket that was named; else the usual places, looked at anew each time.
+    /// The named socket; `None`: searched for in the usual places each time.
     named: Option<PathBuf>,
-    /// The operands of a ladder, by its hash.
+    /// The hash of a ladder, and its operands.
     known: Option<(String, MetricList)>,
-    /// The process, and when it started.
+    /// The controller's process, and its start time.
     started: Option<(u32, f64)>,
 }
 
@@ -37,12 +39,12 @@ impl Scraper {
         Scraper { named, known: None, started: None }
     }
 
-    /// Where the controller's socket is at present.
+    /// The present path of the controller's socket.
     pub fn socket(&self) -> PathBuf {
         client::socket(self.named.clone())
     }
 
-    /// The families of one look, and why there are no more of them.
+    /// The families of one look; if the look failed, also the reason.
     pub fn families(&mut self) -> (Vec<MetricFamily>, Option<CallFailure>) {
         match self.look() {
             Ok(seen) => {
@@ -61,7 +63,7 @@ impl Scraper {
         let alarms: AlarmList = ask(&socket, &Request::Alarms {})?;
         let sha256 = &status.ladder.sha256;
         let read = match self.values(&socket, sha256) {
-            // A reload came between: another ladder has other tags.
+            // A reload has happened in between, and the new ladder has different tags.
             Err(CallFailure::Refused(_)) => {
                 self.known = None;
                 self.values(&socket, sha256)

@@ -1,7 +1,7 @@
 //! The listener: answers `GET /metrics`, and nothing else.
 //!
-//! It takes no body and no parameters, so nothing that a client sends reaches the controller. At
-//! most one look is under way, whoever asks, and it is shown for a second.
+//! It accepts no body and no parameters, so no data of a client reaches the controller. At most one
+//! look is under way, for all clients together, and its result is used for a second.
 
 use std::convert::Infallible;
 use std::net::SocketAddr;
@@ -29,17 +29,17 @@ use crate::http;
 
 /// The most connections at a time.
 const CONNECTIONS_MAX: usize = 32;
-/// How long a connection may wait for a place, and how long it may keep it.
+/// The longest time that a connection waits for a slot, and the longest time that it keeps it.
 const SLOT_WAIT: Duration = Duration::from_secs(5);
 const CONNECTION_MAX: Duration = Duration::from_secs(600);
-/// The pause after the system has no connection to give.
+/// The pause after the system has failed to accept a connection.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
-/// For so long a look is shown again.
+/// The time for which the result of a look is used again.
 const FRESH: Duration = Duration::from_secs(1);
 
 type Page = Response<Full<Bytes>>;
 
-/// The looks, and the last one.
+/// Makes the looks, and keeps the last one.
 struct Looks {
     scraper: Scraper,
     last: Option<(Instant, Arc<Vec<MetricFamily>>)>,
@@ -50,7 +50,7 @@ struct Looks {
 /// Serves until SIGINT or SIGTERM.
 ///
 /// # Errors
-/// The address cannot be taken.
+/// The address cannot be used.
 pub(super) fn serve(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.context("the system starts no event loop")?.block_on(run(listen, socket))
@@ -74,7 +74,7 @@ async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
     Ok(())
 }
 
-/// Takes connections in.
+/// Accepts connections.
 async fn accept(listener: &TcpListener, looks: &Arc<Mutex<Looks>>) {
     let mut slots = ConnectionSlots::new(CONNECTIONS_MAX);
     loop {
@@ -108,7 +108,7 @@ async fn conversation(connection: TcpStream, answers: AwaitedAnswers, looks: Arc
     http::converse(connection, service).await;
 }
 
-/// AwaitedAnswers a request. (A `HEAD` has the head alone: hyper leaves the rest out.)
+/// Answers a request. (For a `HEAD`, hyper omits the body.)
 async fn page(request: &Request<Incoming>, looks: Arc<Mutex<Looks>>) -> Page {
     let is_asked = request.method() == Method::GET || request.method() == Method::HEAD;
     match request.uri().path() {
@@ -136,14 +136,14 @@ fn answer(status: StatusCode, kind: &'static str, text: String) -> Page {
     answer
 }
 
-/// What a client accepts; it may say so in several lines.
+/// The value of a client's `Accept`, which may be split into several lines.
 fn accept_of(headers: &HeaderMap) -> String {
     let lines = headers.get_all(ACCEPT).iter().filter_map(|line| line.to_str().ok());
     lines.collect::<Vec<_>>().join(",")
 }
 
-/// The families of the present, or of the last second. A client that goes away while it waits ends
-/// no look: the thread that looks has the lock.
+/// The families of a new look, or of a look in the last second. A look continues if its client
+/// disconnects: the thread that looks has the lock.
 async fn look(looks: Arc<Mutex<Looks>>) -> Arc<Vec<MetricFamily>> {
     let mut looks = looks.lock_owned().await;
     if let Some((at, families)) = &looks.last

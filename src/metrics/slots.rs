@@ -1,5 +1,6 @@
-//! A limited number of connections at a time. If all slots are taken, a new connection gets that of
-//! the oldest one that awaits no answer: connections without a request keep no scrape waiting.
+//! A limited number of connections at a time. If all slots are taken, a new connection takes the
+//! slot of the oldest connection that awaits no answer, so that connections without a request do
+//! not delay a scrape.
 
 use std::collections::VecDeque;
 use std::future::Future;
@@ -8,24 +9,24 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use tokio::sync::oneshot::{self, Receiver, Sender};
 
-/// The slots that are taken, the oldest first.
+/// The taken slots, the oldest first.
 pub(super) struct ConnectionSlots {
     max: usize,
     taken: VecDeque<(Sender<()>, Arc<AtomicU32>)>,
 }
 
-/// A slot. It is free again when this value is dropped.
+/// A slot. Dropping this value frees it.
 pub(super) struct ConnectionSlot {
     left: Receiver<()>,
     answers: AwaitedAnswers,
 }
 
-/// The requests of a connection that wait for their answers.
+/// The number of requests of a connection that wait for their answers.
 #[derive(Clone)]
 pub(super) struct AwaitedAnswers(Arc<AtomicU32>);
 
 impl ConnectionSlots {
-    /// A number of slots.
+    /// Makes `max` free slots.
     pub fn new(max: usize) -> ConnectionSlots {
         ConnectionSlots { max, taken: VecDeque::new() }
     }
@@ -46,12 +47,12 @@ impl ConnectionSlots {
 }
 
 impl ConnectionSlot {
-    /// Counts the requests of its connection.
+    /// The counter of the connection's waiting requests.
     pub fn answers(&self) -> AwaitedAnswers {
         self.answers.clone()
     }
 
-    /// Is over with the conversation, or when its slot is taken.
+    /// Ends with the conversation, or when a new connection takes the slot.
     pub async fn hold(mut self, conversation: impl Future<Output = ()>) {
         tokio::select! {
             () = conversation => {}
@@ -61,7 +62,7 @@ impl ConnectionSlot {
 }
 
 impl AwaitedAnswers {
-    /// Waits for an answer, which its connection is not left without.
+    /// Waits for an answer. During the wait, the connection keeps its slot.
     pub async fn wait<T>(&self, answer: impl Future<Output = T>) -> T {
         self.0.fetch_add(1, Ordering::Relaxed);
         let answer = answer.await;
@@ -93,7 +94,7 @@ mod tests {
         assert!(slots.take().is_some());
     }
 
-    /// Polls a future once.
+    /// Polls a future once. Returns whether it is pending.
     async fn futures_are_pending(future: &mut (impl Future<Output = ()> + Unpin)) -> bool {
         std::future::poll_fn(|cx| {
             std::task::Poll::Ready(std::pin::Pin::new(&mut *future).poll(cx).is_pending())

@@ -1,4 +1,4 @@
-//! The families of a look that is given, as text: every name that `docs/metrics.md` promises.
+//! The families of a given look, as text: every name that `docs/metrics.md` lists.
 
 use expect_test::expect_file;
 use serde_json::json;
@@ -7,7 +7,7 @@ use super::scraped::Scraped;
 use super::text::{Exposition, text};
 use super::{controller, parts};
 
-/// A look at a controller that has everything.
+/// A look at a controller that has all parts.
 fn scraped() -> Scraped {
     let bars = json!([
         {"up_to_us": 0.5, "count": 1}, {"up_to_us": 8.2, "count": 90},

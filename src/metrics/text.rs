@@ -1,5 +1,5 @@
-//! Families as text: OpenMetrics 1.0, and the text format of Prometheus (0.0.4), which a collector
-//! of text files reads too. Pure.
+//! Families as text: OpenMetrics 1.0, and the text format of Prometheus (0.0.4), which collectors
+//! of text files read too. Pure.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ pub(super) enum Exposition {
 }
 
 impl Exposition {
-    /// The form that a client accepts: OpenMetrics if it names it, however much it prefers others.
+    /// The form that a client accepts: OpenMetrics if `Accept` names it, with any weight.
     pub fn accepted(accept: &str) -> Exposition {
         let kinds = accept.split(',').map(|kind| kind.split(';').next().unwrap_or(kind).trim());
         match kinds.into_iter().any(|kind| kind == "application/openmetrics-text") {
@@ -32,7 +32,7 @@ impl Exposition {
         }
     }
 
-    /// What stands behind the name of a family's samples.
+    /// The ending after the name of a family's samples.
     fn ending(self, kind: MetricKind) -> &'static str {
         match kind {
             MetricKind::Counter => "_total",
@@ -69,7 +69,7 @@ pub(super) fn text(families: &[MetricFamily], form: Exposition) -> String {
 }
 
 fn head(text: &mut String, family: &MetricFamily, form: Exposition) {
-    // In OpenMetrics the family has the name, in the older form each of its samples.
+    // OpenMetrics writes the name of the family here, the older form the name of its samples.
     let ending = if form == Exposition::OpenMetrics { "" } else { form.ending(family.kind) };
     let (name, kind) = (family.name, form.kind(family.kind));
     let _ = writeln!(text, "# TYPE {name}{ending} {kind}");
@@ -89,13 +89,14 @@ fn sample(text: &mut String, (name, ending): (&str, &str), sample: &MetricSample
     let _ = writeln!(text, "{end} {}", number(sample.value));
 }
 
-/// A label's value. What a terminal would obey is replaced: the text is printed too.
+/// The value of a label. Characters that a terminal obeys are replaced, since the text may be
+/// printed.
 fn escaped(value: &str) -> String {
     let value = value.replace(|c| c != '\n' && is_obeyed(c), "\u{fffd}");
     value.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
 }
 
-/// A value as both forms write it.
+/// A value, in the notation of both forms.
 pub(super) fn number(value: f64) -> String {
     match value {
         value if value.is_nan() => "NaN".to_owned(),

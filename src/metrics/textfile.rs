@@ -1,5 +1,5 @@
-//! The metrics as a file, for a collector of text files: written beside it, then renamed, so that
-//! nobody reads half of one.
+//! The metrics as a file, for a collector of text files. The file is written under a temporary
+//! name, then renamed, so that nobody reads an incomplete file.
 
 use std::fs::{self, OpenOptions, Permissions};
 use std::io::{self, Write as _};
@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 
-/// Writes a file that everybody may read.
+/// Writes a file that every user may read.
 ///
 /// # Errors
-/// The system's; the file before stays as it was.
+/// The system's error; the previous file is not changed.
 pub(super) fn write(path: &Path, text: &str) -> Result<()> {
     let beside = beside(path);
     let written = put(&beside, path, text);
@@ -22,7 +22,7 @@ pub(super) fn write(path: &Path, text: &str) -> Result<()> {
 }
 
 fn put(beside: &Path, path: &Path, text: &str) -> io::Result<()> {
-    // What a killed process has left is replaced; a link that lies there is not followed.
+    // Removes a file that a killed process has left. A link at this path is not followed.
     match fs::remove_file(beside) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
         Ok(()) | Err(_) => {}
@@ -34,7 +34,7 @@ fn put(beside: &Path, path: &Path, text: &str) -> io::Result<()> {
     fs::rename(beside, path)
 }
 
-/// In the same folder, with an ending that no collector reads.
+/// A path in the same folder, with an ending that no collector reads.
 fn beside(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.{}.new", std::process::id()))

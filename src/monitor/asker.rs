@@ -1,7 +1,7 @@
-//! Asks the controller, on a thread of its own: the only part of the monitor with a socket.
+//! Sends requests to the controller, on its own thread. The only part of the monitor with a socket.
 //!
-//! `run` sends orders and takes the news. The thread looks five times a second, less often if the
-//! controller takes long to answer. It changes nothing in a controller but by
+//! `run` sends orders and takes the news. The thread looks at the controller five times a second,
+//! and less often if the answers are slow. It changes a controller only by
 //! [`MonitorOrder::Change`].
 
 use std::collections::HashSet;
@@ -25,29 +25,30 @@ use crate::operator::protocol::{
 /// The time between two looks.
 const EVERY: Duration = Duration::from_millis(200);
 
-/// A look may take this part of the time: a busy controller is asked less often.
+/// The pause after a look lasts at least this many times as long as the look, so that a busy
+/// controller receives fewer requests.
 const SHARE: u32 = 10;
 
 /// The time between two looks at a controller that does not answer.
 const SILENT_EVERY: Duration = Duration::from_secs(1);
 
-/// The longest wait for a look's answer: what is shown must not be older.
+/// The longest wait for the answer to a look, since older values must not be shown.
 const LOOK_MAX: Duration = Duration::from_secs(2);
 
-/// The longest wait for another answer.
+/// The longest wait for any other answer.
 const ANSWER_MAX: Duration = Duration::from_secs(10);
 
-/// News that wait to be taken: a screen that stands still stops the thread.
+/// The most news that wait to be taken. If the screen does not take them, the thread waits.
 const NEWS_MAX: usize = 16;
 
-/// A look, or an answer, that nobody wants any more.
+/// The result of sending news; an error means that nobody receives them any more.
 type Sent = Result<(), SendError<MonitorNews>>;
 
-/// Starts the thread: where to send orders, and where news come from. It ends when the sender is
-/// dropped.
+/// Starts the thread. Returns the sender of orders and the receiver of news. The thread ends when
+/// the sender is dropped.
 ///
 /// # Errors
-/// The machine has no room for a thread.
+/// The system cannot start a thread.
 pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiver<MonitorNews>)> {
     let (orders, received) = unbounded();
     let (send, news) = bounded(NEWS_MAX);
@@ -68,21 +69,21 @@ pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiv
     Ok((orders, news))
 }
 
-/// The thread.
+/// The state of the thread.
 struct ControllerAsker {
     socket: PathBuf,
     /// Reads the scan log: for the ladder, its power, and `why`.
     follower: Follower,
-    /// Whether the ladder's power is told at each look.
+    /// Whether the power of the ladder is sent after each look.
     follows: bool,
-    /// The hash of the ladder that was told last.
+    /// The hash of the ladder that was sent last.
     told: String,
     news: Sender<MonitorNews>,
-    /// What to read at each look.
+    /// The operands to read at each look.
     operands: Vec<String>,
-    /// Those of them that the program does not know.
+    /// The operands of these that the program does not have.
     unknown: HashSet<String>,
-    /// The process and the hash of the program, of which that is so.
+    /// The process and the hash of the program to which `unknown` belongs.
     program: (u32, String),
 }
 
@@ -112,7 +113,8 @@ impl ControllerAsker {
         }
     }
 
-    /// Obeys orders. Of questions for names the last one alone: a fast typist causes no more.
+    /// Obeys orders. Of several requests for names, only the last one is sent, so that fast typing
+    /// does not cause many requests.
     fn obey_all(&mut self, orders: Vec<MonitorOrder>) -> Sent {
         let is_names = |order: &MonitorOrder| matches!(order, MonitorOrder::Names(_));
         let last_names = orders.iter().rposition(is_names);
@@ -171,7 +173,7 @@ impl ControllerAsker {
         self.ask::<Change>(request).map(|change| said(&change))
     }
 
-    /// The last scan, and those of the minute before it.
+    /// The last scan, and the scans of the minute before it.
     fn scans(&mut self) -> Result<LiveView, String> {
         self.follower.look().map_err(|failure| failure.to_string())
     }
@@ -184,7 +186,7 @@ impl ControllerAsker {
         }
     }
 
-    /// Tells a look, and with it the power of the ladder.
+    /// Sends the news of a look, and the power of the ladder.
     fn tell(&mut self, looked: Result<Look, CallFailure>) -> Sent {
         let look = match looked {
             Ok(look) => look,
@@ -198,7 +200,7 @@ impl ControllerAsker {
         if let Ok(view) = &seen
             && view.program.recorded.hash != self.told
         {
-            // Power is shown in the ladder of its own program alone.
+            // Power is shown only in the ladder of its own program.
             self.told.clone_from(&view.program.recorded.hash);
             let program = Arc::clone(&view.program);
             self.news.send(MonitorNews::Ladder(self.told.clone(), Ok(program)))?;
@@ -221,7 +223,8 @@ impl ControllerAsker {
         Ok(Look { status, values, unknown: unknown.cloned().collect() })
     }
 
-    /// Reads operands; if one is refused, each by itself, and that one not again.
+    /// Reads operands in one request. If an operand is refused, reads each one separately, and does
+    /// not request the refused one again.
     fn values(&mut self, wanted: Vec<String>) -> Result<Vec<ShownValue>, CallFailure> {
         if wanted.is_empty() {
             return Ok(Vec::new());
@@ -248,13 +251,13 @@ impl ControllerAsker {
     }
 }
 
-/// Whether the program does not know an operand.
+/// Whether the request failed because the program does not have an operand.
 fn is_unknown(failure: &CallFailure) -> bool {
     let CallFailure::Refused(Refusal { kind, .. }) = failure else { return false };
     matches!(kind, RefusalKind::BadOperand | RefusalKind::BadRequest)
 }
 
-/// What a change did, as `rungd force` says it.
+/// The result of a change, in the words of `rungd force`.
 fn said(change: &Change) -> String {
     let forced = |is: bool| if is { ", forced" } else { "" };
     let note = change.note.as_ref().map_or(String::new(), |note| format!("; note: {note}"));

@@ -1,8 +1,8 @@
-//! The questions that the monitor asks its user: an operand to watch, a new value, and whether a
-//! change is really wanted.
+//! The dialogs with the user: for an operand to watch, a new value, and the confirmation of a
+//! change.
 //!
 //! `update` opens and answers them, `paint` draws them. Nothing is changed in a controller before
-//! the last question has named the operand, its present value and the new one.
+//! the last dialog has shown the operand, its present value and the new value.
 
 use super::message::Press;
 use crate::operator::protocol::{GivenValue, Name, Request};
@@ -13,7 +13,7 @@ const TEXT_CHARS_MAX: usize = 120;
 /// The most names that are offered.
 const NAMES_MAX: usize = 8;
 
-/// What is to be done to an operand.
+/// The change to make to an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ChangeWanted {
     Force,
@@ -22,28 +22,29 @@ pub(super) enum ChangeWanted {
     Acknowledge,
 }
 
-/// A question.
+/// A dialog.
 #[derive(Clone, Debug)]
 pub(super) enum Dialog {
-    /// Which operand to watch?
+    /// Requests an operand to watch.
     Add(Typed),
-    /// To which value? `is_typed`: a key has changed the text, which is not proposed any more.
+    /// Requests the new value. `is_typed`: the user has changed the text, so no value is proposed
+    /// any more.
     NewValue { wanted: ChangeWanted, operand: String, text: String, is_typed: bool },
-    /// Really?
+    /// Requests the confirmation of a change.
     Confirm { wanted: ChangeWanted, operand: String, text: String },
 }
 
-/// The beginning of a name, with the names that begin so.
+/// The typed beginning of a name, with the names that begin with it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Typed {
     pub text: String,
     pub names: Vec<Name>,
-    /// The name that is taken over.
+    /// The chosen name, which replaces the typed text.
     pub chosen: Option<usize>,
 }
 
 impl ChangeWanted {
-    /// As a heading.
+    /// The heading of the dialog.
     pub fn heading(self) -> &'static str {
         match self {
             ChangeWanted::Force => "Force",
@@ -68,7 +69,7 @@ impl ChangeWanted {
 }
 
 impl Dialog {
-    /// The operand that the question is about: its present value is shown.
+    /// The operand that the dialog is about. Its present value is shown.
     pub fn operand(&self) -> Option<&str> {
         match self {
             Dialog::Add(_) => None,
@@ -78,13 +79,13 @@ impl Dialog {
 }
 
 impl Typed {
-    /// What stands in the line: the chosen name, else what was typed.
+    /// The text in the line: the chosen name, or else the typed text.
     pub fn shown(&self) -> &str {
         let chosen = self.chosen.and_then(|at| self.names.get(at));
         chosen.map_or(&self.text, |name| &name.name)
     }
 
-    /// Takes the names that begin with a text, if that still stands there.
+    /// Takes the names that begin with a text, if the typed text is still the same.
     pub fn take(&mut self, prefix: &str, names: Vec<Name>) {
         if prefix == self.text {
             (self.names, self.chosen) = (names, None);
@@ -92,7 +93,7 @@ impl Typed {
         }
     }
 
-    /// Whether the text has changed, so that other names begin with it.
+    /// Handles a key. Returns whether the text has changed, so that new names must be requested.
     pub fn press(&mut self, press: Press) -> bool {
         let last = self.names.len().checked_sub(1);
         if matches!(press, Press::Down | Press::Tab) {
@@ -111,7 +112,7 @@ impl Typed {
     }
 }
 
-/// Types into a text; whether that changed it.
+/// Handles a key in a text. Returns whether the text has changed.
 pub(super) fn edit(text: &mut String, press: Press) -> bool {
     if press == Press::Backspace {
         return text.pop().is_some();

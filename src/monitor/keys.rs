@@ -1,6 +1,6 @@
-//! Reads the keyboard, on a thread of its own, and makes keys of what the terminal sends.
+//! Reads the keyboard on its own thread, and converts the terminal's events to keys.
 //!
-//! `run` takes them. The thread waits in `read` and ends with the process.
+//! `run` takes the keys. The thread waits in `read`, and ends with the process.
 
 use std::{io, thread};
 
@@ -9,23 +9,23 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, rea
 
 use super::message::Press;
 
-/// Keys that wait to be taken.
+/// The most keys that wait to be taken.
 const KEYS_MAX: usize = 64;
 
-/// What the terminal sends.
+/// An input from the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TerminalInput {
     Key(Press),
-    /// The window has another size.
+    /// The size of the window has changed.
     Resized,
-    /// Ctrl-L: all is drawn again, over what something else has written.
+    /// Ctrl-L: draws the whole page again, over the output of another program.
     DrawAgain,
 }
 
 /// Starts the thread. The channel is closed when the terminal is gone.
 ///
 /// # Errors
-/// The machine has no room for a thread.
+/// The system cannot start a thread.
 pub(super) fn start() -> io::Result<Receiver<TerminalInput>> {
     let (send, received) = bounded(KEYS_MAX);
     let builder = thread::Builder::new().name("keys".to_owned());

@@ -1,7 +1,7 @@
-//! The ladder on the screen: which block or Stage, which rung and symbol of it, and its power.
+//! The ladder on the screen: the shown block or Stage, the chosen rung and symbol, and the power.
 //!
-//! `state` keeps it, `update` moves in it, `paint` draws it. The picture is made by `asker`; it is
-//! of the program whose hash stands beside it.
+//! `state` keeps it, `update` moves in it, `paint` draws it. `asker` makes the picture; it belongs
+//! to the program whose hash is kept beside it.
 
 use std::sync::Arc;
 
@@ -12,12 +12,12 @@ use crate::draw::power::{FlowOfPower, flow_of_power};
 use crate::draw::text::{PoweredRung, powered};
 use crate::live::LiveProgram;
 
-/// The ladder, and a place in it.
+/// The ladder, and a position in it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LadderView {
-    /// It, if it could be loaded.
+    /// The program with its ladder, if it could be loaded.
     pub program: Option<Arc<LiveProgram>>,
-    /// The hash of its program; "" as long as there is none.
+    /// The hash of the program; "" as long as there is none.
     pub sha256: String,
     /// Why there is no picture.
     pub trouble: Option<String>,
@@ -27,26 +27,27 @@ pub(super) struct LadderView {
     pub no_power: Option<String>,
     /// The block or Stage, among those that have rungs.
     pub element: usize,
-    /// Its rung, from 0.
+    /// The chosen rung, from 0.
     pub rung: usize,
-    /// The contact or instruction in that rung, as the text has them.
+    /// The chosen contact or instruction of that rung, in the order of the rung's text.
     pub symbol: usize,
 }
 
-/// A rung as text, and what is known of it.
+/// A rung as text, with its state.
 pub(super) struct RungView {
     pub text: PoweredRung,
-    /// Whether its block executes; `None`: no power is known.
+    /// Whether the rung is executed; `None`: no power is known.
     pub executes: Option<bool>,
-    /// Its flow of power.
+    /// The flow of power in the rung.
     pub flow: Option<FlowOfPower>,
 }
 
-/// The rungs of a block or Stage, with its name and heading.
+/// The name, the heading and the rungs of a block or Stage.
 pub(super) type ElementRungs<'p> = (String, String, &'p [RungPicture]);
 
 impl LadderView {
-    /// The picture of another program: the place is kept if it is there too.
+    /// Takes the picture of a new program. Keeps the shown block or Stage if the new program has it
+    /// too.
     pub fn take(&mut self, sha256: String, found: Result<Arc<LiveProgram>, String>) {
         let before = self.name();
         (self.program, self.trouble) = match found {
@@ -72,7 +73,7 @@ impl LadderView {
         self.program.as_ref().map(|program| &program.picture)
     }
 
-    /// The one that is shown.
+    /// The shown block or Stage.
     pub fn shown(&self) -> Option<ElementRungs<'_>> {
         self.elements().into_iter().nth(self.element)
     }
@@ -85,7 +86,7 @@ impl LadderView {
         self.shown().map_or(0, |(_, _, rungs)| rungs.len())
     }
 
-    /// Shows a block, or a Stage of it; a block without rungs of its own: its first Stage.
+    /// Shows a block or Stage. For a block without rungs of its own, shows its first Stage.
     pub fn open(&mut self, wanted: &str) {
         let elements = self.elements();
         let whole = elements.iter().position(|(name, ..)| name == wanted);
@@ -99,14 +100,14 @@ impl LadderView {
         }
     }
 
-    /// Goes to the next block or Stage, or to the one before, around the ends.
+    /// Goes to the next or the previous block or Stage, and wraps around at the ends.
     pub fn turn(&mut self, forward: bool) {
         let count = self.elements().len().max(1);
         let step = if forward { 1 } else { count - 1 };
         (self.element, self.rung, self.symbol) = ((self.element + step) % count, 0, 0);
     }
 
-    /// Goes some rungs down, or up.
+    /// Goes down by a number of rungs; a negative number goes up.
     pub fn go_down(&mut self, rungs: isize) {
         let last = self.rung_count().saturating_sub(1);
         let rung = self.rung.saturating_add_signed(rungs).min(last);
@@ -115,7 +116,7 @@ impl LadderView {
         }
     }
 
-    /// Goes to the next symbol of the rung, or to the one before.
+    /// Goes right by a number of symbols of the rung; a negative number goes left.
     pub fn go_right(&mut self, symbols: isize) {
         let last = self.place().map_or(0, |text| text.symbols.len().saturating_sub(1));
         self.symbol = self.symbol.saturating_add_signed(symbols).min(last);
@@ -126,7 +127,7 @@ impl LadderView {
         rungs.get(self.rung).map(|rung| powered(&rung.grid, None))
     }
 
-    /// The operand of the symbol.
+    /// The operand of the chosen symbol.
     pub fn operand(&self) -> Option<String> {
         let operand = self.place()?.symbols.get(self.symbol)?.operand.clone();
         (!operand.is_empty()).then_some(operand)

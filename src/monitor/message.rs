@@ -1,6 +1,6 @@
-//! What goes between the parts of the monitor: keys and news come in, wishes go out.
+//! The messages between the parts of the monitor: keys and news in, wishes out.
 //!
-//! `keys` and `asker` make events, `update` takes them and makes wishes. Data alone.
+//! `keys` and `asker` make events; `update` takes them and makes wishes. Only data.
 
 use std::sync::Arc;
 
@@ -26,74 +26,74 @@ pub(super) enum Press {
     End,
     Backspace,
     Delete,
-    /// Ctrl-C: ends, whatever is open.
+    /// Ctrl-C: ends the monitor, whatever is open.
     Interrupt,
 }
 
-/// What happens to the monitor.
+/// An event for the monitor.
 #[derive(Clone, Debug)]
 pub(super) enum MonitorEvent {
     /// A key.
     Press(Press),
-    /// News of the controller.
+    /// News from the controller.
     News(MonitorNews),
     /// The time since the start, in ms.
     Tick(u64),
 }
 
-/// What the thread that asks the controller found.
+/// The result of a request to the controller.
 #[derive(Clone, Debug)]
 pub(super) enum MonitorNews {
     /// A look at the controller.
     Look(Box<Look>),
-    /// It does not answer, for this reason.
+    /// The controller does not answer, for this reason.
     Silent(String),
-    /// The ladder of the program with this hash, or why there is none.
+    /// The hash of the program, and its ladder, or why there is none.
     Ladder(String, Result<Arc<LiveProgram>, String>),
-    /// The power of a scan; or why there is none.
+    /// The power of a scan, or why there is none.
     Power(Result<Arc<dyn PowerOf>, String>),
     /// The names that begin with a text.
     Names(String, Vec<Name>),
-    /// The values of an operand that is to be watched.
+    /// The values of an operand to be watched.
     Found(Result<Vec<ShownValue>, String>),
     /// The answer to `why`.
     Why(String, Result<String, String>),
-    /// What a change did, or why it was refused.
+    /// The result of a change, or why it was refused.
     Changed(Result<String, String>),
 }
 
 /// One look at the controller.
 #[derive(Clone, Debug)]
 pub(super) struct Look {
-    /// Its state.
+    /// The controller's status.
     pub status: Status,
-    /// The values of the operands that were ordered.
+    /// The values of the ordered operands.
     pub values: Vec<ShownValue>,
-    /// Those among them that the program does not know.
+    /// The ordered operands that the program does not have.
     pub unknown: Vec<String>,
 }
 
-/// What the monitor wants done.
+/// An action that `update` requests from `run`.
 #[derive(Clone, Debug)]
 pub(super) enum MonitorWish {
-    /// To end.
+    /// End the monitor.
     Quit,
-    /// Something of the controller.
+    /// Send an order to `asker`.
     Ask(MonitorOrder),
 }
 
-/// An order to the thread that asks the controller.
+/// An order to `asker`.
 #[derive(Clone, Debug)]
 pub(super) enum MonitorOrder {
     /// Read these operands at each look.
     Read(Vec<String>),
-    /// Follow the power of the ladder, or stop that.
+    /// Start or stop following the power of the ladder.
     Follow(bool),
     /// Load the ladder.
     Ladder,
     /// Look up names.
     Names(String),
-    /// Look up an operand that is to be watched.
+    /// Look up an operand to be watched.
     Find(String),
     /// Explain an operand.
     Why(String),

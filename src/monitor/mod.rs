@@ -1,9 +1,11 @@
 //! `rungd monitor`: a page in a terminal that shows a running controller, and lets its user force
-//! and write. A client of the operator's socket, and a program of its own: no daemon needs it.
+//! and write. A separate process and a client of the operator's socket: the daemon does not need
+//! it.
 //!
-//! Called by `cli`. Three threads: `keys` reads the keyboard, `asker` asks the controller, and
-//! [`run`] gives what both say to `update`, a pure function of the state, and has `paint` draw the
-//! state. Nothing here loads a file: the ladder comes from the controller's scan log.
+//! Called by `cli`. Three threads: `keys` reads the keyboard, `asker` sends requests to the
+//! controller, and [`run`] passes the keys and the answers to `update`, a pure function of the
+//! state; `paint` then draws the state. No file is loaded here: the ladder comes from the
+//! controller's scan log.
 
 mod asker;
 mod dialog;
@@ -37,10 +39,10 @@ use update::update;
 
 use crate::faults::{self, FaultPoint};
 
-/// The longest time until a signal is seen, and until a time on the screen goes on.
+/// The longest time until a signal takes effect, and until a time on the screen advances.
 const TICK: Duration = Duration::from_millis(100);
 
-/// What to show.
+/// The settings of the monitor.
 #[derive(Clone, Debug)]
 pub(crate) struct MonitorSetup {
     /// The controller's socket.
@@ -77,7 +79,7 @@ pub(crate) fn run(setup: MonitorSetup) -> Result<()> {
         if let Waited::DrawAgain = waited {
             screen.0.clear()?;
         }
-        // Where nothing has happened only the time of a silence goes on.
+        // If nothing has happened, only the duration of a silence changes on the screen.
         is_drawn = matches!(waited, Waited::Nothing) && state.silence.is_none();
         let mut wishes = update(&mut state, MonitorEvent::Tick(tick));
         if let Waited::Event(event) = waited {
@@ -86,7 +88,7 @@ pub(crate) fn run(setup: MonitorSetup) -> Result<()> {
         for wish in wishes {
             match wish {
                 MonitorWish::Quit => return Ok(()),
-                // Without the thread `next` tells it.
+                // If the thread has ended, `next` reports it.
                 MonitorWish::Ask(order) => drop(channels.orders.send(order)),
             }
         }
@@ -94,26 +96,26 @@ pub(crate) fn run(setup: MonitorSetup) -> Result<()> {
     Ok(())
 }
 
-/// The threads.
+/// The channels to and from the other threads.
 struct Channels {
     orders: Sender<MonitorOrder>,
     news: Receiver<MonitorNews>,
     keys: Receiver<TerminalInput>,
 }
 
-/// What came while `run` waited.
+/// The event that ended a wait of `run`.
 enum Waited {
     Event(MonitorEvent),
     /// Only time has passed.
     Nothing,
-    /// The window has another size.
+    /// The size of the window has changed.
     Resized,
-    /// The screen may show something else.
+    /// Another program may have written on the screen.
     DrawAgain,
 }
 
 impl Channels {
-    /// Waits for a while; `None`: the terminal is gone.
+    /// Waits for the next event, at most for `TICK`; `None`: the terminal is gone.
     fn next(&self) -> Option<Waited> {
         select! {
             recv(self.keys) -> input => match input {
@@ -123,7 +125,7 @@ impl Channels {
                 Err(RecvError) => None,
             },
             recv(self.news) -> news => {
-                // The thread ends only with the orders, or by a panic.
+                // The thread ends only if the sender of orders is dropped, or by a panic.
                 let news = news.expect("the thread that asks the controller has ended");
                 Some(Waited::Event(MonitorEvent::News(news)))
             },

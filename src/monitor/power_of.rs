@@ -1,7 +1,7 @@
-//! The seam to the live power: what the contacts of one scan did.
+//! The interface to the live power: the state of the contacts in one scan.
 //!
-//! `asker` hands an implementation to the state with each look; `paint` asks it for the contacts
-//! that it draws.
+//! `asker` sends an implementation to the state with each look; `paint` reads the contacts that it
+//! draws.
 
 use std::fmt::Debug;
 
@@ -13,11 +13,11 @@ pub(super) trait PowerOf: Debug + Send + Sync {
     /// The number of the scan.
     fn scan(&self) -> u64;
 
-    /// The value of an operand at the end of the scan, as text; `None`: it names nothing.
+    /// The value of an operand at the end of the scan, as text; `None`: there is no such operand.
     fn value(&self, operand: &str) -> Option<String>;
 
-    /// Whether a contact conducts, as it is drawn; `None`: its rung was not executed. `element`:
-    /// a block or Stage by its whole name; `rung`: from 1.
+    /// Whether a contact, in the form that is drawn, conducts; `None`: its rung was not executed.
+    /// `element`: the full name of a block or Stage; `rung`: from 1.
     fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool>;
 }
 

@@ -1,12 +1,12 @@
-//! The rows of the panes, as text: what `paint` draws, and what the keys are about.
+//! The rows of the panes: the texts that `paint` draws, and the operands that the keys act on.
 //!
-//! Made of the state for each picture. States stand in words; a mark repeats them.
+//! Made from the state for each picture. States are written in words; a mark repeats them.
 
 use super::state::{MonitorPane, MonitorState};
 use crate::daemon::span;
 use crate::operator::protocol::{Alarm, AlarmState, BlockStatus, FieldDevice, ShownValue, Status};
 
-/// Before what is ON, and before what is OFF.
+/// The marks for ON and for OFF.
 const ON: char = '●';
 const OFF: char = '○';
 
@@ -14,11 +14,11 @@ const OFF: char = '○';
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct PaneRow {
     pub text: String,
-    /// Of a watched operand: its trend is drawn behind.
+    /// The number of a watched operand; its trend is drawn after the text.
     pub watched: Option<usize>,
-    /// What the keys are about.
+    /// The operand that the keys act on.
     pub operand: Option<String>,
-    /// The block or Stage whose ladder it is.
+    /// The block or Stage whose ladder is opened from this row.
     pub element: Option<String>,
     /// Whether it is drawn bold: it is ON, forced, or wrong.
     pub is_marked: bool,
@@ -39,13 +39,13 @@ impl MonitorState {
         }
     }
 
-    /// The row of a pane with the mark.
+    /// The number of the chosen row of a pane.
     pub fn chosen_row(&self, pane: usize) -> usize {
         let count = self.rows(MonitorPane::ALL[pane]).len();
         self.chosen[pane].min(count.saturating_sub(1))
     }
 
-    /// The row with the mark in the pane with the keys.
+    /// The chosen row of the pane with the focus.
     pub fn row(&self) -> Option<PaneRow> {
         self.rows(self.focus()).into_iter().nth(self.chosen_row(self.pane))
     }
@@ -74,7 +74,8 @@ impl MonitorState {
         rows.collect()
     }
 
-    /// A block, and its Stages: all of them if the ladder is known, else those that are ON.
+    /// The rows of a block and its Stages: all Stages if the ladder is known, otherwise those that
+    /// are ON.
     fn block_rows(&self, block: &BlockStatus) -> Vec<PaneRow> {
         let state = match (block.running, block.done) {
             (true, _) => "running",
@@ -112,7 +113,7 @@ impl MonitorState {
     }
 }
 
-/// `12, forced`; of an output outside RUN also what is at the output.
+/// `12, forced`. For an output outside RUN, also the value that is at the output.
 pub(super) fn value_text(shown: &ShownValue) -> String {
     let forced = if shown.forced { ", forced" } else { "" };
     format!("{}{forced}{}", shown.value_text(), shown.driven_text(", "))
@@ -122,7 +123,7 @@ fn alarm_rows(status: &Status) -> Vec<PaneRow> {
     status.alarms.iter().flat_map(of_alarm).collect()
 }
 
-/// An alarm, and what is known of it.
+/// The two rows of an alarm: its text, and its details.
 fn of_alarm(alarm: &Alarm) -> [PaneRow; 2] {
     let row = |text, is_marked| PaneRow {
         text,

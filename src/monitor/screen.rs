@@ -1,6 +1,6 @@
-//! The terminal: taken over at the start and given back at any end, and written to.
+//! The terminal: taken over at the start, written to, and given back at the end in every case.
 //!
-//! `run` draws by it. After a panic, of any thread, the terminal is given back before the message
+//! `run` draws with it. After a panic of any thread, the terminal is given back before the message
 //! is printed.
 
 use std::io::{self, BufWriter, Stdout, Write};
@@ -18,13 +18,13 @@ use crate::source::wording::is_obeyed;
 /// The alternate screen, without a cursor.
 const ENTER: &str = "\x1b[?1049h\x1b[2J\x1b[?25l";
 
-/// The screen as it was, with a cursor and without emphasis.
+/// The original screen, with a cursor and without emphasis.
 const LEAVE: &str = "\x1b[0m\x1b[?25h\x1b[?1049l";
 
 /// Whether the terminal is taken over.
 static IS_TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// The terminal while it is taken over; dropped, it is given back.
+/// The terminal while it is taken over. Dropping this value gives it back.
 pub(super) struct Screen(pub Terminal<TerminalWriter>);
 
 /// Writes to the terminal.
@@ -34,7 +34,7 @@ impl Screen {
     /// Takes the terminal over.
     ///
     /// # Errors
-    /// It is no terminal, or does not obey.
+    /// The standard output is not a terminal, or the terminal does not obey.
     pub fn take() -> io::Result<Screen> {
         give_back_after_a_panic();
         IS_TAKEN.store(true, Ordering::SeqCst);
@@ -54,7 +54,7 @@ impl Drop for Screen {
     }
 }
 
-/// Gives the terminal back, once. A terminal that is gone cannot be given back, and need not.
+/// Gives the terminal back, once. Errors are ignored, since the terminal may be gone.
 fn give_back() {
     if IS_TAKEN.swap(false, Ordering::SeqCst) {
         let mut out = io::stdout();
@@ -79,12 +79,12 @@ impl Backend for TerminalWriter {
     where
         I: Iterator<Item = (u16, u16, &'a Cell)>,
     {
-        // A screen that was given back after a panic stays as it is.
+        // Nothing is drawn on a screen that was given back after a panic.
         if !IS_TAKEN.load(Ordering::SeqCst) {
             return Ok(());
         }
         let mut last = None;
-        // Where the cursor stands after a character whose width every terminal knows.
+        // The position of the cursor after a character with the same width on every terminal.
         let mut cursor = None;
         for (x, y, cell) in content {
             let look = (cell.fg, cell.modifier);
@@ -92,7 +92,7 @@ impl Backend for TerminalWriter {
                 write!(self.0, "\x1b[{}m", attributes(cell.fg, cell.modifier))?;
                 last = Some(look);
             }
-            // `pen` lets no such character through; this is the last gate.
+            // `pen` already replaces such characters; this is the last check.
             let symbol = if cell.symbol().contains(is_obeyed) { "?" } else { cell.symbol() };
             if cursor != Some((x, y)) {
                 write!(self.0, "\x1b[{};{}H", y + 1, x + 1)?;
@@ -111,7 +111,7 @@ impl Backend for TerminalWriter {
         self.0.write_all(b"\x1b[?25h")
     }
 
-    /// Nobody asks for it: the cursor is hidden, and is set before it is written.
+    /// Not used: the cursor is hidden, and its position is set before each write.
     fn get_cursor_position(&mut self) -> io::Result<Position> {
         Ok(Position::ORIGIN)
     }
@@ -142,7 +142,7 @@ impl Backend for TerminalWriter {
     }
 }
 
-/// The numbers of a sequence that sets an emphasis, after all others are taken away.
+/// The numbers of the sequence that removes all emphasis and sets the given one.
 fn attributes(colour: Color, modifier: Modifier) -> String {
     let mut numbers = String::from("0");
     for (of, number) in [(Modifier::BOLD, ";1"), (Modifier::REVERSED, ";7")] {

@@ -1,8 +1,8 @@
-//! What the monitor knows and shows: the last look at the controller, the watch list, the ladder,
-//! and where the user is.
+//! The state of the monitor: the last look at the controller, the watch list, the ladder, and the
+//! user's position.
 //!
-//! `update` changes it, `rows` and `paint` show it. No clock, no thread, no terminal: the time
-//! comes in as an event.
+//! `update` changes the state, `rows` and `paint` show it. No clock, no thread, no terminal: the
+//! time is received as an event.
 
 use super::dialog::Dialog;
 use super::ladder_view::LadderView;
@@ -20,7 +20,7 @@ pub(super) enum MonitorPane {
     Devices,
 }
 
-/// The pages. Each is shown over the one before.
+/// The pages. Each is shown over the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MonitorPage {
     Panes,
@@ -29,7 +29,7 @@ pub(super) enum MonitorPage {
     Help,
 }
 
-/// Why nothing new is shown, and since when.
+/// Why the controller does not answer, and since when.
 #[derive(Clone, Debug)]
 pub(super) struct Silence {
     pub why: String,
@@ -51,26 +51,26 @@ pub(super) struct MonitorState {
     pub now_ms: u64,
     /// The state of the controller at the last look; `None` before the first one.
     pub status: Option<Status>,
-    /// The operands of the last look, beside those of the watch list.
+    /// The values of the last look.
     pub values: Vec<ShownValue>,
     pub silence: Option<Silence>,
     pub watch: WatchList,
-    /// Operands of the command line, until a controller has named them.
+    /// The operands of the command line, until the first look at a controller.
     pub at_start: Vec<String>,
-    /// The open pages, the last one on top; without one, the panes.
+    /// The open pages, the last one on top. If none is open, the panes are shown.
     pub pages: Vec<MonitorPage>,
-    /// The pane with the keys, as a number of `MonitorPane::ALL`.
+    /// The pane with the focus, as an index of `MonitorPane::ALL`.
     pub pane: usize,
-    /// By pane: its row with the mark.
+    /// The chosen row of each pane.
     pub chosen: [usize; 5],
     pub ladder: LadderView,
-    /// When the ladder was asked for last.
+    /// The time of the last request for the ladder.
     pub ladder_asked_ms: Option<u64>,
     pub why: LongText,
     pub dialog: Option<Dialog>,
-    /// What the last command did.
+    /// The result of the last command.
     pub said: String,
-    /// What was ordered last.
+    /// The operands ordered last.
     pub reads: Vec<String>,
     pub follows: bool,
 }
@@ -84,7 +84,7 @@ impl MonitorPane {
         MonitorPane::Devices,
     ];
 
-    /// Its heading.
+    /// The heading of the pane.
     pub fn heading(self) -> &'static str {
         match self {
             MonitorPane::Watch => "Watch",
@@ -107,12 +107,12 @@ impl MonitorState {
         self.pages.last().copied().unwrap_or(MonitorPage::Panes)
     }
 
-    /// The pane with the keys.
+    /// The pane with the focus.
     pub fn focus(&self) -> MonitorPane {
         MonitorPane::ALL[self.pane % MonitorPane::ALL.len()]
     }
 
-    /// The value of an operand, as of the last look.
+    /// The value of an operand at the last look.
     pub fn value(&self, operand: &str) -> Option<&ShownValue> {
         let watched = self.watch.rows.iter().filter_map(|row| row.shown.as_ref());
         let forced = self.status.iter().flat_map(|status| &status.forces);
@@ -120,13 +120,13 @@ impl MonitorState {
         self.values.iter().chain(watched).chain(forced).find(is_it)
     }
 
-    /// Takes a look at the controller.
+    /// Takes the result of a look.
     pub fn look(&mut self, look: Look) {
         self.watch.take(&look.values, &look.unknown);
         (self.status, self.values, self.silence) = (Some(look.status), look.values, None);
     }
 
-    /// The controller does not answer.
+    /// Notes that the controller does not answer.
     pub fn miss(&mut self, why: String) {
         let since_ms = self.silence.as_ref().map_or(self.now_ms, |of| of.since_ms);
         self.silence = Some(Silence { why, since_ms });
@@ -134,7 +134,7 @@ impl MonitorState {
         self.watch.miss();
     }
 
-    /// The orders that follow from what is shown: which operands to read, whether to follow the
+    /// The orders that the shown page requires: the operands to read, and whether to follow the
     /// power. Empty if nothing has changed.
     pub fn standing_orders(&mut self) -> Vec<MonitorWish> {
         let mut reads: Vec<String> =

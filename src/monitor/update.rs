@@ -1,4 +1,4 @@
-//! What an event changes in the state, and which wishes follow. Pure.
+//! Applies an event to the state, and returns the wishes that follow. Pure.
 //!
 //! `run` calls it for each key, each piece of news and each tick.
 
@@ -7,13 +7,13 @@ use super::message::{MonitorEvent, MonitorNews, MonitorOrder, MonitorWish, Press
 use super::state::{LongText, MonitorPage, MonitorPane, MonitorState};
 use crate::operator::protocol::{Held, ShownValue};
 
-/// The time between two questions for a ladder that does not come.
+/// The time until the next request for a ladder that does not arrive.
 const LADDER_AGAIN_MS: u64 = 3000;
 
-/// Rows of a page for PgUp and PgDn.
+/// The number of rows for PgUp and PgDn.
 const PAGE_ROWS: isize = 10;
 
-/// Takes an event.
+/// Applies an event.
 pub(super) fn update(state: &mut MonitorState, event: MonitorEvent) -> Vec<MonitorWish> {
     let mut wishes = match event {
         MonitorEvent::Press(press) => pressed(state, press),
@@ -31,7 +31,7 @@ fn ask(order: MonitorOrder) -> Vec<MonitorWish> {
     vec![MonitorWish::Ask(order)]
 }
 
-/// News of the controller.
+/// Applies news from the controller.
 fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
     match news {
         MonitorNews::Look(look) => {
@@ -81,7 +81,7 @@ fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
     Vec::new()
 }
 
-/// The order for the ladder, if another program runs than the one that is drawn.
+/// The order for the ladder, if the running program differs from the drawn one.
 fn ladder_wanted(state: &mut MonitorState) -> Option<MonitorWish> {
     let running = &state.status.as_ref()?.ladder.sha256;
     let is_there = *running == state.ladder.sha256 && state.ladder.program.is_some();
@@ -150,7 +150,7 @@ fn in_panes(state: &mut MonitorState, press: Press) -> Vec<MonitorWish> {
     Vec::new()
 }
 
-/// Up and down, in rows.
+/// The rows by which a key moves down; a negative number moves up.
 fn rows_of(press: Press) -> Option<isize> {
     match press {
         Press::Up => Some(-1),
@@ -204,7 +204,7 @@ fn in_text(state: &mut MonitorState, press: Press) -> Vec<MonitorWish> {
     Vec::new()
 }
 
-/// The keys that are about an operand: `why`, and changes, which ask first.
+/// The keys for an operand: `why`, and changes, which open a dialog first.
 fn about(state: &mut MonitorState, operand: Option<String>, press: Press) -> Vec<MonitorWish> {
     let keys = [
         ('f', ChangeWanted::Force),
@@ -239,7 +239,7 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: Press) -> Vec
     Vec::new()
 }
 
-/// Proposes a new value, as soon as the present one is known, and until something is typed.
+/// Proposes a new value as soon as the present one is known, until the user types.
 fn propose(state: &mut MonitorState) {
     let Some(Dialog::NewValue { operand, is_typed: false, .. }) = &state.dialog else { return };
     let proposal = state.value(operand).map(proposed).unwrap_or_default();
@@ -248,7 +248,7 @@ fn propose(state: &mut MonitorState) {
     }
 }
 
-/// Of a bit the other value; of a word none.
+/// The proposal for a bit is the opposite value; there is none for a word.
 fn proposed(shown: &ShownValue) -> String {
     match shown.value {
         Held::Bit(true) => "OFF".to_owned(),
@@ -257,7 +257,7 @@ fn proposed(shown: &ShownValue) -> String {
     }
 }
 
-/// A key while a question is open.
+/// Handles a key while a dialog is open.
 fn answered(state: &mut MonitorState, dialog: Dialog, press: Press) -> Vec<MonitorWish> {
     if press == Press::Escape {
         return Vec::new();
@@ -279,7 +279,7 @@ fn answered(state: &mut MonitorState, dialog: Dialog, press: Press) -> Vec<Monit
         Dialog::NewValue { wanted, operand, mut text, is_typed } => {
             let is_done = press == Press::Enter && !text.trim().is_empty();
             if !is_typed && matches!(press, Press::Char(_)) {
-                // What one types stands in place of the proposal.
+                // The first typed character replaces the proposal.
                 text.clear();
             }
             let is_typed = edit(&mut text, press) || is_typed;
@@ -293,7 +293,7 @@ fn answered(state: &mut MonitorState, dialog: Dialog, press: Press) -> Vec<Monit
             if matches!(press, Press::Char('y' | 'Y')) {
                 return ask(MonitorOrder::Change(wanted.request(operand, text)));
             }
-            // A key that was pressed once too often must change nothing, and close nothing.
+            // A key pressed once too often must neither change anything nor close the dialog.
             if !matches!(press, Press::Char('n' | 'N')) {
                 state.dialog = Some(Dialog::Confirm { wanted, operand, text });
             }

@@ -1,5 +1,5 @@
-//! The operands that the user watches, each with its last values: a few dozen, of a few hundred
-//! samples each.
+//! The operands that the user watches, each with its last values: a few dozen operands with a few
+//! hundred samples each.
 //!
 //! `state` keeps it, `update` edits it, `rows` shows it.
 
@@ -10,10 +10,10 @@ use crate::operator::protocol::{Held, ShownValue};
 /// The most operands.
 pub(super) const WATCHED_MAX: usize = 64;
 
-/// The most samples of an operand: as many as the widest terminal shows.
+/// The most samples of an operand: more than the widest trend shows.
 const SAMPLES_MAX: usize = 240;
 
-/// Eight heights.
+/// Bars of eight heights.
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 /// The watched operands, in the order in which they were added.
@@ -25,11 +25,11 @@ pub(super) struct WatchList {
 /// A watched operand.
 #[derive(Clone, Debug)]
 pub(super) struct WatchRow {
-    /// It, as it is asked for.
+    /// The operand, as it is requested.
     pub operand: String,
-    /// What it was at the last look.
+    /// Its value at the last look.
     pub shown: Option<ShownValue>,
-    /// Whether the program that runs does not know it.
+    /// Whether the running program does not have the operand.
     pub is_unknown: bool,
     /// Its last values.
     pub trend: WatchTrend,
@@ -42,7 +42,7 @@ pub(super) struct WatchTrend {
 }
 
 impl WatchList {
-    /// Adds operands that are not there yet; false: there is no room for all.
+    /// Adds the operands that are not in the list yet. Returns false if there is no room for all.
     pub fn add(&mut self, values: Vec<ShownValue>) -> bool {
         for shown in values {
             if self.rows.iter().any(|row| row.operand == shown.operand) {
@@ -57,7 +57,7 @@ impl WatchList {
         true
     }
 
-    /// Takes a look's values.
+    /// Takes the values of a look.
     pub fn take(&mut self, values: &[ShownValue], unknown: &[String]) {
         for row in &mut self.rows {
             row.is_unknown = unknown.contains(&row.operand);
@@ -66,7 +66,7 @@ impl WatchList {
         }
     }
 
-    /// The controller did not answer.
+    /// Notes that the controller did not answer.
     pub fn miss(&mut self) {
         self.rows.iter_mut().for_each(|row| row.trend.push(None));
     }
@@ -86,7 +86,7 @@ impl WatchTrend {
         self.samples.push_back(sample);
     }
 
-    /// The last samples as bars between the least and the greatest of them.
+    /// The last samples as bars, scaled between the least and the greatest sample.
     pub fn line(&self, width: usize) -> String {
         let skipped = self.samples.len().saturating_sub(width);
         let shown = || self.samples.iter().skip(skipped);
@@ -95,7 +95,7 @@ impl WatchTrend {
         let bar = |sample: &Option<f64>| match sample {
             None => ' ',
             Some(of) if greatest <= least => BARS[if *of == 0.0 { 0 } else { 3 }],
-            // The greatest number of an f64 divided by two, since a difference may overflow.
+            // Halves the values first, since their difference may overflow.
             Some(of) => {
                 let share = (of / 2.0 - least / 2.0) / (greatest / 2.0 - least / 2.0);
                 BARS[((share * 7.0).round() as usize).min(7)]
@@ -105,7 +105,7 @@ impl WatchTrend {
     }
 }
 
-/// A value as a height; one that is no number is at the bottom.
+/// A value as a sample. A value that is not finite counts as 0.
 fn number(value: Held) -> f64 {
     let number = match value {
         Held::Bit(bit) => f64::from(u8::from(bit)),

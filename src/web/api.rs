@@ -1,7 +1,7 @@
 //! The questions of a page, and the changes that a signed-in user may make.
 //!
-//! Questions are answered of what was followed, on a thread for blocking work where they execute
-//! scans again. A change goes to the controller as a client's, with the user's name.
+//! Questions are answered from the data of `follow`. A question that executes scans again is
+//! answered on a thread for blocking work. A change is sent to the controller with the user's name.
 
 use std::sync::Arc;
 
@@ -24,11 +24,11 @@ use crate::observe::CellChanged;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{GivenValue, Request};
 
-/// The most rungs of an answer, and the most tags.
+/// The most rungs, and the most tags, of an answer.
 const RUNGS_MAX: usize = 60;
 const TAGS_MAX: usize = 500;
 
-/// The questions that are answered of the last minute.
+/// The questions that need the last minute.
 const PAST: [&str; 5] = ["/api/events", "/api/hold", "/api/scan", "/api/why", "/api/trend"];
 
 /// The longest name of an operand.
@@ -76,7 +76,7 @@ pub(super) async fn question(
     }
 }
 
-/// The controller as it is seen now.
+/// The present view of the controller.
 async fn viewed(site: &WebSite) -> Result<LiveView, WebFailure> {
     of(site.follow.now().await)
 }
@@ -85,7 +85,7 @@ fn of(seen: Arc<Seen>) -> Result<LiveView, WebFailure> {
     seen.view.clone().map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why))
 }
 
-/// Answers a question that takes a while, on a thread for it; few at a time.
+/// Answers a question that takes time, on a thread for blocking work; few at a time.
 async fn asked(
     site: &WebSite,
     question: impl FnOnce() -> Result<Value, WebFailure> + Send + 'static,
@@ -121,7 +121,8 @@ fn settings(program: &LiveProgram) -> Option<&WebSettings> {
     program.controller.as_ref().map(|controller| &controller.web)
 }
 
-/// The blocks and Stages, each with the rows of its rungs: so a page knows their heights.
+/// The blocks and Stages, each with the number of rows of its rungs, from which a page computes
+/// their heights.
 fn ladder(program: &LiveProgram) -> Value {
     let rows = |rungs: &[RungPicture]| -> Vec<usize> {
         rungs.iter().map(|rung| rung.grid.rows.max(1)).collect()
@@ -165,7 +166,7 @@ fn panels(program: &LiveProgram) -> Value {
     json!({ "panels": all.iter().map(panel).collect::<Vec<_>>() })
 }
 
-/// The tags whose name, address or `doc` has a text in it.
+/// The tags whose name, address or `doc` contains a text.
 fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
     let find = find.unwrap_or_default().to_lowercase();
     // `pump 2` finds pump2, and `pump2` finds pump_2.
@@ -226,7 +227,7 @@ fn scan(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     Ok(Told::default().news(view, &power, &Window::of(query)))
 }
 
-/// What happened in the last minute, the newest first.
+/// The events of the last minute, the newest first.
 fn happened(view: &LiveView) -> Value {
     let event = |of: LiveEvent| {
         json!({

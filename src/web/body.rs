@@ -1,5 +1,5 @@
-//! The bodies of answers: bytes that are there, or events that come. A stream holds one event at
-//! most, so a browser that does not read costs nothing more.
+//! The bodies of answers: complete bytes, or a stream of events. A stream buffers one event at
+//! most, so a browser that does not read uses no more memory.
 
 use std::convert::Infallible;
 use std::pin::Pin;
@@ -10,14 +10,14 @@ use tokio::sync::mpsc::Receiver;
 
 /// The body of an answer.
 pub(super) enum AnswerBody {
-    /// All of it.
+    /// The whole body.
     Whole(Option<Bytes>),
-    /// Events, one by one.
+    /// A stream of events.
     Events(Receiver<Bytes>),
 }
 
 impl AnswerBody {
-    /// Bytes that are there.
+    /// A complete body.
     pub fn of(bytes: impl Into<Bytes>) -> AnswerBody {
         AnswerBody::Whole(Some(bytes.into()))
     }

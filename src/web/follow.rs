@@ -1,8 +1,9 @@
-//! The thread that follows the controller: it looks five times a second while somebody looks at it,
-//! and hands what it saw to all viewers.
+//! The thread that follows the controller. While a page is open, it looks at the controller five
+//! times a second, and passes each result to all viewers.
 //!
-//! Nobody at the pages: no request to the controller, but for one at the start, so that the program
-//! is known when the first viewer comes. An answer that takes long is asked for less often.
+//! While no page is open, it sends the controller no requests. Only at the start it sends one, so
+//! that the program is known when the first viewer comes. After a slow answer the pause before the
+//! next request is longer.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,34 +24,34 @@ use crate::operator::protocol::Request;
 const EVERY: Duration = Duration::from_millis(200);
 /// The time between two looks at a controller that does not answer.
 const RETRY: Duration = Duration::from_secs(1);
-/// The time between two questions for the status.
+/// The time between two requests for the status.
 const STATUS_EVERY: Duration = Duration::from_secs(1);
-/// The thread goes on for so long after the last request of a viewer.
+/// The time that the thread continues after the last request of a viewer.
 const VIEWED: Duration = Duration::from_secs(10);
-/// What is older is not shown to a new viewer.
+/// The greatest age of a result that is shown to a new viewer.
 const FRESH: Duration = Duration::from_secs(2);
 /// The longest wait for a look.
 const WAIT_MAX: Duration = Duration::from_secs(8);
 /// The longest wait for a status.
 const ANSWER_MAX: Duration = Duration::from_secs(5);
 
-/// What was seen at one look.
+/// The result of one look.
 #[derive(Clone, Debug)]
 pub(super) struct Seen {
-    /// When.
+    /// The time of the look.
     pub at: Instant,
-    /// The controller, or why it was not seen.
+    /// The controller, or why the look failed.
     pub view: Result<LiveView, String>,
-    /// Its status and its alarms, as `rungd status --json` has them.
+    /// The controller's status and alarms, in the form of `rungd status --json`.
     pub status: Option<Arc<Value>>,
 }
 
-/// The thread, and what it saw last.
+/// The thread, and its last result.
 #[derive(Clone)]
 pub(super) struct Follow {
     seen: watch::Receiver<Arc<Seen>>,
     began: Instant,
-    /// When a viewer asked last, ms after the beginning.
+    /// The time of the last request of a viewer, ms after `began`.
     viewed_ms: Arc<AtomicU64>,
     thread: Thread,
 }
@@ -76,7 +77,7 @@ impl Follow {
         Ok(Follow { seen, began, viewed_ms, thread })
     }
 
-    /// Follows nothing.
+    /// A `Follow` without a controller.
     pub fn of_nothing() -> Follow {
         let began = Instant::now();
         let none = Seen { at: began, view: Err("there is nothing".into()), status: None };
@@ -85,19 +86,19 @@ impl Follow {
         Follow { seen, began, viewed_ms, thread: thread::current() }
     }
 
-    /// Notes that somebody looks.
+    /// Notes the request of a viewer.
     fn touch(&self) {
         let now = self.began.elapsed().as_millis() as u64;
         self.viewed_ms.store(now.max(1), Ordering::Relaxed);
         self.thread.unpark();
     }
 
-    /// What is seen now.
+    /// A fresh result.
     pub async fn now(&self) -> Arc<Seen> {
         self.when(&|_| true).await
     }
 
-    /// What is seen now, with the minute before it.
+    /// A fresh result with the minute before it.
     pub async fn with_minute(&self) -> Arc<Seen> {
         self.when(&|seen| seen.view.as_ref().map_or(true, |view| view.has_minute)).await
     }
@@ -114,7 +115,7 @@ impl Follow {
         }
     }
 
-    /// What is seen next.
+    /// The next result.
     pub async fn next(&self, seen: &mut watch::Receiver<Arc<Seen>>) -> Option<Arc<Seen>> {
         self.touch();
         match timeout(VIEWED / 2, seen.changed()).await {
@@ -123,14 +124,14 @@ impl Follow {
         }
     }
 
-    /// For [`Follow::next`].
+    /// The receiver for [`Follow::next`].
     pub fn watcher(&self) -> watch::Receiver<Arc<Seen>> {
         self.seen.clone()
     }
 }
 
-/// Looks, until nobody listens any more. A socket that is not named is looked for at each try: a
-/// controller may start later than the pages.
+/// Looks at the controller until no receiver is left. If no socket is named, it searches for the
+/// socket at each attempt: a controller may start later than the pages.
 fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
     let mut socket = client::socket(named.cloned());
     let mut follower = Follower::new(socket.clone());
@@ -174,7 +175,7 @@ fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &
     }
 }
 
-/// The status, with all alarms of the list: those too that are over and not acknowledged.
+/// The status, with all listed alarms, including those that are over but not acknowledged.
 fn told(socket: &Path) -> Option<Value> {
     let ask = |request| client::ask_within::<Value>(socket, &request, ANSWER_MAX).ok();
     let mut status = ask(Request::Status {})?;

@@ -1,10 +1,10 @@
-//! What a request must be before it is looked at: asked for by a name of this host, and sent by a
-//! page of it. So no page of another site, and no name that a stranger points here, gets an answer.
+//! Checks the host and the origin of a request before its other parts are read. So neither a page
+//! of another site, nor a foreign host name that points to this machine, receives an answer.
 
 use hyper::header::{HOST, HeaderMap, HeaderName, HeaderValue, ORIGIN};
 use hyper::{Method, Uri};
 
-/// The header with the token of a session that a change must have.
+/// The header with the session's token. Each change must have it.
 pub(super) const CSRF: &str = "x-csrf-token";
 
 /// The headers of every answer.
@@ -23,10 +23,10 @@ const SECURITY: [(&str, &str); 8] = [
     ("cache-control", "no-store"),
 ];
 
-/// Who may ask.
+/// The requests that are admitted.
 #[derive(Clone, Debug)]
 pub(super) struct Guard {
-    /// The values of `Host` that are answered, in small letters.
+    /// The accepted values of `Host`, in small letters.
     hosts: Vec<String>,
     /// Whether browsers speak TLS.
     is_tls: bool,
@@ -37,10 +37,10 @@ impl Guard {
         Guard { hosts, is_tls }
     }
 
-    /// Whether a request is one of ours.
+    /// Admits a request of our own pages.
     ///
     /// # Errors
-    /// Why it is not.
+    /// Why it is not admitted.
     pub fn admit(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), String> {
         let host = self.host(uri, headers)?;
         let mut origins = headers.get_all(ORIGIN).iter();
@@ -76,7 +76,7 @@ impl Guard {
     }
 }
 
-/// Adds the headers of every answer.
+/// Adds the security headers, which every answer has.
 pub(super) fn secure(headers: &mut HeaderMap) {
     for (name, value) in SECURITY {
         headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));

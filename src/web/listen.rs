@@ -1,4 +1,4 @@
-//! The listener: a TCP port or a Unix socket, with TLS or without, and how many may come in.
+//! The listener: a TCP port or a Unix socket, with or without TLS.
 
 use std::fs;
 use std::io;
@@ -20,24 +20,24 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 
 use super::options::ListenAt;
 
-/// The time limit for the beginning of TLS.
+/// The time limit of the TLS handshake.
 const HANDSHAKE_MAX: Duration = Duration::from_secs(10);
 
 /// A connection of any kind.
 pub(super) trait Connection: AsyncRead + AsyncWrite + Unpin + Send {}
 impl<S: AsyncRead + AsyncWrite + Unpin + Send> Connection for S {}
 
-/// Where connections come from.
+/// The source of connections.
 pub(super) enum Listener {
     Port(TcpListener),
     Unix(UnixListener),
 }
 
 impl Listener {
-    /// Opens it.
+    /// Opens the listener.
     ///
     /// # Errors
-    /// The system's; another process answers at the socket.
+    /// The system's error; another process answers at the socket.
     pub async fn open(at: &ListenAt) -> Result<Listener> {
         match at {
             ListenAt::Port(address) => {
@@ -48,7 +48,7 @@ impl Listener {
                 let of_path = || path.display().to_string();
                 free(path).await.with_context(of_path)?;
                 let listener = UnixListener::bind(path).with_context(of_path)?;
-                // A proxy of the same group reaches it; nobody else does.
+                // Only the owner and the group can connect, for example a proxy of the same group.
                 let mode = fs::Permissions::from_mode(0o660);
                 fs::set_permissions(path, mode).with_context(of_path)?;
                 Ok(Listener::Unix(listener))
@@ -56,7 +56,7 @@ impl Listener {
         }
     }
 
-    /// The address at which it listens, of a port.
+    /// The address of a TCP port; `None` for a Unix socket.
     pub fn address(&self) -> Option<SocketAddr> {
         match self {
             Listener::Port(listener) => listener.local_addr().ok(),
@@ -67,7 +67,7 @@ impl Listener {
     /// The next connection.
     ///
     /// # Errors
-    /// The system's.
+    /// The system's error.
     pub async fn accept(&self) -> io::Result<Box<dyn Connection>> {
         match self {
             Listener::Port(listener) => {
@@ -80,7 +80,7 @@ impl Listener {
     }
 }
 
-/// Removes a socket that a process before this one has left.
+/// Removes a socket that an earlier process has left.
 async fn free(path: &Path) -> Result<()> {
     match fs::symlink_metadata(path) {
         Ok(facts) if facts.file_type().is_socket() => {
@@ -95,10 +95,10 @@ async fn free(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What begins TLS.
+/// Makes the acceptor of TLS connections from a certificate chain and a key.
 ///
 /// # Errors
-/// The files are no certificate and key.
+/// The files are not a certificate chain and a key.
 pub(super) fn tls(certificates: &Path, key: &Path) -> Result<TlsAcceptor> {
     let of_file = |path: &Path| path.display().to_string();
     let chain = CertificateDer::pem_file_iter(certificates);
@@ -113,10 +113,10 @@ pub(super) fn tls(certificates: &Path, key: &Path) -> Result<TlsAcceptor> {
     Ok(TlsAcceptor::from(Arc::new(config)))
 }
 
-/// A connection with TLS.
+/// Begins TLS on a connection.
 ///
 /// # Errors
-/// The peer does not speak it, or takes too long.
+/// The peer does not speak TLS, or takes too long.
 pub(super) async fn secured(
     acceptor: &TlsAcceptor,
     connection: Box<dyn Connection>,

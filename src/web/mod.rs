@@ -1,10 +1,11 @@
 //! `rungd web`: a running controller in a browser.
 //!
-//! A process of its own, and a client of the operator's socket: the daemon never parses HTTP. One
-//! thread follows the controller (`follow`). Requests come in through `server`, pass `guard`
-//! (hosts, origins) and `sessions` (users), and are answered by `api`, of what was followed;
-//! `stream` sends each viewer the power of one scan, five times a second. It reads, unless the
-//! controller file's `[web] write` names what a signed-in user may write. Called by `cli::web`.
+//! A separate process, and a client of the operator's socket: the daemon never parses HTTP. One
+//! thread follows the controller (`follow`). `server` receives requests; `guard` checks their hosts
+//! and origins, and `sessions` their users. `api` answers from the data of `follow`; `stream` sends
+//! each viewer the power of one scan, five times a second. The pages are read-only, except for the
+//! tags that the controller file's `[web] write` lists for signed-in users, and alarms, which they
+//! may acknowledge. Called by `cli::web`.
 
 mod api;
 mod body;

@@ -1,5 +1,4 @@
-//! What the command line says, judged before anything is opened: where it listens, and what that
-//! needs.
+//! The settings from the command line, and their check before anything is opened.
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -9,21 +8,21 @@ use anyhow::{Result, bail};
 /// The settings of `rungd web`.
 #[derive(Clone, Debug)]
 pub struct WebOptions {
-    /// Where it listens.
+    /// The address at which the server listens.
     pub listen: ListenAt,
-    /// The operator's socket of the controller; `None`: the usual places, looked at anew each time.
+    /// The operator's socket of the controller; `None`: searched for in the usual places each time.
     pub socket: Option<PathBuf>,
-    /// The names by which browsers reach it.
+    /// The host names that browsers use.
     pub hosts: Vec<String>,
     /// The certificate chain and the key, PEM.
     pub tls: Option<(PathBuf, PathBuf)>,
-    /// A proxy in front of it speaks TLS.
+    /// Whether a proxy in front of the server speaks TLS.
     pub behind_proxy: bool,
-    /// The file of users; `None`: a one-time link lets in.
+    /// The file of users; `None`: a one-time link admits its first visitor.
     pub users: Option<PathBuf>,
 }
 
-/// Where it listens.
+/// An address to listen at.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ListenAt {
     /// A TCP port.
@@ -33,10 +32,10 @@ pub enum ListenAt {
 }
 
 impl ListenAt {
-    /// `127.0.0.1:8080`, or the path of a socket: one with a `/`.
+    /// Reads `127.0.0.1:8080`, or the path of a socket, which contains a `/`.
     ///
     /// # Errors
-    /// Why it is neither.
+    /// The text is neither, and how to write it.
     pub fn parse(text: &str) -> Result<ListenAt, String> {
         if text.contains('/') {
             return Ok(ListenAt::Unix(text.into()));
@@ -47,7 +46,7 @@ impl ListenAt {
         address.map(ListenAt::Port).map_err(|_| help.to_owned())
     }
 
-    /// Whether only this machine reaches it.
+    /// Whether only this machine can reach the address.
     pub fn is_local(&self) -> bool {
         match self {
             ListenAt::Port(address) => address.ip().is_loopback(),
@@ -57,10 +56,10 @@ impl ListenAt {
 }
 
 impl WebOptions {
-    /// Refuses what would let strangers in.
+    /// Refuses settings that would let strangers in.
     ///
     /// # Errors
-    /// What is missing, and the remedy.
+    /// The missing setting, and the remedy.
     pub fn judge(&self) -> Result<()> {
         let is_local = self.listen.is_local();
         if !is_local && self.tls.is_none() && !self.behind_proxy {
@@ -82,7 +81,7 @@ impl WebOptions {
         Ok(())
     }
 
-    /// The address that browsers can name, if it listens at one.
+    /// The IP address that browsers can use, if the server listens at a single one.
     fn fixed_ip(&self) -> Option<IpAddr> {
         match &self.listen {
             ListenAt::Port(address) if !address.ip().is_unspecified() => Some(address.ip()),
@@ -95,8 +94,8 @@ impl WebOptions {
         self.tls.is_some() || self.behind_proxy
     }
 
-    /// The values of `Host` that are answered: each name alone and with its port. `port`: the one
-    /// at which it listens.
+    /// The accepted values of `Host`: each name alone and with `port`, the port at which the server
+    /// listens.
     pub(super) fn host_values(&self, port: Option<u16>) -> Vec<String> {
         let mut names: Vec<String> = self.hosts.clone();
         if let Some(ip) = self.fixed_ip() {

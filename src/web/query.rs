@@ -1,4 +1,4 @@
-//! The part of a request behind `?`: keys with values.
+//! The part of a request after `?`: keys with values.
 
 /// The most keys.
 const KEYS_MAX: usize = 32;
@@ -8,7 +8,7 @@ const KEYS_MAX: usize = 32;
 pub(super) struct Query(Vec<(String, String)>);
 
 impl Query {
-    /// Reads `a=b&c=d`; what is no UTF-8 is replaced.
+    /// Reads `a=b&c=d`. Replaces bytes that are not UTF-8.
     pub fn of(text: &str) -> Query {
         let pairs = text.split('&').filter(|pair| !pair.is_empty()).take(KEYS_MAX);
         let pair = |pair: &str| {
@@ -29,7 +29,7 @@ impl Query {
     }
 }
 
-/// `%C3%A4` and `+` as characters.
+/// Decodes `%C3%A4` and `+`.
 fn decoded(text: &str) -> String {
     let (mut bytes, mut rest) = (Vec::new(), text.as_bytes());
     while let [first, behind @ ..] = rest {

@@ -1,4 +1,4 @@
-//! Answers: JSON, pages, events, and the reason why there is none.
+//! Answers: JSON, pages, events, and failures.
 
 use hyper::header::{CONTENT_TYPE, HeaderValue};
 use hyper::{Response, StatusCode};
@@ -9,10 +9,10 @@ use super::body::AnswerBody;
 /// An answer.
 pub(super) type WebAnswer = Response<AnswerBody>;
 
-/// Why a request has no other answer.
+/// Why a request fails: the status, and the reason.
 pub(super) struct WebFailure(pub StatusCode, pub String);
 
-/// What a request is answered with.
+/// The result of a request.
 pub(super) type WebResult = Result<WebAnswer, WebFailure>;
 
 /// An answer in JSON.
@@ -20,7 +20,7 @@ pub(super) fn json_answer(value: &Value) -> WebAnswer {
     typed("application/json", AnswerBody::of(value.to_string()))
 }
 
-/// An answer of a type.
+/// An answer of a content type.
 pub(super) fn typed(kind: &'static str, body: AnswerBody) -> WebAnswer {
     let mut answer = Response::new(body);
     answer.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(kind));

@@ -1,4 +1,5 @@
-//! A request to its answer: the static pages, signing in and out, and the questions of a session.
+//! Routes a request to its answer: the static pages, signing in and out, and the questions and
+//! changes of a session.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,7 +21,7 @@ use super::sessions::{COOKIE, cookie_of};
 use super::site::WebSite;
 use super::stream;
 
-/// The most bytes of a change, and the time limit of its arrival.
+/// The most bytes of a change, and the time limit for receiving it.
 const BODY_BYTES_MAX: usize = 8 * 1024;
 const BODY_MAX: Duration = Duration::from_secs(10);
 
@@ -104,7 +105,7 @@ fn wrong_method() -> WebFailure {
     WebFailure(StatusCode::METHOD_NOT_ALLOWED, "this is not asked for in this way".to_owned())
 }
 
-/// The one-time link.
+/// Signs a visitor in by the one-time link.
 fn enter(site: &WebSite, query: &Query) -> WebResult {
     if site.has_users() || !site.sessions().use_link(query.get("key").unwrap_or_default()) {
         let why = "this link does not let in: it was used, or a newer one was printed";
@@ -120,7 +121,7 @@ fn enter(site: &WebSite, query: &Query) -> WebResult {
     Ok(answer)
 }
 
-/// A user with a password.
+/// Signs a user in by a password.
 async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     if !site.has_users() {
         return Err(signed_out(site));
@@ -132,7 +133,7 @@ async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     if !site.sessions().may_try(&name, Instant::now()) {
         return Err(failed("too many wrong passwords: wait a minute"));
     }
-    // One at a time: an argon2 takes memory and time.
+    // Only one password is verified at a time: argon2 needs much memory and time.
     let place = Arc::clone(&site.passwords).acquire_owned().await;
     let users = site.users().map_err(|failure| {
         say(&failure.to_string());
@@ -161,7 +162,7 @@ fn set_cookie(site: &WebSite, answer: &mut WebAnswer, cookie: &str) {
     answer.headers_mut().insert(SET_COOKIE, cookie.parse().expect("a cookie is ASCII"));
 }
 
-/// The JSON of a change.
+/// Reads the JSON body of a change.
 async fn body(request: Request<Incoming>) -> Result<Value, WebFailure> {
     let bad = |why: &str| WebFailure(StatusCode::BAD_REQUEST, why.to_owned());
     let kind = request.headers().get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok());

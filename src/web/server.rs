@@ -1,8 +1,8 @@
-//! The process: opens the listener, follows the controller, and answers each connection in a task
-//! of its own, until a signal ends it.
+//! The process: opens the listener, follows the controller, and answers each connection in its own
+//! task, until a signal ends the process.
 //!
-//! The numbers of connections, the bytes of a request, and the times of all parts of one are
-//! limited; the controller is asked by one thread, whoever asks here.
+//! The number of connections, the bytes of a request, and the time of each part of a request are
+//! limited. Only one thread follows the controller, for all viewers.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -24,18 +24,18 @@ use super::route::answer;
 use super::site::{WebSite, WebSiteParts};
 use crate::http;
 
-/// The most connections at a time. A connection more waits for a place.
+/// The most connections at a time. Any further connection waits for a place.
 const CONNECTIONS_MAX: usize = 256;
-/// How long a connection may wait for a place.
+/// The longest wait of a connection for a place.
 const PLACE_MAX: Duration = Duration::from_secs(5);
-/// The pause after the system has no connection to give.
+/// The pause after the system has failed to accept a connection.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Serves the pages until SIGINT or SIGTERM.
 ///
 /// # Errors
-/// What is refused ([`WebOptions::judge`]); the listener, the certificate or the users' file cannot
-/// be opened.
+/// The options are refused ([`WebOptions::judge`]); the listener, the certificate or the users'
+/// file cannot be opened.
 pub fn serve(options: &WebOptions) -> Result<()> {
     options.judge()?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
@@ -75,7 +75,7 @@ async fn run(options: &WebOptions) -> Result<()> {
     Ok(())
 }
 
-/// What stands before the path of a link.
+/// The part of a link before its path.
 fn address(options: &WebOptions, listener: &Listener) -> String {
     let scheme = if options.is_tls() { "https" } else { "http" };
     match (options.hosts.first(), listener.address(), &options.listen) {
@@ -86,7 +86,7 @@ fn address(options: &WebOptions, listener: &Listener) -> String {
     }
 }
 
-/// Takes connections in.
+/// Accepts connections.
 async fn accept(
     listener: &Listener,
     site: &Arc<WebSite>,
@@ -127,7 +127,7 @@ async fn converse(
     drop(place);
 }
 
-/// What a connection that sends these bytes gets, without a controller: for the fuzzer.
+/// The answer to a connection that sends these bytes, without a controller. For the fuzzer.
 pub fn conversation(bytes: &[u8]) -> Vec<u8> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.expect("an event loop").block_on(async {

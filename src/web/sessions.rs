@@ -1,5 +1,5 @@
-//! Who a request comes from: sessions by cookies, the one-time link, and how often passwords may be
-//! tried. Time is an argument.
+//! The sessions: their cookies, the one-time link, and the limit of wrong passwords. Time is an
+//! argument.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -8,40 +8,41 @@ use argon2::password_hash::rand_core::{OsRng, RngCore as _};
 use base64::Engine as _;
 use base64::prelude::BASE64_URL_SAFE_NO_PAD;
 
-/// A session without requests ends after this time, and every one after that.
+/// A session ends after `IDLE_MAX` without requests, and in any case after `AGE_MAX`.
 const IDLE_MAX: Duration = Duration::from_secs(8 * 3600);
 const AGE_MAX: Duration = Duration::from_secs(24 * 3600);
 
-/// The most sessions: the one without requests for longest ends for a new one.
+/// The most sessions. A new session then ends the one that has been idle for the longest time.
 const SESSIONS_MAX: usize = 256;
 
-/// Wrong passwords of a user, and of all, within a minute: then they wait.
+/// The most wrong passwords of one user, and of all users, within a minute. Then no more are tried
+/// until the minute is over.
 const WRONG_MAX: usize = 5;
 const WRONG_OF_ALL_MAX: usize = 30;
 const WRONG_OVER: Duration = Duration::from_secs(60);
 
-/// The cookie of a session.
+/// The name of a session's cookie.
 pub(super) const COOKIE: &str = "rungd_session";
 
-/// The SHA-256 of a secret: what is kept of it.
+/// The SHA-256 of a secret. Only the hash of a cookie or link is kept.
 type SecretHash = [u8; 32];
 
 /// The sessions of the process.
 #[derive(Debug, Default)]
 pub(super) struct Sessions {
     all: HashMap<SecretHash, Session>,
-    /// What the one-time link has.
+    /// The hash of the secret in the one-time link.
     link: Option<SecretHash>,
-    /// When a wrong password was tried, and for whom.
+    /// The wrong passwords: the time and the user name of each.
     wrong: Vec<(Instant, String)>,
 }
 
 /// A session.
 #[derive(Clone, Debug)]
 pub(super) struct Session {
-    /// The user and the hash by which he signed in; `None`: the one-time link.
+    /// The user, and the hash of the password at sign-in; `None`: signed in by the one-time link.
     pub user: Option<(String, String)>,
-    /// What a change must have with it.
+    /// The token that a change must contain.
     pub csrf: String,
     began: Instant,
     last: Instant,
@@ -59,7 +60,7 @@ fn hash_of(secret: &str) -> SecretHash {
 }
 
 impl Sessions {
-    /// A new one-time link; the one before it lets nobody in any more.
+    /// Makes a new one-time link. The previous link is no longer valid.
     pub fn new_link(&mut self) -> String {
         let secret = secret();
         self.link = Some(hash_of(&secret));
@@ -68,7 +69,7 @@ impl Sessions {
 
     /// Uses the one-time link.
     pub fn use_link(&mut self, said: &str) -> bool {
-        // Hashes are compared: how long that takes says nothing of the secret.
+        // Compares hashes, so that the duration of the comparison reveals nothing about the secret.
         let fits = self.link == Some(hash_of(said));
         if fits {
             self.link = None;
@@ -76,7 +77,7 @@ impl Sessions {
         fits
     }
 
-    /// Begins a session; the value of its cookie.
+    /// Begins a session. Returns the value of its cookie.
     pub fn begin(&mut self, user: Option<(String, String)>, now: Instant) -> String {
         self.all.retain(|_, session| session.is_alive(now));
         if self.all.len() >= SESSIONS_MAX {
@@ -91,14 +92,14 @@ impl Sessions {
         cookie
     }
 
-    /// The session of a cookie, with which a request has come.
+    /// The session of the cookie of a request. Notes the time of the request.
     pub fn of(&mut self, cookie: &str, now: Instant) -> Option<Session> {
         let session = self.all.get_mut(&hash_of(cookie)).filter(|of| of.is_alive(now))?;
         session.last = now;
         Some(session.clone())
     }
 
-    /// The session of a cookie, for a page that stays open: that is no request.
+    /// The session of a cookie, for a page that stays open. This does not count as a request.
     pub fn peek(&self, cookie: &str, now: Instant) -> Option<Session> {
         self.all.get(&hash_of(cookie)).filter(|of| of.is_alive(now)).cloned()
     }
@@ -108,7 +109,7 @@ impl Sessions {
         self.all.remove(&hash_of(cookie));
     }
 
-    /// Whether a password of this user may be tried.
+    /// Whether a password for this user may be tried.
     pub fn may_try(&mut self, user: &str, now: Instant) -> bool {
         self.wrong.retain(|(at, _)| now.duration_since(*at) < WRONG_OVER);
         let own = self.wrong.iter().filter(|(_, of)| of == user).count();
@@ -126,13 +127,13 @@ impl Session {
         now.duration_since(self.last) < IDLE_MAX && now.duration_since(self.began) < AGE_MAX
     }
 
-    /// Whether a change has the token of this session with it.
+    /// Whether the token of a change is the one of this session.
     pub fn has_token(&self, said: &str) -> bool {
         hash_of(said) == hash_of(&self.csrf)
     }
 }
 
-/// The cookie of a session among those of a request.
+/// Finds the cookie of a session in the `Cookie` header of a request.
 pub(super) fn cookie_of(header: &str) -> Option<&str> {
     let mut cookies = header.split(';').filter_map(|cookie| cookie.trim().split_once('='));
     cookies.find(|(name, _)| *name == COOKIE).map(|(_, value)| value)

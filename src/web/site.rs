@@ -1,5 +1,5 @@
-//! What all requests share: the settings, the controller that is followed, sessions and users, and
-//! the numbers of requests that may be worked on at a time.
+//! The state that all requests share: the settings, the followed controller, sessions and users,
+//! and the limits of simultaneous requests.
 
 use std::collections::VecDeque;
 use std::os::unix::fs::MetadataExt as _;
@@ -16,40 +16,40 @@ use super::sessions::{Session, Sessions};
 use super::users::{UserFailure, Users};
 use crate::live::LiveView;
 
-/// The most viewers that get events at a time.
+/// The most viewers that receive events at a time.
 pub(super) const STREAMS_MAX: usize = 64;
-/// The most minutes that are held; the oldest goes for a new one.
+/// The most minutes that are held. A new one replaces the oldest.
 const HELD_MAX: usize = 8;
-/// The most questions that are worked on at a time, and the most passwords.
+/// The most questions, and the most passwords, that are processed at a time.
 const QUESTIONS_MAX: usize = 2;
 const PASSWORDS_MAX: usize = 1;
 
-/// What all requests share.
+/// The state that all requests share.
 pub(super) struct WebSite {
     pub follow: Follow,
     pub guard: Guard,
     /// The operator's socket, if one is named.
     pub socket: Option<PathBuf>,
-    /// Whether browsers speak TLS: cookies are for TLS alone then.
+    /// Whether browsers speak TLS. If so, cookies are sent over TLS only.
     pub is_tls: bool,
-    /// What stands before the path of a link.
+    /// The part of a link before its path.
     pub address: String,
     pub streams: Arc<Semaphore>,
     pub questions: Arc<Semaphore>,
     pub passwords: Arc<Semaphore>,
     sessions: Mutex<Sessions>,
-    /// What is held for those who step through the last minute: the number of each, the newest
+    /// The views held for people who step through the last minute, each with its number, the newest
     /// last.
     held: Mutex<VecDeque<(u64, LiveView)>>,
     users: Option<UserFile>,
 }
 
-/// When a file was changed, and its inode.
+/// The time of a file's last change, and its inode.
 type FileState = (SystemTime, u64);
 
 struct UserFile {
     path: PathBuf,
-    /// What was read last, and the state of the file then.
+    /// The last users that were read, and the state of the file at that time.
     known: Mutex<Option<(FileState, Arc<Users>)>>,
 }
 
@@ -86,7 +86,7 @@ impl WebSite {
         self.sessions.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Holds what was seen, so that it stays while a person steps through it; its number.
+    /// Holds a view while a person steps through it. Returns its number.
     pub fn hold(&self, view: LiveView) -> u64 {
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         let number = held.back().map_or(1, |(number, _)| number + 1);
@@ -97,18 +97,18 @@ impl WebSite {
         number
     }
 
-    /// What is held under a number.
+    /// The held view with a number.
     pub fn held(&self, number: u64) -> Option<LiveView> {
         let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         held.iter().find(|(of, _)| *of == number).map(|(_, view)| view.clone())
     }
 
-    /// Whether users sign in; else a one-time link lets in.
+    /// Whether users sign in. Otherwise a one-time link admits a visitor.
     pub fn has_users(&self) -> bool {
         self.users.is_some()
     }
 
-    /// The users as their file has them now.
+    /// The users in the present file.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -116,7 +116,7 @@ impl WebSite {
         let Some(file) = &self.users else { return Ok(Arc::default()) };
         let failed = |error| UserFailure::File(file.path.clone(), error);
         let facts = std::fs::metadata(&file.path).map_err(failed)?;
-        // A new file may be written within the same tick of the clock.
+        // The inode too, because a new file may be written within the same tick of the clock.
         let changed = (facts.modified().map_err(failed)?, facts.ino());
         let mut known = file.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((at, users)) = &*known
@@ -129,8 +129,8 @@ impl WebSite {
         Ok(users)
     }
 
-    /// The session of a cookie, with which a request has come. One whose user is gone, or has
-    /// another password, has ended.
+    /// The session of the cookie of a request. Ends the session if its user was removed or has a
+    /// new password.
     pub fn session(&self, cookie: &str) -> Option<Session> {
         let session = self.sessions().of(cookie, Instant::now())?;
         let stays = self.has_its_user(&session);
@@ -140,7 +140,7 @@ impl WebSite {
         stays.then_some(session)
     }
 
-    /// Whether the session of a page that stays open goes on.
+    /// Whether the session of a page that stays open continues.
     pub fn goes_on(&self, cookie: &str) -> bool {
         let session = self.sessions().peek(cookie, Instant::now());
         session.is_some_and(|session| self.has_its_user(&session))
@@ -152,7 +152,7 @@ impl WebSite {
         users.is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))
     }
 
-    /// A new one-time link, printed for the person who started the process.
+    /// Prints a new one-time link for the person who started the process.
     pub fn tell_link(&self) {
         let secret = self.sessions().new_link();
         say(&format!("open {}/in?key={secret} (it lets in once)", self.address));

@@ -1,5 +1,5 @@
-//! What a viewer gets five times a second: the power of the rungs in its window, and values, of one
-//! scan. Server-sent events; only what has changed is sent.
+//! The events that a viewer receives five times a second: the power of the rungs in its window, and
+//! the values of operands, of one scan. Server-sent events; only changes are sent.
 
 use std::sync::Arc;
 
@@ -20,23 +20,23 @@ use crate::live::{LiveProgram, LiveView, TagValue};
 use crate::observe::ScanPower;
 use crate::runtime::exchange::Mode;
 
-/// The most rungs and values of a window.
+/// The most rungs, and the most values, of a window.
 const RUNGS_MAX: usize = 100;
 const TAGS_MAX: usize = 300;
 
-/// What a viewer looks at.
+/// The part of the program that a viewer shows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Window {
     /// A block, or a Stage with its Program's name.
     element: String,
-    /// Its rungs, from 1.
+    /// The first and the last of its rungs, counted from 1.
     from: usize,
     to: usize,
-    /// Operands.
+    /// The operands whose values are shown.
     tags: Vec<String>,
 }
 
-/// What a viewer was told last.
+/// The data last sent to a viewer.
 #[derive(Default)]
 pub(super) struct Told {
     /// The program, and the cells of the window's operands in it.
@@ -49,7 +49,7 @@ pub(super) struct Told {
 }
 
 impl Window {
-    /// The window that a request names.
+    /// The window in a request's query.
     pub fn of(query: &Query) -> Window {
         let number = |key: &str| query.number(key).and_then(|n| usize::try_from(n).ok());
         let from = number("from").unwrap_or(1).max(1);
@@ -87,7 +87,7 @@ pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebRes
                 event["status"] = (*status).clone();
                 told.status = Some(status);
             }
-            // Waits until the browser has taken the event before this one.
+            // Waits until the browser has taken the previous event.
             if send.send(Bytes::from(format!("data: {event}\n\n"))).await.is_err() {
                 return;
             }
@@ -101,7 +101,7 @@ pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebRes
 }
 
 impl Told {
-    /// What is new in a scan, for a window.
+    /// The changes in a scan since the previous call, for a window.
     pub fn news(&mut self, view: &LiveView, power: &ScanPower, window: &Window) -> Value {
         let mut event = json!({
             "scan": power.scan,
@@ -155,13 +155,13 @@ impl Told {
     }
 }
 
-/// The name of a program: a page that has pictures of another one loads them anew.
+/// The name of a program. If it changes, a page loads its pictures again.
 pub(super) fn name_of(program: &LiveProgram) -> String {
     let of = &program.recorded;
     format!("{}.{}.{}", of.process_start_ns, of.generation, of.hash)
 }
 
-/// A value for a page: of a time its text.
+/// A value in JSON, for a page.
 pub(super) fn tag_value(value: TagValue) -> Value {
     match value {
         TagValue::Bit(on) => json!(on),
@@ -170,7 +170,7 @@ pub(super) fn tag_value(value: TagValue) -> Value {
     }
 }
 
-/// The entries that are new or differ, which are known then.
+/// Returns the entries that are new or differ from the known ones, and adds them to the known ones.
 fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
     let mut news = Map::new();
     for (key, value) in now {
@@ -182,7 +182,7 @@ fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
     Value::Object(news)
 }
 
-/// By rung of the window: its power; null: it was not executed.
+/// The power of each rung of the window; null: the rung was not executed.
 fn lit(view: &LiveView, power: &ScanPower, window: &Window) -> Map<String, Value> {
     let Some(rungs) = view.program.rungs(&window.element) else { return Map::new() };
     let shown =
@@ -197,7 +197,7 @@ fn lit(view: &LiveView, power: &ScanPower, window: &Window) -> Map<String, Value
     shown.map(of_rung).collect()
 }
 
-/// The Stages that are ON, and the blocks that run.
+/// The Stages that are ON, and the running blocks.
 fn blocks(program: &LiveProgram, power: &ScanPower) -> (Value, Value) {
     let symbols = program.subject.symbols();
     let is_on = |bit: Bit| {
@@ -207,7 +207,7 @@ fn blocks(program: &LiveProgram, power: &ScanPower) -> (Value, Value) {
     let stages = (0..).zip(&symbols.stages);
     let on = stages.filter(|(at, _)| is_on(Bit::Stage(StageId(*at)))).map(|(_, name)| name);
     let blocks = (0..).zip(&symbols.blocks);
-    // In FAULT memory stays as it was, and nothing runs.
+    // Only in RUN: in FAULT the bits of the blocks keep their values, but no block runs.
     let blocks = blocks.filter(|_| power.mode == Mode::Run);
     let running = blocks.filter(|(at, _)| is_on(Bit::Running(BlockId(*at)))).map(|(_, name)| name);
     (json!(on.collect::<Vec<_>>()), json!(running.collect::<Vec<_>>()))

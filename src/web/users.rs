@@ -1,4 +1,4 @@
-//! The users: a file with a name and a hash of argon2id in each line. Nobody but its owner and its
+//! The users: a file with a name and an argon2id hash in each line. Only the file's owner and its
 //! group may read it.
 
 use std::fmt;
@@ -18,7 +18,8 @@ const PASSWORD_BYTES: (usize, usize) = (8, 1024);
 /// The largest file.
 const FILE_BYTES_MAX: u64 = 1 << 20;
 
-/// The hash of no password: an unknown user costs as much time as a known one.
+/// A hash that no password matches. It is verified for an unknown user, so that the time is the
+/// same as for a known user.
 const NOBODY: &str = "$argon2id$v=19$m=19456,t=2,p=1$AAAAAAAAAAAAAAAAAAAAAA\
                       $AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA";
 
@@ -27,11 +28,11 @@ const NOBODY: &str = "$argon2id$v=19$m=19456,t=2,p=1$AAAAAAAAAAAAAAAAAAAAAA\
 pub enum UserFailure {
     /// The file cannot be read or written.
     File(PathBuf, io::Error),
-    /// Others than its owner may read the file.
+    /// More than the owner and the group may read the file, or the group may write it.
     Open(PathBuf),
-    /// A line of the file is no user.
+    /// A line of the file is not a user.
     Line(PathBuf, usize),
-    /// A name or password that is not taken, and why.
+    /// Why a name or password is refused.
     Refused(String),
 }
 
@@ -59,7 +60,7 @@ impl std::error::Error for UserFailure {}
 /// The users of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Users {
-    /// Names and hashes, in order of the file.
+    /// Names and hashes, in the order of the file.
     all: Vec<(String, String)>,
 }
 
@@ -71,7 +72,7 @@ impl Users {
     pub fn read(path: &Path) -> Result<Users, UserFailure> {
         let failed = |error| UserFailure::File(path.to_owned(), error);
         let facts = fs::metadata(path).map_err(failed)?;
-        // A service reads root's file by its group.
+        // The group may read the file, so that a service can read a file of root.
         if facts.mode() & 0o037 != 0 {
             return Err(UserFailure::Open(path.to_owned()));
         }
@@ -96,7 +97,7 @@ impl Users {
         self.all.iter().find(|(known, _)| known == name).map(|(_, hash)| hash.as_str())
     }
 
-    /// The hash of a user whose password this is. Takes as long for an unknown user.
+    /// The hash of a user, if the password is right. For an unknown user it takes the same time.
     pub fn verified(&self, name: &str, password: &str) -> Option<String> {
         let known = self.hash_of(name);
         let hash = PasswordHash::new(known.unwrap_or(NOBODY)).ok()?;
@@ -105,11 +106,11 @@ impl Users {
     }
 }
 
-/// Writes the password of a user into a file, which is made if it is not there; `None` removes the
-/// user.
+/// Writes the password of a user into a file. Makes the file if it does not exist. The password
+/// `None` removes the user.
 ///
 /// # Errors
-/// [`UserFailure`]; the file is as it was.
+/// [`UserFailure`]; the file is not changed.
 pub fn set_password(path: &Path, name: &str, password: Option<&str>) -> Result<(), UserFailure> {
     let is_odd = |c: char| c == ':' || c == '#' || c.is_control() || c.is_whitespace();
     if name.is_empty() || name.len() > NAME_BYTES_MAX || name.contains(is_odd) {
@@ -149,7 +150,7 @@ fn hashed(password: &str) -> Result<String, UserFailure> {
     hash.map(|hash| hash.to_string()).map_err(|error| UserFailure::Refused(error.to_string()))
 }
 
-/// Writes a new file beside the old one and puts it in its place.
+/// Writes a new file beside the old one, and replaces the old one with it.
 fn write(path: &Path, users: &Users) -> io::Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}", std::process::id()));
@@ -159,7 +160,7 @@ fn write(path: &Path, users: &Users) -> io::Result<()> {
     let text: String = users.all.iter().map(|(name, hash)| format!("{name}:{hash}\n")).collect();
     let done = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
     let done = done.and_then(|()| match fs::metadata(path) {
-        // Whoever could read the file can do so still.
+        // The new file keeps the owner, the group and the permissions of the old one.
         Ok(old) => {
             std::os::unix::fs::chown(&beside, Some(old.uid()), Some(old.gid()))?;
             fs::set_permissions(&beside, old.permissions())

@@ -1,35 +1,35 @@
-//! The cross-reference as data; its JSON has the same names.
+//! The cross-reference as data. Its JSON has the same names.
 
 use serde::Serialize;
 
 use crate::observe::Place;
 
-/// All that touches an operand. Lists are in the order of files and places.
+/// All uses of an operand. Lists are in the order of files and places.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct CrossReference {
-    /// Its tag, or its name as it was asked for.
+    /// Its tag, or the requested name.
     pub name: String,
-    /// Its address, if it has a tag with one; `3` of a constant.
+    /// Its address, if it has a tag with an address; for a constant its value, such as `3`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub address: Option<String>,
     /// The tag's `doc`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doc: Option<String>,
-    /// Where its name is declared.
+    /// The line that declares its name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub declared: Option<FileLine>,
-    /// Of a constant: where the ladder names it.
+    /// The lines of the ladder that name a constant.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub constants: Vec<FileLine>,
     /// The instructions that write it.
     pub written: Vec<WritePlace>,
-    /// The blocks whose start and end write it: the bits of Stages and blocks.
+    /// The blocks whose start and end write it, if it is a bit of a Stage or block.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub turned: Vec<String>,
     /// The contacts and instructions that read it.
     pub read: Vec<ReadPlace>,
-    /// What the controller file does with it.
+    /// Its uses in the controller file.
     pub outside: Vec<OutsideUse>,
     /// Whether retentive memory keeps it.
     pub retained: bool,
@@ -53,7 +53,7 @@ impl FileLine {
     }
 }
 
-/// An instruction that writes.
+/// An instruction that writes the operand.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct WritePlace {
@@ -64,18 +64,18 @@ pub struct WritePlace {
     /// The rung in a page: its block or Stage, and its number.
     #[serde(skip)]
     pub anchor: String,
-    /// Its place; of a rung of a template, in the template.
+    /// Its place; for a rung of a template, in the template.
     #[serde(flatten)]
     pub place: FileLine,
-    /// The block or Stage at whose end the termination pass resets what it drove.
+    /// The block or Stage whose termination pass resets what the instruction has driven.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reset_at_end_of: Option<String>,
 }
 
-/// A contact or an instruction that reads.
+/// A contact or an instruction that reads the operand.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ReadPlace {
-    /// It, as it is written.
+    /// The contact or instruction as it is written.
     pub text: String,
     /// Its rung.
     pub rung: String,
@@ -90,7 +90,7 @@ pub struct ReadPlace {
 /// A part of the controller file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct OutsideUse {
-    /// What it is and does: `device line1 moves it`.
+    /// The part and its use of the operand: `device line1 moves it`.
     pub text: String,
     /// Whether it may write the operand.
     pub writes: bool,

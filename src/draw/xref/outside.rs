@@ -1,4 +1,4 @@
-//! What a controller file does with bits and words: devices, the Modbus server, simulated inputs,
+//! The uses of bits and words in a controller file: devices, the Modbus server, simulated inputs,
 //! safe values, retentive memory.
 
 use super::answer::{FileLine, OutsideUse};
@@ -49,7 +49,7 @@ pub(super) fn of(
     list.all
 }
 
-/// Whether retentive memory keeps one of them.
+/// Whether retentive memory keeps one of the addresses.
 pub(super) fn is_retained(controller: &Controller, addresses: &[Address]) -> bool {
     controller.retain.iter().any(|range| addresses.iter().any(|at| range.holds_member(*at)))
 }

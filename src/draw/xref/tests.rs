@@ -1,4 +1,4 @@
-//! The cross-reference against the engine, of every ladder that is shipped.
+//! Compares the cross-reference of every shipped ladder with the engine.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 use super::answer::{CrossReference, FileLine, TestPlace, WritePlace};
 use crate::source::wording::counted;
 
-/// The most characters of a column: what is longer moves the next column in its line alone.
+/// The most characters of a column. A longer text moves the next column only in its own line.
 const COLUMN_MAX: usize = 44;
 
-/// A line below a title: what, where in the program, which line of a file, and what else is to say.
+/// A line below a title: the text, the rung, the line of a file, and a note.
 struct Row {
     text: String,
     rung: String,
@@ -17,7 +17,7 @@ struct Row {
     note: String,
 }
 
-/// All of it: each list below its title.
+/// The whole cross-reference: each list below its title.
 pub fn whole(of: &CrossReference) -> String {
     let mut text = headline(of);
     if let Some(declared) = &of.declared {
@@ -47,7 +47,7 @@ pub fn whole(of: &CrossReference) -> String {
     text
 }
 
-/// In short: how often it is written and read, and what else touches it.
+/// A summary: the number of places that write and read the operand, and its other uses.
 pub fn short(of: &CrossReference) -> String {
     let places = |count: usize| counted(count as u64, "place");
     let tests: BTreeSet<_> = of.tests.iter().map(|of| (&of.place.file, &of.test)).collect();

@@ -1,4 +1,4 @@
-//! What a cross-reference is asked for: a name of the ladder, as its bits and words.
+//! The operand of a cross-reference: the meaning of a name as bits and words.
 
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, StageId};
 use crate::resolve::mistake::sentence;
@@ -6,25 +6,25 @@ use crate::resolve::program::{Program, Tag, TagMeaning};
 use crate::resolve::scope::{LookUp, Scope, Thing};
 use crate::source::span::Span;
 
-/// What a name means.
+/// The meaning of a name.
 #[derive(Debug, Default)]
 pub(super) struct AskedOperand {
-    /// The name: the tag's, if one has this address.
+    /// The name: the tag's name, if a tag has this address.
     pub name: String,
-    /// Beside the name: the address, or the value of a constant.
+    /// The address, or the value of a constant.
     pub address: Option<String>,
-    /// The tag's.
+    /// The `doc` of the tag.
     pub doc: Option<String>,
-    /// Where the name is declared.
+    /// The place that declares the name.
     pub span: Option<Span>,
-    /// Its bits and words.
+    /// The bits and words of the operand.
     pub addresses: Vec<Address>,
     /// The number of the tag, if it is a constant.
     pub constant: Option<usize>,
 }
 
 impl AskedOperand {
-    /// The meaning of a name.
+    /// Looks up a name.
     ///
     /// # Errors
     /// A sentence for people.

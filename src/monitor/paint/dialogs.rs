@@ -1,4 +1,4 @@
-//! The questions, in a box over the page.
+//! Draws the dialogs, in a box over the page.
 
 use ratatui_core::layout::Rect;
 
@@ -10,7 +10,7 @@ use crate::monitor::state::MonitorState;
 /// The width of the box, if there is room.
 const WIDE: u16 = 64;
 
-/// Draws a question.
+/// Draws a dialog.
 pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, (state, dialog): (&MonitorState, &Dialog)) {
     let lines = match dialog {
         Dialog::Add(typed) => add(typed),
@@ -62,7 +62,7 @@ fn add(typed: &Typed) -> Vec<String> {
     lines
 }
 
-/// A box in the middle of an area.
+/// Draws a box in the middle of an area.
 fn boxed(pen: &mut ScreenPen, area: Rect, lines: &[String]) {
     let width = WIDE.min(area.width);
     let height = u16::try_from(lines.len() + 2).unwrap_or(u16::MAX).min(area.height);

@@ -7,7 +7,7 @@ use crate::daemon::span;
 use crate::monitor::state::MonitorState;
 use crate::operator::protocol::Status;
 
-/// Draws it.
+/// Draws the head.
 pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     if let Some(status) = &state.status {
         mode(pen, area, status);

@@ -1,7 +1,7 @@
-//! The ladder's page: the rungs of a block or Stage around the chosen one, with their power.
+//! The ladder's page: the rungs of a block or Stage around the chosen rung, with their power.
 //!
-//! Only the rungs on the screen are drawn, so that a block of thousands costs as much as a small
-//! one.
+//! Only the rungs on the screen are drawn, so that a block with thousands of rungs is drawn as fast
+//! as a small one.
 
 use ratatui_core::layout::Rect;
 
@@ -14,7 +14,7 @@ use crate::monitor::state::MonitorState;
 /// A line of the page: its text, its emphasis, and the columns of the chosen symbol.
 type PageLine = (String, Accent, Option<(usize, usize)>);
 
-/// Draws it.
+/// Draws the page.
 pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     let view = &state.ladder;
     let Some((element, heading, rungs)) = view.shown() else {
@@ -36,7 +36,7 @@ pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     }
 }
 
-/// The operand of the marked symbol with its value, and what its power is.
+/// The operand of the marked symbol with its value, and the power at the symbol, in words.
 fn what_is_chosen(state: &MonitorState, said: &str) -> String {
     let operand = match state.ladder.operand() {
         Some(operand) => match value(state, &operand) {
@@ -53,7 +53,7 @@ fn what_is_chosen(state: &MonitorState, said: &str) -> String {
     format!("{operand}{power}")
 }
 
-/// The value of an operand: of the scan whose power is shown, if there is one.
+/// The value of an operand: in the scan whose power is shown, or else at the last look.
 fn value(state: &MonitorState, operand: &str) -> Option<String> {
     let looked = state.value(operand);
     let Some(power) = &state.ladder.power else { return looked.map(value_text) };
@@ -61,7 +61,7 @@ fn value(state: &MonitorState, operand: &str) -> Option<String> {
     power.value(operand).map(|value| format!("{value}{forced}"))
 }
 
-/// The lines of the rungs around the chosen one, and what its marked symbol does.
+/// The lines of the rungs around the chosen one, and the state of its marked symbol in words.
 fn lines(
     view: &LadderView,
     (element, rungs): (&str, &[RungPicture]),
@@ -86,7 +86,7 @@ fn lines(
         }
         lines.extend(rung_lines(rung, &view.rung_view(element, rung), None));
     }
-    // Of a rung that is higher than the page: the part with the symbol.
+    // If a rung is higher than the page, the part with the symbol is shown.
     let marked = lines.iter().position(|(.., columns)| columns.is_some()).unwrap_or(0);
     let skipped = (marked + 3).saturating_sub(height);
     lines.drain(..skipped.min(lines.len()));
@@ -108,7 +108,7 @@ fn rung_lines(rung: &RungPicture, seen: &RungView, symbol: Option<usize>) -> Vec
     lines
 }
 
-/// What a contact or instruction does, in words.
+/// The state of a contact or instruction, in words.
 fn said(seen: &RungView, symbol: usize) -> &'static str {
     let Some(flow) = &seen.flow else { return "its rung is not executed" };
     match flow.contacts.get(symbol) {
@@ -126,7 +126,7 @@ fn said(seen: &RungView, symbol: usize) -> &'static str {
     }
 }
 
-/// A line without its first columns; what goes on beyond an edge is marked there.
+/// Draws a line without its first columns, and marks the edges that it exceeds.
 fn draw_line(
     pen: &mut ScreenPen,
     area: Rect,
@@ -143,7 +143,7 @@ fn draw_line(
         pen.put(last, row, "›", Accent::Plain);
     }
     let Some((from, to)) = columns else { return };
-    // The drawing stands one column to the right.
+    // The drawing is one column to the right.
     let at = |column: usize| u16::try_from((column + 1).saturating_sub(skipped)).unwrap_or(0);
     let (from, to) = (at(*from), at(*to).min(area.width));
     let width = to.saturating_sub(from);

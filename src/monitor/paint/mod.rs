@@ -1,7 +1,7 @@
-//! Draws the state: a head with the mode and the scan, the page that is open, a line for what the
-//! last command did, and the keys.
+//! Draws the state: a head with the mode and the scan, the open page, a line with the result of the
+//! last command, and the keys.
 //!
-//! `run` calls [`paint`] after each event. Pure: the same state is the same picture.
+//! `run` calls [`paint`] after each event. Pure: the same state gives the same picture.
 
 mod dialogs;
 mod head;
@@ -16,14 +16,14 @@ use ratatui_core::terminal::Frame;
 use self::pen::{Accent, ScreenPen, wrapped};
 use super::state::{MonitorPage, MonitorState};
 
-/// Rows of the head, and of the foot.
+/// The rows of the head, and of the foot.
 const HEAD: u16 = 3;
 const FOOT: u16 = 2;
 
-/// The most rows of what the last command did.
+/// The most rows for the result of the last command.
 const SAID_MAX: u16 = 5;
 
-/// The smallest window in which something can be shown.
+/// The smallest window, in columns and rows, in which a page is drawn.
 const LEAST: (u16, u16) = (40, 12);
 
 /// Draws everything.
@@ -52,7 +52,8 @@ pub(super) fn paint(frame: &mut Frame, state: &MonitorState, has_colours: bool) 
     }
 }
 
-/// What the last command did: in the last row of an area, in some more if it is long.
+/// Draws the result of the last command in the last row of an area, or in several rows if it is
+/// long.
 fn said(pen: &mut ScreenPen, area: Rect, text: &str) {
     let lines = wrapped(text, usize::from(area.width));
     let height = u16::try_from(lines.len()).unwrap_or(SAID_MAX).min(SAID_MAX);

@@ -1,5 +1,5 @@
-//! The first page: the panes with their rows. The watch list and the blocks have the left half, the
-//! others share the right one.
+//! The first page: the panes with their rows. The watch list and the blocks share the left half,
+//! the other panes the right half.
 
 use ratatui_core::layout::Rect;
 
@@ -7,7 +7,7 @@ use super::pen::{Accent, ScreenPen, visible};
 use crate::monitor::rows::PaneRow;
 use crate::monitor::state::{MonitorPane, MonitorState};
 
-/// Draws them.
+/// Draws the panes.
 pub(super) fn panes(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     let half = area.width / 2;
     let left = Rect { width: half.saturating_sub(1), ..area };
@@ -28,8 +28,8 @@ pub(super) fn panes(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     }
 }
 
-/// Divides rows: each pane gets what it wants, if there is room; else those that want more than
-/// their share give way. What is left goes to the last one.
+/// Divides the rows. Each pane gets the rows that it wants if there is room for all; otherwise the
+/// panes that want more than their share are shortened. The last pane gets the remaining rows.
 fn shares(height: u16, wanted: &[usize]) -> Vec<u16> {
     let mut left = usize::from(height);
     let mut heights = vec![0; wanted.len()];
@@ -65,7 +65,7 @@ fn pane(pen: &mut ScreenPen, area: Rect, (state, at): (&MonitorState, usize)) {
     }
 }
 
-/// `━▶ Alarms 2 of 7 ━━━`; heavy if the pane has the keys.
+/// Draws `━▶ Alarms 2 of 7 ━━━`, with a heavy line if the pane has the focus.
 fn heading(
     pen: &mut ScreenPen,
     area: Rect,

@@ -1,7 +1,7 @@
-//! Puts text on the screen: the only way there, so that no text acts as a control sequence.
+//! Puts text on the screen. All text passes through here, so that none acts as a control sequence.
 //!
-//! The other files of `paint` write by it. Colours repeat what words and marks say, and are left
-//! out where the user wants none.
+//! The other files of `paint` write with it. Colours only repeat the meaning of words and marks,
+//! and are omitted if the user wants none.
 
 use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
@@ -13,11 +13,11 @@ use crate::source::wording::is_obeyed;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::monitor) enum Accent {
     Plain,
-    /// What is ON, or has the keys.
+    /// For texts that are ON, or have the focus.
     Strong,
-    /// What has the mark of the keys.
+    /// For the chosen row or symbol.
     Chosen,
-    /// What is wrong.
+    /// For texts about something wrong.
     Alarming,
 }
 
@@ -27,13 +27,14 @@ pub(in crate::monitor) struct ScreenPen<'b> {
     pub has_colours: bool,
 }
 
-/// A text without characters that a terminal obeys.
+/// Replaces the characters of a text that a terminal obeys.
 pub(in crate::monitor) fn visible(text: &str) -> String {
     text.replace(is_obeyed, "?")
 }
 
 impl ScreenPen<'_> {
-    /// Writes a text into an area's row, as far as there is room; the columns that it took.
+    /// Writes a text into an area's row, as far as there is room. Returns the number of columns
+    /// used.
     pub fn put(&mut self, area: Rect, row: u16, text: &str, accent: Accent) -> u16 {
         if row >= area.height {
             return 0;
@@ -53,7 +54,7 @@ impl ScreenPen<'_> {
         }
     }
 
-    /// Writes a text into a whole row.
+    /// Writes a text into a row, and fills the rest of the row with spaces.
     pub fn row(&mut self, area: Rect, row: u16, (text, accent): (&str, Accent)) {
         let wide = usize::from(area.width);
         self.put(area, row, &format!("{text:wide$}"), accent);
@@ -64,7 +65,7 @@ impl ScreenPen<'_> {
         (0..area.height).for_each(|row| self.row(area, row, ("", Accent::Plain)));
     }
 
-    /// Gives characters that are there an emphasis.
+    /// Gives the characters already in an area an emphasis.
     pub fn mark(&mut self, area: Rect, accent: Accent) {
         let style = self.style(accent);
         self.buffer.set_style(area.intersection(self.buffer.area), style);
@@ -84,7 +85,8 @@ impl ScreenPen<'_> {
     }
 }
 
-/// A text in lines of a width; words stay whole where they fit, and a line's indent stays.
+/// Wraps a text into lines of a width. Words that fit are kept whole, and each line keeps its
+/// indent.
 pub(in crate::monitor) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let width = width.max(1);
     let mut lines = Vec::new();

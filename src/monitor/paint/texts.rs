@@ -42,7 +42,7 @@ pub(super) fn why(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     }
 }
 
-/// Draws why nothing is known yet.
+/// Draws the reason why no controller has answered yet.
 pub(super) fn silence(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     let Some(silence) = &state.silence else { return };
     let text = format!("{}\n\nThe page goes on by itself when it answers.", silence.why);

@@ -1,4 +1,4 @@
-//! The thread that asks, with a controller of the test's own behind a socket.
+//! Tests of `asker`, with a fake controller behind a socket.
 
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixListener;
@@ -15,10 +15,10 @@ use crate::monitor::asker;
 use crate::monitor::message::{Look, MonitorNews, MonitorOrder};
 use crate::operator::protocol::Request;
 
-/// Far longer than any answer takes.
+/// A time limit, far longer than any answer takes.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A controller: it knows the operands of its list, and keeps what it was asked.
+/// A fake controller. It has the operands of its list, and records the requests.
 struct FakeController {
     socket: PathBuf,
     known: Arc<Mutex<Vec<&'static str>>>,
@@ -48,7 +48,7 @@ impl FakeController {
         fake
     }
 
-    /// The requests of a kind, so far.
+    /// The requests of a kind that were received so far.
     fn asked(&self, of: &str) -> Vec<Value> {
         let asked = self.asked.lock().expect("no panic");
         asked.iter().filter(|request| request["do"] == of).cloned().collect()
@@ -88,7 +88,7 @@ fn answer(request: &Value, known: &[&str]) -> Value {
     }
 }
 
-/// The next news that is wanted.
+/// The next news for which `wanted` returns a value.
 fn next<T>(news: &Receiver<MonitorNews>, wanted: impl Fn(MonitorNews) -> Option<T>) -> T {
     loop {
         let news = news.recv_timeout(PATIENCE).expect("news");
@@ -112,7 +112,7 @@ fn an_unknown_operand_hides_no_other_one() {
     let look = next(&news, wanted);
     let values: Vec<&str> = look.values.iter().map(|of| of.operand.as_str()).collect();
     assert_eq!((values, look.unknown), (vec!["D0", "D1"], vec!["gone".to_owned()]));
-    // It is not asked for again, as long as the program is the same.
+    // The unknown operand is not requested again as long as the program is the same.
     let before = fake.asked("read").len();
     next(&news, look_of);
     next(&news, look_of);

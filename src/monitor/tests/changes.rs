@@ -1,10 +1,10 @@
-//! Nothing is changed in a controller without a question that is answered by `y`.
+//! Nothing is changed in a controller without a dialog that is confirmed by `y`.
 
 use super::{Bench, bit, word};
 use crate::monitor::message::{MonitorNews, Press};
 use crate::random::SplitMix64;
 
-/// A monitor that watches two operands, with the mark on the first one.
+/// A monitor that watches two operands; the first one is chosen.
 fn watching() -> Bench {
     let mut bench = Bench::start();
     bench.news(MonitorNews::Found(Ok(vec![word("D0", 12), bit("motor", "Y0", true)])));
@@ -95,7 +95,7 @@ fn every_other_key_changes_nothing() {
     assert_eq!(bench.orders(), [""; 0], "an empty value is not confirmed");
 }
 
-/// Any keys and news, in any order: no panic, no change without `y`, in any size.
+/// For any keys and news, in any order and any window size: no panic, and no change without `y`.
 #[test]
 fn no_keys_change_anything_by_chance() {
     let presses = [

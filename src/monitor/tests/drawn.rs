@@ -1,4 +1,4 @@
-//! What the pages look like, in 80 columns and 24 rows.
+//! The look of the pages, in 80 columns and 24 rows.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ fn check(bench: &Bench, expect: Expect) {
     expect.assert_eq(&bench.shown());
 }
 
-/// What is drawn, as it stands on the page for people.
+/// Checks that the user's page `docs/monitor.md` shows the drawn page.
 fn check_page(bench: &Bench) {
     let page = include_str!("../../../docs/monitor.md");
     let shown = bench.shown();

@@ -1,4 +1,5 @@
-//! The state is driven by keys and news, and drawn into a terminal in memory. No socket, no clock.
+//! Tests change the state by keys and news, and draw it into a terminal in memory. No socket, no
+//! clock.
 
 mod asked;
 mod changes;
@@ -55,15 +56,15 @@ do   = ["OUT Y1"]
 name = "Drain"
 "#;
 
-/// A monitor without a terminal and a controller.
+/// A monitor without a terminal and without a controller.
 struct Bench {
     state: MonitorState,
-    /// What it has wanted since that was looked at.
+    /// The wishes since the last call of `orders`.
     wishes: Vec<MonitorWish>,
     size: (u16, u16),
 }
 
-/// Contacts that conduct, by rung and leaf; the program Main executes alone.
+/// The conducting contacts, by rung and leaf. Only the Program Main is executed.
 #[derive(Debug)]
 struct SomeConduct(&'static [(u32, usize)]);
 
@@ -82,7 +83,7 @@ impl PowerOf for SomeConduct {
 }
 
 impl Bench {
-    /// After the first look, with the ladder.
+    /// A monitor after the first look, with the ladder.
     fn start() -> Bench {
         let mut bench = Bench::silent();
         bench.look(status(), vec![]);
@@ -90,7 +91,7 @@ impl Bench {
         bench
     }
 
-    /// Before the first look.
+    /// A monitor before the first look.
     fn silent() -> Bench {
         Bench { state: MonitorState::default(), wishes: Vec::new(), size: (80, 24) }
     }
@@ -109,7 +110,7 @@ impl Bench {
         self.wishes.extend(update(&mut self.state, MonitorEvent::Press(press)));
     }
 
-    /// Types: a letter a key.
+    /// Presses one key for each letter.
     fn keys(&mut self, text: &str) {
         text.chars().for_each(|c| self.press(Press::Char(c)));
     }
@@ -130,7 +131,7 @@ impl Bench {
         std::mem::take(&mut self.wishes).into_iter().map(order).collect()
     }
 
-    /// What the terminal shows, without spaces at the ends.
+    /// The rows that the terminal shows, without trailing spaces.
     fn shown(&self) -> String {
         let (width, height) = self.size;
         let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("in memory");

@@ -1,4 +1,5 @@
-//! Panes, the watch list, the ladder: what the keys reach, and what is asked for it.
+//! Moves through the panes, the watch list and the ladder by keys, and the requests that they
+//! cause.
 
 use super::{Bench, bit, program, status, word};
 use crate::monitor::message::{MonitorNews, Press};
