@@ -2,7 +2,7 @@
 //! defaults of a controller file for everything else.
 //!
 //! Called by `testing` while it reads a test file, so that a test of ladder files and a test of a
-//! controller file are loaded and resolved alike.
+//! controller file are loaded and resolved in the same way.
 
 use super::retain;
 use super::written::{self, WrittenController};
@@ -10,7 +10,7 @@ use crate::source::key::{LEAST_1MS, key};
 use crate::source::reader::{Table, Text};
 use crate::source::span::FileId;
 
-/// Reads the settings of a test file. `ladder` are its ladder files.
+/// Reads the settings of a test file. `ladder` has its ladder files.
 pub(crate) fn read(root: &mut Table<'_>, ladder: Vec<Text>, file: FileId) -> WrittenController {
     let mut bench = written::defaults(file);
     let period = root.duration(
@@ -27,14 +27,14 @@ pub(crate) fn read(root: &mut Table<'_>, ladder: Vec<Text>, file: FileId) -> Wri
 }
 
 impl WrittenController {
-    /// The same settings with other ladder files.
+    /// These settings with different ladder files.
     pub(crate) fn with_ladder(self, names: &[String]) -> WrittenController {
         let span = self.scan.period_ms.span;
         let name = |name: &String| Text { text: name.clone(), span, exact: true };
         WrittenController { ladder: names.iter().map(name).collect(), ..self }
     }
 
-    /// The settings of this test file with other ladder files.
+    /// The settings of this test file with different ladder files.
     pub(crate) fn of_test_with_ladder(&self, names: &[String]) -> WrittenController {
         let WrittenController { scan, retain, strings, .. } = self;
         let (scan, retain, strings) = (scan.clone(), retain.clone(), strings.clone());

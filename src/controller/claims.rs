@@ -1,7 +1,7 @@
-//! An input has one mover: a rule of the simulated device or a Modbus client, never both.
+//! An input has one mover: a rule of the simulated device, or Modbus clients, but not both.
 //!
-//! If two of them wrote one X, each would overwrite the other's value, and nothing would show it.
-//! Two rules for one input are found where the rules are resolved, in `simulated_device`.
+//! If both wrote the same X, each would overwrite the other's value without any sign of it.
+//! `simulated_device`, which resolves the rules, finds two rules for the same input.
 //!
 //! ```toml
 //! # passes: MC1..MC4 are X0..X3, and the device moves X4
@@ -17,7 +17,7 @@ use super::settings::Controller;
 use crate::io::plant::settings::Rule;
 use crate::source::finding::{Code, Finding};
 
-/// A finding for every rule whose input Modbus clients move too.
+/// A finding for every rule whose input Modbus clients also move.
 pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     let Some((_, image)) = controller.modbus.as_ref().and_then(|server| server.inputs) else {
         return Vec::new();

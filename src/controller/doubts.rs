@@ -1,6 +1,7 @@
-//! Warnings for settings that are valid but seldom meant. They need the settings and the program.
+//! Warnings for settings that are valid but seldom intended. They need the settings and the
+//! program.
 //!
-//! Called by `resolve_controller` once it has both. Refuses nothing.
+//! Called by `resolve_controller` once it has both. No settings are refused here.
 
 use super::settings::Controller;
 use super::written::WrittenController;
@@ -23,7 +24,7 @@ pub(super) fn doubts(
     findings
 }
 
-/// The warning for a long period, as after writing `10m` for `10ms`.
+/// The warning for a long period, for example `10m` instead of `10ms`.
 fn long_period(written: &WrittenController, controller: &Controller) -> Option<Finding> {
     if controller.period_ms <= PERIOD_MS_MAX {
         return None;
@@ -63,10 +64,11 @@ fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
     found
 }
 
-/// The warning for a controller that waits in STOP for a command, and has no socket to take it.
+/// The warning for a controller that waits in STOP for a command, but has no socket to receive it.
 ///
-/// A file that only names no socket has none at a start by hand, but a service's place for it, or
-/// `RUNGD_SOCKET`, is not in the file: the log says it, where no socket is there.
+/// There is no warning for a file that only does not name a socket: its place may come from the
+/// service or from `RUNGD_SOCKET`, which are not in the file. If there is no socket at run time,
+/// the log reports that.
 fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option<Finding> {
     let retains = controller.retain.iter().any(|range| Space::RETAINABLE.contains(&range.space));
     if controller.operator.enabled || controller.retention.runs_cold || !retains {

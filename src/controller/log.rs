@@ -1,8 +1,9 @@
-//! `[log]` of a controller file: what the log tells, at which level, and in which time.
+//! `[log]` of a controller file: the events that are logged, their levels, and the time in the
+//! lines.
 //!
-//! Called by [`super::written`]. Judges the keys, and hands the settings to `daemon`, which takes
-//! them over at the start and at each reload. Deliberately absent: the least urgent level that is
-//! written, which belongs to the command line and to `rungd log-level`.
+//! Called by [`super::written`]. Checks the keys, and passes the settings to `daemon`, which
+//! applies them at the start and at each reload. The least urgent level that is written is not set
+//! here, but on the command line and by `rungd log-level`.
 
 use crate::events::{self, Event, EventLevels, Level, Silence};
 use crate::source::finding::{Code, Finding};
@@ -29,7 +30,7 @@ pub struct LogSettings {
 pub enum BlockLines {
     /// All of them.
     All,
-    /// Programs and Tasks alone.
+    /// Only Programs and Tasks.
     Programs,
     /// None.
     None,
@@ -45,7 +46,7 @@ pub enum LogTime {
 }
 
 impl BlockLines {
-    /// Whether no line of such an event is logged.
+    /// Whether the lines of events with this `silence` are left out.
     fn leaves_out(self, silence: Silence) -> bool {
         match (self, silence) {
             (BlockLines::All, _) | (_, Silence::Never | Silence::ByName) => false,
@@ -75,7 +76,7 @@ impl Default for LogSettings {
 }
 
 impl LogSettings {
-    /// The settings that differ in `new` and that a reload applies, one a line.
+    /// The changes from these settings to `new` that a reload applies, one per line.
     pub(crate) fn changes(&self, new: &LogSettings) -> Vec<String> {
         let level = |of: &LogSettings, event| of.levels.of(event).map_or("off", Level::name);
         let mut said = vec![
@@ -94,7 +95,7 @@ fn word<T: Copy + PartialEq>(named: &[(&'static str, T)], value: T) -> &'static 
     named.iter().find(|(_, known)| *known == value).map_or("", |(word, _)| word)
 }
 
-/// Reads `[log]` where it is.
+/// Reads `[log]`; without it, the settings have their defaults.
 pub(super) fn read_in(root: &mut Table<'_>) -> LogSettings {
     let table = root.table(key("log", "Settings of the log."), "`[log]`");
     table.map_or_else(LogSettings::default, read)
@@ -128,7 +129,7 @@ fn read(mut table: Table<'_>) -> LogSettings {
     settings
 }
 
-/// The value of a key that takes one of these words.
+/// The value of a key that accepts one of these words.
 fn one_of<T: Copy>(table: &mut Table<'_>, key: Key, named: &[(&str, T)]) -> Option<Located<T>> {
     let text = table.string(key)?;
     let found = named.iter().find(|(word, _)| *word == text.text);
@@ -174,7 +175,7 @@ fn any_level() -> Vec<&'static str> {
     ["off"].into_iter().chain(Level::ALL.map(Level::name)).collect()
 }
 
-/// The level that a text gives to an event; `None`: off.
+/// The level of an event according to a text; `None`: off.
 fn judged(event: &Event, text: &Text) -> Result<Option<Level>, Box<Finding>> {
     let is_kept = event.silence == Silence::Never;
     let named = Level::ALL.into_iter().find(|level| level.name() == text.text);
@@ -191,7 +192,7 @@ fn judged(event: &Event, text: &Text) -> Result<Option<Level>, Box<Finding>> {
     Ok(named)
 }
 
-/// The finding about a line that must be seen.
+/// The finding for an event whose lines must be seen.
 fn kept(event: &Event, text: &Text) -> Finding {
     let message = format!("`{}` must stay in the log", event.name);
     let help = format!(
@@ -204,7 +205,7 @@ fn kept(event: &Event, text: &Text) -> Finding {
         .help(help)
 }
 
-/// The warning for a level of lines that are left out.
+/// The warning for a level of an event whose lines are left out.
 fn left_out(event: &Event, text: &Text, blocks: &Located<BlockLines>) -> Option<Finding> {
     if !blocks.value.leaves_out(event.silence) {
         return None;
@@ -219,7 +220,7 @@ fn left_out(event: &Event, text: &Text, blocks: &Located<BlockLines>) -> Option<
     ))
 }
 
-/// Finds the keys that name no event.
+/// Reports the keys that are not names of events.
 fn unknown_events(table: &Table<'_>) {
     let known = KnownNames::new(events::all().map(|event| event.name));
     for name in table.unasked() {

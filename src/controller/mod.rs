@@ -1,10 +1,10 @@
 //! The controller file: its keys as written, and the settings made from them.
 //!
-//! [`read`] takes the file's text and gives a [`WrittenController`]. [`resolve_controller`] takes
-//! that and the program of the ladders, and gives a [`Controller`] to the daemon. Each driver has
-//! a folder with its keys, its points and their findings. The settings' types belong to the drivers
-//! (`io::NAME::settings`). Does no I/O: only run time shows whether a port is free or a priority
-//! is granted.
+//! [`read`] makes a [`WrittenController`] from the file's text. From that and the program of the
+//! ladders, [`resolve_controller`] makes a [`Controller`] for the daemon. Each driver has a folder
+//! with its keys, its points and their findings. The settings' types belong to the drivers
+//! (`io::NAME::settings`). This module does no I/O: only run time shows whether a port is free or a
+//! priority is granted.
 
 pub(crate) mod bench;
 mod claims;
@@ -94,7 +94,7 @@ pub fn resolve_controller(
     resolver.findings.extend(claims::moved_twice(&controller));
     resolver.findings.extend(device::moved_twice(&controller));
     if controller.devices.len() == written.devices.len() {
-        // Only without errors: a device that is missing after an error may take the Y.
+        // Only if no device is missing: a device that is missing after an error may receive the Y.
         resolver.findings.extend(device::unmapped_outputs(&controller, program));
     }
     (controller, resolver.findings)

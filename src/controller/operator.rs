@@ -11,7 +11,7 @@ use crate::source::span::Span;
 pub struct WrittenOperator {
     /// The place of its header.
     pub(crate) span: Span,
-    /// `enabled`: whether there is a socket at all.
+    /// `enabled`: whether there is a socket.
     pub(crate) enabled: bool,
     /// `socket`: its path, relative to the controller file.
     pub(crate) socket: Option<Text>,
@@ -30,7 +30,7 @@ pub struct Operator {
     pub(crate) socket: Option<String>,
     /// Its permissions.
     pub(crate) mode: u32,
-    /// Its group, by name or number; else the daemon's own.
+    /// Its group, by name or number; if not given, the daemon's own.
     pub(crate) group: Option<String>,
 }
 
@@ -44,7 +44,7 @@ impl Default for Operator {
 /// temporary name.
 pub(crate) const SOCKET_BYTES_MAX: usize = 103;
 
-/// Reads `[operator]` where it is.
+/// Reads `[operator]`, if there is one.
 pub(super) fn read_in(root: &mut Table<'_>) -> Option<WrittenOperator> {
     let explained = key("operator", "The socket for operators' questions and commands.");
     root.table(explained, "`[operator]`").map(read)
@@ -71,7 +71,7 @@ fn read(mut table: Table<'_>) -> WrittenOperator {
     operator
 }
 
-/// The settings that the keys make, and what is wrong with them.
+/// Makes the settings from the keys, with a finding for each wrong value.
 pub fn resolve(written: &WrittenOperator, findings: &mut Vec<Finding>) -> Operator {
     let mut wrong = |text: &Text, message: String, help: &str| {
         findings.push(Finding::new(Code::Controller, text.span, message).help(help));

@@ -1,5 +1,5 @@
-//! The bits and words that a controller file lets devices, Modbus clients and people at `rungd
-//! web` write, for the check.
+//! The bits and words that devices, Modbus clients and users of `rungd web` may write or read,
+//! according to a controller file. Used by the check.
 //!
 //! Called by `load` once the settings are resolved.
 
@@ -9,7 +9,7 @@ use crate::check::{Outside, Read};
 use crate::isa::{Address, Bit, BitSpace};
 
 impl Controller {
-    /// What devices and Modbus clients write.
+    /// The bits and words that are written from outside, and the reads from outside.
     pub(crate) fn outside(&self) -> Outside {
         let x = |n| Address::Bit(Bit::Space(BitSpace::X, n));
         let is_x = |address| matches!(address, Address::Bit(Bit::Space(BitSpace::X, _)));
@@ -32,16 +32,18 @@ impl Controller {
         }
     }
 
-    /// What rows of maps send, simulated inputs follow, and the Modbus server's map shows.
+    /// The operands that rows of maps send, simulated inputs follow, or the Modbus server's map
+    /// shows.
     fn reads(&self) -> Vec<Read> {
         let mut reads: Vec<Read> = Vec::new();
         for device in &self.devices {
             let first = reads.len();
-            // What else goes to a simulated plant are its levers, which an operator moves by hand.
+            // Outputs to a simulated plant that are not a Y are its levers, which an operator moves
+            // by hand.
             let is_simulated = matches!(device.driver, DriverSettings::Simulated(_));
             let is_judged = |output: &&Output| !is_simulated || is_y(output.address);
             for output in device.outputs.iter().filter(is_judged) {
-                // The outputs of a row have its place.
+                // All outputs of a row have the row's place.
                 match reads[first..].last_mut().filter(|read| read.span == output.span) {
                     Some(read) => read.addresses.push(output.address),
                     None => {

@@ -1,19 +1,19 @@
 //! `[realtime]` of a controller file: the requests to the operating system.
 //!
-//! Called by [`super::written`]. Judges each key and their combination. `runtime::posture` shows at
-//! run time whether the machine grants the requests.
+//! Called by [`super::written`]. Checks each key and the combination of keys. `runtime::posture`
+//! shows at run time whether the machine grants the requests.
 
 use crate::runtime::{Policy, Posture};
 use crate::source::finding::{Code, Finding};
 use crate::source::key::{Key, NOT_EMPTY, key};
 use crate::source::reader::{Table, Text};
 
-/// The most CPUs that a set of the kernel's usual size names.
+/// The greatest CPU number in a CPU set of the kernel's usual size.
 const CPU_MAX: i64 = 1023;
-/// A second: no CPU takes longer to wake up.
+/// One second: no CPU takes longer to wake up.
 const LATENCY_US_MAX: i64 = 1_000_000;
 
-/// Reads `[realtime]` where it is.
+/// Reads `[realtime]`; without it, nothing is requested.
 pub(super) fn read_in(root: &mut Table<'_>) -> Posture {
     let table = root.table(key("realtime", "Requests to the operating system."), "`[realtime]`");
     table.map_or_else(Posture::default, read)
@@ -99,7 +99,7 @@ fn read_cpus(table: &mut Table<'_>) -> Vec<u32> {
     numbers
 }
 
-/// Microseconds of `0us`, `20us` or `1ms`.
+/// The microseconds of `0us`, `20us` or `1ms`.
 fn latency(table: &Table<'_>, text: &Text) -> Option<i32> {
     let units = [("us", 1), ("ms", 1000)];
     let parts = units.iter().find_map(|(unit, us)| Some((text.text.strip_suffix(unit)?, *us)));

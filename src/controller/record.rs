@@ -26,7 +26,7 @@ pub struct WrittenRecord {
 pub struct RecordSettings {
     /// Whether rungd records on disk, if a folder is named.
     pub(crate) enabled: bool,
-    /// The folder, relative to the controller file; if not given, the command line's.
+    /// The folder, relative to the controller file; if not given, the folder of the command line.
     pub(crate) dir: Option<String>,
     /// The age at which a recording is removed, seconds.
     pub(crate) keep_s: u64,
@@ -39,7 +39,7 @@ pub struct RecordSettings {
 const MB: u64 = 1_000_000;
 const HOUR_S: u64 = 3600;
 const DAY_S: u64 = 24 * HOUR_S;
-/// A folder has at least a minute.
+/// The least and the greatest age: a minute, and ten years.
 const KEEP_S: (u64, u64) = (60, 3660 * DAY_S);
 const SIZE_BYTES: (u64, u64) = (MB, 1_000_000 * MB);
 const MEMORY_BYTES: (u64, u64) = (MB, 4_000 * MB);
@@ -56,7 +56,7 @@ impl Default for RecordSettings {
     }
 }
 
-/// Reads `[record]` where it is.
+/// Reads `[record]`, if there is one.
 pub(super) fn read_in(root: &mut Table<'_>) -> WrittenRecord {
     let explained = key("record", "The scan log: what came in, scan by scan, for `rungd why`.");
     root.table(explained, "`[record]`").map_or_else(WrittenRecord::default, read)
@@ -90,7 +90,7 @@ fn read(mut table: Table<'_>) -> WrittenRecord {
 /// A JSON Schema: a number of bytes.
 const SIZE: &str = r#"{"pattern":"^[0-9]+(kB|MB|GB)$"}"#;
 
-/// The settings that the keys make, and what is wrong with them.
+/// Makes the settings from the keys, with a finding for each wrong value.
 pub(super) fn resolve(written: &WrittenRecord, findings: &mut Vec<Finding>) -> RecordSettings {
     let default = RecordSettings::default();
     if let Some(dir) = &written.dir
@@ -126,7 +126,7 @@ pub(super) fn resolve(written: &WrittenRecord, findings: &mut Vec<Finding>) -> R
     }
 }
 
-/// How a value is read, and what is wrong with one that is not taken.
+/// How a value is read and limited, and the words of the findings for a wrong value.
 struct Measure {
     parse: fn(&str) -> Option<u64>,
     limits: (u64, u64),
@@ -157,7 +157,7 @@ const IN_MEMORY: Measure = Measure {
     help: "write megabytes: `memory = \"16MB\"`",
 };
 
-/// Seconds of a duration or of days: `24h`, `30d`.
+/// The seconds of a duration or of a number of days: `24h`, `30d`.
 fn age_s(text: &str) -> Option<u64> {
     if let Some(days) = text.strip_suffix('d') {
         return digits(days)?.checked_mul(DAY_S);

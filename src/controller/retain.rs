@@ -11,13 +11,13 @@ use crate::source::span::{FileId, Located, Span};
 pub(crate) struct WrittenRetain {
     /// `ranges`.
     pub ranges: Vec<Text>,
-    /// `tags`: names, with `*` for any part of one.
+    /// `tags`: names, with `*` for any part of a name.
     pub tags: Vec<Text>,
     /// `file`: its path, relative to the controller file.
     pub file: Option<Text>,
     /// `interval`, ms: the shortest time between two writes.
     pub interval_ms: Located<i32>,
-    /// `cold-start`: the mode after a start that finds no memory.
+    /// `cold-start`: the mode after a start that finds no saved memory.
     pub cold_start: Option<Text>,
     /// `budget-mb-per-day`: the MB per day above which the log warns.
     pub budget_mb: u32,
@@ -38,20 +38,20 @@ impl WrittenRetain {
     }
 }
 
-/// The settings of retentive memory's file.
+/// The settings of the file of retentive memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Retention {
-    /// Its file, relative to the controller file; if not given, the daemon's default path.
+    /// Its path, relative to the controller file; if not given, the daemon's default path.
     pub file: Option<String>,
     /// The shortest time between two writes, ms; at least 1.
     pub interval_ms: u32,
-    /// Whether a start that finds no memory goes to RUN.
+    /// Whether a start that finds no saved memory goes to RUN.
     pub runs_cold: bool,
     /// The MB per day above which the log warns.
     pub budget_mb: u32,
 }
 
-/// Reads `[retain]` where it is.
+/// Reads `[retain]`, if there is one.
 pub(super) fn read_in(root: &mut Table<'_>, file: FileId) -> WrittenRetain {
     let table = root.table(key("retain", "Memory that a restart keeps."), "`[retain]`");
     table.map_or_else(|| WrittenRetain::absent(file), |table| read(table, file, FILE))
@@ -111,8 +111,8 @@ fn read(mut table: Table<'_>, file: FileId, memory: Key) -> WrittenRetain {
     retain
 }
 
-/// Warns of a table that names nothing to keep. A list with items that are not texts has its
-/// findings already.
+/// Warns about a table that names nothing to keep. A list with items that are not texts already has
+/// findings.
 fn keeps_nothing(table: &Table<'_>, lists: [Option<&Located<Vec<Text>>>; 2]) {
     let mut given = lists.into_iter().flatten();
     let Some(list) = given.next() else {

@@ -1,8 +1,8 @@
-//! `[retain] tags`: the tags that patterns name, as ranges of their elements.
+//! `[retain] tags`: the tags that the patterns name, as ranges of their elements.
 //!
 //! Called by [`super`], beside the ranges. In a pattern `*` stands for any part of a name; tags
-//! with an address and tags with a `type` are named alike. The name of an array stands for all of
-//! its elements.
+//! with an address and tags with a `type` are named in the same way. The name of an array stands
+//! for all of its elements.
 //!
 //! ```toml
 //! # passes: all tags that begin with `total_`, and one by its name
@@ -77,11 +77,13 @@ fn not_retained(pattern: &Text, tag: &Tag) -> Finding {
     finding.help("name tags of C, MC, MI, V, D, R, MHR, MIR, CT, T, N, or with a `type`")
 }
 
-/// Whether a name has the form of a pattern. The time is at most the product of their lengths.
+/// Whether a name matches a pattern. The time is at most proportional to the product of their
+/// lengths.
 fn fits(pattern: &str, name: &str) -> bool {
     let (pattern, name) = (pattern.as_bytes(), name.as_bytes());
     let (mut at, mut in_name) = (0, 0);
-    // The place behind the last `*`, and the name's place from which it is tried.
+    // The position after the last `*` of the pattern, and the position in the name from which the
+    // rest of the pattern is tried.
     let mut star: Option<(usize, usize)> = None;
     while in_name < name.len() {
         match pattern.get(at) {

@@ -11,7 +11,7 @@ use crate::io::plant::settings::Rule;
 use crate::resolve::range::Range;
 use crate::runtime::Posture;
 
-/// The settings of a controller file, beside its ladders.
+/// The settings of a controller file, without its ladders.
 #[derive(Clone, Debug)]
 pub struct Controller {
     /// Scan period, ms; at least 1.
@@ -26,7 +26,7 @@ pub struct Controller {
     pub outputs_hold: Vec<Range>,
     /// The ranges that survive a restart.
     pub retain: Vec<Range>,
-    /// The settings of their file.
+    /// The settings of the file that keeps these ranges.
     pub(crate) retention: Retention,
     /// The Modbus server, if there is one.
     pub modbus: Option<Modbus>,
@@ -38,7 +38,7 @@ pub struct Controller {
     pub(crate) operator: Operator,
     /// The scan log.
     pub(crate) record: RecordSettings,
-    /// What `rungd web` may write, and its panels.
+    /// The operands that `rungd web` may write, and its panels.
     pub web: WebSettings,
     /// The log.
     pub log: LogSettings,

@@ -42,7 +42,7 @@ const PULSES_OR_FOLLOWS: &str = r#"{"oneOf":[
              "not":{"anyOf":[{"required":["pulse"]},{"required":["every"]},
                              {"required":["offset"]}]}}]}"#;
 
-/// Reads all `[[simulated-device]]`.
+/// Reads all `[[simulated-device]]` tables.
 pub(super) fn read_in(root: &mut Table<'_>) -> Vec<WrittenRule> {
     let explained = key("simulated-device", "Inputs that move by themselves, instead of a plant.");
     root.tables(explained, "a simulated device").into_iter().map(read).collect()

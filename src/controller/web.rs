@@ -1,6 +1,6 @@
-//! `[web]` and `[[panel]]`: what a signed-in user of `rungd web` may write, and the panels that the
-//! owner of the controller lays out. The daemon does not use them: `rungd web` takes them from the
-//! controller file of the running program.
+//! `[web]` and `[[panel]]`: the operands that a signed-in user of `rungd web` may write, and the
+//! panels that the owner of the controller lays out. The daemon does not use them: `rungd web`
+//! reads them from the controller file of the running program.
 
 use super::resolver::Resolver;
 use crate::isa::{Address, Bit, BitSpace};
@@ -30,17 +30,17 @@ struct WrittenPanel {
 #[derive(Clone, Debug)]
 struct WrittenWidget {
     span: Span,
-    /// What it shows, by its kind.
+    /// The operand that it shows, with the kind of the key; a valid widget has one.
     shows: Vec<(WidgetKind, Text)>,
     text: Option<Text>,
     min: Option<Located<i64>>,
     max: Option<Located<i64>>,
 }
 
-/// What `rungd web` may write, and its panels.
+/// The operands that `rungd web` may write, and its panels.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WebSettings {
-    /// The operands that a signed-in user may write: as they are named, with their addresses.
+    /// The operands that a signed-in user may write: the name in the file, and the address.
     pub write: Vec<(String, Address)>,
     /// The panels, in file order.
     pub panels: Vec<Panel>,
@@ -49,7 +49,7 @@ pub struct WebSettings {
 /// A page for a tablet at the machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Panel {
-    /// Its name; no two panels share one.
+    /// Its name; no two panels have the same name.
     pub name: String,
     /// Its widgets, in order.
     pub show: Vec<Widget>,
@@ -58,13 +58,13 @@ pub struct Panel {
 /// A part of a panel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Widget {
-    /// What it is.
+    /// Its kind.
     pub kind: WidgetKind,
-    /// The operand that it shows, as it is named.
+    /// The name in the file of the operand that it shows.
     pub operand: String,
-    /// What stands at it; if not given, the operand.
+    /// Its label; if not given, the operand.
     pub text: Option<String>,
-    /// The ends of a bar, and of a trend.
+    /// The values at the ends of a bar or a trend.
     pub limits: Option<(i32, i32)>,
 }
 
@@ -73,9 +73,9 @@ pub struct Widget {
 pub enum WidgetKind {
     /// A bit: ON or OFF.
     Lamp,
-    /// Writes ON into a bit, once a press. The ladder resets it.
+    /// Writes ON to a bit, once per press. The ladder resets it.
     Button,
-    /// A value; of an operand that may be written, with a field for a new one.
+    /// A value; with a field for a new value if the operand may be written.
     Value,
     /// A word as the length of a bar.
     Bar,
@@ -104,7 +104,7 @@ impl WidgetKind {
         }
     }
 
-    /// What the key says.
+    /// The explanation of the key.
     fn doc(self) -> &'static str {
         match self {
             WidgetKind::Lamp => "A bit, shown as a lamp.",
@@ -122,7 +122,7 @@ impl WidgetKind {
 const ONE_KIND: &str = r#"{"oneOf":[{"required":["lamp"]},{"required":["button"]},
             {"required":["value"]},{"required":["bar","min","max"]},{"required":["trend"]}]}"#;
 
-/// The least and greatest ends of a bar.
+/// The least and the greatest value for an end of a bar.
 const ENDS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 
 /// Reads `[web]` and all `[[panel]]`.
@@ -166,7 +166,7 @@ fn read_widget(mut table: Table<'_>) -> WrittenWidget {
     widget
 }
 
-/// The settings that the keys make, and what is wrong with them.
+/// Makes the settings from the keys, with a finding for each wrong value.
 pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver) -> WebSettings {
     let mut web = WebSettings::default();
     for text in &written.write {
@@ -196,7 +196,8 @@ pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver) -> WebSetti
     web
 }
 
-/// What an operator may write, too (`operator::operand`).
+/// Whether an address may be written; an operator may write the same addresses
+/// (`operator::operand`).
 fn may_write(address: Address) -> bool {
     match address {
         Address::Bit(Bit::Space(BitSpace::X, _)) => true,

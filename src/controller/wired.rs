@@ -1,5 +1,5 @@
-//! What the runtime has to know of the settings: how each field device is wired to memory, and the
-//! safe values.
+//! The settings that the runtime needs: the wiring of each field device to memory, and the safe
+//! values.
 //!
 //! Called by the daemon, and by the rig for tests in virtual time.
 
@@ -17,12 +17,12 @@ const MS_NS: u64 = 1_000_000;
 const US_NS: u64 = 1_000;
 
 impl Controller {
-    /// The wiring of each field device, in their order.
+    /// The wiring of each field device, in file order.
     pub(crate) fn wirings(&self, symbols: &Symbols) -> Vec<Wiring> {
         self.devices.iter().map(|device| wiring(device, symbols)).collect()
     }
 
-    /// The addresses that simulated devices move at every scan, each with the device for people.
+    /// The addresses that simulated devices move at every scan, each with the words for its device.
     pub(crate) fn simulated(&self) -> HashMap<Address, String> {
         let is_simulated = |of: &&Device| match of.driver {
             DriverSettings::Simulated(_) => true,

@@ -27,7 +27,7 @@ use crate::source::span::{FileId, Located, Span};
 pub struct WrittenController {
     /// `ladder`: the ladder files, relative to this file.
     pub ladder: Vec<Text>,
-    /// All strings of the file: whatever names an address is among them.
+    /// All strings of the file, among them all names of addresses.
     pub strings: Vec<String>,
     /// `order`: the scan order of all blocks.
     pub order: Option<Located<Vec<Text>>>,
@@ -57,7 +57,7 @@ pub struct WrittenController {
     pub(crate) log: LogSettings,
     /// `[reload] probation`, ms; 0: none.
     pub probation_ms: i32,
-    /// What is missing, if the file is not TOML as a whole.
+    /// The text that is missing, if a part of the file is not TOML.
     pub(crate) lost: Option<LostText>,
 }
 
@@ -81,12 +81,12 @@ pub struct Scan {
 
 const PROBATION_MS: i32 = 10_000;
 
-/// Reads a controller file. It is `None` when the text is not TOML.
+/// Reads a controller file; `None` if the text is not TOML.
 pub fn read(source: &str, file: FileId) -> (Option<WrittenController>, Vec<Finding>) {
     reader::document(source, file, |root| read_root(root, file))
 }
 
-/// The settings of a controller file that says nothing.
+/// The settings of an empty controller file.
 pub(super) fn defaults(file: FileId) -> WrittenController {
     let (written, _) = reader::document("", file, |root| read_root(root, file));
     written.expect("an empty text is TOML")

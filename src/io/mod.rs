@@ -1,9 +1,9 @@
-//! Drivers: they move inputs and take outputs. They depend on the runtime's exchange alone.
+//! Drivers: they supply inputs and receive outputs. They depend only on the runtime's exchange.
 //!
-//! The daemon starts them with the controller file's settings. A driver sees the scan through a
-//! port (inputs in, batches of writes in, the last complete scan's image out). It knows of ladders,
-//! tags and modes only the values in an image. `controller` has made sure that no two drivers move
-//! one input.
+//! The daemon starts them with the controller file's settings. A driver reaches the scan through a
+//! port: inputs and batches of writes go in, the image of the last complete scan comes out. The
+//! only facts about ladders, tags and modes that a driver uses are the values in an image.
+//! `controller` has made sure that no two drivers supply the same input.
 
 pub(crate) mod caught;
 pub mod device;

@@ -1,9 +1,9 @@
 //! Scaling: the straight line from the numbers of a field device to the values of memory.
 //!
-//! `controller` makes it from a row's `multiply`, `divide` and `offset`; `modbus_client` and
-//! `plant` use it. It knows no registers and no points. Integers are computed in 64 bits without
-//! overflow, because the reader of the controller file limits the factors. An R word is scaled in
-//! binary64, without rounding to an integer.
+//! `controller` makes a scaling from a row's `multiply`, `divide` and `offset`; `modbus_client` and
+//! `plant` use it. This module does not depend on registers or points. Integers are computed in 64
+//! bits without overflow, because the reader of the controller file limits the factors. An R word
+//! is scaled in binary64, without rounding to an integer.
 
 use crate::isa::Real;
 
@@ -40,11 +40,12 @@ impl Scaling {
     pub fn of_real(self, number: f64) -> i32 {
         let scaled = number * f64::from(self.multiply) / f64::from(self.divide);
         let scaled = scaled + f64::from(self.offset);
-        // Beyond an i32, `as` gives the nearest i32.
+        // For a number beyond an i32, `as` returns the nearest i32.
         if self.real { Real::stored(scaled).0.cell() } else { scaled.round() as i32 }
     }
 
-    /// The device's number for a content of memory, as an integer: halves away from zero.
+    /// The device's number for a content of memory, rounded to the nearest integer; halves are
+    /// rounded away from zero.
     pub fn to_integer(self, content: i32) -> i64 {
         if self.real {
             return self.to_real(content).round() as i64;
@@ -60,7 +61,8 @@ impl Scaling {
     }
 }
 
-/// A quotient rounded to the nearest, halves away from zero. The divisor is never 0.
+/// A quotient rounded to the nearest integer; halves are rounded away from zero. The divisor is
+/// never 0.
 fn nearest(dividend: i64, divisor: i64) -> i64 {
     let (quotient, rest) = (dividend / divisor, dividend % divisor);
     let away = (rest.abs() * 2 >= divisor.abs()) as i64;

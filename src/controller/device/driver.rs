@@ -30,18 +30,18 @@ pub struct WrittenDevice {
     pub loss_after_ms: Option<Located<i32>>,
     /// `map`, in file order.
     pub map: Vec<MapRow>,
-    /// `map` is one table, which is reported where it is read.
+    /// Whether `map` is a single table. The reader has already reported that.
     pub map_is_table: bool,
 }
 
-/// One row of a map: a stretch of points and the memory that belongs to it.
+/// One row of a map: consecutive points, and the memory that belongs to them.
 #[derive(Clone, Debug)]
 pub struct MapRow {
     /// The place of its table.
     pub span: Span,
     /// `from`: the source of the values.
     pub from: Option<Text>,
-    /// `to`: their destination.
+    /// `to`: the destination of the values.
     pub to: Option<Text>,
     /// `safe`: the value outside RUN of an output that is not a Y.
     pub safe: Option<Located<Constant>>,
@@ -60,11 +60,11 @@ pub trait DriverKeys: Debug {
     /// Whether a text is in the notation of the driver's points. This decides a row's direction.
     fn is_point(&self, text: &str) -> bool;
 
-    /// A point as written, for a help.
+    /// An example of a point as written, for a help.
     fn example(&self) -> &'static str;
 
-    /// The settings, with the points of all rows in their order; a key or point that makes no sense
-    /// becomes a finding.
+    /// The settings, with the points of all rows in their order; a wrong key or point becomes a
+    /// finding.
     fn resolve(
         &self,
         device: &WrittenDevice,
@@ -92,11 +92,11 @@ pub enum RowDirection {
     Out,
 }
 
-/// A row of a map, its addresses resolved.
+/// A row of a map, with resolved addresses.
 pub struct ResolvedRow<'a> {
-    /// Its number in the map; the driver finds the row's keys by it.
+    /// Its number in the map, with which the driver finds the row's keys.
     pub at: usize,
-    /// As written.
+    /// The row as written.
     pub written: &'a MapRow,
     /// The direction of its values.
     pub direction: RowDirection,

@@ -2,8 +2,8 @@
 //! the map between its points and memory.
 //!
 //! Called by [`super::super::written`]. This file reads the keys that all drivers share; each
-//! driver's folder reads the driver's own keys. A key of a different driver is an unknown key, as a
-//! misspelt one is. The resolver judges names, points and ranges.
+//! driver's folder reads the driver's own keys. A key of a different driver is an unknown key, like
+//! a misspelt key. The resolver checks names, points and ranges.
 
 use super::driver::{DriverKeys, MapRow, WrittenDevice, named};
 use super::drivers;
@@ -11,7 +11,7 @@ use super::settings::OnLoss;
 use crate::source::key::{BLOCK_NAME, LEAST_1MS, key, words};
 use crate::source::reader::Table;
 
-/// Reads all `[[device]]`.
+/// Reads all `[[device]]` tables.
 pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Vec<WrittenDevice> {
     let explained = key("device", "Field devices: remote I/O, local lines, a simulated plant.");
     root.tables(explained, "a device").into_iter().map(read).collect()

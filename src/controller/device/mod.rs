@@ -1,10 +1,10 @@
 //! Field devices, resolved: every row of a map becomes a list of points and a list of addresses of
 //! the same length.
 //!
-//! Called by [`super`] once the names are known. This module settles what all drivers share: names,
-//! directions, addresses, safe values, and the one mover of each input (`wiring`). Only a driver's
-//! own folder knows the meaning of a text like `coil 0..7`: it takes rows with resolved addresses,
-//! and gives the points in the same order.
+//! Called by [`super`] once the names are known. This module resolves the settings that all drivers
+//! share: names, directions, addresses and safe values. `wiring` checks that each input has one
+//! mover. Only a driver's own folder interprets a text like `coil 0..7`: it receives rows with
+//! resolved addresses, and returns the points in the same order.
 
 pub(crate) mod driver;
 pub mod drivers;
@@ -34,13 +34,13 @@ pub(super) use wiring::unmapped_outputs;
 /// The most points that a device may have.
 pub(crate) const POINTS_MAX: usize = 65_536;
 
-/// Resolves all `[[device]]`. With an error among the findings, devices may be missing.
+/// Resolves all `[[device]]` tables. If one of the findings is an error, devices may be missing.
 pub(super) fn resolve(
     devices: &[WrittenDevice],
     scope: &Scope,
     findings: &mut Vec<Finding>,
 ) -> Vec<Device> {
-    // A device has the number that its name had when the ladders were resolved.
+    // A device has the same number as its name had when the ladders were resolved.
     let named = devices.iter().filter_map(|device| Some((device, device.name.as_ref()?)));
     let numbered = named.enumerate();
     let resolved = numbered.filter_map(|(at, (device, name))| {
@@ -185,7 +185,7 @@ fn outputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<Output>
     outputs
 }
 
-/// The finding for a `hold` that has no meaning.
+/// The finding for a `hold` that has no effect.
 fn misplaced_hold(row: &ResolvedRow<'_>) -> Option<Finding> {
     let hold = row.written.hold.as_ref().filter(|hold| hold.value)?;
     let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
@@ -221,7 +221,7 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
         };
     };
     let mut refuse = |message: String, help: String| {
-        // Once a row.
+        // Only one finding per row.
         if !findings.iter().any(|finding| finding.span == safe.span) {
             findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
         }
@@ -250,8 +250,8 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
     SafeValue::Value(value)
 }
 
-/// The age of the last good exchange at which a device is lost, ms. It is more than `poll`: a
-/// younger exchange cannot be expected.
+/// The age of the last good exchange at which a device is lost, ms. It must be more than `poll`,
+/// which is the time between two exchanges.
 fn loss_after(device: &WrittenDevice, poll_ms: u32, findings: &mut Vec<Finding>) -> u32 {
     let default_ms = poll_ms.saturating_mul(3).max(1000);
     let loss_after = device.loss_after_ms.as_ref();

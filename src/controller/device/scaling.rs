@@ -12,7 +12,7 @@ const FACTORS: (i64, i64) = (-1_000_000, 1_000_000);
 const DIVISORS: (i64, i64) = (1, 1_000_000);
 const OFFSETS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 
-/// The keys of a row about its scaling.
+/// The keys of a row for its scaling.
 #[derive(Clone, Debug, Default)]
 pub struct ScalingKeys {
     /// `multiply`.
@@ -54,7 +54,7 @@ impl ScalingKeys {
         }
     }
 
-    /// The scaling; `real`: memory holds a real.
+    /// The scaling; `real`: whether memory holds a real.
     pub fn resolve(&self, real: bool, findings: &mut Vec<Finding>) -> Scaling {
         if let Some(zero) = self.multiply.as_ref().filter(|multiply| multiply.value == 0) {
             findings.push(finding(zero.span, "`multiply` by 0 leaves nothing".to_owned()));

@@ -9,7 +9,7 @@ use crate::source::span::Span;
 /// A field device.
 #[derive(Clone, Debug)]
 pub struct Device {
-    /// Its number; its bits `Ok` and `Stale` are known by it.
+    /// Its number, which identifies its bits `Ok` and `Stale`.
     pub id: DeviceId,
     /// Its name.
     pub(crate) name: String,
@@ -58,7 +58,7 @@ pub struct DeviceInput {
 pub struct Output {
     /// Its address; never a structure.
     pub address: Address,
-    /// The value that goes out instead, outside RUN.
+    /// The value that goes to the device outside RUN.
     pub(crate) safe: SafeValue,
     /// The place of its row.
     pub(crate) span: Span,
@@ -67,7 +67,7 @@ pub struct Output {
 /// The value of an output outside RUN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SafeValue {
-    /// A Y: the value that `[outputs]` gives it.
+    /// The value of a Y, which `[outputs]` sets.
     AsOutput,
     /// This value.
     Value(i32),
@@ -75,8 +75,8 @@ pub(crate) enum SafeValue {
     Hold,
 }
 
-/// A driver's settings, with its points. No places: these change with every edit of the file, and a
-/// reload compares settings.
+/// A driver's settings, with its points. They contain no places in the file, because those change
+/// with every edit, and a reload compares settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DriverSettings {
     /// Remote I/O over Modbus, over TCP or a serial line.

@@ -1,8 +1,8 @@
 //! Conflicts of wiring: every input has one mover, and every Y goes to one device.
 //!
-//! Two movers of one input would overwrite each other's value, and nothing would show it. A Y in
-//! two maps switches two contactors where the ladder means one. The rules hold for the whole
-//! controller file: devices, simulated inputs, the Modbus server's image.
+//! Two movers of the same input would overwrite each other's value without any sign of it. A Y in
+//! two maps would switch two contactors, although the ladder means one. The rules apply to the
+//! whole controller file: devices, simulated inputs, the Modbus server's image.
 //!
 //! ```toml
 //! # passes: each of X0 and Y0 stands in one map
@@ -24,8 +24,8 @@ use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
-/// A finding for every input that a device moves and something else too, and for every Y that
-/// stands in two maps.
+/// A finding for every input that has a second mover besides a device, and for every Y that is in
+/// two maps.
 pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut movers = FirstUses::default();
@@ -55,7 +55,7 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     findings
 }
 
-/// A warning for every Y that the ladder names and no device takes, if any device has outputs.
+/// A warning for every Y that the ladder names but no device receives, if any device receives a Y.
 pub(in crate::controller) fn unmapped_outputs(
     controller: &Controller,
     program: &Program,
@@ -94,7 +94,7 @@ pub(in crate::controller) fn unmapped_outputs(
     lost.map(|operand| finding(&operand.name)).collect()
 }
 
-/// Addresses, with the place at which each was met first.
+/// Addresses, each with the place of its first use.
 #[derive(Default)]
 struct FirstUses {
     first: HashMap<Address, (Span, String)>,
@@ -114,7 +114,7 @@ impl FirstUses {
             self.first.insert(address, here);
             return;
         };
-        // One finding per place: a range that clashes does so in all its elements.
+        // Only one finding per place: a range may conflict in several of its elements.
         if findings.iter().any(|finding| finding.span == span) {
             return;
         }

@@ -1,7 +1,7 @@
 //! `[modbus-server]` of a controller file, as its author wrote it.
 //!
 //! Called by `written`. Operands, clients and the words of a map entry are still texts here: the
-//! resolver judges them, since it has the program's names.
+//! resolver checks them, because it has the program's names.
 
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus::settings::Table as ModbusTable;
@@ -27,9 +27,9 @@ pub struct ModbusServer {
     pub writes: Vec<WriteList>,
     /// `[[modbus-server.map]]`, in file order.
     pub maps: Vec<MapEntry>,
-    /// `image.inputs`: coils that stand for inputs.
+    /// `image.inputs`: coils that are copied to inputs.
     pub inputs: Option<Mapping>,
-    /// `image.outputs`: outputs that show as discrete inputs.
+    /// `image.outputs`: outputs that are copied to discrete inputs.
     pub outputs: Option<Mapping>,
     /// `connections`: the most connections at a time.
     pub connections: u32,
@@ -69,7 +69,7 @@ pub struct MapEntry {
     pub unit: Option<Located<i64>>,
 }
 
-/// One range copied to another.
+/// A range, and the range that it is copied to.
 #[derive(Clone, Debug)]
 pub struct Mapping {
     /// The place of the table.
@@ -83,7 +83,7 @@ pub struct Mapping {
 /// A unit identifier is one byte.
 const UNITS: (i64, i64) = (0, 255);
 
-/// Reads `[modbus-server]` where it is.
+/// Reads `[modbus-server]`, if there is one.
 pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Option<ModbusServer> {
     let explained = key("modbus-server", "A Modbus TCP server; without this table there is none.");
     root.table(explained, "`[modbus-server]`").map(read)

@@ -1,4 +1,4 @@
-//! The explicit map of the Modbus server, resolved: a place for each operand, no place for two.
+//! The explicit map of the Modbus server, resolved: no two operands have the same place.
 //!
 //! Called by [`super`]; the server builds its own map from the entries resolved here.
 //!
@@ -29,7 +29,7 @@ use crate::source::span::{Located, Span};
 /// Protocol addresses are 16 bits.
 const ADDRESSES: u32 = 65_536;
 
-/// The valid entries; the others, and conflicts between entries, become findings.
+/// The valid entries. Wrong entries, and conflicts between entries, become findings.
 pub(super) fn resolve(
     server: &written::ModbusServer,
     (scope, sizes): (&Scope, &MemorySizes),
@@ -95,7 +95,7 @@ fn place(entry: &MappedOperands) -> String {
     }
 }
 
-/// The finding for an entry of a unit that is not answered.
+/// The finding for an entry with a unit that the server does not answer for.
 fn beside_units(units: Option<&Located<Vec<i64>>>, unit: Option<&Located<i64>>) -> Option<Finding> {
     let (units, unit) = (units?, unit?);
     if units.value.contains(&unit.value) {
@@ -163,7 +163,7 @@ fn no_such(text: &Text, what: &str, help: &str) -> Finding {
     Finding::new(Code::Controller, text.span, message).help(format!("write {help}"))
 }
 
-/// The finding for a real in a register of integers, and an integer in one of reals.
+/// The finding for a word of reals with an integer type, or a word of integers with a real type.
 fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
     let (Address::Word(word), Some(text)) = (entry.operands.first, &map.kind) else { return None };
     let (is, right) = match (word.is_real(), entry.kind? == NumberType::F32) {

@@ -1,10 +1,11 @@
-//! The trait of a driver: the operations that only a driver can do with its peer.
+//! The trait of a driver: the operations with a peer, which each driver implements for itself.
 //!
 //! A new driver is one file that implements [`Driver`] (or, for lines that answer at once,
-//! `runtime::local::Local`); the recipe is in `CONTRIBUTING.md`. A driver may wait, but for no
-//! longer than its own time limit; it has no clock of exchanges, no log and no memory of modes. A
-//! driver whose exchange takes many requests looks between two of them whether a write [is
-//! urgent](Exchange), and then ends in part; a driver that needs one request never has to.
+//! `runtime::local::Local`); the recipe is in `CONTRIBUTING.md`. A driver may wait, but no longer
+//! than its own time limit. It does not schedule exchanges, write log lines or remember modes. A
+//! driver whose exchange takes several requests checks between two requests whether a write [is
+//! urgent](Exchange); if so, it ends the exchange in part. A driver that needs only one request
+//! does not have to check.
 
 use std::fmt;
 use std::future::Future;
@@ -18,10 +19,9 @@ pub enum Occasion {
     /// `poll` is over, or the previous exchange ended in part: write the outputs that changed or
     /// are due, feed a watchdog, read all inputs that are not read yet.
     Poll,
-    /// An output changed: write the changed outputs. Inputs are not looked at.
+    /// An output changed: write the changed outputs. Inputs are not read.
     Change,
-    /// The last exchange: write all outputs, which have their safe values. Inputs are not looked
-    /// at.
+    /// The last exchange: write all outputs, which have their safe values. Inputs are not read.
     Last,
 }
 
@@ -31,7 +31,8 @@ pub enum Extent {
     /// The exchange is complete.
     Whole,
     /// Some inputs are not read yet, because a write was urgent. The next exchange follows at once
-    /// and continues from there. Each reads at least one group, so all inputs are read in the end.
+    /// and continues from there. Each exchange reads at least one group, so all inputs are read in
+    /// the end.
     Part,
 }
 
@@ -39,15 +40,15 @@ pub enum Extent {
 pub struct Exchange<'a> {
     /// The reason for the exchange.
     pub occasion: Occasion,
-    /// All outputs, one per point in the order of the map; bits are 0 and 1.
+    /// The values of all outputs, one per point, in the order of the map; a bit is 0 or 1.
     pub outputs: &'a [i32],
-    /// All inputs, one per point in the order of the map, to be filled in; `None`: not read yet.
-    /// The scan sees them when the exchange is over: all together if it succeeds, and those that
-    /// were read if it fails and the connection stays. A value beyond the memory's range becomes
-    /// the nearest value in that range.
+    /// All inputs, one per point, in the order of the map; the driver fills them in. `None`: not
+    /// read yet. The scan receives them at the end of the exchange: all of them if it succeeds;
+    /// only those that were read if it fails and the connection stays. A value beyond the memory's
+    /// range becomes the nearest value in that range.
     pub inputs: &'a mut [Option<i32>],
-    /// Whether outputs have changed since, or the end has come: then the inputs that are not read
-    /// yet can wait.
+    /// Whether outputs have changed since the exchange began, or the process is to end. If so, the
+    /// inputs that are not read yet can wait.
     pub is_urgent: &'a (dyn Fn() -> bool + Send + Sync),
 }
 
@@ -56,7 +57,7 @@ pub struct Exchange<'a> {
 pub struct Trouble {
     /// A clause for the log: `no answer in 200 ms`.
     pub reason: String,
-    /// The connection cannot be used any more: connect again.
+    /// Whether the connection cannot be used any more, so that the task has to connect again.
     pub is_disconnected: bool,
 }
 
@@ -78,7 +79,7 @@ pub trait Driver: Send + 'static {
 }
 
 impl Trouble {
-    /// Trouble after which the connection stays: an exception, a value that makes no sense.
+    /// Trouble after which the connection stays: an exception, or a value that is not valid.
     pub fn kept(reason: impl Into<String>) -> Trouble {
         Trouble { reason: reason.into(), is_disconnected: false }
     }

@@ -1,9 +1,10 @@
 //! The condition of a device, for the log and `status`. Shared by its task or keeper and its
 //! readers.
 //!
-//! The log has two lines per outage: its begin with the first reason, and its end with the number
-//! of failures for each reason. In between, `status` shows the latest reason. Each device has its
-//! own limit of lines, so a device that comes and goes hides no other device's lines.
+//! The log has two lines per outage: one at its start, with the first reason, and one at its end,
+//! with the number of failures for each reason. In between, `status` shows the latest reason. Each
+//! device has its own limit of lines, so frequent outages of one device do not suppress the lines
+//! of others.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -20,7 +21,7 @@ pub struct Health {
     lines: Arc<Mutex<OutageLines>>,
 }
 
-/// The outage that the log knows of, and the budget of further lines.
+/// The present outage, and the budget of log lines.
 #[derive(Debug)]
 struct OutageLines {
     started: Instant,
@@ -36,7 +37,7 @@ const REASONS_MAX: usize = 4;
 #[derive(Debug)]
 struct Outage {
     since: Instant,
-    /// Whether the log has a line about it.
+    /// Whether the log has the line about its start.
     is_told: bool,
     failures: u64,
     /// The number of failures for each of the first reasons.
@@ -64,7 +65,7 @@ pub struct Condition {
     pub is_open: bool,
     /// The reason why the last exchange failed; `None` after an exchange has succeeded again.
     pub trouble: Option<String>,
-    /// Whether the last exchange failed in part: inputs were read all the same.
+    /// Whether the last exchange failed, but read inputs.
     pub is_in_part: bool,
 }
 
@@ -82,14 +83,15 @@ impl Health {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Whether an exchange has succeeded since the start, or the first scan will exchange.
+    /// Whether an exchange has succeeded since the start, or the device is open, so that the first
+    /// scan exchanges.
     pub fn has_exchanged(&self) -> bool {
         let condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
         condition.exchanges > 0 || condition.is_open
     }
 
-    /// Whether a line about trouble may be written. The text to add to it names the number of lines
-    /// that were left out.
+    /// Takes a line about trouble from the budget; `None` if none is left. The returned text, to be
+    /// added to the line, names the number of lines that were left out.
     pub fn may_tell(&self) -> Option<String> {
         let mut lines = self.lines();
         let now_ns = lines.now_ns();
@@ -127,7 +129,7 @@ impl Health {
         self.tell_well("is open again");
     }
 
-    /// Notes that its task has ended, for this reason: there are no exchanges any more.
+    /// Notes that the device's task has ended for this reason, so there are no exchanges any more.
     pub(crate) fn end(&self, reason: &str) {
         self.bad(reason);
         let condition = self.condition();
@@ -141,7 +143,7 @@ impl Health {
         self.tell_trouble(reason);
     }
 
-    /// Notes that an exchange failed and has read `read` of `all` inputs all the same.
+    /// Notes that an exchange failed, but read `read` of `all` inputs.
     pub(super) fn trouble_in_part(&self, reason: &str, (read, all): (usize, usize)) {
         let reason = match read == all {
             true => reason.to_owned(),
@@ -153,8 +155,8 @@ impl Health {
     }
 
     fn tell_trouble(&self, reason: &str) {
-        // An outage that began without a line left in the budget gets its line as soon as one is
-        // free.
+        // If the budget had no line left when the outage began, the line follows as soon as the
+        // budget has one.
         let is_to_tell = {
             let mut lines = self.lines();
             let now_ns = lines.now_ns();
@@ -186,7 +188,7 @@ impl Health {
         );
     }
 
-    /// Logs at the end that the safe values could not be written within this time.
+    /// Logs at the end of the process that the safe values could not be written within this time.
     pub(super) fn tell_unsafe(&self, tried: Duration) {
         let condition = self.condition();
         let (device, peer, seconds) = (&condition.name, &condition.peer, tried.as_secs());
@@ -213,7 +215,7 @@ impl Health {
 }
 
 impl OutageLines {
-    /// The time since the device was made, by which the budget counts.
+    /// The time since this value was made; it is the clock of the budget.
     fn now_ns(&self) -> u64 {
         self.started.elapsed().as_nanos() as u64
     }
@@ -234,7 +236,7 @@ impl Outage {
         }
     }
 
-    /// `3 failures`; if they had several reasons, with the number for each.
+    /// `3 failures`; if there were several reasons, followed by the number of failures for each.
     fn counts(&self) -> String {
         let failures = match self.failures {
             1 => "1 failure".to_owned(),
@@ -259,7 +261,7 @@ mod tests {
 
     const LINES_MAX: u32 = LineLimit::DEVICE.burst;
 
-    /// Device outages of one failure each, as many as are given.
+    /// Makes `count` outages of one failure each.
     fn outages(health: &Health, count: u32) {
         for _ in 0..count {
             health.trouble("no answer in 200 ms");

@@ -14,17 +14,17 @@ use super::retry::Retry;
 use crate::runtime::exchange::{Mode, Port, StopReason};
 use crate::runtime::local::{Local, LocalEnd};
 
-/// The time limit of the end; shorter than the process waits for it.
+/// The time limit for the safe values at the end; the process waits longer than this.
 const END_MAX: Duration = Duration::from_secs(2);
 /// The interval at which the keeper checks whether the scan has released the device.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Opens a local device. Called on threads that may wait.
+/// Opens a local device. Called on threads that may block.
 pub trait Opener: Send + Sync + 'static {
     /// Opens the device; its outputs begin with these values, one per point.
     ///
     /// # Errors
-    /// The system refuses.
+    /// The system refuses to open it.
     fn open(&self, outputs: &[i32]) -> io::Result<Arc<dyn Local>>;
 }
 
@@ -85,8 +85,8 @@ impl DeviceKeeper {
         }
     }
 
-    /// Writes the safe values to the open device, or opens it with them. Runs beside the other
-    /// tasks, so a chip that hangs does not delay their ends.
+    /// Writes the safe values to the open device, or opens the device with them. Runs on a thread
+    /// of its own, so a chip that hangs does not delay the ends of the other tasks.
     async fn try_last(&mut self) -> io::Result<()> {
         let (image, rescue) = (self.port.latest(), self.end.rescue());
         let (opener, first) = (Arc::clone(&self.opener), self.end.safe_values(&image));

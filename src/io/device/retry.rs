@@ -16,13 +16,14 @@ pub(in crate::io) struct Retry {
 }
 
 impl Retry {
-    /// For attempts without an end: from 100 ms to 5 s.
+    /// For attempts that never end: from 100 ms to 5 s.
     pub fn new() -> Retry {
         Retry::between(Duration::from_millis(100), Duration::from_secs(5))
     }
 
     /// For the two seconds at the end of the process: from 50 ms to 400 ms. These waits grow too:
-    /// otherwise devices that do not answer would keep a line busy that they share with others.
+    /// otherwise, devices that do not answer would keep a line busy that they share with other
+    /// devices.
     pub fn at_the_end() -> Retry {
         Retry::between(Duration::from_millis(50), Duration::from_millis(400))
     }

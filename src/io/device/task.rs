@@ -1,11 +1,11 @@
-//! One device's task: it exchanges at every `poll`, at once when an output changes, and connects
+//! One device's task: it exchanges at every `poll` and as soon as an output changes, and connects
 //! again after trouble.
 //!
-//! A panic of the driver does not end the task: it ends the connection, as trouble does. The log
-//! has a line when trouble begins and when it ends. Outputs come from the last published image,
+//! A panic of the driver does not end the task. It ends the connection, as other trouble does. The
+//! log has a line when trouble begins and when it ends. Outputs come from the last published image,
 //! which has the safe values in STOP and FAULT. When the process ends, the task writes the safe
-//! values once more. It tries until the device has taken them or the time for the end is over; then
-//! the log says that the device's outputs may be unchanged.
+//! values once more. It tries until the device has accepted them or the time for the end is over.
+//! In the latter case it logs that the device's outputs may be unchanged.
 
 use std::future::{Future, ready};
 use std::pin::{Pin, pin};
@@ -25,15 +25,16 @@ use crate::runtime::inputs::InputEnd;
 use crate::runtime::monotonic_ns;
 use crate::runtime::wiring::{Source, last_words, outgoing};
 
-/// The time limit of the end; shorter than the process waits for it.
+/// The time limit for the safe values at the end; the process waits longer than this.
 const END_MAX: Duration = Duration::from_secs(2);
-/// The share of that time for an exchange that is under way when the end comes.
+/// The part of [`END_MAX`] for an exchange that is under way when the end comes.
 const UNDER_WAY_MAX: Duration = Duration::from_secs(1);
-/// The time limit of one attempt to connect at the end. A peer that is starting loses the first
-/// packet of an attempt, and the system repeats it late: a new attempt succeeds sooner.
+/// The time limit of one attempt to connect at the end. A peer that is just starting loses the
+/// first packet of an attempt, and the system repeats that packet late. A new attempt succeeds
+/// sooner.
 const LAST_CONNECT_MAX: Duration = Duration::from_millis(500);
 
-/// A device: a driver, its line to the scan, and the sources of its outputs.
+/// A device: a driver, its channel to the scan, and the sources of its outputs.
 pub struct DeviceTask<D> {
     driver: D,
     input_end: InputEnd,
@@ -45,24 +46,24 @@ pub struct DeviceTask<D> {
     /// The inputs that the exchange under way has read so far.
     inputs: Vec<Option<i32>>,
     values: Vec<i32>,
-    /// The outputs that the driver was given last.
+    /// The outputs of the last call of the driver.
     offered: Vec<i32>,
     connected: bool,
-    /// The begin of an exchange of which only a part is done.
+    /// The start time of an exchange that is not complete yet.
     begun: Option<Instant>,
 }
 
 /// The parts of a device.
 pub struct DeviceParts<D> {
-    /// The driver of its peer.
+    /// The driver.
     pub driver: D,
-    /// Its line to the scan.
+    /// Its channel to the scan.
     pub input_end: InputEnd,
-    /// The port that gives the images.
+    /// The port that supplies the images.
     pub port: Port,
-    /// The number of points that come in.
+    /// The number of inputs.
     pub inputs: usize,
-    /// The sources of the points that go out.
+    /// The sources of the outputs.
     pub outputs: Vec<Source>,
     /// Its condition, which the task updates.
     pub health: Health,
@@ -70,8 +71,8 @@ pub struct DeviceParts<D> {
     pub poll: Duration,
 }
 
-/// Whether a scan is complete, or the start was meant to be in STOP. Until then no output is
-/// written: outputs stay as they were before this process.
+/// Whether a scan is complete, or the process was started in STOP on purpose. Until then no output
+/// is written: outputs stay as they were before this process.
 fn has_begun(image: &Snapshot) -> bool {
     image.mode != Mode::Stop(StopReason::NotStarted)
 }
@@ -90,7 +91,7 @@ struct Stop<'a, F> {
 }
 
 impl<F: Future<Output = ()>> Stop<'_, F> {
-    /// Waits for the request; returns at once from then on.
+    /// Waits for the request, and returns its time. Once the request has come, returns at once.
     async fn told(&mut self) -> Instant {
         match self.told {
             Some(told) => told,
@@ -169,7 +170,7 @@ impl<D: Driver> DeviceTask<D> {
         self.exchange(Occasion::Last, image, stop).await.map(|_| ())
     }
 
-    /// Connects, with as many attempts as needed; false if `stop` comes first.
+    /// Tries to connect until it succeeds; false if `stop` comes first.
     async fn reach(&mut self, stop: &mut Stop<'_, impl Future<Output = ()>>) -> bool {
         loop {
             let connected = tokio::select! {
@@ -246,7 +247,7 @@ impl<D: Driver> DeviceTask<D> {
         }
         let begun = *self.begun.get_or_insert_with(Instant::now);
         let done = self.call(occasion, image, stop).await;
-        // Offered, even if the peer did not take it: the driver writes it at the next poll.
+        // Also if the exchange failed: the driver writes these outputs at the next poll.
         if occasion != Occasion::First {
             self.offered.copy_from_slice(&self.values);
         }
@@ -256,8 +257,8 @@ impl<D: Driver> DeviceTask<D> {
         done
     }
 
-    /// Calls the driver's exchange. An end that comes meanwhile does not abandon it: the exchange
-    /// learns of the end, and has a short time left.
+    /// Calls the driver's exchange. If the process is to end meanwhile, the exchange becomes urgent
+    /// and has a short time left; it is not abandoned at once.
     async fn call(
         &mut self,
         occasion: Occasion,
@@ -288,7 +289,7 @@ impl<D: Driver> DeviceTask<D> {
         }
     }
 
-    /// Judges an exchange that is over.
+    /// Ends an exchange. If it was good, delivers its inputs.
     fn judge(&mut self, occasion: Occasion, begun: Instant, is_good: bool) {
         self.begun = None;
         if is_good && matches!(occasion, Occasion::Poll | Occasion::First) {
@@ -300,9 +301,10 @@ impl<D: Driver> DeviceTask<D> {
         }
     }
 
-    /// Handles a failed exchange or attempt to connect. Inputs that were read over a connection
-    /// that stays are valid and handed on. Inputs that were read over a lost connection are
-    /// dropped: otherwise the inputs of a device that is lost again and again would come and go.
+    /// Handles a failed exchange or attempt to connect. If the connection stays, the inputs that
+    /// were read are valid and are delivered. If the connection is lost, they are dropped:
+    /// otherwise, the inputs of a device that loses its connection again and again would switch
+    /// between fresh and stale.
     fn fail(&mut self, trouble: &Trouble) {
         self.input_end.trouble();
         if trouble.is_disconnected {
@@ -321,7 +323,8 @@ impl<D: Driver> DeviceTask<D> {
     }
 }
 
-/// Whether the outputs differ from those that an exchange was given from this image.
+/// Whether the latest outputs differ from `given`, the outputs that an exchange took from the image
+/// `seen`.
 fn is_to_write(port: &Port, seen: &Arc<Snapshot>, (sources, given): (&[Source], &[i32])) -> bool {
     let image = port.latest();
     if sources.is_empty() || Arc::ptr_eq(&image, seen) || !has_begun(&image) {

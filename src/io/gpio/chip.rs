@@ -36,7 +36,7 @@ pub trait Chip {
     /// Takes lines.
     ///
     /// # Errors
-    /// The system's; EBUSY if another program has one of the lines.
+    /// The system's error; EBUSY if another program has one of the lines.
     fn request(&self, request: &LineRequest<'_>) -> io::Result<Box<dyn TakenLines>>;
 }
 

@@ -16,7 +16,7 @@ pub struct Kernel;
 
 struct OpenChip(File);
 
-/// Lines that were taken; `mask` has their bits.
+/// Lines that were taken; `mask` has one bit for each.
 struct KernelLines {
     file: File,
     mask: u64,
@@ -44,7 +44,7 @@ fn labelled(label: &str) -> io::Result<PathBuf> {
         if !entry.file_name().as_bytes().starts_with(b"gpiochip") {
             continue;
         }
-        // A chip that may not be opened belongs to other programs.
+        // Skip a chip that may not be opened: it belongs to other programs.
         let info = open(&entry.path()).and_then(|file| v2::get_chip_info(&file).map_err(system));
         if info.is_ok_and(|info| text(&info.label) == label) {
             found.push(entry.path());

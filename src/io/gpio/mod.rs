@@ -1,9 +1,9 @@
 //! Lines of a chip of this machine (Linux character devices), read and written by the scan itself.
 //!
 //! [`Gpio`] opens them: lines with the same setting form a group of 64 at most. The outputs have
-//! their first values from the moment of opening, so nothing glitches. An exchange is one call of
+//! their first values from the moment of opening, so no output glitches. An exchange is one call of
 //! the kernel per group and allocates nothing. The kernel is reached through [`Chips`], which tests
-//! implement with chips of their own; `kernel` is the only file that knows the uAPI.
+//! implement with chips of their own; `kernel` is the only file that uses the uAPI.
 
 mod chip;
 mod kernel;
@@ -56,19 +56,19 @@ impl<C: Chips> Opener for Gpio<C> {
         let chip = self.chips.open(wanted).map_err(|error| told(error, &wanted.to_string()))?;
         let found = LineNumbers::new(chip.as_ref(), inputs.iter().chain(driven))?;
         let (read, driven) = (&found.offsets[..inputs.len()], &found.offsets[inputs.len()..]);
-        // Outputs first: they have their safe values from then on.
+        // Outputs are requested first: they have their safe values from then on.
         let outputs = groups(chip.as_ref(), (&self.settings.outputs, driven), Some(outputs))?;
         let inputs = groups(chip.as_ref(), (inputs, read), None)?;
         Ok(Arc::new(OpenLines { inputs, outputs }))
     }
 }
 
-/// An error with the place at which it happened. Its kind stays; its number is in its text.
+/// Adds the place of the failure to an error. The error's kind stays; its number is in its text.
 fn told(error: io::Error, at: &str) -> io::Error {
     io::Error::new(error.kind(), format!("{at}: {error}"))
 }
 
-/// The numbers of lines.
+/// The numbers of the lines, in the order of the settings.
 struct LineNumbers {
     offsets: Vec<u32>,
 }
@@ -107,7 +107,7 @@ fn by_name(chip: &dyn Chip, name: &str) -> io::Result<u32> {
     Err(io::Error::new(io::ErrorKind::NotFound, format!("the chip has no line {name}")))
 }
 
-/// Requests lines; lines with the same setting in one request.
+/// Requests lines: those with the same setting in one request.
 fn groups(
     chip: &dyn Chip,
     (lines, offsets): (&[GpioLine], &[u32]),

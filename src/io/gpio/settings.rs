@@ -1,7 +1,7 @@
 //! The settings of the `gpio` driver: a chip, and its lines. Made by `controller` from a controller
-//! file. No places: these change with every edit of the file.
+//! file. They contain no places in the file, because those change with every edit.
 
-/// Local lines.
+/// The settings of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gpio {
     /// The chip.
@@ -37,7 +37,7 @@ pub struct GpioLine {
 pub enum LineId {
     /// By its number.
     Offset(u32),
-    /// By the name that the chip gives it.
+    /// By its name in the chip.
     Name(String),
 }
 
@@ -66,7 +66,7 @@ pub(crate) enum Bias {
 }
 
 impl Bias {
-    /// All by name.
+    /// All values but the default, with their names.
     pub const NAMES: [(&'static str, Bias); 3] =
         [("pull-up", Bias::PullUp), ("pull-down", Bias::PullDown), ("disabled", Bias::Disabled)];
 }
@@ -82,7 +82,7 @@ pub(crate) enum LineDrive {
 }
 
 impl LineDrive {
-    /// All by name.
+    /// All values but the default, with their names.
     pub const NAMES: [(&'static str, LineDrive); 3] = [
         ("push-pull", LineDrive::PushPull),
         ("open-drain", LineDrive::OpenDrain),

@@ -1,4 +1,4 @@
-//! Lines of a chip that a test holds: what is asked for, what is read and driven, what is refused.
+//! Lines of a chip in memory: requests, reads, writes and refusals.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -7,7 +7,7 @@ use super::chip::CONSUMER;
 use super::*;
 use crate::io::gpio::settings::{Bias, Chip as ChipName, LineDrive};
 
-/// A chip in memory; its clones are the same one.
+/// A chip in memory; its clones share one state.
 #[derive(Clone, Default)]
 struct Fake(Arc<Mutex<ChipState>>);
 
@@ -17,10 +17,10 @@ struct ChipState {
     names: Vec<&'static str>,
     levels: BTreeMap<u32, bool>,
     holders: BTreeMap<u32, String>,
-    /// What was asked for: lines, setting, first values.
+    /// The requests: lines, setting, first values.
     asked: Vec<(Vec<u32>, Setting, Option<u64>)>,
     gone: bool,
-    /// A line whose request fails from now on.
+    /// A line that makes every read of its request fail.
     broken: Option<u32>,
 }
 
@@ -191,7 +191,7 @@ fn a_line_that_somebody_holds_is_refused_with_the_holder() {
     chip.state().holders.insert(17, "spi0 CS0".into());
     let device = device(&chip, vec![plain(3), plain(17)], vec![plain(4)]);
     assert_eq!(why(&device, &[0]), "line 17 is in use by spi0 CS0");
-    // What was taken before is let go of again.
+    // The lines that were taken before the failure are released again.
     assert_eq!(chip.state().holders.len(), 1);
     chip.state().holders.insert(17, String::new());
     assert_eq!(why(&device, &[0]), "line 17 is in use");

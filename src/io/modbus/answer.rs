@@ -1,8 +1,8 @@
 //! Decides the answer to a request: a reply at once, a refusal, or a batch that waits for a scan.
 //!
-//! Everything but the wait, without a socket and without a clock: the connection calls [`answer`],
-//! hands the batch in, and calls [`written`] after a complete scan has seen it. `docs/modbus.md`
-//! has the order of the checks.
+//! This module has no socket and no clock. The connection calls [`answer`], hands the batch in,
+//! waits until a complete scan has seen it, and calls [`written`]. `docs/modbus.md` has the order
+//! of the checks.
 
 use super::map::{Asker, Map, Read};
 use super::pdu::{self, Exception, ModbusRequest, Table};
@@ -29,7 +29,8 @@ pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> 
         Ok(request) => request,
         Err(found) => return Answer::Reply(exception(pdu, found)),
     };
-    // For function 23 too: a read that must fail has to be refused before the write.
+    // Function 23 reads here too: if its read fails, the request has to be refused before the
+    // write.
     let mut reply = Vec::new();
     if let Some(read) = read_of(pdu, &request)
         && let Err(refusal) = map.read(asker.unit, read, latest, &mut reply)
@@ -45,7 +46,7 @@ pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> 
     }
 }
 
-/// The reply to a write, from the scan that has seen it.
+/// The reply to a write, from the image of the scan that has seen the write.
 ///
 /// # Errors
 /// If the map has changed and does not have the elements to read.
@@ -74,7 +75,7 @@ fn exception(pdu: &[u8], exception: Exception) -> Vec<u8> {
     reply
 }
 
-/// The read of a request, if it reads.
+/// The read that a request contains, if any.
 fn read_of(pdu: &[u8], request: &ModbusRequest<'_>) -> Option<Read> {
     let (table, first, count) = match *request {
         ModbusRequest::Read { table, first, count } => (table, first, count),

@@ -1,7 +1,8 @@
-//! The clients that a list of writes admits: addresses, and networks in CIDR notation.
+//! The clients that a write list admits: addresses, and networks in CIDR notation.
 //!
 //! `controller` reads them; the Modbus server calls [`Network::admits`]. The client
-//! `::ffff:10.0.0.5` counts as 10.0.0.5: a socket for both families shows IPv4 clients in this way.
+//! `::ffff:10.0.0.5` counts as 10.0.0.5: a socket for both families reports IPv4 clients in this
+//! form.
 
 use std::net::IpAddr;
 
@@ -19,7 +20,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Whether a client's address belongs to it.
+    /// Whether a client's address belongs to this network.
     pub fn admits(&self, client: IpAddr) -> bool {
         let (bits, v4) = bits_of(client);
         v4 == self.v4 && (bits ^ self.bits) & mask(self.prefix, v4) == 0

@@ -17,7 +17,7 @@ pub(super) enum Closed {
     Idle(Duration),
     /// A frame was not complete in time.
     Unfinished(Duration),
-    /// The client did not take a reply in time.
+    /// The client did not read a reply in time.
     NotTaken(Duration),
     /// The received bytes are not Modbus TCP.
     Broken(Broken),

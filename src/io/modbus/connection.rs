@@ -1,10 +1,10 @@
-//! One client's connection: bytes in, frames out, one request at a time, within limits of time and
-//! memory.
+//! One client's connection: it receives requests and sends replies, one request at a time, within
+//! limits of time and memory.
 //!
 //! The server starts one task per connection. A connection holds one frame in each direction;
 //! requests that a client sends ahead wait in the kernel's buffers. `frame` finds the frames and
-//! `answer` decides on requests. The connection reaches the scan through the port alone: a read
-//! is answered from one snapshot, a write waits until a complete scan has seen it.
+//! `answer` decides on requests. The connection reaches the scan only through the port. A read is
+//! answered from one snapshot; a write waits until a complete scan has seen it.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -50,7 +50,8 @@ impl Connection {
 
     /// Answers requests until the connection ends.
     pub async fn serve(mut self) -> Closed {
-        // A client waits for the reply, which is one small packet.
+        // Replies are sent without delay: the client waits for its reply, which is one small
+        // packet.
         let _ = self.stream.set_nodelay(true);
         loop {
             let closed = match self.next_frame() {
@@ -135,8 +136,8 @@ impl Connection {
         })
     }
 
-    /// Hands a write in, whole, and waits until a complete scan has seen it. A reload in between
-    /// only moves what has a name, and the write goes there.
+    /// Hands in a write as one batch, and waits until a complete scan has seen it. A reload in
+    /// between can only move operands that have a name; the write follows them to their new cells.
     async fn write(&self, generation: u32, batch: Vec<Write>) -> Result<(), ModbusRefusal> {
         let port = &self.shared.port;
         let ticket = port
@@ -151,7 +152,7 @@ impl Connection {
     }
 }
 
-/// The next step, by the received bytes.
+/// The next step, which depends on the received bytes.
 enum Next {
     More,
     Frame { header: Header, pdu: Vec<u8> },

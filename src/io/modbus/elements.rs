@@ -1,7 +1,8 @@
 //! The elements of the map: the bit or register at each address of each table.
 //!
-//! The map builds [`Places`] once, for all units or for one, and looks elements up in them. Each
-//! element knows the values that it shows and takes, so a request needs no ranges and no settings.
+//! The map builds [`Places`] once, for all units or for one unit, and looks up elements in them.
+//! Each element contains all data for reading and writing it, so a request needs no ranges and no
+//! settings.
 
 use super::number::{NumberType, WordOrder};
 use super::pdu::Table;
@@ -10,7 +11,8 @@ use crate::engine::{BitCell, WordCell};
 use crate::isa::{Bit, Real, Word};
 use crate::runtime::exchange::Snapshot;
 
-/// A set of lists of writes, one bit per list: those that hold an element, or that admit a client.
+/// A set of write lists, one bit per list: the lists that contain an element, or the lists that
+/// admit a client.
 pub(super) type ListSet = u64;
 
 /// A coil or discrete input.
@@ -18,7 +20,7 @@ pub(super) type ListSet = u64;
 pub(super) struct BitElement {
     pub bit: Bit,
     pub cell: BitCell,
-    /// The number of the Y whose driven value it shows.
+    /// The number of the Y whose output value it shows.
     pub output: Option<u32>,
     pub lists: ListSet,
     /// The number of the X that it is copied to.
@@ -55,7 +57,7 @@ pub(super) struct Places {
     pub input: Rows<Register>,
 }
 
-/// Elements by address: rows without a gap, in order of address.
+/// Elements by address: rows of consecutive addresses, in ascending order.
 #[derive(Debug)]
 pub(super) struct Rows<T>(Vec<(u32, Vec<T>)>);
 
@@ -120,10 +122,11 @@ impl Register {
         }
     }
 
-    /// The word's value from its one register, or from both in the order of their addresses.
+    /// The word's value from its only register, or from its two registers in the order of their
+    /// addresses.
     ///
     /// # Errors
-    /// If the word does not take the value.
+    /// If the word does not accept the value.
     pub fn value(&self, first: u16, second: Option<u16>) -> Result<i32, ModbusRefusal> {
         let bits = second.map_or(first.into(), |second| self.order.join(first, second));
         let (min, max) = self.limits;
@@ -139,7 +142,7 @@ impl Register {
         content.filter(|content| (min..=max).contains(content)).ok_or(beyond)
     }
 
-    /// Whether it takes and shows every 16-bit value, so that every mask write is valid.
+    /// Whether it accepts and shows every 16-bit value, so that every mask write is valid.
     pub fn takes_mask(&self) -> bool {
         let (min, max) = self.limits;
         self.part == WordPart::Whole && self.kind.range() == (min.into(), max.into())

@@ -3,18 +3,19 @@
 //! A frame has a header of seven bytes (transaction, protocol 0, length, unit) and a PDU of at most
 //! 253. The connection calls [`split`] on the received bytes, and builds a reply with [`around`].
 //! Nothing here interprets a PDU, reads a socket or allocates. No input makes it panic, or makes it
-//! ask for more than [`FRAME_BYTES_MAX`] bytes.
+//! wait for more than [`FRAME_BYTES_MAX`] bytes.
 //!
 //! Reasons for not using a crate: tokio-modbus 0.17 panics on a request to write more coils than
 //! its bytes hold, and on a register count of 32,768 in a debug build; it closes the connection
-//! where the protocol requires exception 3, accepts a frame of up to 64 KiB, and its server has no
-//! time limits for an unfinished frame and an idle client. rmodbus 0.13 writes into its own storage
-//! piece by piece, but a write here must be one batch for one scan, applied whole or not at all.
+//! instead of sending exception 3, which the protocol requires, accepts a frame of up to 64 KiB,
+//! and its server has no time limits for an unfinished frame and an idle client. rmodbus 0.13
+//! writes into its own storage piece by piece, but a write here must be one batch for one scan,
+//! applied as a whole or not.
 
-/// Bytes of the header.
+/// The number of bytes of the header.
 pub(crate) const HEADER_BYTES: usize = 7;
 
-/// Bytes of the longest frame: six, and a length of at most 254.
+/// The number of bytes of the longest frame: six, plus a length of at most 254.
 pub const FRAME_BYTES_MAX: usize = 260;
 
 /// The length field counts the unit and the PDU, which has at least a function code.
@@ -24,9 +25,9 @@ const LENGTH_MAX: usize = 254;
 /// The fields that a reply copies from its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// The client's number of the request.
+    /// The client's number for the request.
     pub(crate) transaction: u16,
-    /// The unit asked.
+    /// The unit that the request addresses.
     pub unit: u8,
 }
 
@@ -44,7 +45,7 @@ pub enum Split<'a> {
         /// The number of bytes of the frame.
         bytes: usize,
     },
-    /// Not Modbus TCP; the begin of the next frame cannot be found.
+    /// Not Modbus TCP; the start of the next frame cannot be found.
     Broken(Broken),
 }
 
@@ -67,7 +68,7 @@ impl std::fmt::Display for Broken {
 }
 
 /// The first frame of the bytes received so far. A wrong header is reported as soon as the wrong
-/// field is there, so no caller waits for the rest.
+/// field has been received, so no caller waits for the rest.
 pub fn split(bytes: &[u8]) -> Split<'_> {
     let word = |at: usize| Some(u16::from_be_bytes([*bytes.get(at)?, *bytes.get(at + 1)?]));
     if let Some(protocol @ 1..) = word(2) {
@@ -88,10 +89,10 @@ pub fn split(bytes: &[u8]) -> Split<'_> {
     }
 }
 
-/// A frame: a header around a PDU that `pdu` appends. A reply has the header of its request.
+/// A frame: the header, and the PDU that `pdu` appends. A reply has the header of its request.
 ///
 /// # Panics
-/// If `pdu` appends more bytes than a PDU can have. The PDUs made here never do.
+/// If `pdu` appends more bytes than a PDU can have. The callers' PDUs are never longer.
 pub fn around(header: Header, pdu: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut frame = Vec::with_capacity(FRAME_BYTES_MAX);
     frame.extend_from_slice(&header.transaction.to_be_bytes());

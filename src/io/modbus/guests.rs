@@ -1,9 +1,10 @@
 //! The connected clients, and the choice of the client that is closed when a place or a file
 //! descriptor is needed.
 //!
-//! Called by `server`; each client is a task of `connection`. A client that was answered once keeps
-//! its place. A client that has not asked anything loses its place to a new client, the oldest such
-//! client first. So many silent connections neither keep new clients out nor disturb served ones.
+//! Called by `server`; each client is a task of `connection`. A client that has been answered once
+//! keeps its place. If a new client needs a place, it takes the place of the oldest client that has
+//! not been answered yet. Therefore, many silent connections neither keep new clients out nor
+//! disturb the clients that are served.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -28,7 +29,7 @@ pub(super) struct Guests {
 struct Seat {
     client: SocketAddr,
     task: AbortHandle,
-    /// Whether it has had a reply.
+    /// Whether it has received a reply.
     served: Arc<AtomicBool>,
 }
 
@@ -38,7 +39,7 @@ impl Guests {
         self.seats.len()
     }
 
-    /// Adds a client. `serve` makes its task, and gets the flag to set after the first answer.
+    /// Adds a client. `serve` makes its task, and receives the flag to set after the first answer.
     pub fn seat<F>(&mut self, client: SocketAddr, serve: impl FnOnce(Arc<AtomicBool>) -> F)
     where
         F: Future<Output = Closed> + Send + 'static,
@@ -67,7 +68,7 @@ impl Guests {
         }
     }
 
-    /// Waits for the next client that goes by itself, and returns how its connection ended. Never
+    /// Waits for the next client whose connection ends by itself, and returns how it ended. Never
     /// returns while there are no clients.
     pub async fn next_gone(&mut self) -> Result<Ended, JoinError> {
         loop {
@@ -82,7 +83,7 @@ impl Guests {
         }
     }
 
-    /// The next client that has gone by itself in the meantime.
+    /// The next client whose connection has already ended by itself.
     pub fn gone(&mut self) -> Option<Result<Ended, JoinError>> {
         loop {
             match self.tasks.try_join_next()? {

@@ -3,11 +3,11 @@
 //!
 //! Built once from the settings, the layout and the tags' limits; all connections share it. A read
 //! is answered from one snapshot, so values of two scans never mix. A write becomes one batch, or
-//! is refused whole. No I/O, no clock, no log: a refusal carries its reason, and the connection
-//! logs it.
+//! is refused whole. The map has no I/O, no clock and no log: a refusal contains its reason, and
+//! the connection logs it.
 //!
-//! An element is looked up first among those of its unit, then among those of all units. The two
-//! never share an address: `controller` refuses a file in which they do.
+//! An element is looked up first among those of its unit, then among those of all units. No address
+//! has an element in both: `controller` refuses such a file.
 
 use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
@@ -32,7 +32,7 @@ pub struct Map {
     common: Places,
     /// The elements for one unit each.
     own: BTreeMap<u8, Places>,
-    /// The networks that each list of writes admits; `None`: every client.
+    /// The networks that each write list admits; `None`: every client.
     lists: Vec<Option<Vec<Network>>>,
     /// The coils that are copied to inputs, with the numbers of the inputs.
     inputs: Vec<(BitCell, u32)>,
@@ -40,7 +40,7 @@ pub struct Map {
     names: HashMap<Address, String>,
 }
 
-/// The client of a request, and the unit that it asks.
+/// The client of a request, and the unit that the request addresses.
 #[derive(Clone, Copy, Debug)]
 pub struct Asker {
     /// The unit identifier of the request.
@@ -63,8 +63,8 @@ pub(crate) struct Read {
 }
 
 impl Map {
-    /// The map of a program's memory for a server's settings. `limits` gives the least and greatest
-    /// value of a word: its range, narrowed by the tags of its address.
+    /// The map of a program's memory for a server's settings. `limits` returns the least and
+    /// greatest value of a word: its range, narrowed by the tags of its address.
     pub fn new(settings: &Modbus, layout: &Layout, limits: impl Fn(Word) -> (i32, i32)) -> Map {
         let make = Make { settings, layout, limits: &limits };
         let mut map = Map {
@@ -180,8 +180,8 @@ impl Map {
         for register in &registers {
             may_write(Address::Word(register.word), register.lists, admitted)?;
         }
-        // Both halves of a value are neighbours in the map: only the request's ends can separate
-        // them.
+        // Both halves of a value are neighbours in the map, so only the ends of a request can
+        // separate them.
         let ends = [(registers.first(), WordPart::Second), (registers.last(), WordPart::First)];
         let parted = ends.iter().find_map(|(end, part)| end.filter(|it| it.part == *part));
         if let Some(register) = parted {
@@ -220,7 +220,7 @@ impl Map {
         Ok(writes)
     }
 
-    /// The operands of a request as an author writes them: `MHR10..MHR12`.
+    /// The operands of a request, in the notation of an author: `MHR10..MHR12`.
     pub fn place(&self, unit: u8, request: &ModbusRequest<'_>) -> String {
         let (table, first, count) = request.place();
         let (first, last) = (u32::from(first), u32::from(first) + u32::from(count.max(1)) - 1);
@@ -243,7 +243,8 @@ impl Map {
         self.called(address)
     }
 
-    /// The name of an address: that of a Stage, a block or a tag with a `type`, else the address.
+    /// The name of a Stage, a block or a tag with a `type`; for any other address, the address
+    /// itself.
     pub(crate) fn called(&self, address: Address) -> String {
         self.names.get(&address).cloned().unwrap_or_else(|| address.to_string())
     }
@@ -383,7 +384,8 @@ impl Make<'_> {
             | Bit::Done(_)
             | Bit::Device(..) => {}
         }
-        // Every client may write a coil that moves an input, as if it stood in `writable`.
+        // Every client may write a coil that is copied to an input, as if the coil were in
+        // `writable`.
         let lists = self.lists(Address::Bit(bit)) | ListSet::from(input.is_some());
         BitElement { bit, cell: self.layout.bit(bit), output, lists, input }
     }

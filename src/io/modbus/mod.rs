@@ -4,8 +4,9 @@
 //! checks write permissions, `refusal` has the reasons of refusals, and `answer` decides on a
 //! request; all six are pure. `connection` serves one client, `guests` has the connected clients,
 //! and `server` the listening socket. The daemon binds and runs a [`Server`] if the controller file
-//! has `[modbus-server]`. Deliberately absent: tags' names, any way to the scan but the port, and
-//! limits of log lines, which the log has. `docs/modbus.md` describes the server for its clients.
+//! has `[modbus-server]`. The server does not use tags' names, reaches the scan only through the
+//! port, and does not limit its log lines, because the log does. `docs/modbus.md` describes the
+//! server for its clients.
 
 pub mod answer;
 pub(crate) mod clients;

@@ -1,7 +1,7 @@
 //! Numbers in registers: their types, and the order of two registers. No I/O.
 //!
 //! Used by both ends of Modbus: by the server for the words of its map, by the clients for the
-//! registers of a peer. Does not scale: the clients do (`modbus_client::values`).
+//! registers of a peer. Numbers are not scaled here: the clients do that (`modbus_client::values`).
 
 use crate::isa::{Real, Structure, Word, WordSpace};
 
@@ -100,7 +100,8 @@ impl NumberType {
         }
     }
 
-    /// The bits of the nearest number that the registers hold; in an integer, halves away from 0.
+    /// The bits of the nearest number that the registers hold; for an integer, halves are rounded
+    /// away from zero.
     pub fn nearest_bits(self, number: f64) -> u32 {
         match self {
             NumberType::F32 => Real::stored(number).0.number().to_bits(),
@@ -110,7 +111,7 @@ impl NumberType {
         }
     }
 
-    /// The bits of an integer, or of the nearest one that the registers hold.
+    /// The bits of an integer, or of the nearest integer that the registers hold.
     pub(crate) fn bits(self, value: i64) -> u32 {
         let (min, max) = self.range();
         let value = value.clamp(min, max);

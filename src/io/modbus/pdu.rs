@@ -1,6 +1,6 @@
 //! Requests and replies of the ten functions: reads requests from bytes, and writes replies.
 //!
-//! `answer` passes each frame's PDU to [`parse`]; the map gives the values of the reply, and
+//! `answer` passes each frame's PDU to [`parse`]; the map supplies the values of the reply, and
 //! [`push_bits`] and [`push_words`] write them. This module checks only the form of a request:
 //! function, length, quantity, the two values of a coil. The map checks addresses.
 
@@ -65,13 +65,13 @@ pub enum Exception {
     IllegalFunction = 1,
     /// 2: the address does not exist, or cannot be written.
     IllegalAddress = 2,
-    /// 3: a quantity or value is out of its range, or the request is not as long as it says.
+    /// 3: a quantity or value is out of its range, or the request has a wrong length.
     IllegalValue = 3,
     /// 4: the controller is not in RUN (STOP, FAULT).
     DeviceFailure = 4,
-    /// 6: too many writes wait already.
+    /// 6: too many writes are waiting already.
     DeviceBusy = 6,
-    /// 11: this address does not answer for the unit.
+    /// 11: the server does not answer for the unit.
     NoSuchUnit = 11,
 }
 
@@ -79,11 +79,11 @@ const MASK_WRITE: u8 = 22;
 
 /// The most bits that one request reads.
 pub const READ_BITS_MAX: u16 = 2000;
-/// The most registers.
+/// The most registers that one request reads.
 pub const READ_WORDS_MAX: u16 = 125;
 /// The most coils that one request writes.
 pub const WRITE_BITS_MAX: u16 = 1968;
-/// The most registers.
+/// The most registers that one request writes.
 pub const WRITE_WORDS_MAX: u16 = 123;
 /// The most registers that FC 23 writes.
 const READ_WRITE_WORDS_MAX: u16 = 121;

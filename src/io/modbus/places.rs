@@ -1,6 +1,7 @@
-//! Where Modbus clients find a bit or word: asked for one address, as the map has it.
+//! The places of the map at which Modbus clients find a given bit or word.
 //!
-//! For people (`draw::xref`); the server itself looks up places, not addresses ([`super::Map`]).
+//! Used by the cross-reference (`draw::xref`). The server needs the reverse, the operand at a given
+//! place, which [`super::Map`] finds.
 
 use super::number::NumberType;
 use super::settings::{Modbus, Table};
@@ -15,19 +16,20 @@ pub(crate) struct ModbusPlace {
     pub table: Table,
     /// The protocol address of its first element.
     pub first: u32,
-    /// The number of its elements: registers of a word.
+    /// The number of its elements: the registers of a word, or 1 for a bit.
     pub count: u32,
     /// The only unit that shows it; `None`: all.
     pub unit: Option<u8>,
     /// Whether a client may write it.
     pub is_writable: bool,
-    /// The place of its entry; `None` in the standard map.
+    /// The place of its entry in the file; `None` in the standard map.
     pub span: Option<Span>,
 }
 
 impl Modbus {
-    /// The places of an address: of the standard map, then of the entries in their order. A Y that
-    /// is copied to an MI has the places of the MI, too; an X those of the MC it comes from.
+    /// The places of an address: first in the standard map, then in the entries, in their order. A
+    /// Y that is copied to an MI also has the places of the MI. An X also has the places of the MC
+    /// that is copied to it.
     pub(crate) fn places(&self, address: Address) -> Vec<ModbusPlace> {
         let mut all = self.own_places(address);
         let copies = |ranges: Option<(Range, Range)>, from: BitSpace, to: BitSpace| {

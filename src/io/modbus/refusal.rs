@@ -21,9 +21,9 @@ pub enum ModbusRefusal {
     NotWritable(Address),
     /// The controller file lists the element for other clients only.
     NotByThisClient(Address),
-    /// The request ends between the two registers of a value.
+    /// The request has only one of the two registers of a value.
     HalfOf(Word),
-    /// A tag does not allow the value, or the word does not hold it.
+    /// A tag does not allow the value, or the word cannot hold it.
     BeyondLimits {
         /// The word.
         word: Word,
@@ -31,12 +31,12 @@ pub enum ModbusRefusal {
         kind: NumberType,
         /// Its bits.
         bits: u32,
-        /// The least content of the word's cell that is allowed.
+        /// The least allowed content of the word's cell.
         min: i32,
-        /// The greatest.
+        /// The greatest allowed content.
         max: i32,
     },
-    /// A mask write to a word that does not take every 16-bit value.
+    /// A mask write to a word that does not accept every 16-bit value.
     NoMask(Word),
     /// The controller is in STOP or FAULT, or left RUN before a scan had seen the write.
     NotRunning(Mode),
@@ -47,7 +47,7 @@ pub enum ModbusRefusal {
 }
 
 impl ModbusRefusal {
-    /// The refusal for a batch that the exchange did not take in this mode.
+    /// The refusal for a batch that the exchange did not accept in this mode.
     pub fn of_batch(refused: Refused, mode: Mode) -> ModbusRefusal {
         match refused {
             Refused::NotRunning => ModbusRefusal::NotRunning(mode),
@@ -72,7 +72,7 @@ impl ModbusRefusal {
 }
 
 impl ModbusRefusal {
-    /// The reason for the log; `name` gives the name of an address.
+    /// The reason for the log; `name` returns the name of an address.
     pub fn say(self, name: impl Fn(Address) -> String) -> String {
         let of = |word| name(Address::Word(word));
         match self {

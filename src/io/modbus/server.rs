@@ -1,9 +1,10 @@
 //! The listening socket: admits clients, limits their number, and logs both.
 //!
 //! The daemon binds it before the first scan, and runs it in its runtime until it stops. Each
-//! client has a task. At the limit, a client that has not asked anything yet is closed for the new
-//! one (`guests`); if all have asked, the new client is closed at once. A panic in a task ends that
-//! client's connection with an error in the log, and never the daemon.
+//! client has a task. At the limit, a client that has not been answered yet is closed to make room
+//! for the new client (`guests`). If all clients have been answered, the new client is closed at
+//! once. A panic in a task ends that client's connection and is logged as an error; it never ends
+//! the daemon.
 
 use std::future::Future;
 use std::io;
@@ -26,11 +27,11 @@ use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 use crate::say::say;
 
-/// The pause after a failed accept if no client could be closed, so that accepting does not spin.
+/// The pause after a failed accept if no client could be closed, so that the loop does not spin.
 const REST_AFTER_FAILURE: Duration = Duration::from_millis(20);
 
-/// The least time limit of a write's wait. A scan that does not end is a fault long before, and a
-/// fault ends the wait too.
+/// The shortest time limit of a write's wait. A scan that does not end causes a fault long before,
+/// and a fault ends the wait too.
 const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
 
 /// A bound server.
@@ -41,8 +42,8 @@ pub struct Server {
 }
 
 impl Server {
-    /// Binds the socket, and gives the inputs of the image their first values. `maps` must be made
-    /// from the same settings. A write waits for 10 s, or for `patience` if that is longer.
+    /// Binds the socket, and sets the inputs of the image to their first values. `maps` must be
+    /// made from the same settings. A write waits for 10 s, or for `patience` if that is longer.
     ///
     /// # Errors
     /// When the address cannot be bound.
@@ -63,11 +64,11 @@ impl Server {
         Ok(server)
     }
 
-    /// The address at which it listens; with the port that the system chose if the settings have
-    /// port 0.
+    /// The address at which it listens. If the settings have port 0, the address has the port that
+    /// the system chose.
     ///
     /// # Errors
-    /// If the system does not tell the address.
+    /// If the system does not return the address.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
@@ -118,8 +119,8 @@ impl Server {
         guests.seat(client, |served| Connection::new(stream, client, shared, served).serve());
     }
 
-    /// After a failed accept, as when there are no file descriptors left: closes a client or
-    /// pauses.
+    /// Closes a client or pauses after a failed accept, which happens if no file descriptor is
+    /// left.
     async fn rest(&self, error: &io::Error, guests: &mut Guests) {
         say!(MODBUS_ACCEPT_FAILED, %error, "Modbus server cannot accept a client");
         match guests.make_room() {

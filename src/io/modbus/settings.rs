@@ -20,7 +20,7 @@ pub struct Modbus {
     pub(crate) standard_map: bool,
     /// The operands with further places; no two share a place.
     pub(crate) entries: Vec<MappedOperands>,
-    /// The lists of writes; at most [`LISTS_MAX`]. The first is `writable`, for every client.
+    /// The write lists; at most [`LISTS_MAX`]. The first is `writable`, for every client.
     pub(crate) lists: Vec<WriteList>,
     /// Coils copied to inputs: (MC, X), of the same length.
     pub(crate) inputs: Option<(Range, Range)>,
@@ -50,7 +50,7 @@ pub enum Table {
 /// Operands at further places: consecutive addresses of one table.
 #[derive(Clone, Debug)]
 pub(crate) struct MappedOperands {
-    /// What.
+    /// The operands.
     pub operands: Operands,
     /// The table.
     pub table: Table,
@@ -69,17 +69,18 @@ pub(crate) struct MappedOperands {
 /// The operands that certain clients may write.
 #[derive(Clone, Debug)]
 pub(crate) struct WriteList {
-    /// What.
+    /// The operands.
     pub ranges: Vec<Operands>,
     /// The clients; `None`: every client.
     pub clients: Option<Vec<Network>>,
 }
 
-/// The most lists of writes, including `writable`: the server keeps a bit for each.
+/// The most write lists, including `writable`: the server keeps one bit for each.
 pub(crate) const LISTS_MAX: usize = 64;
 
 impl Modbus {
-    /// The same without lists, map entries and image: it serves only reads of the standard map.
+    /// These settings without write lists, map entries and image: a server that has only reads of
+    /// the standard map.
     pub(crate) fn bare(self) -> Modbus {
         let none = WriteList { ranges: Vec::new(), clients: None };
         Modbus { lists: vec![none], entries: Vec::new(), inputs: None, outputs: None, ..self }

@@ -17,10 +17,10 @@ use crate::say::say;
 /// The state that the connections share.
 pub(super) struct ServerState {
     pub settings: Modbus,
-    /// The map of each program: an image is read by the map of its own program, and so is a write.
+    /// The map of each program. Reads and writes use the map of the image's own program.
     pub maps: Generations<Map>,
     pub port: Port,
-    /// The time limit of a write's wait for the scan that sees it.
+    /// The time limit of the wait until a scan has seen a write.
     pub write_wait: Duration,
 }
 
@@ -53,7 +53,8 @@ impl ServerState {
         }
     }
 
-    /// The time limit of a frame from its first byte to its last, and of a client taking a reply.
+    /// The time limit for receiving a frame, from its first byte to its last, and for sending a
+    /// reply.
     pub fn frame_timeout(&self) -> Duration {
         Duration::from_millis(self.settings.frame_timeout_ms.into())
     }

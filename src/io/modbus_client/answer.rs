@@ -1,8 +1,8 @@
 //! Checks whether a PDU answers a request, and finds the data in it.
 //!
-//! Pure: the links hand in any received bytes. Nothing here panics or allocates. A PDU that is not
-//! an answer gives [`Wrong`]. Its clause for the log is the same each time, so that lasting trouble
-//! is one line.
+//! The functions are pure, and accept any received bytes: they do not panic or allocate. For a PDU
+//! that is not an answer they return [`Wrong`]. Its clause for the log is the same each time, so
+//! that lasting trouble is one line.
 
 use std::fmt;
 
@@ -13,9 +13,9 @@ pub enum Wrong {
     Exception(u8),
     /// It has no bytes.
     Empty,
-    /// Its function is this one, not the request's.
+    /// Its function is not the request's, but this one.
     Function(u8),
-    /// Its length is not the one that its byte count or function requires.
+    /// Its length does not match its byte count or function.
     Length,
     /// Its number of data bytes is not the requested number.
     Count {
@@ -24,7 +24,7 @@ pub enum Wrong {
         /// The requested number.
         asked: u8,
     },
-    /// It does not repeat the write.
+    /// It does not repeat the write of the request.
     Echo,
 }
 

@@ -1,14 +1,14 @@
 //! The driver of a Modbus device: one exchange.
 //!
-//! An exchange first writes, then feeds the watchdog, then reads, so that a peer in trouble has its
-//! outputs as early as possible. It writes again if the watchdog may have run out. One link may
-//! reach several units: a unit that refuses or is silent makes the exchange fail as a whole, but
-//! the other units still exchange their outputs and inputs. Reads may take long: if outputs or
-//! the watchdog cannot wait, the exchange ends in part, and the next one continues from there.
+//! An exchange first writes, then feeds the watchdog, then reads, so that the outputs reach the
+//! peer as early as possible. It writes again if the watchdog may have run out. One link may reach
+//! several units: a unit that refuses or is silent makes the exchange fail as a whole, but the
+//! other units still exchange their outputs and inputs. Reads may take long: if outputs or the
+//! watchdog cannot wait, the exchange ends in part, and the next exchange continues from there.
 //!
-//! If the connection ends during an exchange, the exchange goes on over a new one where that makes
-//! sense (`talk`). All outputs are then written again: a peer may drop its outputs with a
-//! connection.
+//! If the connection ends during an exchange, the exchange continues over a new one in some cases,
+//! which `talk` decides. All outputs are then written again, because a peer may drop its outputs
+//! when a connection ends.
 
 use std::time::Duration;
 
@@ -27,7 +27,7 @@ use crate::io::device::{Driver, Exchange, Extent, Occasion, Trouble};
 pub struct Client<L> {
     talk: Talk<L>,
     groups: Vec<Group>,
-    /// The number of the group that is read next; at 0 all inputs are read anew.
+    /// The number of the group that is read next; 0 if the next exchange reads all inputs.
     next: usize,
     runs: Vec<OutputRun>,
     writes: Writes,
@@ -86,8 +86,9 @@ impl<L: Link> Client<L> {
         Ok(())
     }
 
-    /// Feeds the watchdog if it is due and its unit took its outputs. True the first time, and if
-    /// the feeding may have been too late, as after this process stood still.
+    /// Feeds the watchdog if it is due and its unit has accepted its outputs. Returns true for the
+    /// first feeding, and for a feeding that may have been too late, for example after this process
+    /// stood still.
     async fn feed(&mut self) -> Result<bool, Cut> {
         let Some(feeding) = &mut self.feeding else { return Ok(false) };
         let Watchdog { unit, register, every_ms } = feeding.watchdog;
@@ -120,17 +121,17 @@ impl<L: Link> Client<L> {
     }
 
     /// Writes all outputs once more after a watchdog may have run out. Its unit has then dropped
-    /// its outputs, and some units take no outputs until they are fed. The outputs were also
-    /// written before the feeding, because other units return to the outputs that they were given
-    /// last.
+    /// its outputs, and some units accept no outputs until the watchdog is fed. The outputs were
+    /// also written before the feeding, because other units return to the last outputs that they
+    /// received.
     async fn write_again(&mut self, outputs: &[i32]) -> Result<(), Cut> {
         let unit = self.feeding.as_ref().map(|feeding| feeding.watchdog.unit);
         self.runs.iter_mut().filter(|run| Some(run.unit) == unit).for_each(OutputRun::forget);
         self.write(Occasion::Change, outputs).await
     }
 
-    /// Continues reading where the previous exchange ended. It reads at least one group: if it gave
-    /// way to urgent writes before the first group each time, it would never read any.
+    /// Continues reading at the group at which the previous exchange ended. Reads at least one
+    /// group: otherwise, urgent writes in each exchange would prevent all reads.
     async fn read(
         &mut self,
         inputs: &mut [Option<i32>],
@@ -197,7 +198,7 @@ impl<L: Link> Client<L> {
     /// The result of the exchange, from the trouble of all units.
     fn verdict(&mut self, done: Extent, occasion: Occasion) -> Result<Extent, Trouble> {
         for run in &mut self.runs {
-            // The unit may have been without power.
+            // The unit may have been without power, and have lost its outputs.
             if self.talk.unit(run.unit).is_left {
                 run.forget();
             }
@@ -235,7 +236,7 @@ async fn write_run<L: Link>(
         run.push_request(&mut talk.request, part, writes, number);
         let done = talk.ask(&what).await;
         if !matches!(done, Ok(Some(_))) {
-            // The peer may have the write or not.
+            // The peer may or may not have received the write.
             run.forget();
             return done.map(|_| ());
         }

@@ -7,10 +7,10 @@ use crate::io::device::Trouble;
 /// The reason why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkFailure {
-    /// No answer came, or none that fits. A link that [starts anew](Link::STARTS_ANEW) can still be
-    /// used; a different link has to be connected again.
+    /// No answer came, or no answer that fits the request. The link can still be used if it has
+    /// [`Link::STARTS_ANEW`]; otherwise it has to be connected again.
     Silent(String),
-    /// The received bytes may or may not be the answer; the unit may be there.
+    /// The received bytes may or may not be the answer; the unit may be present.
     Doubtful(String),
     /// The peer has closed a link over which it had answered before, and sent no byte of this
     /// answer.
@@ -21,7 +21,8 @@ pub enum LinkFailure {
 
 /// A way to a peer.
 pub trait Link: Send + 'static {
-    /// Whether the next question starts anew after a wrong answer, so that the link stays usable.
+    /// Whether the link stays usable after a wrong or missing answer, because it discards old bytes
+    /// before the next question.
     const STARTS_ANEW: bool;
 
     /// Connects, unless it is connected.

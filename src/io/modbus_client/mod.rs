@@ -2,10 +2,10 @@
 //!
 //! `plan` groups points into few requests, `outputs` plans the writes, `request` and `answer` have
 //! the PDUs in both directions, `values` converts registers and numbers, `rtu` has the frames of a
-//! serial line; all six are pure. [`Client`] is the driver of one device. It talks to each `unit`
-//! through `talk` over a [`Link`], which is `tcp` or `serial`. Frames of TCP are the server's
-//! ([`super::modbus::frame`]). `io::device` decides the times of exchanges and the reaction to
-//! trouble. `docs/modbus-devices.md` describes the devices for authors.
+//! serial line; all six are pure. [`Client`] is the driver of one device. It exchanges with each
+//! `unit` through `talk` over a [`Link`], which is `tcp` or `serial`. `tcp` uses the frames of the
+//! server ([`super::modbus::frame`]). `io::device` decides the times of exchanges and the reaction
+//! to trouble. `docs/modbus-devices.md` describes the devices for authors.
 
 pub mod answer;
 mod client;

@@ -1,9 +1,9 @@
 //! The plan of writes: neighbouring outputs in few requests, and the values that were written last.
 //!
-//! A run is a stretch of coils or holding registers of one unit that are all outputs. After a
-//! change the stretch from the first changed element to the last is written. The whole run is
-//! written if that is due, and if the peer's values are not known: at first, and after a failed
-//! write.
+//! A run is a sequence of neighbouring coils or holding registers of one unit that are all outputs.
+//! After a change, the elements from the first changed one to the last are written. The whole run
+//! is written when all outputs are due, and if the peer's values are not known: at the start, and
+//! after a failed write.
 
 use super::request::{push_write_multiple, push_write_single};
 use super::settings::{ModbusPoint, PointForm, Table, Writes};
@@ -19,9 +19,9 @@ pub struct OutputRun {
     pub table: Table,
     /// The first address.
     pub first: u16,
-    /// Their numbers in the order of the map.
+    /// The outputs, each with its number in the order of the map.
     points: Vec<(usize, ModbusPoint)>,
-    /// The wanted values, one per element: 0 or 1 for coils, registers.
+    /// The wanted values, one per element: 0 or 1 for a coil, the content for a register.
     wanted: Vec<u16>,
     /// The values that were written last.
     sent: Vec<u16>,
@@ -70,7 +70,7 @@ impl OutputRun {
         }
     }
 
-    /// Whether a point, not before the first one, is a neighbour of this run.
+    /// Whether a point belongs to this run. The point must not be before the run's first point.
     fn takes(&self, point: &ModbusPoint) -> bool {
         let max = if self.table.is_bits() { WRITE_BITS_MAX } else { WRITE_WORDS_MAX };
         let place = usize::from(point.at.wrapping_sub(self.first));
@@ -119,7 +119,7 @@ impl OutputRun {
         let first = (0..self.wanted.len()).find(changed)?;
         let last = (0..self.wanted.len()).rev().find(changed)?;
         let mut part = RunPart { from: first, to: last + 1 };
-        // Both halves of a number, even if only one changed.
+        // Write both halves of a number, even if only one half changed.
         for (_, point) in self.points.iter().filter(|(_, point)| point.width() == 2) {
             let place = usize::from(point.at - self.first);
             if place < part.to && part.from < place + 2 {
@@ -134,7 +134,7 @@ impl OutputRun {
         if writes == Writes::Single { part.to - part.from } else { 1 }
     }
 
-    /// One of these requests.
+    /// Appends one of these requests; `number` counts from 0.
     pub fn push_request(&self, pdu: &mut Vec<u8>, part: RunPart, writes: Writes, number: usize) {
         let are_coils = self.table.is_bits();
         let single = |at: usize| (self.first + at as u16, self.wanted[at]);
@@ -176,7 +176,7 @@ mod tests {
         ModbusPoint { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
     }
 
-    /// The outgoing requests of a write that the peer takes.
+    /// The requests of a write that the peer accepts.
     fn written(run: &mut OutputRun, all: bool, writes: Writes, outputs: &[i32]) -> Vec<Vec<u8>> {
         run.want(outputs);
         let Some(part) = run.due(all) else { return Vec::new() };

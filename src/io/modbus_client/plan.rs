@@ -1,8 +1,9 @@
-//! The plan of reads: points of one unit and table together, in few requests.
+//! The plan of reads: few requests, each for several points of one unit and table.
 //!
 //! Made once, before the first exchange. Points share a request if they are neighbours, or if their
 //! distance is no more than the author's `gap`. A request stays within the protocol's limits. A
-//! number in two registers stays within one request, so that both come from one moment.
+//! number in two registers stays within one request, so that both registers are from the same
+//! moment.
 
 use super::settings::{ModbusPoint, Number, PointForm, Table};
 use super::values;
@@ -19,7 +20,7 @@ pub struct Group {
     pub first: u16,
     /// The number of elements.
     pub count: u16,
-    /// The points in it: their numbers in the order of the map.
+    /// The points that it reads, each with its number in the order of the map.
     points: Vec<(usize, ModbusPoint)>,
 }
 
@@ -47,7 +48,8 @@ pub fn reads(points: &[ModbusPoint], gap: u16) -> Vec<Group> {
 }
 
 impl Group {
-    /// Whether a point, not before the first one, belongs to the same request.
+    /// Whether a point belongs to this request. The point must not be before the request's first
+    /// point.
     fn takes(&self, point: &ModbusPoint, gap: u16) -> bool {
         if (self.unit, self.table) != (point.unit, point.table) {
             return false;
@@ -61,7 +63,7 @@ impl Group {
         u32::from(point.at) <= end + gap && count <= u32::from(max)
     }
 
-    /// Stores the values read in their points' inputs; `data` has the length that
+    /// Stores the read values in the inputs of their points; `data` has the length that
     /// [`super::answer::check`] ensures. False if a point is an f32 that is not a number; such a
     /// point counts as not read.
     pub fn bring_in(&self, data: &[u8], inputs: &mut [Option<i32>]) -> bool {

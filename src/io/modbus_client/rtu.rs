@@ -2,10 +2,10 @@
 //!
 //! A frame has the unit, a PDU and a CRC. Its end is not marked; its length follows from the PDU.
 //! [`find`] looks for the answer at every byte, so that noise before the answer does no harm. Some
-//! adapters send the request back, and it can look like an answer: [`behind_echo`] removes it,
-//! [`hear`] detects it. No input makes these functions panic.
+//! adapters send the request back, and such an echo can look like an answer: [`behind_echo`]
+//! removes it, and [`hear`] detects it. No input makes these functions panic.
 
-/// Bytes of the longest frame: the unit, a PDU of 253, the CRC.
+/// The number of bytes of the longest frame: the unit, a PDU of 253, the CRC.
 pub(crate) const FRAME_BYTES_MAX: usize = 256;
 
 /// The checksum of Modbus RTU: CRC-16 with the polynomial 0x8005, reflected, from 0xffff on.
@@ -58,8 +58,8 @@ pub(crate) fn is_answered_by_itself(request: &[u8]) -> bool {
     matches!(request.first(), Some(5 | 6))
 }
 
-/// Reads the bytes of a line that should not send requests back; `frame` is the request's. Bytes
-/// that may still become an echo count as nothing until it `is_late`.
+/// Reads the bytes of a line that should not send requests back; `frame` is the request's frame.
+/// Until the time limit is over (`is_late`), bytes that may still become an echo count as nothing.
 pub(crate) fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
     let Some((unit, request)) = parts(frame) else { return Heard::Nothing };
     if is_answered_by_itself(request) {
@@ -93,13 +93,13 @@ fn parts(frame: &[u8]) -> Option<(u8, &[u8])> {
     Some((*unit, rest.get(..rest.len().checked_sub(2)?)?))
 }
 
-/// The PDU of the first whole frame in which this unit answers this request, by the same function
-/// or by an exception. The content of the PDU is not checked.
+/// The PDU of the first whole frame in which this unit answers this request, with the same function
+/// or with an exception. The content of the PDU is not checked.
 pub fn find<'a>(received: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]> {
     (0..received.len()).find_map(|start| at_start(&received[start..], unit, request))
 }
 
-/// The same, for a frame at the start of the bytes.
+/// Like [`find`], but only for a frame at the start of the bytes.
 fn at_start<'a>(bytes: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]> {
     let function = *request.first()?;
     let end = match *bytes {
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn the_checksum_is_the_specifications() {
-        // The example of the specification, and the check value of catalogues.
+        // The example of the specification, and the check value of CRC catalogues.
         assert_eq!(crc(&[2, 7]), 0x1241);
         assert_eq!(crc(b"123456789"), 0x4b37);
         assert_eq!(framed(1, &[3, 0, 0, 0, 10]), [1, 3, 0, 0, 0, 10, 0xc5, 0xcd]);
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn an_echo_is_told_whatever_it_looks_like() {
-        // With 3 as its high byte the address looks like a count of bytes.
+        // If the high byte of the address is 3, it looks like a byte count.
         for function in [1, 2, 3, 4] {
             for at in 0..=0x03ff_u16 {
                 let [high, low] = at.to_be_bytes();
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn an_answer_that_begins_as_its_request_does_is_taken_when_no_more_comes() {
-        // The request's first six bytes are a whole answer of one byte of data.
+        // The request's first six bytes are a whole answer with one byte of data.
         let (unit, at) = (0..=255u8)
             .flat_map(|unit| (0..=255u8).map(move |at| (unit, at)))
             .find(|(unit, at)| crc(&[*unit, 1, 1, *at]).to_le_bytes()[0] == 0)
@@ -242,7 +242,7 @@ mod tests {
         ) {
             let pdu = [&[3, data.len() as u8], &data[..]].concat();
             let line = [&noise[..], &framed(1, &pdu)].concat();
-            // Noise that has a right CRC of its own is one in 65,536.
+            // Noise has a right CRC of its own in one of 65,536 cases.
             if let Some(found) = find(&line, 1, &READ) {
                 prop_assert!(found == pdu || noise.len() > 4);
             } else {

@@ -28,13 +28,14 @@ use super::rtu::{self, FRAME_BYTES_MAX, Heard};
 use super::settings::{Parity, Serial};
 use crate::io::device::Trouble;
 
-/// The most bytes received for a question: a request sent back and an answer. More is noise.
+/// The most bytes received for a question: a request sent back and an answer. More bytes than that
+/// are noise.
 const RECEIVED_MAX: usize = 2 * FRAME_BYTES_MAX;
 
-/// The least silence between frames at any speed, by the specification.
+/// The shortest silence between frames at any speed, according to the specification.
 const SILENCE_MIN: Duration = Duration::from_micros(1750);
 
-/// All lines, so that devices of one line share it.
+/// All lines by port, so that the devices on a line share it.
 #[derive(Default)]
 pub struct SerialLines {
     by_port: HashMap<String, Arc<Mutex<SerialLine>>>,
@@ -46,7 +47,7 @@ pub struct Rtu {
     timeout: Duration,
 }
 
-/// A line, and whether it is open.
+/// A line, with its port while that is open.
 struct SerialLine {
     settings: Serial,
     port: Option<AsyncFd<OwnedFd>>,
@@ -58,20 +59,20 @@ struct SerialLine {
 }
 
 /// Whether the line sends requests back. If that is not known, the answer to a write of one coil or
-/// register may be an echo. It counts as an answer until a read has shown an echo: the answer to a
-/// read never equals its request.
+/// register may be an echo. It counts as an answer until a read has shown an echo. A read can show
+/// one because its answer never equals its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Echo {
-    /// By the settings, each request comes back before its answer.
+    /// According to the settings, each request comes back before its answer.
     Wanted,
-    /// A read has shown an echo that the settings do not have: no answer can be trusted.
+    /// A read has shown an echo, against the settings: no answer can be trusted.
     Seen,
     /// No echo has been seen.
     Unseen,
 }
 
 impl SerialLines {
-    /// A link over this line, for a device whose answers are whole within `timeout`.
+    /// A link over this line, for a device whose answers are complete within `timeout`.
     pub fn link(&mut self, settings: &Serial, timeout: Duration) -> Rtu {
         let new = || Arc::new(Mutex::new(SerialLine::new(settings.clone())));
         let line = self.by_port.entry(settings.port.clone()).or_insert_with(new);
@@ -87,7 +88,7 @@ impl Echo {
         }
     }
 
-    /// The knowledge about echoes after a request.
+    /// The new state after a request.
     fn after(self, request: &[u8], heard: Heard<'_>) -> Echo {
         match (self, heard) {
             (Echo::Wanted, _) => Echo::Wanted,
@@ -143,7 +144,7 @@ impl Link for Rtu {
     }
 
     fn close(&mut self) {
-        // Other devices may use the port, and a healthy port stays open.
+        // The port stays open, because other devices may use it.
     }
 }
 
@@ -161,14 +162,14 @@ impl SerialLine {
         Duration::from_secs(1) * (bits * bytes as u32) / self.settings.baud
     }
 
-    /// The answer's PDU; `None`: none came in time.
+    /// The answer's PDU; `None` if no answer came in time.
     async fn ask(
         &mut self,
         unit: u8,
         request: &[u8],
         timeout: Duration,
     ) -> io::Result<Option<Vec<u8>>> {
-        // Three and a half characters.
+        // The time of three and a half characters.
         let silence = (self.wire_time(7) / 2).max(SILENCE_MIN);
         sleep_until(self.quiet_since + silence).await;
         let Some(port) = &self.port else { return Err(io::Error::other("the line is closed")) };
@@ -272,7 +273,7 @@ fn open_port(settings: &Serial) -> io::Result<AsyncFd<OwnedFd>> {
         modes.control_modes.set(ControlModes::PARODD, settings.parity == Parity::Odd);
     }
     modes.control_modes.set(ControlModes::CSTOPB, settings.stop_bits == 2);
-    // A read without bytes is not the end of the line.
+    // If there are no bytes, a read must not return 0, which means the end of the line.
     modes.special_codes[SpecialCodeIndex::VMIN] = 1;
     modes.special_codes[SpecialCodeIndex::VTIME] = 0;
     modes.set_speed(settings.baud)?;
@@ -282,6 +283,6 @@ fn open_port(settings: &Serial) -> io::Result<AsyncFd<OwnedFd>> {
 
 #[allow(unsafe_code)]
 fn watched(port: OwnedFd) -> io::Result<AsyncFd<OwnedFd>> {
-    // SAFETY: an `OwnedFd` is open, and the same, until it is dropped; nothing takes it out.
+    // SAFETY: an `OwnedFd` is the same open descriptor until it is dropped; nothing takes it out.
     Ok(unsafe { AsyncFd::register(port) }?)
 }

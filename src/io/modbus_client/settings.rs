@@ -1,5 +1,6 @@
 //! The settings of a Modbus client: the way to its peer, and the points to read and write. Made by
-//! `controller` from a controller file. No places: these change with every edit of the file.
+//! `controller` from a controller file. They contain no places in the file, because those change
+//! with every edit.
 
 use std::net::SocketAddr;
 
@@ -18,8 +19,7 @@ pub struct ClientSettings {
     pub write_every_ms: u32,
     /// The functions that write.
     pub writes: Writes,
-    /// The most registers (16 times as many bits) between two points that are read along in one
-    /// request.
+    /// The most unused registers, or 16 times as many bits, between two points of one read request.
     pub gap: u16,
     /// A register that a counter is written to.
     pub watchdog: Option<Watchdog>,
@@ -48,7 +48,7 @@ pub enum Link {
 pub struct Serial {
     /// Its character device.
     pub port: String,
-    /// Bits a second.
+    /// Bits per second.
     pub baud: u32,
     /// The parity bit.
     pub parity: Parity,
@@ -68,7 +68,7 @@ pub enum Parity {
 }
 
 impl Parity {
-    /// All by name.
+    /// All values with their names.
     pub(crate) const NAMES: [(&'static str, Parity); 3] =
         [("none", Parity::None), ("even", Parity::Even), ("odd", Parity::Odd)];
 }
@@ -79,14 +79,14 @@ pub enum Writes {
     /// 5 and 6 for one element, 15 and 16 for several.
     #[default]
     Fitting,
-    /// 5 and 6 alone.
+    /// Only 5 and 6.
     Single,
-    /// 15 and 16 alone.
+    /// Only 15 and 16.
     Multiple,
 }
 
 impl Writes {
-    /// All by name.
+    /// All values with their names.
     pub(crate) const NAMES: [(&'static str, Writes); 3] =
         [("fitting", Writes::Fitting), ("single", Writes::Single), ("multiple", Writes::Multiple)];
 }
@@ -118,7 +118,7 @@ pub struct ModbusPoint {
 /// The form of a point's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointForm {
-    /// A coil, a discrete input.
+    /// A coil or a discrete input.
     Bit,
     /// A bit of a register; 0 is the lowest.
     RegisterBit(u8),
@@ -133,12 +133,12 @@ pub struct Number {
     pub kind: NumberType,
     /// The register of a pair that has the higher 16 bits.
     pub order: WordOrder,
-    /// From the number to memory.
+    /// The scaling from the number to memory.
     pub scaling: Scaling,
 }
 
 impl ModbusPoint {
-    /// The number of elements of its table that it takes.
+    /// The number of elements of its table that it occupies.
     pub(crate) fn width(&self) -> u16 {
         match self.form {
             PointForm::Number(number) => number.kind.registers(),

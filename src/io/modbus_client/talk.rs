@@ -1,8 +1,9 @@
-//! The talk with a peer: sends a request to a unit, and judges the answer for unit and connection.
+//! The talk with a peer: sends a request to a unit, and decides the effect of the answer.
 //!
 //! Called by `client`, which chooses the requests. This module decides the scope of trouble: an
-//! exception concerns its request, silence its unit, garbage the connection. Two kinds of trouble
-//! end the connection but not the exchange ([`Cut::Anew`]): it goes on over a new connection.
+//! exception affects its request, silence affects its unit, and garbage affects the connection. Two
+//! kinds of trouble end the connection but not the exchange ([`Cut::Anew`]): the exchange continues
+//! over a new connection.
 
 use std::fmt;
 use std::time::Duration;
@@ -19,12 +20,12 @@ pub(super) struct Talk<L> {
     pub units: Vec<Unit>,
     pub request: Vec<u8>,
     answer: Vec<u8>,
-    /// The least time for which a silent unit is not asked. If an answer does not name its
-    /// question, a late answer must have come and been discarded before the next question.
+    /// The shortest time for which no request is sent to a silent unit. If answers do not identify
+    /// their requests, a late answer has to arrive and be discarded before the next request.
     pause: Duration,
-    /// Whether any request of this exchange has been answered, rightly or not.
+    /// Whether any request of this exchange has been answered, correctly or not.
     has_heard: bool,
-    /// Whether a unit was silent in this exchange, and the connection was closed for it.
+    /// Whether a unit was silent in this exchange, and the connection was closed for that reason.
     was_silent: bool,
 }
 
@@ -32,7 +33,8 @@ pub(super) struct Talk<L> {
 pub(super) enum Cut {
     /// The exchange has failed.
     Off(Trouble),
-    /// The exchange can go on over a new connection. The trouble is the reason if that fails.
+    /// The exchange can continue over a new connection. If connecting fails, this trouble is
+    /// reported.
     Anew(Trouble),
 }
 
@@ -50,7 +52,7 @@ pub(super) struct Question {
 pub(super) const READING: &str = "reading";
 
 impl<L: Link> Talk<L> {
-    /// A talk with these units, whose answers are whole within `timeout`.
+    /// A talk with these units, whose answers are complete within `timeout`.
     pub fn new(link: L, mut units: Vec<u8>, timeout: Duration) -> Talk<L> {
         units.sort_unstable();
         units.dedup();
@@ -66,7 +68,8 @@ impl<L: Link> Talk<L> {
         self.units.iter_mut().for_each(begin);
     }
 
-    /// Whether this exchange brought nothing but silence: then the peer itself is lost.
+    /// Whether units were silent and none answered in this exchange, so that the peer itself is
+    /// lost.
     pub fn is_dead(&self) -> bool {
         self.was_silent && !self.has_heard
     }
@@ -77,7 +80,7 @@ impl<L: Link> Talk<L> {
     }
 
     /// Sends the request to its unit. Returns the data of the answer; `None` if the unit is in
-    /// trouble, which is noted at the unit.
+    /// trouble. The unit's state then has the trouble.
     ///
     /// # Errors
     /// The connection has ended.
@@ -115,19 +118,19 @@ impl<L: Link> Talk<L> {
                 if is_alone {
                     return Err(Cut::Off(trouble));
                 }
-                // The other units of the link may be well.
+                // The other units of the link may still answer.
                 unit.miss(reason, pause);
                 self.was_silent = true;
                 Err(Cut::Anew(trouble))
             }
-            // The unit is asked again: a read shows whether it is there.
+            // The unit receives further requests: a read shows whether it is present.
             LinkFailure::Doubtful(reason) => {
                 unit.trouble.get_or_insert(format!("{what}: {reason}"));
                 Ok(())
             }
-            // The peer closed the connection while it was idle. If it has executed the request all
-            // the same, a repeated request does no harm: a read changes nothing, a write sets
-            // values.
+            // The peer closed the connection while it was idle. The request can be repeated even if
+            // the peer has executed it: a read changes nothing, and a write sets the same values
+            // again.
             LinkFailure::Closed(reason) if is_first => {
                 Err(Cut::Anew(Trouble::disconnected(format!("{what}: {reason}"))))
             }
@@ -145,11 +148,11 @@ impl<L: Link> Talk<L> {
             Wrong::Exception(_) if wrong.is_absence() => unit.miss(reason, Duration::ZERO),
             Wrong::Exception(_) => {
                 unit.found();
-                // A unit that refuses a read still takes its outputs.
+                // A unit that refuses a read still accepts its outputs.
                 let noted = if what.verb == READING { &mut unit.unread } else { &mut unit.trouble };
                 noted.get_or_insert(reason);
             }
-            // It may answer an earlier question, and the right answer may be on its way.
+            // The PDU may answer an earlier request, and the right answer may still arrive.
             Wrong::Empty
             | Wrong::Function(_)
             | Wrong::Length

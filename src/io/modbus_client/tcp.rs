@@ -1,9 +1,9 @@
 //! The link over TCP: one connection, one question at a time.
 //!
-//! A frame that does not answer the present question, also a late answer to an earlier one, breaks
-//! the connection: a new connection contains no old frames. Many peers close a connection that was
-//! idle for some time. The next question is the first to show this; it is reported as
-//! [`LinkFailure::Closed`]. Memory is one frame.
+//! A frame that does not answer the present question ends the connection, even if it is a late
+//! answer to an earlier question: a new connection contains no old frames. Many peers close a
+//! connection that was idle for some time. The link detects this only at the next question, and
+//! reports it as [`LinkFailure::Closed`]. The link stores one frame at most.
 
 use std::io;
 use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, UnexpectedEof};
@@ -51,7 +51,8 @@ impl Link for Tcp {
             Ok(Err(error)) => return Err(refused(error.to_string())),
             Ok(Ok(stream)) => stream,
         };
-        // A question is one small packet, and the client waits for its answer.
+        // Questions are sent without delay: each is one small packet, and the client waits for its
+        // answer.
         let _ = stream.set_nodelay(true);
         (self.stream, self.is_proven) = (Some(stream), false);
         Ok(())
@@ -98,7 +99,7 @@ impl Link for Tcp {
 /// Receives until the bytes are a whole frame, or cannot become one.
 async fn receive(stream: &mut TcpStream, bytes: &mut [u8], filled: &mut usize) -> io::Result<()> {
     loop {
-        // A frame is never longer than the room for it.
+        // The buffer has room for the longest frame.
         match stream.read(&mut bytes[*filled..]).await? {
             0 => return Err(io::Error::new(UnexpectedEof, "the peer has closed the connection")),
             count => *filled += count,
@@ -109,7 +110,7 @@ async fn receive(stream: &mut TcpStream, bytes: &mut [u8], filled: &mut usize) -
     }
 }
 
-/// Whether the peer has closed the connection, in order or not.
+/// Whether the peer has closed the connection, properly or not.
 fn is_closed(error: &io::Error) -> bool {
     matches!(error.kind(), UnexpectedEof | ConnectionReset | ConnectionAborted | BrokenPipe)
 }

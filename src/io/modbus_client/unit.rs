@@ -1,6 +1,6 @@
 //! The state of a unit that the link reaches: its trouble, and the time of the next question.
 //!
-//! Kept by `talk`. A silent unit is asked once more soon, then less and less often, so that the
+//! Kept by `talk`. A silent unit soon receives one more request, then fewer and fewer, so that the
 //! other units of the same link lose little time.
 
 use std::time::Duration;
@@ -11,13 +11,14 @@ use crate::io::device::{Occasion, Retry};
 
 pub(super) struct Unit {
     pub number: u8,
-    /// The first silence or refused write of this exchange, or of the previous one.
+    /// The first silence or refused write of this exchange; of an earlier exchange if the unit
+    /// receives no request in this one.
     pub trouble: Option<String>,
-    /// The first reason why some of its inputs are missing, since the first group was read.
+    /// The first reason why some of its inputs are missing, since the read of the first group.
     pub unread: Option<String>,
     /// Whether it was silent or refused a write in the previous exchange.
     pub was_troubled: bool,
-    /// Whether it is not asked any more in this exchange.
+    /// Whether it receives no more requests in this exchange.
     pub is_left: bool,
     /// The number of consecutive silences.
     absences: u32,
@@ -43,8 +44,8 @@ impl Unit {
         *self = Unit::new(self.number);
     }
 
-    /// Prepares for an exchange: a unit in trouble is asked when inputs are due, not at every
-    /// change. `is_anew`: inputs are read from the first group on.
+    /// Prepares for an exchange: a unit in trouble receives requests when inputs are due, not at
+    /// every change. `is_anew`: inputs are read from the first group on.
     pub fn begin(&mut self, occasion: Occasion, now: Instant, is_anew: bool) {
         self.was_troubled = self.trouble.is_some();
         self.is_left = match occasion {

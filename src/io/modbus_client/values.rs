@@ -1,13 +1,13 @@
-//! Values of memory from the bits of registers, and back. No I/O.
+//! Converts the bits of registers to values of memory, and back. No I/O.
 //!
-//! In: the number is scaled, and limited to what memory holds. Out: the reverse, limited to the
-//! nearest value that the registers hold. `io::scaling` computes; this file knows which numbers are
-//! reals on the way.
+//! For an input, the number is scaled, and limited to the range of memory. For an output, the value
+//! is scaled back, and limited to the range of the registers. `io::scaling` computes; this file
+//! decides which numbers it computes with as reals.
 
 use super::settings::Number;
 use crate::io::modbus::number::NumberType;
 
-/// The value in memory of a number's bits (the lower 16 for one register); `None`: an f32 that is
+/// The value of memory for a number's bits (the lower 16 for one register); `None`: an f32 that is
 /// not a number.
 pub fn decode(number: &Number, bits: u32) -> Option<i32> {
     if number.kind == NumberType::F32 {
@@ -16,7 +16,7 @@ pub fn decode(number: &Number, bits: u32) -> Option<i32> {
     Some(number.scaling.of_integer(number.kind.value(bits)?))
 }
 
-/// The bits of a number for a value in memory.
+/// The bits of a number for a value of memory.
 pub fn encode(number: &Number, value: i32) -> u32 {
     if number.kind == NumberType::F32 {
         return number.kind.nearest_bits(number.scaling.to_real(value));

@@ -16,7 +16,7 @@ use crate::runtime::exchange::Port;
 /// The time between two steps.
 const STEP: Duration = Duration::from_millis(1);
 
-/// The rules for a program, and the cells of their bits in its layout.
+/// The rules for a program, and the program's layout, which has the cells of their bits.
 #[derive(Clone, Debug)]
 pub struct Rules {
     rules: Vec<Rule>,
@@ -30,11 +30,11 @@ impl Rules {
     }
 }
 
-/// A device that has taken its first step; [`PlantDrive::run`] takes the others.
+/// A device that has taken its first step; [`PlantDrive::run`] takes all further steps.
 pub struct PlantDrive {
     device: RuleSet,
     programs: Generations<Rules>,
-    /// The program whose rules it follows.
+    /// The program whose rules are in use.
     generation: u32,
     layout: Layout,
     port: Port,
@@ -53,7 +53,7 @@ impl PlantDrive {
         drive
     }
 
-    /// Moves the inputs of the rules until `stop`. Then they keep their values.
+    /// Moves the inputs of the rules until `stop`. Afterwards the inputs keep their values.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
         let mut tick = interval(STEP);
@@ -67,8 +67,8 @@ impl PlantDrive {
         }
     }
 
-    /// Takes one step. A Y is read as driven, because a plant sees the safe values too; any other
-    /// bit is read as the last complete scan left it.
+    /// Takes one step. For a Y, the rules read the value of the output, because a plant receives
+    /// the safe values too. For any other bit, they read its value after the last complete scan.
     fn step(&mut self) {
         let now_ms = self.started.elapsed().as_millis() as u64;
         let seen = self.port.latest();

@@ -8,12 +8,13 @@ use std::collections::VecDeque;
 use super::settings::{Effect, FaultSettings, PointId};
 use crate::random::SplitMix64;
 
-/// The point that a fault falsifies: a command before the parts move, or a report after it.
+/// The point that a fault falsifies: a command before the parts move, or a report after they have
+/// moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Falsifies {
     /// A point that drives a part.
     Command,
-    /// A point by which a part reports.
+    /// A point with which a part reports.
     Report,
 }
 
@@ -24,7 +25,7 @@ pub(super) struct Fault {
     when: usize,
     point: usize,
     effect: Effect,
-    /// The time since which it is on.
+    /// The time at which it was turned on; `None` while it is off.
     since_ms: Option<u64>,
     /// The value of a stuck point; the deviation of a noisy point.
     held: i32,
@@ -63,7 +64,7 @@ impl Fault {
         })
     }
 
-    /// Whether it has something to do in a tick: while it is on, and one that delays always.
+    /// Whether it acts in a tick. It does while it is on; a fault that delays always acts.
     pub fn acts(&self, values: &[i32]) -> bool {
         values[self.when] != 0 || matches!(self.effect, Effect::Late { .. })
     }
@@ -108,7 +109,8 @@ impl Fault {
         values[self.point] = value;
     }
 
-    /// Stores a value, and returns the one of `by_ms` ago; until then, the first one.
+    /// Stores a value, and returns the value of `by_ms` ago. During the first `by_ms`, returns the
+    /// first value.
     fn late(&mut self, value: i32, by_ms: u32) -> i32 {
         if self.past.is_empty() {
             self.past.extend(std::iter::repeat_n(value, by_ms as usize));

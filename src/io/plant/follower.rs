@@ -1,7 +1,7 @@
 //! A bit that follows an input bit after a delay: contactors, switches, doors.
 //!
-//! Used by the parts of a plant. A change that is shorter than its delay has no effect. No clock:
-//! the time is an argument.
+//! Used by the parts of a plant. A change that is shorter than its delay has no effect. This module
+//! has no clock: the time is an argument.
 
 /// The present value, and the time of a change that is not followed yet.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,12 +1,12 @@
 //! A lag of first order: a temperature, a pressure, a flow that follows its input.
 //!
 //! Called by `part` once a millisecond. The input is constant within a tick, so each tick takes the
-//! exact step of the differential equation: the distance to the end value shrinks by
-//! exp(-1 ms / time constant). The state is a binary64. Its rounding does not add up, because
-//! every tick shrinks the earlier errors too: with values up to a million and a time constant up to
-//! a day, the error stays below a hundredth of a unit. The factor is computed by additions,
-//! multiplications and divisions alone, which give the same result on every machine; a system's
-//! `exp` does not.
+//! exact step of the differential equation: the distance to the end value shrinks by exp(-1 ms /
+//! time constant). The state is a binary64. Its rounding does not add up, because every tick
+//! shrinks the earlier errors too: with values up to a million and a time constant up to a day, the
+//! error stays below a hundredth of a unit. The factor is computed only by additions,
+//! multiplications and divisions, which have the same result on every machine. The result of a
+//! system's `exp` may differ.
 
 use super::settings::opening;
 
@@ -35,7 +35,7 @@ impl Lag {
 
     /// Its value, to the nearest whole number.
     pub fn value(&self) -> i32 {
-        // Beyond an i32, `as` gives the nearest i32.
+        // For a number beyond an i32, `as` returns the nearest i32.
         self.value.round() as i32
     }
 }

@@ -1,9 +1,10 @@
 //! A plant in software, as a field device: belts with parts on them, tanks, motors, faults.
 //!
-//! [`Model`] is pure: it takes the time and the outputs to the plant, and gives the inputs. Tests
-//! step it by hand; [`Plant`] makes it a driver, with a step up to the present at each exchange.
-//! `docs/simulated-plant.md` describes the parts and faults. The rules of `[[simulated-device]]`
-//! are single parts without a plant ([`RuleSet`], and [`PlantDrive`] beside a running controller).
+//! [`Model`] is pure: it takes the time and the outputs to the plant, and returns the inputs. Tests
+//! step it by hand; [`Plant`] makes it a driver, and steps it up to the present time at each
+//! exchange. `docs/simulated-plant.md` describes the parts and faults. The rules of
+//! `[[simulated-device]]` are single parts without a plant ([`RuleSet`], and [`PlantDrive`] beside
+//! a running controller).
 
 mod drive;
 mod fault;

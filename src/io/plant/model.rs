@@ -1,17 +1,18 @@
-//! The model of a plant: one step of it.
+//! The model of a plant, and a step of the plant.
 //!
 //! Time passes in ticks of a millisecond, independently of the distance between steps, so the same
-//! commands at the same times give the same plant. In a tick every command first takes its driver's
-//! value as the previous tick left it; then every part moves. So the order of the parts does not
-//! matter. Numbers are integers, and intermediate results are not rounded. No clock.
+//! commands at the same times give the same results. In a tick, every command first takes the value
+//! that its driver had after the previous tick; then every part moves. The order of the parts
+//! therefore does not matter. The values of points are integers. Parts keep their state in finer
+//! units, so rounding does not add up. The model has no clock.
 
 use super::fault::{Falsifies, Fault};
 use super::part::PartState;
 use super::settings::{CommandShare, Effect, Feed, Plant, PlantCommand, PointId, opening};
 use crate::io::scaling::Scaling;
 
-/// The most ticks that one step catches up with. If the process stood still for longer, the plant
-/// stood still for the rest of that time too.
+/// The most ticks that one step catches up with. If the process stood still for longer, the rest of
+/// that time does not pass for the plant.
 const CATCH_UP_MS: u64 = 1000;
 
 /// A plant with its state.
@@ -31,15 +32,15 @@ pub struct Model {
     /// All points; `before` has their values after the previous tick.
     values: Vec<i32>,
     before: Vec<i32>,
-    /// The outputs to the plant, as they came last, in the plant's numbers.
+    /// The last outputs to the plant, in the plant's numbers.
     outputs: Vec<i32>,
-    /// The time as given last; `None` before the first step.
+    /// The time of the last step; `None` before the first step.
     given_ms: Option<u64>,
     /// The time of the last tick.
     time_ms: u64,
 }
 
-/// A fault has made the device lost: nothing comes in.
+/// A fault has made the device lost: it supplies no inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lost;
 
@@ -79,9 +80,9 @@ impl Model {
         }
     }
 
-    /// Moves the plant on to a time, which never goes back. The previous outputs apply until that
-    /// time, the given ones from then on. Both slices have one value of memory per point of the
-    /// device.
+    /// Moves the plant to the time `now_ms`, which never goes back. The previous outputs apply
+    /// until that time; `outputs` apply from then on. Both slices have one value of memory per
+    /// point of the device.
     ///
     /// # Errors
     /// A fault makes the device lost; `inputs` stays unchanged.
@@ -107,12 +108,13 @@ impl Model {
         Ok(())
     }
 
-    /// Passes outputs to the plant; to a lost one, only those that turn faults on and off.
+    /// Passes outputs to the plant; while the device is lost, only those that turn faults on and
+    /// off.
     fn take(&mut self, outputs: &[i32]) {
         let is_lost = self.is_lost();
         let is_fault = |point: PointId| point.0 as usize >= self.first_fault;
         for command in self.commands.iter().filter(|command| !is_lost || is_fault(command.point)) {
-            // An output drives a command alone.
+            // An output is always the only driver of its command.
             if let Some(&CommandShare { feed: Feed::Output(at), .. }) = command.drives.first()
                 && let (Some(known), Some(now)) = (self.outputs.get_mut(at), outputs.get(at))
             {
@@ -137,7 +139,8 @@ impl Model {
                 }
             };
         }
-        // Most of the time there is none: then nothing is to be done, and nothing to be forgotten.
+        // If no fault acts in this tick or acted in the previous one, no fault has a point to
+        // falsify or a state to reset.
         let has_fault = self.faults.iter().any(|fault| fault.acts(&self.values));
         let stirs = has_fault || self.had_fault;
         self.had_fault = has_fault;

@@ -1,7 +1,8 @@
 //! The parts of a plant with their state, and the effect of one tick of a millisecond on each.
 //!
-//! A part gets a slice of points that begins with its own points, in `controller`'s order. It keeps
-//! its state in its own fields, never in a point: a fault may have falsified the point.
+//! A part receives a slice of points that begins with its own points, in the order that
+//! `controller` defines. It keeps its state in its own fields, never in a point: a fault may have
+//! falsified the point.
 
 use std::collections::VecDeque;
 
@@ -9,7 +10,7 @@ use super::follower::Follower;
 use super::lag::Lag;
 use super::settings::{Delays, PartSettings, Scale, opening};
 
-/// The nanometres in a millimetre, and the millionths in a tank's unit.
+/// The number of nanometres in a millimetre, and of millionths in a tank's unit.
 const MILLION: u64 = 1_000_000;
 
 /// A part with its state.
@@ -24,8 +25,8 @@ pub(super) enum PartState {
     Lag(Lag),
 }
 
-/// A belt with parts on it. Lengths are in nanometres: a belt of 1 mm/s moves by one in a tick at
-/// a thousandth of its speed.
+/// A belt with parts on it. Lengths are in nanometres: a belt with a speed of 1 mm/s that runs at a
+/// thousandth of that speed moves 1 nm in a tick.
 #[derive(Clone, Debug)]
 pub(super) struct Belt {
     length: u64,
@@ -38,9 +39,9 @@ pub(super) struct Belt {
     moved: u64,
     /// The number of ticks in which it has moved.
     moved_ms: u64,
-    /// For each part, the distance at which it was laid on; the foremost part first.
+    /// For each part, the distance at which it was put on the belt; the foremost part is first.
     laid: VecDeque<u64>,
-    /// The previous value of the bit that lays parts on.
+    /// The previous value of the bit that puts parts on the belt.
     fed: bool,
 }
 

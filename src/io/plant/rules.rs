@@ -2,10 +2,12 @@
 //!
 //! A pulse is a part of kind `pulse`; a rule that follows a bit is a part of kind `delay`. A rule
 //! has no points: it reads the bits that drive it from an image, and its part's output is an input
-//! of the controller. A step ticks each part once, at the given time, so a late step shifts no
-//! later one. A part rests while its `while` bit is OFF, and can be inverted. No clock.
+//! of the controller. A step ticks each part once, at the given time, so a late step does not shift
+//! later steps. A part is at rest while the rule's `while` bit is OFF. A rule can invert its input.
+//! Rules have no clock.
 //!
-//! `controller` has made sure that no two rules move one input, and that their times make sense.
+//! `controller` has made sure that no two rules move the same input, and that their times are
+//! valid.
 
 use super::part::PartState;
 use super::settings::{Delays, Motion, PartSettings, Rule};
@@ -22,7 +24,7 @@ pub struct RuleSet {
 struct Moved {
     rule: Rule,
     part: PartState,
-    /// The input as given last; `None` before the first step.
+    /// The input's value in the last step; `None` before the first step.
     given: Option<bool>,
 }
 
@@ -112,8 +114,8 @@ mod tests {
         Rule { input: 0, motion, while_on: None, invert: false, span, follows_at, while_at }
     }
 
-    /// The input's line after one step per millisecond from 0. A bit is ON where its line has a
-    /// `#`.
+    /// Steps a rule once per millisecond from 0, and returns its input's values as a line. `#` is
+    /// ON, in the bits' lines too.
     fn line(rule: Rule, motor: &str, enable: &str) -> String {
         let mut device = RuleSet::new(&[rule]);
         let mut input = None;

@@ -24,26 +24,27 @@ pub struct Plant {
     pub(crate) parts: Vec<PlantPart>,
     /// Its faults, in file order.
     pub(crate) faults: Vec<FaultSettings>,
-    /// The driver of each command, also of the faults'; in the order of their points.
+    /// The drivers of each command, including the commands of faults, in the order of their points.
     pub(crate) commands: Vec<PlantCommand>,
     /// The number of points.
     pub(crate) points: usize,
-    /// The points that come in, one for each input of the device.
+    /// The point of each input of the device.
     pub(crate) inputs: Vec<PointId>,
-    /// The number of points that go out; [`Feed::Output`] numbers them.
+    /// The number of outputs of the device; [`Feed::Output`] numbers them.
     pub(crate) outputs: usize,
-    /// From the whole numbers of the plant to memory, one for each input.
+    /// The scaling from the plant's integers to memory, for each input.
     pub(crate) input_scaling: Vec<Scaling>,
     /// The same for each output.
     pub(crate) output_scaling: Vec<Scaling>,
 }
 
-/// A command's value: the mean of what drives it. Of several pumps each has an equal share.
+/// A command and its drivers; its value is the mean of their values. Each of several pumps has an
+/// equal share, for example.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlantCommand {
     /// The command.
     pub(crate) point: PointId,
-    /// At least one; more than one for an opening only.
+    /// The drivers: at least one; several only for an opening.
     pub(crate) drives: Vec<CommandShare>,
 }
 
@@ -63,7 +64,7 @@ pub(crate) enum Feed {
     Output(usize),
     /// A point of the plant.
     Point(PointId),
-    /// Nothing drives it: this value, always.
+    /// A constant value, for a command that nothing drives.
     Fixed(i32),
 }
 
@@ -89,12 +90,12 @@ pub(crate) enum PartSettings {
     Lag { gain: i32, ambient: i32, initial: i32, time_ms: u32 },
 }
 
-/// The time for which a bit must be ON, and OFF, before it is followed.
+/// The times for which a bit must be ON or OFF before it is followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Delays {
-    /// ON, ms.
+    /// For ON, in ms.
     pub after_ms: u32,
-    /// OFF, ms.
+    /// For OFF, in ms.
     pub release_ms: u32,
 }
 
@@ -122,11 +123,11 @@ pub(crate) struct FaultSettings {
 pub(crate) enum Effect {
     /// The point has this value.
     Fixed { point: PointId, value: i32 },
-    /// The point keeps the value that it had when the fault came.
+    /// The point keeps the value that it had before the fault was turned on.
     Stuck { point: PointId },
-    /// A bit is ON or OFF at random, drawn again every `every_ms`.
+    /// A bit is ON or OFF at random; a new value is drawn every `every_ms`.
     Bouncing { point: PointId, every_ms: u32 },
-    /// A word deviates by up to `amplitude` at random, drawn again every `every_ms`.
+    /// A word deviates by up to `amplitude` at random; a new deviation is drawn every `every_ms`.
     Noisy { point: PointId, every_ms: u32, amplitude: u32 },
     /// The point has its value of `by_ms` ago.
     Late { point: PointId, by_ms: u32 },
@@ -143,11 +144,12 @@ pub struct Rule {
     pub motion: Motion,
     /// The input moves only while this bit is ON; otherwise it is OFF.
     pub while_on: Option<Bit>,
-    /// The input is ON where the rule says OFF.
+    /// Whether the input is ON when the rule's value is OFF, and OFF when it is ON.
     pub invert: bool,
     /// The place of the rule.
     pub(crate) span: Span,
-    /// The places of the bits that it follows and moves with; the rule's place without one.
+    /// The places of the followed bit and of the `while` bit; the rule's place if there is no such
+    /// bit.
     pub(crate) follows_at: Span,
     pub(crate) while_at: Span,
 }
@@ -170,18 +172,18 @@ pub enum Motion {
     Pulse {
         /// The length of a pulse; less than `every_ms`.
         width_ms: u32,
-        /// The time between the begins of two pulses.
+        /// The time between the starts of two pulses.
         every_ms: u32,
-        /// The begin of the first pulse.
+        /// The start of the first pulse.
         offset_ms: u32,
     },
     /// The input follows a bit, with a delay.
     Follow {
         /// The bit.
         bit: Bit,
-        /// How long the bit is ON before the input comes ON.
+        /// The time for which the bit has to be ON before the input turns ON.
         after_ms: u32,
-        /// How long the bit is OFF before the input goes OFF.
+        /// The time for which the bit has to be OFF before the input turns OFF.
         release_ms: u32,
     },
 }

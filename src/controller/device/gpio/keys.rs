@@ -5,20 +5,20 @@ use crate::source::key::{key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::Located;
 
-/// The keys of a `[[device]]` about its chip.
+/// The keys of a `[[device]]` for its chip.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
     /// Whether the device names this driver; only then can a required key be missing.
     pub is_named: bool,
     /// `chip`: the chip's character device, or its label.
     pub chip: Option<Text>,
-    /// `budget-us`: the longest time an exchange may take.
+    /// `budget-us`: the longest time for an exchange.
     pub budget_us: Option<Located<i64>>,
     /// The keys of each row of the map.
     pub rows: Vec<RowKeys>,
 }
 
-/// The keys of a row of the map about its lines.
+/// The keys of a row of the map for its lines.
 #[derive(Clone, Debug, Default)]
 pub struct RowKeys {
     /// `active-low`: a low level is ON.

@@ -164,7 +164,7 @@ fn enter(at: &LineId, span: Span, seen: &mut Vec<(LineId, Span)>, findings: &mut
     let Some((_, first)) = seen.iter().find(|(known, _)| known == at) else {
         return seen.push((at.clone(), span));
     };
-    // Once a row.
+    // Only one finding per row.
     if !findings.iter().any(|finding| finding.span == span) {
         let finding = Finding::new(Code::Controller, span, format!("{at} stands in two rows"));
         findings.push(finding.label("again here").related(*first, "first here"));

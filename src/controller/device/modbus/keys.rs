@@ -18,7 +18,7 @@ const REGISTERS: (i64, i64) = (0, 65_535);
 const GAPS: (i64, i64) = (0, 100);
 const BAUDS: (i64, i64) = (50, 4_000_000);
 
-/// The keys of a `[[device]]` about its line.
+/// The keys of a `[[device]]` for its peer.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
     /// The medium to the peer, if the device names a driver.
@@ -29,13 +29,13 @@ pub struct Keys {
     pub connect_timeout_ms: Option<Located<i32>>,
     /// `port`: the serial line's character device.
     pub port: Option<Text>,
-    /// `baud`: bits a second.
+    /// `baud`: bits per second.
     pub baud: Option<Located<i64>>,
     /// `parity`.
     pub parity: Option<Text>,
     /// `stop-bits`.
     pub stop_bits: Option<Located<i64>>,
-    /// `echo`: the adapter sends requests back.
+    /// `echo`: whether the adapter sends requests back.
     pub echo: Option<Located<bool>>,
     /// `unit` of the rows without a `unit` of their own.
     pub unit: Option<Located<i64>>,
@@ -45,7 +45,7 @@ pub struct Keys {
     pub write_every_ms: Option<Located<i32>>,
     /// `writes`: the function codes of writes.
     pub writes: Option<Text>,
-    /// `gap`: the most unmapped registers that one request reads along between two points.
+    /// `gap`: the most unmapped registers between two points of one read request.
     pub gap: Option<Located<i64>>,
     /// `watchdog`.
     pub watchdog: Option<Watchdog>,
@@ -71,14 +71,14 @@ pub struct Watchdog {
     pub register: Option<Located<i64>>,
     /// `every`, ms.
     pub every_ms: Option<Located<i32>>,
-    /// `unit`; else the device's.
+    /// `unit`; if not given, the device's.
     pub unit: Option<Located<i64>>,
 }
 
-/// The keys of a row of the map about its points.
+/// The keys of a row of the map for its points.
 #[derive(Clone, Debug, Default)]
 pub struct RowKeys {
-    /// `unit`; else the device's.
+    /// `unit`; if not given, the device's.
     pub unit: Option<Located<i64>>,
     /// `type` of a register's number.
     pub kind: Option<Text>,

@@ -128,7 +128,7 @@ fn serial(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> O
     let baud = keys.baud.as_ref().map_or(19_200, |baud| baud.value as u32);
     let parity =
         one_word("parity", keys.parity.as_ref(), &Parity::NAMES, findings).unwrap_or(Parity::Even);
-    // The specification wants eleven bits per character.
+    // The specification requires eleven bits per character.
     let usual = if parity == Parity::None { 2 } else { 1 };
     let stop_bits = keys.stop_bits.as_ref().map_or(usual, |bits| bits.value as u8);
     let Some(port) = &keys.port else {
@@ -207,7 +207,7 @@ impl ModbusReader<'_> {
         Some((stretch.first..last).step_by(width as usize).map(point).collect())
     }
 
-    /// The number type of a row's registers, by the row's keys.
+    /// The form of the numbers in a row's registers, according to the row's keys.
     fn number(&mut self, keys: &RowKeys, real: bool, is_bits: bool) -> Option<Number> {
         let before = self.findings.len();
         let places = [&keys.kind, &keys.word_order].map(|text| text.as_ref().map(|t| t.span));
@@ -292,7 +292,7 @@ fn wrong_count(row: &ResolvedRow<'_>, stretch: &Stretch, width: u32) -> Finding 
     of_points(row, message).help(help)
 }
 
-/// The elements of a table.
+/// The number of elements of a table.
 const ELEMENTS: u32 = 65_536;
 
 /// The help for points that do not fit between the first point and the end of the table: it names

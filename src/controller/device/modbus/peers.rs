@@ -1,10 +1,10 @@
-//! Conflicts between devices of one peer: two outputs write one place, two devices set one serial
-//! line differently, or two devices ask one unit of it.
+//! Conflicts between devices of one peer: two outputs write the same place, two devices have
+//! different settings for the same serial line, or two devices use the same unit of a serial line.
 //!
 //! Two outputs in one place would overwrite each other's value at every write; a watchdog's
-//! register is an output too. Bits of one register may be outputs side by side within one
-//! device: they are written together. An answer on a serial line does not name its request, so only
-//! one device may ask a unit.
+//! register is an output too. Bits of one register may be outputs side by side within one device:
+//! they are written together. An answer on a serial line does not identify its request, so only one
+//! device may use a unit.
 //!
 //! ```toml
 //! # passes
@@ -42,8 +42,8 @@ struct Writer {
     span: Span,
 }
 
-/// A finding for every output whose place has an output already, and for every line that two
-/// devices set differently.
+/// A finding for every output whose place already has an output, for every serial line with
+/// different settings, and for every unit of a serial line that two devices use.
 pub(in crate::controller::device) fn at_odds(
     devices: &[Device],
     written: &[WrittenDevice],
@@ -56,7 +56,7 @@ pub(in crate::controller::device) fn at_odds(
             let PeerElement { unit, table, at, .. } = element;
             let (bits, span) = (writer.bits, writer.span);
             let taken = writers.entry(element).or_default();
-            // Each of two devices would write the whole register.
+            // Two devices cannot share the bits of a register: each would write the whole register.
             let is_other = |other: &&Writer| other.device != device.id || other.bits & bits != 0;
             if let Some(first) = taken.iter().find(is_other)
                 && !findings.iter().any(|finding| finding.span == span)

@@ -1,8 +1,8 @@
 //! The notation of a Modbus device's points: `coil 0..7`, `holding 100`, `holding 5.3`.
 //!
 //! Called by the driver's resolver for each row. Addresses are those of the protocol, from 0, as in
-//! the bytes of a request. This file does not know the number type of registers: a stretch is bits
-//! or registers.
+//! the bytes of a request. This file does not consider the number type of registers: a stretch
+//! consists of bits or of registers.
 
 use crate::io::modbus::settings::Table;
 use crate::source::finding::{Code, Finding};
@@ -20,8 +20,8 @@ pub(super) struct Stretch {
     pub is_bits_of_registers: bool,
 }
 
-/// Whether a text is meant in this notation, with or without mistakes: no address of memory has a
-/// space before a digit, and none is a bare number.
+/// Whether a text is intended as this notation, even if it has mistakes. An address of memory never
+/// has a space before a digit, and is never a bare number.
 pub(super) fn is_point(text: &str) -> bool {
     if is_vendor_number(text) {
         return true;
@@ -31,7 +31,7 @@ pub(super) fn is_point(text: &str) -> bool {
         && rest.trim_start().starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// `40001`, `400001`.
+/// Whether a text has the form of a vendor's number: `40001`, `400001`.
 fn is_vendor_number(text: &str) -> bool {
     text.len() >= 5 && text.len() <= 6 && text.bytes().all(|byte| byte.is_ascii_digit())
 }
@@ -67,7 +67,7 @@ pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
     Ok(Stretch { table, first, count: last - first + 1, is_bits_of_registers: is_bit })
 }
 
-/// The help for a word that is no table.
+/// The help for a word that is not the name of a table.
 fn table_help(name: &str) -> String {
     let names = || Table::ALL.iter().map(|table| table.name());
     let longer = names().find(|known| name.to_ascii_lowercase().starts_with(known));
@@ -78,7 +78,7 @@ fn table_help(name: &str) -> String {
     }
 }
 
-/// Reads `5` as 5, and `5.3` as 16 * 5 + 3; the flag says whether the text names a bit.
+/// Reads `5` as 5, and `5.3` as 16 * 5 + 3; the flag is true if the text names a bit.
 fn element(text: &str) -> Option<(u32, bool)> {
     let Some((register, bit)) = text.split_once('.') else {
         return Some((number(text)?, false));

@@ -1,7 +1,7 @@
 //! The keys of the simulated plant (`simulated`) in a `[[device]]`: its parts and faults.
 //!
-//! The kind of a part decides its keys: a table gives each key's form and kinds. The resolver
-//! judges the keys together, and the names in their texts.
+//! The kind of a part decides its keys: the table `KEYS` has each key's form, and the kinds that
+//! have the key. The resolver checks the combination of keys, and the names in their texts.
 
 use super::super::driver::named;
 use super::super::scaling::ScalingKeys;
@@ -9,7 +9,7 @@ use crate::source::key::{Key, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
-/// The keys of a `[[device]]` about its plant.
+/// The keys of a `[[device]]` for its plant.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
     /// `[[device.part]]`, in file order.
@@ -29,9 +29,9 @@ pub struct WrittenPart {
     pub span: Span,
     /// `name`.
     pub name: Option<Text>,
-    /// `kind`, where it is one.
+    /// `kind`, if it is a known one.
     pub kind: Option<PartKind>,
-    /// Keys that name the points that drive a command: one, or several for an opening.
+    /// The keys that name the drivers of a command: one point, or several for an opening.
     pub driven: Vec<(&'static str, Vec<Text>)>,
     /// Its durations, ms, by key.
     pub times: Vec<(&'static str, Located<i32>)>,
@@ -67,7 +67,7 @@ pub struct WrittenFault {
     pub name: Option<Text>,
     /// `point`: the point whose value it falsifies.
     pub point: Option<Text>,
-    /// `kind`, where it is one.
+    /// `kind`, if it is a known one.
     pub kind: Option<FaultKind>,
     /// `when`: the point that causes it.
     pub when: Option<Text>,
@@ -116,7 +116,7 @@ enum PartKeyForm {
 const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 const NUMBER: i64 = i32::MAX as i64;
 
-/// The keys of a part beside `name`, `kind` and `invert`, and the kinds of part that have them.
+/// The keys of a part besides `name`, `kind` and `invert`, and the kinds of part that have them.
 const KEYS: [(Key, PartKeyForm, &[PartKind]); 30] = {
     use PartKeyForm::{Driven, DrivenTogether, Number, Pair, Places, Time};
     use PartKind::{Conveyor, Delay, Lag, Motor, Pulse, Sensor, Tank};
@@ -234,7 +234,7 @@ const KEYS: [(Key, PartKeyForm, &[PartKind]); 30] = {
 };
 
 impl PartKind {
-    /// All kinds by name.
+    /// All kinds with their names.
     pub const NAMES: [(&'static str, PartKind); 7] = [
         ("delay", PartKind::Delay),
         ("motor", PartKind::Motor),
@@ -245,14 +245,14 @@ impl PartKind {
         ("lag", PartKind::Lag),
     ];
 
-    /// As written.
+    /// Its name in a controller file.
     pub fn name(self) -> &'static str {
         PartKind::NAMES[self as usize].0
     }
 }
 
 impl FaultKind {
-    /// All kinds by name.
+    /// All kinds with their names.
     pub const NAMES: [(&'static str, FaultKind); 6] = [
         ("stuck-on", FaultKind::StuckOn),
         ("stuck-off", FaultKind::StuckOff),
@@ -262,7 +262,7 @@ impl FaultKind {
         ("lost", FaultKind::Lost),
     ];
 
-    /// As written.
+    /// Its name in a controller file.
     pub fn name(self) -> &'static str {
         FaultKind::NAMES[self as usize].0
     }

@@ -1,8 +1,8 @@
 //! A simulated plant, resolved: its parts, their points, and the driver of each command.
 //!
-//! Called by [`super`] with the rows of the map; `io::plant` makes a model of it. Points have one
-//! numbering for the whole plant: of each part first the commands, then the outputs, in the order
-//! of `points`; after the points of all parts, one for each fault.
+//! Called by [`super`] with the rows of the map; `io::plant` makes a model of it. The points of the
+//! whole plant have consecutive numbers: for each part, first its commands, then its outputs, in
+//! the order of `points`. After the points of all parts, there is one point for each fault.
 //!
 //! ```toml
 //! # passes: what stands at a motor's contactor, and its answer
@@ -62,8 +62,8 @@ impl DriverKeys for Keys {
     }
 }
 
-/// Whether a text reads as a point of a plant: two names with a dot between, the second one in
-/// lower case.
+/// Whether a text has the form of a point of a plant: two names with a dot between them; the second
+/// name begins with a small letter.
 fn is_point(text: &str) -> bool {
     text.split_once('.').is_some_and(|(part, point)| {
         is_name(part) && is_name(point) && point.starts_with(char::is_lowercase)

@@ -1,4 +1,4 @@
-//! A part's keys → its settings.
+//! Makes a part's settings from its keys.
 
 use super::keys::{PartKind, WrittenPart};
 use crate::io::plant::settings::{Delays, PartSettings, Scale};
@@ -8,7 +8,7 @@ use crate::source::span::{Located, Span};
 /// The length of a part on a belt if `part-length` is not given, mm.
 const PART_MM: u32 = 100;
 
-/// A part's settings, if its keys make sense.
+/// A part's settings, if its keys are valid.
 pub fn resolve(part: &WrittenPart, findings: &mut Vec<Finding>) -> Option<PartSettings> {
     let mut reader = PartReader { part, findings };
     let delays = reader.delays();
@@ -71,7 +71,7 @@ impl PartReader<'_> {
         let length = self.number("length").or_else(|| self.missing("length", "2000"));
         let speed = self.number("speed").or_else(|| self.missing("speed", "500"));
         let every = self.part.time("every").map(|_| self.some_time("every"));
-        // A part is gone once its front is at the end.
+        // A part leaves the belt when its front reaches the end, so an eye must be before the end.
         let eyes_mm = self.places("the belt", length.map(|length| length - 1));
         Some(PartSettings::Conveyor {
             length_mm: length?,
@@ -103,7 +103,7 @@ impl PartReader<'_> {
         })
     }
 
-    /// The named places, with a finding for each one beyond the end.
+    /// The named places, with a finding for each place beyond the end.
     fn places(&mut self, what: &str, end: Option<u32>) -> Vec<u32> {
         let Some(end) = end else { return Vec::new() };
         let part = self.part;

@@ -10,7 +10,7 @@ use crate::source::nearest::nearest;
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
-/// The part to which the commands of faults belong.
+/// The name of the part to which the commands of faults belong.
 pub const FAULT: &str = "fault";
 
 /// The type of a point's value.
@@ -38,7 +38,7 @@ struct Fixed {
 pub enum PointRole {
     /// A command that must be driven.
     Needed,
-    /// A command with the value that it has if nothing drives it.
+    /// A command that need not be driven, with its value in that case.
     Command(i32),
     /// An output of the part.
     Told,
@@ -46,7 +46,7 @@ pub enum PointRole {
 
 /// A point of a plant.
 pub struct PlantPoint {
-    /// `belt.eye`.
+    /// Its name: `belt.eye`.
     pub name: String,
     pub holds: Holds,
     pub role: PointRole,
@@ -79,8 +79,8 @@ fn fixed(kind: PartKind) -> &'static [Fixed] {
     }
 }
 
-/// The points that every part of a kind has, for editors: name, what it holds, whether it is a
-/// command. Empty for a word that is no kind.
+/// The points that every part of a kind has, for editors: the name, the type of the value, and
+/// whether it is a command. Empty if `kind` is not the name of a kind.
 pub fn points_of(kind: &str) -> Vec<(&'static str, &'static str, bool)> {
     let kind = PartKind::NAMES.iter().find(|(name, _)| *name == kind);
     let all = kind.map_or(&[][..], |(_, kind)| fixed(*kind));
@@ -88,7 +88,7 @@ pub fn points_of(kind: &str) -> Vec<(&'static str, &'static str, bool)> {
 }
 
 impl Holds {
-    /// What a point has, for people.
+    /// The words for this type, for editors.
     fn words(self) -> &'static str {
         match self {
             Holds::Bit => "a bit",
@@ -185,7 +185,7 @@ impl Points {
     ) {
         let (name, id) = (format!("{part}.{point}"), self.next());
         if self.by_name.insert(name.clone(), id).is_some() && part != FAULT {
-            // The second of two parts with one name has its finding already.
+            // The second of two parts with the same name already has a finding.
             let message = format!("`{name}` is there already");
             if !findings.iter().any(|finding| finding.span == span) {
                 findings.push(Finding::new(Code::DuplicateName, span, message));

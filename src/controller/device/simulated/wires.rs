@@ -1,5 +1,5 @@
-//! The wires of a plant: the driver of each command, the points that come in, and the points that
-//! faults falsify.
+//! The wires of a plant: the driver of each command, the points that are inputs, and the points
+//! that faults falsify.
 
 use std::collections::HashMap;
 
@@ -18,7 +18,7 @@ const LATE_MS_MAX: i32 = 60_000;
 /// The time between changes of noise if `every` is not given, ms.
 const NOISE_MS: u32 = 20;
 
-/// The drivers of commands found so far.
+/// The drivers of commands that were found so far.
 struct Wires<'a> {
     points: &'a Points,
     feeds: HashMap<u32, (PlantCommand, Span)>,
@@ -81,7 +81,7 @@ impl Wires<'_> {
 
     fn by_points(&mut self, command: &str, from: &[Text]) {
         let Some(first) = from.first() else { return };
-        // A command is missing if its part has a finding of its own.
+        // The command is missing if its part already has a finding.
         let text = Text { text: command.to_owned(), span: first.span, exact: false };
         let Ok((id, point)) = self.points.find(&text) else { return };
         let drives: Vec<CommandShare> =
@@ -91,7 +91,7 @@ impl Wires<'_> {
         }
     }
 
-    /// What a point of the plant gives a command; none with a finding.
+    /// The share of a point of the plant in a command's value; `None` after a finding.
     fn drive(&mut self, command: &str, point: &PlantPoint, from: &Text) -> Option<CommandShare> {
         let (source, told) = match self.points.find(from) {
             Ok(found) => found,
@@ -156,7 +156,7 @@ fn undriven(point: &PlantPoint) -> Finding {
     Finding::new(Code::Controller, point.span, message).help(help)
 }
 
-/// The factor from a driver's value to the point's: a bit opens an opening fully.
+/// The factor from a driver's value to the point's value: a bit opens an opening fully.
 fn gain(point: &PlantPoint, from_bit: bool) -> i32 {
     if point.holds == Holds::Opening && from_bit { opening::FULL } else { 1 }
 }
@@ -173,7 +173,7 @@ fn one_point<'a>(
     points.find(row.points)
 }
 
-/// The points that come in, in the order of the rows.
+/// The points that are inputs, in the order of the rows.
 pub fn inputs(
     rows: &[ResolvedRow<'_>],
     points: &Points,
@@ -196,7 +196,7 @@ pub fn inputs(
     incoming(rows).map(&mut input).collect()
 }
 
-/// A fault, if its keys make sense.
+/// A fault's settings, if its keys are valid.
 pub fn fault(
     fault: &written::WrittenFault,
     points: &Points,

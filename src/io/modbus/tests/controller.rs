@@ -44,7 +44,7 @@ pub struct Controller {
 }
 
 /// The write list has MC1..MC32 and MHR1..MHR123. A tag limits MHR110 to 1..=100. MC101..MC104 are
-/// X0..X3; Y0..Y3 are MI11..MI14.
+/// copied to X0..X3, and Y0..Y3 to MI11..MI14.
 pub fn settings() -> Modbus {
     let [mc, x, y, mi] = [BitSpace::Mc, BitSpace::X, BitSpace::Y, BitSpace::Mi].map(Space::Bit);
     Modbus {
@@ -88,7 +88,7 @@ impl Controller {
         controller
     }
 
-    /// Sends the order to the scan thread, and waits until its effect shows.
+    /// Sends the order to the scan thread, and waits until it has taken effect.
     pub fn order(&self, order: Do) {
         let before = self.port.latest().scans;
         self.commands.send(order).unwrap();
@@ -103,7 +103,7 @@ impl Controller {
             thread::sleep(Duration::from_millis(1));
         }
         if let Do::Freeze = order {
-            // The current scan ends; after it the count of scans stands still.
+            // The current scan still ends; after it, the number of scans does not change.
             let mut scans = u64::MAX;
             while std::mem::replace(&mut scans, self.port.latest().scans) != scans {
                 thread::sleep(Duration::from_millis(50));
@@ -321,7 +321,7 @@ impl RawClient {
         Some((u16::from_be_bytes([high, low]), pdu))
     }
 
-    /// Waits until the server closes the connection, and drops all bytes that come before.
+    /// Waits until the server closes the connection, and discards all bytes that arrive before.
     pub fn is_closed(&mut self) -> bool {
         let mut bytes = [0; 1024];
         loop {

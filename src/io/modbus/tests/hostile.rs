@@ -1,5 +1,5 @@
-//! Arbitrary bytes from a client: the server does not panic, replies only to requests, and goes on
-//! serving the other clients.
+//! Arbitrary bytes from a client: the server does not panic, replies only to requests, and
+//! continues to serve the other clients.
 
 use std::io::Write;
 use std::net::Shutdown;
@@ -29,7 +29,7 @@ fn send(client: &mut RawClient, mut bytes: &[u8], pieces: &[usize]) {
     }
 }
 
-/// The number of whole frames before the first byte that is no frame.
+/// The number of whole frames at the start of the bytes.
 fn frames(mut bytes: &[u8]) -> usize {
     let mut count = 0;
     while let Split::Frame { bytes: taken, .. } = split(bytes) {

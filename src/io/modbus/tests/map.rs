@@ -1,4 +1,4 @@
-//! The map without a server: the writes and reply bytes that a request leads to.
+//! The map without a server: the writes and the reply bytes of a request.
 
 use std::net::{IpAddr, Ipv4Addr};
 
@@ -13,7 +13,8 @@ use crate::runtime::exchange::{Mode, Snapshot, StopReason, Write};
 const ASKER: Asker = Asker { unit: 1, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
 
 /// The memory has MC1..MC8, MI1..MI4, MHR1..MHR4 and MIR1..MIR2. The write list has MC1, MC2 and
-/// MHR1..MHR3. MC3 and MC4 are X0 and X1; Y0 and Y1 are MI2 and MI3. A tag limits MHR2 to 5..=9.
+/// MHR1..MHR3. MC3 and MC4 are copied to X0 and X1, and Y0 and Y1 to MI2 and MI3. A tag limits MHR2
+/// to 5..=9.
 fn small() -> (Map, Layout) {
     let sizes = MemorySizes { mc: 8, mi: 4, mhr: 4, mir: 2, ..MemorySizes::default() };
     let layout = Layout::new(&sizes, 1, 0);

@@ -24,7 +24,7 @@ fn entry(text: &str, table: Table, address: u16) -> MappedOperands {
 }
 
 /// Holding registers from 4000: CT0.Acc; D0, low half first; D1 as i16; N0.ACC; V5; D2 as u32.
-/// Coils from 4000: C0..C3, MC101 (which is X0), Y0, X0. Discrete inputs from 4000: Y0..Y3. Unit 9
+/// Coils from 4000: C0..C3, MC101 (copied to X0), Y0, X0. Discrete inputs from 4000: Y0..Y3. Unit 9
 /// has V7 at 5000. Every client may write all these words except V5, and C0..C1. V5 is writable
 /// from 10.0.0.0/8, C2 from loopback.
 fn mapped() -> Modbus {

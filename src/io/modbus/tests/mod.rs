@@ -1,5 +1,5 @@
-//! Tests of the server. A raw client drives it over a real socket; behind it, the exchange of
-//! images is the real one and the scan is made up.
+//! Tests of the server. A raw client drives it over a real socket. The exchange of images is the
+//! real one; the scan is simulated.
 
 mod controller;
 mod functions;

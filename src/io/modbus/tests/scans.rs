@@ -1,5 +1,5 @@
-//! Requests and scans: one scan sees a whole write, one read shows one scan, and the coils and
-//! inputs of the image agree.
+//! Requests and scans: a scan sees a whole write, a read shows the values of one scan, and the
+//! coils and inputs of the image agree.
 
 use std::sync::atomic::Ordering;
 use std::thread;
