@@ -1,5 +1,5 @@
-//! Code actions that are commands: the explanation of the name at the cursor, and why it is what it
-//! is in the running controller.
+//! Code actions that are commands: explain the name at the cursor, and explain its value in the
+//! running controller.
 
 use anyhow::Result;
 use lsp_types::{CodeActionOrCommand, CodeActionParams, Command};

@@ -1,4 +1,4 @@
-//! What the server can do, as it tells the editor at the start.
+//! The capabilities of the server, which it sends to the editor at the start.
 
 use lsp_types::{
     CodeActionProviderCapability, CodeLensOptions, ExecuteCommandOptions,

@@ -1,7 +1,7 @@
-//! The commands of the editor: tests, a simulation, an explanation, why, the live view.
+//! The commands of the editor: run tests, simulate, explain a name, explain a value, live view.
 //!
-//! A command that takes time is a job (`jobs`); what it makes comes back to [`done`]. The first
-//! argument is a URI; `lenses` and `actions` offer the commands with all arguments.
+//! A command that takes time runs as a job (`jobs`); [`done`] receives its result. The first
+//! argument is a URI. `lenses` and `actions` offer the commands with all their arguments.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -33,7 +33,7 @@ pub(super) const LIVE_OFF: &str = "rungd.live.off";
 /// All commands.
 pub(super) const ALL: [&str; 7] = [TEST, SHOW_FAILURE, SIMULATE, EXPLAIN, WHY, LIVE_ON, LIVE_OFF];
 
-/// Does a command, or starts it.
+/// Executes a command, or starts its job.
 pub(super) fn execute(
     workspace: &mut Workspace,
     params: ExecuteCommandParams,
@@ -60,7 +60,7 @@ impl Arguments {
         self.0.get(at)?.as_str()
     }
 
-    /// A text that may be left out.
+    /// An optional text.
     fn text_if_any(&self, at: usize, what: &str) -> Result<Option<&str>> {
         match self.0.get(at) {
             None | Some(Value::Null) => Ok(None),
@@ -83,7 +83,7 @@ impl Arguments {
     }
 }
 
-/// `[uri, test]`; without a test, all of the file.
+/// Arguments: `[uri, test]`. Without `test`, all tests of the file are run.
 fn test(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let path = arguments.path()?;
     if workspace.library.file(&path).is_some_and(|file| file.kind != FileKind::Test) {
@@ -102,7 +102,7 @@ fn project_texts(workspace: &Workspace, path: &Path) -> Result<TestedTexts> {
     Ok(project.files.iter().map(|file| (file.path.clone(), file.text.clone())).collect())
 }
 
-/// `[uri, test]`: the failure in full.
+/// Arguments: `[uri, test]`. Shows the full text of the test's failure.
 fn show_failure(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let path = arguments.path()?;
     let test = arguments.text(1).context("the second argument is the name of a test")?;
@@ -114,7 +114,7 @@ fn show_failure(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> 
     show(workspace, &format!("failed-{test}.txt"), &text)
 }
 
-/// `[uri, scans, "csv"]`; the last two may be left out.
+/// Arguments: `[uri, scans, "csv"]`; the last two are optional.
 fn simulate(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let path = arguments.path()?;
     let root = workspace.project(&path).context("the file cannot be read")?.root.clone();
@@ -154,7 +154,7 @@ fn why(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     workspace.jobs.start(WHY.to_owned(), run)
 }
 
-/// A text to be read: as a document, if the editor can show one, else as a message.
+/// Shows a text: as a document if the editor can show documents, otherwise as a message.
 fn show(workspace: &mut Workspace, name: &str, text: &str) -> Result<()> {
     if !workspace.outbox.shows_documents() {
         workspace.outbox.say(MessageType::INFO, text);
@@ -165,7 +165,7 @@ fn show(workspace: &mut Workspace, name: &str, text: &str) -> Result<()> {
     Ok(())
 }
 
-/// What a job has made is shown.
+/// Shows the result of a job.
 pub(super) fn done(workspace: &mut Workspace, made: Made) {
     match made {
         Made::Document(path, outside) => {

@@ -1,6 +1,7 @@
-//! Findings as the protocol shows them: one diagnostic each, with the same code, place and words.
+//! Findings in the form of the protocol: one diagnostic for each, with the same code, place and
+//! words.
 //!
-//! A file that several roots name has the findings of all of them, each once.
+//! A file that several roots name has the findings of all these roots, each finding once.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -18,13 +19,13 @@ use crate::load::identity;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::span::{SourceFile, Span};
 
-/// The most diagnostics of a file.
+/// The maximum number of diagnostics of a file.
 const SHOWN_MAX: usize = 1000;
 
-/// The name of the program, at each diagnostic.
+/// The source of each diagnostic: the name of the program.
 pub(super) const SOURCE: &str = "rungd";
 
-/// What is shown at a finding: its message, the words under its place, its help.
+/// The text of a diagnostic: the message, the label and the help of its finding.
 pub(super) fn told(finding: &Finding) -> String {
     let mut text = finding.message.clone();
     if !finding.label.is_empty() {
@@ -44,9 +45,9 @@ pub(super) fn path_of(file: &SourceFile) -> PathBuf {
     }
 }
 
-/// The diagnostics of all files that were judged, by path; empty for one without a finding.
+/// The diagnostics of all files that were judged, by path; empty for a file without findings.
 pub(super) fn all(workspace: &Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
-    // A file that stopped to be one of rungd has none from now on.
+    // A file that no longer belongs to rungd gets an empty list.
     let of_others = workspace.library.shown().filter(|path| workspace.roots_of(path).is_empty());
     let mut shown: BTreeMap<PathBuf, Vec<Diagnostic>> =
         of_others.map(|path| (path.clone(), Vec::new())).collect();

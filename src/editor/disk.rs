@@ -1,9 +1,9 @@
-//! The disk as it was since the last change of the workspace: the TOML files of folders, the stamps
-//! of files, the identities of paths.
+//! A cache of the disk, valid until the next change of the workspace: the TOML files of folders,
+//! the stamps of files, the identities of paths.
 //!
-//! `project` asks here at each keystroke, for each open file and for whatever it searches; so that
-//! each folder is read once, and each file asked once. `workspace` has it forget at each change:
-//! nothing here is older. It reads no content of a file.
+//! `project` queries it at each keystroke, for each open file and each file that it searches. Each
+//! folder is read once, and each file is queried once. `workspace` clears the cache at each change.
+//! The contents of files are not read here.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -12,16 +12,16 @@ use std::time::SystemTime;
 
 use crate::load::identity;
 
-/// The most TOML files of a folder that are looked at.
+/// The maximum number of TOML files that are listed per folder.
 const FILES_MAX: usize = 500;
 
-/// What tells one content of a file from the next: the time of its last change, and its size.
+/// Identifies a version of a file: the time of its last change, and its size.
 pub(super) type FileStamp = (Option<SystemTime>, u64);
 
-/// Answers by path.
+/// Cached answers by path.
 type ByPath<V> = Mutex<HashMap<PathBuf, V>>;
 
-/// What the system answered since the last change.
+/// The answers of the system since the last change.
 #[derive(Debug, Default)]
 pub(super) struct DiskView {
     folders: ByPath<Arc<[PathBuf]>>,
@@ -30,7 +30,7 @@ pub(super) struct DiskView {
 }
 
 impl DiskView {
-    /// The TOML files of a folder, in order; none of one that cannot be read.
+    /// The TOML files of a folder, sorted; empty if the folder cannot be read.
     pub fn toml_files(&self, folder: &Path) -> Arc<[PathBuf]> {
         once(&self.folders, folder, || {
             let entries = std::fs::read_dir(folder).into_iter().flatten();
@@ -42,7 +42,7 @@ impl DiskView {
         })
     }
 
-    /// The stamp of a file; `None` if there is none.
+    /// The stamp of a file; `None` if the file does not exist.
     pub fn stamp(&self, path: &Path) -> Option<FileStamp> {
         once(&self.stamps, path, || {
             let about = std::fs::metadata(path).ok()?;
@@ -56,7 +56,7 @@ impl DiskView {
     }
 }
 
-/// The answer that is known, or that is asked for now.
+/// Returns the cached answer; without one, asks the system and caches the answer.
 fn once<V: Clone>(known: &ByPath<V>, path: &Path, ask: impl FnOnce() -> V) -> V {
     let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(answer) = known.get(path) {

@@ -1,8 +1,8 @@
-//! The changes that an editor makes to a text.
+//! Applies the changes that an editor makes to a text.
 //!
-//! `server` calls [`applied`] for each message. One that formats a file or edits at many cursors
-//! has thousands of changes, in the order of the text or against it: together they cost what
-//! reading the text costs.
+//! `server` calls [`applied`] for each message. A message that formats a file or edits at many
+//! cursors has thousands of changes, in the order of the text or in reverse order. All of them
+//! together cost about as much as reading the text.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -46,11 +46,11 @@ fn replaced(text: &str, columns: Columns, (place, new): (Place, &str)) -> String
     [&text[..start], new, &text[end..]].concat()
 }
 
-/// A text divided at the line of the last change, so that the next one moves only the lines
-/// between both.
+/// A text divided at the line of the last change, so that the next change moves only the lines
+/// between the two changes.
 struct EditedText<'t> {
     columns: Columns,
-    /// The lines before it, each with its end.
+    /// The lines before the division, each with its line end.
     before: Vec<Cow<'t, str>>,
     /// The other lines, the last one first.
     behind: Vec<Cow<'t, str>>,
@@ -72,7 +72,7 @@ impl<'t> EditedText<'t> {
             |at: Position| Position::new(at.line.saturating_sub(first as u32), at.character);
         let place = Place::new(within(place.start), within(place.end.max(place.start)));
         let mut changed = replaced(&touched, self.columns, (place, new));
-        // A `\n` behind a `\r` ends the same line.
+        // A `\n` after a `\r` belongs to the same line end.
         if changed.starts_with('\n')
             && let Some(last) = self.before.pop_if(|line| line.ends_with('\r'))
         {
@@ -82,7 +82,7 @@ impl<'t> EditedText<'t> {
         self.behind.extend(lines.whole(&changed).rev().map(|line| Cow::Owned(line.to_owned())));
     }
 
-    /// Goes to a line; at most to the last one, to which more may be added.
+    /// Moves the division to a line, at most to the last line: a change may still extend that line.
     fn go_to(&mut self, line: usize) {
         while self.before.len() > line {
             self.behind.extend(self.before.pop());

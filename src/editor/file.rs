@@ -1,6 +1,6 @@
-//! A file of a project: its text, and what an editor needs to know of it.
+//! A file of a project: its text, and the data that an editor needs about it.
 //!
-//! Made anew from each version of a text, by `project`; shared by all requests about it.
+//! `project` makes a new one for each version of a text; all requests about the file share it.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -14,10 +14,10 @@ use super::outline_reader::read;
 use super::slots::FileKind;
 use super::words::FileWords;
 
-/// A file, as it is read now.
+/// One version of a file.
 #[derive(Debug)]
 pub(super) struct EditorFile {
-    /// Its path; of a file of the library its name, `lib:pid`.
+    /// Its path; for a file of the library its name, such as `lib:pid`.
     pub path: PathBuf,
     /// Its text.
     pub text: Arc<str>,
@@ -41,7 +41,7 @@ impl EditorFile {
         EditorFile { path: path.to_owned(), text, kind, outline, words, lines, columns }
     }
 
-    /// The same file with another text.
+    /// The same file with a new text.
     pub fn with_text(&self, text: Arc<str>) -> EditorFile {
         EditorFile::new(&self.path, text, self.columns)
     }
@@ -51,7 +51,7 @@ impl EditorFile {
         self.lines.offset(&self.text, self.columns, position)
     }
 
-    /// The byte at a line and a character of it, both from 1.
+    /// The byte at a line and a character of the line, both counted from 1.
     pub fn offset_of(&self, (line, column): (u32, u32)) -> usize {
         let line = self.lines.span(&self.text, (line as usize).saturating_sub(1));
         let before = self.slice(line.clone()).chars().take((column as usize).saturating_sub(1));
@@ -63,12 +63,12 @@ impl EditorFile {
         self.lines.place(&self.text, self.columns, range)
     }
 
-    /// The bytes of the line that a byte stands in, without its end.
+    /// The bytes of the line that contains a byte, without the line end.
     pub fn line(&self, offset: usize) -> Range<usize> {
         self.lines.span(&self.text, self.lines.line(offset))
     }
 
-    /// A stretch of the text.
+    /// A part of the text.
     pub fn slice(&self, range: Range<usize>) -> &str {
         self.text.get(range).unwrap_or_default()
     }

@@ -1,8 +1,8 @@
-//! Code actions: what the help of a finding says, done; and warnings silenced by `allow`.
+//! Code actions that repair a finding as its help advises, or silence a warning with `allow`.
 //!
-//! [`actions`] is called by `requests`. `help` reads the advice out of the help, `change` makes
-//! changes of a text of it, `silence` those of `allow`. Whatever they propose is offered only if
-//! `verify` has judged the changed text: a proposal that is a mistake costs time, and no more.
+//! `requests` calls [`actions`]. `help` extracts the advice from a help, `change` turns the advice
+//! into changes of the file, and `silence` makes the changes of `allow`. A proposal is offered only
+//! if `verify` accepts the changed text: a wrong proposal costs time, but does no harm.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -35,25 +35,25 @@ mod silence;
 mod tables;
 mod verify;
 
-/// The most texts that are judged for a request.
+/// The maximum number of changed texts that are judged for a request.
 const TRIALS_MAX: usize = 24;
-/// The most advices of a finding that are one of several, each of which is judged.
+/// The maximum number of alternatives in a help that are judged for a finding.
 const CHOICES_MAX: usize = 3;
-/// As many are judged of any project.
+/// The number of changed texts that are judged however large the project is.
 const TRIALS_MIN: usize = 2;
-/// The most bytes that further texts have together: a large project takes long to judge.
+/// The maximum of the bytes of all further texts: it takes long to judge a large project.
 const TRIED_BYTES_MAX: usize = 4 << 20;
-/// The most findings that a request is answered for.
+/// The maximum number of findings for which a request offers changes.
 const FINDINGS_MAX: usize = 8;
 
-/// The trials that are left for a request.
+/// The remaining trials of a request.
 struct TrialBudget {
     trials: usize,
     bytes: usize,
 }
 
 impl TrialBudget {
-    /// Takes a trial of texts of so many bytes; `false` if none is left.
+    /// Takes a trial that judges `bytes` bytes; `false` if no trial is left.
     fn take(&mut self, bytes: usize) -> bool {
         let is_granted = TRIALS_MAX - self.trials < TRIALS_MIN;
         let may = self.trials > 0 && (is_granted || self.bytes >= bytes);
@@ -67,9 +67,9 @@ impl TrialBudget {
 struct Offer {
     title: String,
     changes: Vec<TextChange>,
-    /// Whether it repairs; else it silences.
+    /// Whether it repairs the finding; otherwise it silences the finding.
     repairs: bool,
-    /// Whether its text is what is meant, and no example.
+    /// Whether it is fully verified and not an example.
     is_sure: bool,
 }
 
@@ -104,14 +104,14 @@ pub(super) fn actions(
     Ok(Some(offered))
 }
 
-/// Whether the editor knows code actions that are changes of a text.
+/// Whether the editor supports code actions that contain edits.
 fn takes_literals(workspace: &Workspace) -> bool {
     let of = workspace.client.text_document.as_ref().and_then(|of| of.code_action.as_ref());
     of.is_some_and(|of| of.code_action_literal_support.is_some())
 }
 
-/// The findings of the present text of a file in a range, each once, the nearest to its start
-/// first.
+/// The findings in a range of the present text of a file, each once. The finding nearest to the
+/// start of the range comes first.
 fn findings<'w>(
     workspace: &'w Workspace,
     path: &Path,
@@ -148,7 +148,7 @@ fn findings<'w>(
     found
 }
 
-/// What is offered for a finding: repairs in the order of the help, then silencing.
+/// The offers for a finding: repairs in the order of the help, then the uses of `allow`.
 fn offers(
     file: &EditorFile,
     finding: &Finding,
@@ -189,8 +189,8 @@ fn offers(
     offers
 }
 
-/// The first proposal of which all is proved, else the first that repairs. `repairs`: what a
-/// proposal is worth; `None` when no more may be tried.
+/// The first proposal that is fully verified, else the first proposal that repairs. `repairs`
+/// returns the worth of a proposal, or `None` if no more proposals may be tried.
 fn best(
     proposed: Vec<Proposal>,
     mut repairs: impl FnMut(&[TextChange]) -> Option<Option<FixWorth>>,

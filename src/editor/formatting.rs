@@ -1,8 +1,9 @@
 //! `textDocument/formatting`: the layout of `rungd fmt`, as edits of the lines that differ.
 //!
-//! Called by `requests`; `format` makes the layout. A cursor stays where it is in a line that no
-//! edit touches, so the edits are small; any pairing of lines is right, a bad one is only larger.
-//! A text that is not TOML is left as it is: its findings say why.
+//! Called by `requests`; `format` makes the layout. An editor keeps its cursor in a line that no
+//! edit touches, so the edits are kept small. Every pairing of old and new lines gives the correct
+//! text; a bad pairing only gives larger edits. A text that is not TOML is not changed; its
+//! findings give the reason.
 
 use std::ops::Range;
 
@@ -13,11 +14,11 @@ use super::slots::FileKind;
 use super::workspace::Workspace;
 use crate::format::formatted;
 
-/// The most lines that are looked at to find where two texts go on alike. The time is linear in
-/// the text because of it.
+/// The maximum number of lines that are searched for the next line that both texts have. Because of
+/// this limit, the time is linear in the length of the text.
 const AHEAD_MAX: usize = 16;
 
-/// The edits that bring a file into the layout; none for a file that is not of rungd.
+/// The edits that bring a file into the layout; `None` for a file that does not belong to rungd.
 pub(super) fn formatting(
     workspace: &mut Workspace,
     params: DocumentFormattingParams,
@@ -32,12 +33,12 @@ pub(super) fn formatting(
     Ok(Some(edits.map(edit).collect()))
 }
 
-/// What makes one text of the other: bytes of the first one, and the lines to put there.
+/// The edits that turn `before` into `after`: bytes of `before`, and the lines that replace them.
 fn line_edits<'t>(before: &str, after: &'t str) -> Vec<(Range<usize>, &'t str)> {
     let old: Vec<&str> = before.split_inclusive('\n').collect();
     let new: Vec<&str> = after.split_inclusive('\n').collect();
     let mut edits: Vec<(Range<usize>, Range<usize>)> = Vec::new();
-    // The lines that were passed, and the bytes that they take.
+    // The number of lines that were passed in each text, and the number of their bytes.
     let (mut at, mut bytes) = ((0, 0), (0, 0));
     while at.0 < old.len() || at.1 < new.len() {
         let (removed, added) = step(&old[at.0..], &new[at.1..]);
@@ -60,8 +61,8 @@ fn line_edits<'t>(before: &str, after: &'t str) -> Vec<(Range<usize>, &'t str)> 
     edits.into_iter().map(|(old, new)| (old, &after[new])).collect()
 }
 
-/// How many lines of each text to pass: one of each if they are alike, else those before the
-/// nearest lines that are, else one of each.
+/// How many lines of each text to pass: one of each if they are equal, else the lines before the
+/// nearest equal lines, else one of each.
 fn step(old: &[&str], new: &[&str]) -> (usize, usize) {
     if old.is_empty() || new.is_empty() {
         return (old.len(), new.len());
@@ -73,7 +74,7 @@ fn step(old: &[&str], new: &[&str]) -> (usize, usize) {
         for removed in 0..=distance {
             let added = distance - removed;
             let pair = old.get(removed).zip(new.get(added));
-            // A blank line says nothing about what stands around it.
+            // Equal blank lines do not show that the lines around them are equal, too.
             if pair.is_some_and(|(old, new)| old == new && !old.trim().is_empty()) {
                 return without_end(&old[..removed], &new[..added]);
             }
@@ -82,7 +83,7 @@ fn step(old: &[&str], new: &[&str]) -> (usize, usize) {
     (1, 1)
 }
 
-/// How many lines of each remain without the last ones that are alike.
+/// How many lines of each text remain without the equal lines at the end.
 fn without_end(old: &[&str], new: &[&str]) -> (usize, usize) {
     let alike = old.iter().rev().zip(new.iter().rev()).take_while(|(old, new)| old == new).count();
     (old.len() - alike, new.len() - alike)

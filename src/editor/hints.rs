@@ -1,5 +1,5 @@
-//! Inlay hints: behind each text of contacts the values of its words, behind each instruction those
-//! of what it writes and reads, as the running controller has them.
+//! Inlay hints with the values of the running controller: after each text of contacts the values
+//! of its words, after each instruction the values of the operands that it writes and reads.
 
 use anyhow::Result;
 use lsp_types::{InlayHint, InlayHintKind, InlayHintLabel, InlayHintParams};
@@ -15,12 +15,12 @@ use super::workspace::Workspace;
 use crate::operator::protocol::Held;
 use crate::testing::time_text;
 
-/// The most values behind one text.
+/// The maximum number of values after one text.
 const SHOWN_MAX: usize = 4;
 
 const NS_PER_MS: u64 = 1_000_000;
 
-/// The hints of a part of a file; none while its values are not known.
+/// The hints of a part of a file; `None` while the values are unknown.
 pub(super) fn hints(
     workspace: &mut Workspace,
     params: InlayHintParams,
@@ -56,7 +56,7 @@ fn hint(file: &EditorFile, value: &OutlineValue, label: String) -> InlayHint {
     }
 }
 
-/// What stands behind a value: `level = 37, late.Acc = 1.2 s`.
+/// The label after a value: `level = 37, late.Acc = 1.2 s`.
 fn label(
     (project, number): (&Project, usize),
     (value, slot): (&OutlineValue, Slot),
@@ -68,7 +68,7 @@ fn label(
         let Some(word) = named(project, (number, file), word) else { continue };
         let Some(held) = live.get(&word.operand) else { continue };
         let is_wanted = match held {
-            // Bits that are read have their colour.
+            // The colour of a bit that is only read shows its value.
             Held::Bit(_) => slot == Slot::Instruction && word.is_written,
             Held::Word(_) | Held::Real(_) => true,
         };

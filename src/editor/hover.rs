@@ -1,8 +1,8 @@
-//! What is shown at a name, a key or a number: its explanation, and who reads and writes it.
+//! The hover at a name, a key or a number: its explanation, and the places that read and write it.
 //!
-//! [`hover`] is called by `requests`. What a name stands for comes from `names`, texts about rungd
-//! itself from `explain`, the reader's own explanation of a key from `source::shape`. It judges
-//! nothing.
+//! `requests` calls [`hover`]. The meaning of a name comes from `names`, a text about rungd itself
+//! from `explain`, the explanation of a key from its reader (`source::shape`). Nothing is judged
+//! here.
 
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ mod members;
 mod uses;
 mod values;
 
-/// The explanation of what stands at the cursor.
+/// The explanation of the name, key or value at the cursor.
 pub(super) fn hover(workspace: &mut Workspace, params: HoverParams) -> Result<Option<Hover>> {
     let Some(cursor) = workspace.cursor(&params.text_document_position_params) else {
         return Ok(None);
@@ -39,13 +39,13 @@ fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     of_word(cursor).or_else(|| values::at(cursor)).or_else(|| keys::at(cursor))
 }
 
-/// What stands at the cursor, and its explanation without the marks of Markdown.
+/// The text at the cursor, and its explanation without the marks of Markdown.
 pub(super) fn explained(cursor: &Cursor) -> Option<(String, String)> {
     let (range, text) = at(cursor)?;
     Some((cursor.file().slice(range).to_owned(), plain(&text)))
 }
 
-/// Whether an editor shows plain text only, or rather.
+/// Whether an editor shows only plain text, or prefers it.
 fn wants_plain(client: &ClientCapabilities) -> bool {
     let of = client.text_document.as_ref().and_then(|of| of.hover.as_ref());
     let formats = of.and_then(|of| of.content_format.as_ref());

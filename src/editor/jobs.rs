@@ -1,8 +1,9 @@
-//! Work that a command starts and that takes time: each piece on a thread of its own, so that the
-//! server goes on answering.
+//! Jobs: commands that take time. Each job runs on its own thread, so that the server continues to
+//! answer.
 //!
-//! `commands` starts jobs, `server` takes their reports. A job of the same name replaces the one
-//! before it: that one's reports are dropped, and it ends as soon as it asks.
+//! `commands` starts jobs, `server` receives their reports. A new job replaces a running job of the
+//! same name: the report of the replaced job is dropped, and that job ends as soon as it checks
+//! [`JobPlace::is_replaced`].
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -16,14 +17,14 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use super::scratch::Scratch;
 use super::test_results::FileResults;
 
-/// What a job has made.
+/// The result of a job.
 #[derive(Debug)]
 pub(super) enum Made {
-    /// A file to be looked at; `true`: with the desktop's program for it.
+    /// A file to show; `true`: in the desktop's program for it.
     Document(PathBuf, bool),
     /// The verdicts of tests.
     Tests(FileResults),
-    /// It could not be done, for this reason.
+    /// The job failed, for this reason.
     Failed(String),
 }
 
@@ -32,7 +33,7 @@ pub(super) enum Made {
 pub(super) struct JobReport {
     name: String,
     number: u64,
-    /// What it has made.
+    /// The result of the job.
     pub made: Made,
 }
 
@@ -46,37 +47,37 @@ pub(super) struct Jobs {
     scratch: Arc<Scratch>,
 }
 
-/// What a job knows of its surroundings.
+/// The environment of a job.
 pub(super) struct JobPlace {
     is_replaced: Arc<AtomicBool>,
-    /// Where its files go.
+    /// The folder for its files.
     pub scratch: Arc<Scratch>,
 }
 
 impl JobPlace {
-    /// Whether nobody waits for it any more.
+    /// Whether the result of the job is no longer wanted.
     pub fn is_replaced(&self) -> bool {
         self.is_replaced.load(Ordering::Relaxed)
     }
 }
 
 impl Jobs {
-    /// No jobs, and where their reports will come from.
+    /// An empty set of jobs, and the channel of their reports.
     pub fn new() -> (Jobs, Receiver<JobReport>) {
         let (send, reports) = unbounded();
         let (latest, scratch) = (HashMap::new(), Arc::default());
         (Jobs { send, number: 0, latest, scratch }, reports)
     }
 
-    /// Where files go that are made to be looked at.
+    /// The folder for the files that the editor shows.
     pub fn scratch(&self) -> &Scratch {
         &self.scratch
     }
 
-    /// Starts a job, in place of one of this name.
+    /// Starts a job; it replaces a running job of the same name.
     ///
     /// # Errors
-    /// The system has no thread for it.
+    /// The system cannot create a thread for it.
     pub fn start(
         &mut self,
         name: String,
@@ -95,7 +96,7 @@ impl Jobs {
                 Ok(None) => return,
                 Err(failure) => Made::Failed(format!("{failure:#}")),
             };
-            // Without a listener the server has ended.
+            // If the channel is closed, the server has ended.
             let _ = send.send(JobReport { name, number, made });
         };
         let builder = thread::Builder::new().name("job".to_owned());
@@ -103,7 +104,7 @@ impl Jobs {
         Ok(())
     }
 
-    /// The end of a job: what it has made, unless it was replaced.
+    /// Ends a job. Returns its result, unless the job was replaced.
     pub fn ended(&mut self, report: JobReport) -> Option<Made> {
         let (latest, _) = self.latest.get(&report.name)?;
         if *latest != report.number {

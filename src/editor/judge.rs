@@ -1,7 +1,7 @@
 //! Judges projects as `rungd check` and `rungd test` do, on a thread of its own.
 //!
-//! `server` hands over the texts after each change; only the newest are judged, so a fast typist
-//! never waits for an old judgement. The findings are those of `load` and `testing`, unchanged.
+//! `server` sends the texts after each change. Only the newest texts are judged, so a fast typist
+//! never waits for an old judgement. The findings come unchanged from `load` and `testing`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::source::finding::Finding;
 use crate::source::span::{FileId, SourceFile};
 use crate::testing;
 
-/// What is judged as a whole.
+/// The root of a judgement.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) enum JudgedRoot {
     /// A controller file with its ladders.
@@ -32,11 +32,11 @@ pub(super) enum JudgedRoot {
 /// Texts to judge.
 #[derive(Debug)]
 pub(super) struct JudgeOrder {
-    /// The number of the change that they are of.
+    /// The number of the change that made these texts.
     pub change: u64,
     /// The texts that the editor shows.
     pub texts: OpenTexts,
-    /// What to judge, the last one first.
+    /// The roots to judge; the last root is judged first.
     pub roots: Vec<JudgedRoot>,
 }
 
@@ -45,13 +45,13 @@ pub(super) struct JudgeOrder {
 pub(super) struct Judgement {
     /// The number of the change.
     pub change: u64,
-    /// What was judged.
+    /// The root that was judged.
     pub root: JudgedRoot,
     /// The files, with the texts that were judged.
     pub files: Vec<SourceFile>,
     /// The findings.
     pub findings: Vec<Finding>,
-    /// The program, if nothing refuses it.
+    /// The program, if it has no errors.
     pub program: Option<Arc<Program>>,
     /// How many elements retentive memory keeps.
     pub retained: usize,
@@ -84,13 +84,13 @@ impl JudgedRoot {
     }
 }
 
-/// The thread that judges: where to send orders, and where judgements come from. It ends when the
-/// sender is dropped.
+/// Starts the thread that judges. Returns the sender of its orders and the receiver of its
+/// judgements. The thread ends when the sender is dropped.
 pub(super) fn start() -> (Sender<JudgeOrder>, Receiver<Judgement>) {
     let (orders, received) = unbounded::<JudgeOrder>();
     let (send, judgements) = unbounded();
     let builder = thread::Builder::new().name("judge".to_owned());
-    // Without the thread the channel is closed, which `server` tells.
+    // Without the thread the channel is closed; `server` reports that.
     let _ = builder.spawn(move || work(&received, &send));
     (orders, judgements)
 }
@@ -107,7 +107,7 @@ fn work(orders: &Receiver<JudgeOrder>, judgements: &Sender<Judgement>) {
     }
 }
 
-/// The newest order; what older ones were to judge is judged with it.
+/// The newest order, with the remaining roots of older orders.
 fn newest(orders: &Receiver<JudgeOrder>, first: JudgeOrder) -> JudgeOrder {
     let mut order = first;
     while let Ok(next) = orders.try_recv() {
@@ -135,8 +135,9 @@ pub(super) fn judge(change: u64, root: &JudgedRoot, texts: &OpenTexts) -> Judgem
     Judgement { change, root, files, findings, program, retained, failure }
 }
 
-/// A test file, without the findings of the ladders and controller files that it names: these have
-/// their own roots. That a test stands where a ladder belongs is found nowhere else.
+/// Judges a test file, without the findings of the ladders and controller files that it names: they
+/// have their own roots. Findings in other test files are kept: if a test file is named in the
+/// place of a ladder, no other root has that finding.
 fn test(path: &Path, texts: &OpenTexts) -> anyhow::Result<Loaded> {
     let bytes = texts.read(path)?;
     let (text, undecoded) = decode(&bytes, FileId(0));

@@ -1,4 +1,4 @@
-//! Code lenses: run a test, with what it came to; simulate a ladder; turn the live view on and off.
+//! Code lenses: run a test and show its result; simulate a ladder; turn the live view on and off.
 
 use std::ops::Range;
 

@@ -1,14 +1,14 @@
-//! The lines of a text, and the positions of the protocol: a line and a number of UTF-16 units in
-//! it, or of bytes if editor and server agreed on that.
+//! The lines of a text, and the positions of the protocol: a line, and a column in UTF-16 units, or
+//! in bytes if editor and server agreed on bytes.
 
 use std::ops::Range;
 
 use lsp_types::{Position, PositionEncodingKind, Range as Place};
 
-/// How a position counts within a line.
+/// The unit of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Columns {
-    /// UTF-16 units, which every editor knows.
+    /// UTF-16 units, which every editor supports.
     #[default]
     Utf16,
     /// Bytes.
@@ -16,7 +16,7 @@ pub(super) enum Columns {
 }
 
 impl Columns {
-    /// The best of those that an editor offers.
+    /// The best unit that an editor offers.
     pub fn of(offered: Option<&Vec<PositionEncodingKind>>) -> Columns {
         match offered.is_some_and(|offered| offered.contains(&PositionEncodingKind::UTF8)) {
             true => Columns::Utf8,
@@ -33,15 +33,15 @@ impl Columns {
     }
 }
 
-/// The bytes between two marks of a text that is not ASCII.
+/// The number of bytes between two marks of a text that is not ASCII.
 const MARKED_BYTES: usize = 256;
 
 /// Where the lines of a text begin. A line ends with `\n`, `\r\n` or `\r`.
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
     starts: Vec<usize>,
-    /// The UTF-16 units before every 256th byte, so that a position in a line of a megabyte costs
-    /// no more than one in a short line. Empty if every unit is a byte.
+    /// The number of UTF-16 units before every 256th byte, so that a position in a line of a
+    /// megabyte costs no more than a position in a short line. Empty if every unit is a byte.
     marks: Vec<UnitMark>,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Lines {
 #[derive(Clone, Copy, Debug)]
 struct UnitMark {
     offset: usize,
-    /// The units of the text before it.
+    /// The number of units before that byte.
     units: usize,
 }
 
@@ -68,7 +68,7 @@ impl Lines {
         Lines { starts, marks }
     }
 
-    /// The units of a text before a byte at the start of a character.
+    /// The number of units of a text before a byte at the start of a character.
     fn units(&self, text: &str, offset: usize) -> usize {
         match self.marks.get(offset / MARKED_BYTES) {
             None => offset,
@@ -76,19 +76,19 @@ impl Lines {
         }
     }
 
-    /// The number of the line that a byte stands in.
+    /// The number of the line that contains a byte.
     pub fn line(&self, offset: usize) -> usize {
         self.starts.partition_point(|start| *start <= offset).saturating_sub(1)
     }
 
-    /// The bytes of a line, without its end.
+    /// The bytes of a line, without the line end.
     pub fn span(&self, text: &str, line: usize) -> Range<usize> {
         let start = self.starts.get(line).copied().unwrap_or(text.len());
         let end = self.starts.get(line + 1).map_or(text.len(), |next| *next);
         start..start + text[start..end.max(start)].trim_end_matches(['\r', '\n']).len()
     }
 
-    /// The lines with their ends; an empty one behind the last end is none.
+    /// The lines with their line ends, without an empty line after the last line end.
     pub fn whole<'t>(&self, text: &'t str) -> impl DoubleEndedIterator<Item = &'t str> {
         let ends = self.starts.iter().skip(1).copied().chain([text.len()]);
         let bounds: Vec<(usize, usize)> = self.starts.iter().copied().zip(ends).collect();
@@ -96,7 +96,7 @@ impl Lines {
         lines.filter(|line| !line.is_empty())
     }
 
-    /// The position of a byte; of one within a character, the character's.
+    /// The position of a byte; for a byte within a character, the position of the character.
     pub fn position(&self, text: &str, columns: Columns, offset: usize) -> Position {
         let mut offset = offset.min(text.len());
         while !text.is_char_boundary(offset) {
@@ -117,7 +117,8 @@ impl Lines {
         Place::new(position(range.start), position(range.end))
     }
 
-    /// The byte at a position. What lies beyond a line is its end; beyond the text, the text's.
+    /// The byte at a position. A column after the end of a line means the end of the line; a line
+    /// after the end of the text means the end of the text.
     pub fn offset(&self, text: &str, columns: Columns, position: Position) -> usize {
         let line = self.span(text, position.line as usize);
         let wanted = position.character as usize;
@@ -129,7 +130,7 @@ impl Lines {
         (offset.min(line.end)..=line.end).find(|at| text.is_char_boundary(*at)).unwrap_or(line.end)
     }
 
-    /// The first character that has no fewer units before it.
+    /// The first character that has at least `wanted` units before it.
     fn offset_of_unit(&self, text: &str, wanted: usize) -> usize {
         let behind = self.marks.partition_point(|mark| mark.units <= wanted);
         let mark = self.marks[behind.saturating_sub(1)];

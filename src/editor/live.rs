@@ -1,9 +1,9 @@
-//! Reads the values that the editor shows from running controllers, on a thread of its own: the
-//! only part of the server with a clock.
+//! Reads the values that the editor shows from running controllers, on a thread of its own. It is
+//! the only part of the server with a clock.
 //!
-//! `server` hands over what to read and takes the news; `live_view` keeps them. The thread looks
-//! about twice a second, only if the program that runs is the one in the texts, and asks for the
-//! status and for values alone: it never writes.
+//! `server` sends the orders and receives the news; `live_view` keeps them. The thread polls about
+//! twice a second, and reads values only if the running program is the one in the texts. It
+//! requests only the status and values: it never writes.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -24,22 +24,24 @@ use crate::operator::protocol::{
 };
 use crate::operator::socket_of_environment;
 
-/// The time between two looks.
+/// The time between two polls.
 const EVERY: Duration = Duration::from_millis(500);
 
-/// A look may take this part of the time: a busy controller is asked less often.
+/// The pause after a poll is at least this number of times as long as the poll, so a busy
+/// controller is polled less often.
 const SHARE: u32 = 10;
 
-/// The most requests for values of one look: to find operands that are refused may take several.
+/// The maximum number of requests for values per poll: it may take several requests to find the
+/// refused operands.
 const READS_MAX: u32 = 32;
 
-/// The longest wait for an answer: what is shown must not be older.
+/// The longest wait for an answer: values that are shown must not be older.
 const ANSWER_MAX: Duration = Duration::from_secs(2);
 
-/// Which controllers to look at, and for what. Without targets the thread sleeps.
+/// The controllers to poll, and the operands to read. Without targets the thread sleeps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct LiveOrder {
-    /// The socket that the person names, for all.
+    /// The socket in the user's settings, for all projects.
     pub socket: Option<PathBuf>,
     /// The projects.
     pub targets: Vec<LiveTarget>,
@@ -56,12 +58,12 @@ pub(super) struct LiveTarget {
     pub operands: Vec<String>,
 }
 
-/// What a look at a controller found.
+/// The result of a poll of a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum LiveState {
     /// Its values.
     Values(Arc<LiveValues>),
-    /// It runs another program than that in the texts.
+    /// It runs a program that differs from the texts.
     Differs {
         /// The name of the running ladder.
         running: String,
@@ -75,7 +77,7 @@ pub(super) enum LiveState {
 pub(super) struct LiveValues {
     /// The texts of the program.
     pub texts: Vec<Arc<str>>,
-    /// By operand.
+    /// The values by operand.
     pub values: HashMap<String, Held>,
 }
 
@@ -84,7 +86,7 @@ pub(super) struct LiveValues {
 pub(super) struct LiveNews {
     /// The project.
     pub root: PathBuf,
-    /// What was found.
+    /// The result of the poll.
     pub state: LiveState,
 }
 
@@ -95,17 +97,18 @@ impl LiveValues {
     }
 }
 
-/// Whether these are the same texts, and not only equal ones.
+/// Whether both are the same texts in memory, not only equal texts.
 pub(super) fn are_same(some: &[Arc<str>], others: &[Arc<str>]) -> bool {
     some.len() == others.len() && some.iter().zip(others).all(|(a, b)| Arc::ptr_eq(a, b))
 }
 
-/// The thread: where to send orders, and where news come from. It ends when the sender is dropped.
+/// Starts the thread. Returns the sender of its orders and the receiver of its news. The thread
+/// ends when the sender is dropped.
 pub(super) fn start() -> (Sender<LiveOrder>, Receiver<LiveNews>) {
     let (orders, received) = unbounded::<LiveOrder>();
     let (send, news) = unbounded();
     let builder = thread::Builder::new().name("live".to_owned());
-    // Without the thread the channel is closed, which `server` tells.
+    // Without the thread the channel is closed; `server` reports that.
     let _ = builder.spawn(move || {
         let looker = Looker { news: send, known: BTreeMap::new() };
         looker.run(&received);
@@ -119,20 +122,21 @@ struct Looker {
     known: BTreeMap<PathBuf, Known>,
 }
 
-/// What the thread knows of a project.
+/// The state of the thread for a project.
 #[derive(Default)]
 struct Known {
     texts: Vec<Arc<str>>,
-    /// SHA-256 of the texts, as `status` tells it of the running ones; and that of their tokens.
+    /// SHA-256 of the texts, as `status` reports it for the running texts; then SHA-256 of their
+    /// tokens.
     sha256: String,
     tokens: String,
-    /// Those of the last texts that ran.
+    /// Both hashes of the last texts that ran.
     ran: Option<(String, String)>,
-    /// Operands that the controller does not know.
+    /// Operands that the controller refuses.
     unreadable: HashSet<String>,
-    /// How many requests for values are left to this look.
+    /// The remaining requests for values of this poll.
     reads_left: u32,
-    /// What was told last.
+    /// The state that was sent last.
     told: Option<LiveState>,
 }
 
@@ -146,7 +150,7 @@ impl Looker {
                 false => orders.recv_deadline(next),
             };
             match received {
-                // An order waits for its turn: a fast typist causes no more looks.
+                // An order waits for the next poll: a fast typist causes no additional polls.
                 Ok(newer) => {
                     self.known.retain(|root, _| newer.targets.iter().any(|of| of.root == *root));
                     order = newer;
@@ -163,7 +167,7 @@ impl Looker {
         }
     }
 
-    /// Looks once; false if nobody listens any more.
+    /// Polls all controllers once; false if the receiver is gone.
     fn look_at_all(&mut self, order: &LiveOrder) -> bool {
         for target in &order.targets {
             let known = self.known.entry(target.root.clone()).or_default();
@@ -180,8 +184,8 @@ impl Looker {
     }
 }
 
-/// The socket of a project's controller: as the person says, else as the controller file or the
-/// environment does.
+/// The socket of a project's controller: from the user's settings, else from the controller file,
+/// else from the environment.
 pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> PathBuf {
     let named = || client::socket(socket_of_environment());
     said.cloned().or_else(|| operator_socket(root)).unwrap_or_else(named)
@@ -190,7 +194,7 @@ pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> PathBuf {
 impl Known {
     fn look(&mut self, socket: &Path, target: &LiveTarget) -> LiveState {
         if !are_same(&self.texts, &target.texts) {
-            // What is found is told again: it stands beside other texts.
+            // The result is sent again, because it now belongs to different texts.
             *self = Known { ran: self.ran.take(), ..Known::default() };
             self.texts = target.texts.clone();
             self.sha256 = sha256_of(target.texts.iter().map(|text| &**text));
@@ -202,7 +206,7 @@ impl Known {
         }
     }
 
-    /// Reads the values between two looks at the program, so that they are of one program.
+    /// Reads the values between two checks of the program, so that all values are of one program.
     fn read(&mut self, socket: &Path, operands: &[String]) -> Result<LiveState, CallFailure> {
         if let Some(running) = self.other(socket)? {
             return Ok(LiveState::Differs { running });
@@ -221,8 +225,9 @@ impl Known {
         Ok(LiveState::Values(Arc::new(LiveValues { texts, values })))
     }
 
-    /// The name of the running program, if it is another one. It is the same if the texts are, or
-    /// if they differ from those that ran in comments and spaces alone.
+    /// The name of the running program, if it is not the program of the texts. It is that program
+    /// if the texts are equal, or if they differ from the texts that ran only in comments and
+    /// spaces.
     fn other(&mut self, socket: &Path) -> Result<Option<String>, CallFailure> {
         let status: Status = ask(socket, &Request::Status {})?;
         let running = status.ladder.sha256;
@@ -237,7 +242,8 @@ impl Known {
         Ok((!ran).then_some(status.ladder.name))
     }
 
-    /// Reads some operands. One that is refused is found by halves, and not asked for again.
+    /// Reads some operands. A refused operand is found by halving the list, and is not requested
+    /// again.
     fn read_some(
         &mut self,
         socket: &Path,
@@ -275,7 +281,7 @@ fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, CallF
     client::ask_within(socket, request, ANSWER_MAX)
 }
 
-/// A text that is equal for texts that differ in comments and spaces alone.
+/// A hash that is equal for texts that differ only in comments and spaces.
 fn tokens_of(texts: &[Arc<str>]) -> String {
     let is_said = |token: &Token| {
         !matches!(
@@ -286,7 +292,7 @@ fn tokens_of(texts: &[Arc<str>]) -> String {
     let tokens = texts.iter().flat_map(|text| {
         let said = Source::new(text).lex().filter(is_said);
         let said = said.map(|token| &text[token.span().start()..token.span().end()]);
-        // What ends a token and a text is in none of them.
+        // No token contains the line end that separates tokens and texts.
         said.flat_map(|token| [token, "\n"]).chain(["\n"])
     });
     sha256_of(tokens)

@@ -1,5 +1,5 @@
-//! What the live view looks at: the projects of the ladders that the editor shows, and the operands
-//! that these name.
+//! The targets of the live view: the projects of the ladders that the editor shows, and the
+//! operands that these ladders name.
 //!
 //! Called by `server` after each change while the view is on.
 
@@ -13,7 +13,7 @@ use super::project::{Project, named_files};
 use super::slots::FileKind;
 use super::workspace::Workspace;
 
-/// The most operands of a project that are read, those that the editor shows first.
+/// The maximum number of operands of a project that are read; the visible operands come first.
 const OPERANDS_MAX: usize = 1000;
 
 /// The targets; none while the view is off.
@@ -52,7 +52,7 @@ fn texts(workspace: &Workspace, project: &Project) -> Vec<Arc<str>> {
     files.map(|file| file.text.clone()).collect()
 }
 
-/// Adds the operands of a file: those from a byte on, then those before it.
+/// Adds the operands of a file: first those from a byte on, then those before that byte.
 fn operands(project: &Project, (number, from): (usize, usize), all: &mut Vec<String>) {
     let file = &project.files[number];
     let mut known: HashSet<String> = all.iter().cloned().collect();

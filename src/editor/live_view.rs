@@ -1,7 +1,7 @@
-//! The live view: whether it is on, what is looked at, and the values that came of it.
+//! The live view: whether it is on, the observed projects, and their values.
 //!
-//! `server` gives it the settings and the news of the thread; `hints` and `tokens` ask it for
-//! values. Values are shown only beside the very texts that the controller runs.
+//! `server` passes the settings and the news of the live thread to it; `hints` and `tokens` get the
+//! values from it. Values are shown only if the texts are those that the controller runs.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -18,20 +18,21 @@ use super::outbox::{Outbox, Refreshed};
 #[derive(Debug, Default)]
 pub(super) struct LiveView {
     is_on: bool,
-    /// The socket that the person names.
+    /// The socket in the user's settings.
     socket: Option<PathBuf>,
-    /// What is looked at now.
+    /// The last order to the live thread: the observed projects.
     order: LiveOrder,
-    /// What was found last, by project.
+    /// The last state of each project.
     found: BTreeMap<PathBuf, LiveState>,
-    /// The bytes of each file that the editor shows, as far as it has told.
+    /// The bytes of each file that the editor shows, as far as they are known.
     visible: HashMap<PathBuf, Range<usize>>,
-    /// Whether the targets are to be made anew.
+    /// Whether the targets must be computed again.
     is_stale: bool,
 }
 
 impl LiveView {
-    /// Takes settings: `{"live": true, "socket": "/run/rungd/rungd.sock"}`, perhaps below `rungd`.
+    /// Applies settings: `{"live": true, "socket": "/run/rungd/rungd.sock"}`, or the same below a
+    /// key `rungd`.
     pub fn configure(&mut self, settings: &Value, outbox: &mut Outbox) {
         let settings = settings.get("rungd").unwrap_or(settings);
         if let Some(socket) = settings.get("socket") {
@@ -65,7 +66,7 @@ impl LiveView {
         self.is_on
     }
 
-    /// The editor shows this part of a file.
+    /// Records that the editor shows this part of a file.
     pub fn shows(&mut self, path: &Path, bytes: Range<usize>) {
         if self.visible.get(path) != Some(&bytes) {
             self.visible.insert(path.to_owned(), bytes);
@@ -78,7 +79,7 @@ impl LiveView {
         self.visible.get(path).map_or(0, |bytes| bytes.start)
     }
 
-    /// The files have changed.
+    /// Records that files have changed.
     pub fn changed(&mut self) {
         self.is_stale |= self.is_on;
     }
@@ -88,7 +89,7 @@ impl LiveView {
         self.is_stale
     }
 
-    /// Looks at these projects from now on; an order for the thread, if that changes anything.
+    /// Sets the observed projects. Returns an order for the live thread, if they have changed.
     pub fn aim(&mut self, targets: Vec<LiveTarget>, outbox: &mut Outbox) -> Option<LiveOrder> {
         self.is_stale = false;
         let order = LiveOrder { socket: self.socket.clone(), targets };
@@ -107,7 +108,7 @@ impl LiveView {
         Some(self.order.clone())
     }
 
-    /// Takes news; tells the person once where the state has changed.
+    /// Handles news of the live thread. Sends a message to the user when the kind of state changes.
     pub fn hear(&mut self, news: LiveNews, outbox: &mut Outbox) {
         if !self.is_on || !self.order.targets.iter().any(|target| target.root == news.root) {
             return;
@@ -140,7 +141,7 @@ impl LiveView {
         show_again(outbox);
     }
 
-    /// The values beside the present text of a project.
+    /// The values of a project, if the controller runs its present texts.
     pub fn values(&self, root: &Path) -> Option<Arc<LiveValues>> {
         let target = self.order.targets.iter().find(|target| target.root == root)?;
         match self.found.get(root)? {

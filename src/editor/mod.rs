@@ -1,8 +1,9 @@
-//! The language server: what an editor shows and changes in ladders, controller files and tests.
+//! The language server: editor support for ladders, controller files and tests.
 //!
-//! `cli::lsp` calls [`serve`]. A text becomes an `outline` and `words`, however broken it is; the
-//! words of a project's files become `names`; answers are made of these at once. Findings are made
-//! beside, by `judge`, from the same functions as `rungd check`. No clock.
+//! `cli::lsp` calls [`serve`]. Every text, even a broken one, is read into an `outline` and
+//! `words`; the words of a project's files are resolved to `names`. Requests are answered from
+//! these at once. `judge` produces the findings on its own thread, with the same functions as
+//! `rungd check`. Only `live` reads a clock.
 
 mod actions;
 mod capabilities;

@@ -1,8 +1,8 @@
-//! What the names of a project stand for: the declarations of all its files, and a look-up that
-//! says for each part of a word which declaration it means.
+//! The meanings of the names of a project: the declarations of all its files, and a look-up of the
+//! declaration that each part of a word means.
 //!
-//! Made of the words alone, so it also knows a file with mistakes. The order of the look-up is the
-//! resolver's (`resolve::scope`): within a template its parameters and tags first.
+//! It is built from the words alone, so it also works for a file with errors. The look-up has the
+//! order of the resolver (`resolve::scope`): within a template, its parameters and tags come first.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use super::words::{FileWord, Role};
 use crate::isa::address_text;
 use crate::isa::{Address, MemorySizes};
 
-/// Something that has a name in a project.
+/// A declaration in a project.
 #[derive(Debug)]
 pub(super) struct Declared {
     /// Its kind.
@@ -25,7 +25,7 @@ pub(super) struct Declared {
     pub file: usize,
     /// The place of its name.
     pub span: Range<usize>,
-    /// The object that it is, or stands in.
+    /// The object that it is, or that contains it.
     pub object: usize,
     /// The pair of its name.
     pub pair: usize,
@@ -48,7 +48,7 @@ pub(super) enum Meaning {
     Address(Address),
     /// A status bit.
     Status,
-    /// Nothing that is known.
+    /// An unknown name.
     Unknown,
 }
 
@@ -68,7 +68,7 @@ pub(super) struct Names {
     pub all: Vec<Declared>,
     globals: HashMap<String, usize>,
     templates: HashMap<String, usize>,
-    /// By what they belong to, and their name.
+    /// By the parent and the name.
     members: HashMap<(usize, String), usize>,
     /// By file and object.
     objects: HashMap<(usize, usize), usize>,
@@ -76,7 +76,7 @@ pub(super) struct Names {
     places: HashMap<(usize, usize), usize>,
 }
 
-/// The kinds of tables that are declared by their name.
+/// The kinds of tables that contain other declarations and are declared by their `name`.
 const HOLDERS: [&str; 7] =
     ["program", "task", "template", "program.stage", "template.stage", "device", "scenario"];
 
@@ -109,7 +109,7 @@ impl Names {
             let value = outline.value(word.object, keys)?;
             Some(file.slice(value.inner.clone()).to_owned())
         };
-        // The root has thousands of pairs, and no `use`.
+        // A key declares no use, and its object is often the root, which has thousands of pairs.
         let template = if is_of_key(kind) { None } else { text(&["use"]) };
         let doc = match is_of_key(kind) {
             true => outline.value_below(word.pair, "doc"),
@@ -126,7 +126,7 @@ impl Names {
             && (last.file, last.object, &last.name) == (number, word.object, &name)
             && is_of_key(kind)
         {
-            // `tags.eye.at` and `tags.eye.doc` declare one tag.
+            // `tags.eye.at` and `tags.eye.doc` declare the same tag.
             self.places.insert((number, word.span.start), self.all.len() - 1);
             return;
         }
@@ -139,7 +139,7 @@ impl Names {
         self.all.push(Declared { kind, name, file, span, object, pair, parent, doc, template });
     }
 
-    /// Gives a declaration what it belongs to, and makes it known there.
+    /// Sets the parent of a declaration, and registers its name there.
     fn link(&mut self, at: usize, (number, file): (usize, &EditorFile)) {
         let of = &self.all[at];
         let (kind, name, object) = (of.kind, of.name.clone(), of.object);
@@ -155,8 +155,8 @@ impl Names {
         self.know(at, kind, name, parent);
     }
 
-    /// Controller files that have one ladder each have the device that it names: these are one
-    /// thing, the first of them.
+    /// Several controller files with the same ladder each declare the device that the ladder names.
+    /// They count as one declaration, the first of them.
     fn unite(&mut self, at: usize) {
         let of = &self.all[at];
         let place = (of.file, of.span.start);
@@ -203,7 +203,7 @@ impl Names {
         }
     }
 
-    /// The block, stage or template that an object is or lies in.
+    /// The block, stage or template that an object is, or that contains the object.
     pub fn holder(&self, number: usize, file: &EditorFile, object: usize) -> Option<usize> {
         let mut at = object;
         loop {
@@ -218,7 +218,7 @@ impl Names {
         }
     }
 
-    /// The Program, Task or template that a word stands in.
+    /// The Program, Task or template that contains a word.
     pub fn block_of(&self, (number, file): (usize, &EditorFile), object: usize) -> Option<usize> {
         let mut at = self.holder(number, file, object)?;
         while self.all[at].kind == DeclaredKind::Stage {
@@ -232,24 +232,24 @@ impl Names {
         self.templates.get(name).copied()
     }
 
-    /// The declaration with a name that is known everywhere.
+    /// The declaration of a global name.
     pub fn global(&self, name: &str) -> Option<usize> {
         self.globals.get(name).copied()
     }
 
-    /// What a name stands for in a template.
+    /// The declaration of a name within a template.
     pub fn own(&self, template: usize, name: &str) -> Option<usize> {
         self.members.get(&(template, name.to_owned())).copied()
     }
 
-    /// The declaration that a part behind a dot names.
+    /// The declaration that a part after a dot names.
     pub fn member(&self, of: usize, name: &str) -> Option<usize> {
         let own = self.members.get(&(of, name.to_owned())).copied();
         let template = || self.template(self.all[of].template.as_deref()?);
         own.or_else(|| self.own(template()?, name))
     }
 
-    /// What the parts of a word mean.
+    /// The meanings of the parts of a word.
     pub fn parts(&self, (number, file): (usize, &EditorFile), word: &FileWord) -> Vec<WordPart> {
         let text = file.slice(word.span.clone());
         let one = |meaning| vec![WordPart { span: word.span.clone(), meaning }];
@@ -287,7 +287,7 @@ impl Names {
         }
     }
 
-    /// What the parts of a name mean in a block or template; `start`: its place.
+    /// The meanings of the parts of a name in a block or template; `start`: the place of the name.
     pub fn dotted(&self, text: &str, start: usize, block: Option<usize>) -> Vec<WordPart> {
         let part =
             |from: usize, to: usize, meaning| WordPart { span: start + from..start + to, meaning };
@@ -321,7 +321,7 @@ impl Names {
     }
 }
 
-/// Whether a key declares it.
+/// Whether a key makes a declaration of this kind.
 pub(super) fn is_of_key(kind: DeclaredKind) -> bool {
     match kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => true,
@@ -336,7 +336,7 @@ pub(super) fn is_of_key(kind: DeclaredKind) -> bool {
     }
 }
 
-/// Whether a declaration of this kind is an object that others belong to.
+/// Whether a declaration of this kind is an object that other declarations can belong to.
 fn is_holder(kind: DeclaredKind) -> bool {
     match kind {
         DeclaredKind::Program

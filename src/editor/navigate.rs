@@ -25,7 +25,8 @@ pub(super) fn part_at(cursor: &Cursor) -> Option<(Range<usize>, Meaning)> {
     within.map(|part| (part.span.clone(), part.meaning))
 }
 
-/// All places at which words mean a thing: (number of the file, bytes), its declaration included.
+/// All places of words with this meaning, as (number of the file, bytes). The declaration is
+/// included.
 pub(super) fn places_of(project: &Project, meaning: Meaning) -> Vec<(usize, Range<usize>)> {
     let mut places = Vec::new();
     for (number, file) in project.files.iter().enumerate() {
@@ -38,7 +39,7 @@ pub(super) fn places_of(project: &Project, meaning: Meaning) -> Vec<(usize, Rang
     places
 }
 
-/// The place where the name at the cursor is declared; of a file's name, the file.
+/// The declaration of the name at the cursor; for the name of a file, the file.
 pub(super) fn definition(
     workspace: &mut Workspace,
     params: GotoDefinitionParams,
@@ -58,14 +59,15 @@ pub(super) fn definition(
     Ok(Some(GotoDefinitionResponse::Scalar(location)))
 }
 
-/// The file that the name at the cursor is of, if it is there.
+/// The file that the word at the cursor names, if that file exists.
 fn file_at(cursor: &Cursor) -> Option<PathBuf> {
     let word = cursor.word().filter(|word| word.role == Role::File)?;
     let path = named_file(cursor.file(), cursor.file().slice(word.span.clone()));
     (is_library(&path) || path.is_file()).then_some(path)
 }
 
-/// The URI under which an editor can open a file; one of the library is written to be looked at.
+/// The URI under which an editor can open a file. A file of the library is written to disk for
+/// this.
 fn shown(workspace: &Workspace, path: &Path) -> Result<Uri> {
     let own = match path.to_str().and_then(library::named) {
         Some(Ok(file)) => Some(workspace.jobs.scratch().library(file)?),
@@ -75,7 +77,7 @@ fn shown(workspace: &Workspace, path: &Path) -> Result<Uri> {
     uri_of(own.as_deref().unwrap_or(path)).context("no file on disk")
 }
 
-/// All places where the name at the cursor is meant, in all files of the project.
+/// All uses of the name at the cursor, in all files of the project.
 pub(super) fn references(
     workspace: &mut Workspace,
     params: ReferenceParams,
@@ -98,7 +100,7 @@ pub(super) fn references(
     Ok(Some(found.collect()))
 }
 
-/// The places in the file at which the name at the cursor is meant.
+/// All uses of the name at the cursor, in the same file.
 pub(super) fn highlights(
     workspace: &mut Workspace,
     params: DocumentHighlightParams,
@@ -134,7 +136,7 @@ pub(super) fn highlights(
     Ok(Some(places))
 }
 
-/// Whether words of this meaning all mean the same thing.
+/// Whether all words with this meaning stand for the same thing.
 fn is_one_thing(meaning: Meaning) -> bool {
     match meaning {
         Meaning::Declared(_) | Meaning::Address(_) => true,

@@ -1,7 +1,7 @@
-//! The operands that a ladder names, as a running controller knows them.
+//! The operands that a ladder names, in the form that a running controller accepts.
 //!
-//! Called by `live_targets`, which has their values read, and by `hints` and `tokens`, which show
-//! these. A name within a template stands for several operands, one of each use: it has no value.
+//! `live_targets` uses them to order values; `hints` and `tokens` use them to show the values. A
+//! name within a template has no value: it stands for a different operand in each use.
 
 use std::ops::Range;
 
@@ -19,7 +19,7 @@ use crate::isa::{Address, MemorySizes, Structure, Word as WordAddress};
 pub(super) struct NamedWord {
     /// Its place.
     pub span: Range<usize>,
-    /// The operand whose value stands for it: of a structure its accumulator.
+    /// The operand whose value is shown for it; for a structure, its accumulator.
     pub operand: String,
     /// Whether it is a time, in ms.
     pub is_time: bool,
@@ -27,7 +27,7 @@ pub(super) struct NamedWord {
     pub is_written: bool,
 }
 
-/// A structure's kind, with what its accumulator is called.
+/// The kind of a structure, with the name of its accumulator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Accumulates {
     Time,
@@ -103,7 +103,7 @@ pub(super) fn named(
     Some(NamedWord { span: word.span.clone(), operand, is_time, is_written })
 }
 
-/// The operand at a byte, as a question about a controller names it: of a structure its Done.
+/// The operand at a byte, as `rungd why` is given it; for a structure, its Done bit.
 pub(super) fn asked(
     project: &Project,
     (number, file): (usize, &EditorFile),
@@ -122,7 +122,7 @@ pub(super) fn asked(
     })
 }
 
-/// The constant index behind a word; empty without one, `None` for one that moves.
+/// The constant index after a word; empty without an index, `None` if the index is not constant.
 fn index<'f>(file: &'f EditorFile, word: &FileWord) -> Option<&'f str> {
     let behind = file.text.get(word.span.end..).unwrap_or_default();
     if !behind.starts_with('[') {
@@ -133,7 +133,7 @@ fn index<'f>(file: &'f EditorFile, word: &FileWord) -> Option<&'f str> {
     is_number.then_some(&behind[..=end])
 }
 
-/// Whether something has one meaning in each use of a template.
+/// Whether a declaration belongs to a template, and so stands for a different operand in each use.
 fn is_of_template(project: &Project, at: usize) -> bool {
     let mut at = Some(at);
     while let Some(number) = at {
@@ -146,7 +146,8 @@ fn is_of_template(project: &Project, at: usize) -> bool {
     false
 }
 
-/// The structure that a declared name stands for: none of a bit or word. `None`: it has no value.
+/// The structure that a declared name stands for; `Some(None)` for a bit or word, `None` for a name
+/// without a value.
 fn declared_structure(project: &Project, at: usize) -> Option<Option<Accumulates>> {
     let declared = &project.names.all[at];
     match declared.kind {
@@ -184,7 +185,7 @@ fn declared_structure(project: &Project, at: usize) -> Option<Option<Accumulates
     })
 }
 
-/// The structure that an address is of.
+/// The structure that an address names, or whose accumulator it is.
 fn of_address(address: Address) -> Option<Accumulates> {
     match address {
         Address::Structure(structure) | Address::Word(WordAddress::Acc(structure)) => {
@@ -194,8 +195,8 @@ fn of_address(address: Address) -> Option<Accumulates> {
     }
 }
 
-/// The values of a ladder that name operands, each with what it stands for, from the one at a byte
-/// on.
+/// The values of a ladder that name operands, each with its slot. The first is the value at a byte,
+/// or the next value after it.
 pub(super) fn values(
     file: &EditorFile,
     from: usize,

@@ -1,8 +1,8 @@
-//! What the server has to tell the editor beside its answers: messages, documents to show, and
-//! that something shown is to be asked for again.
+//! The messages that the server sends to the editor besides its answers: texts for the user,
+//! documents to show, and refreshes of something that is shown.
 //!
-//! Filled by `commands` and by the news of threads; `server` sends it after each event. What an
-//! editor cannot do is left out, or said in another way.
+//! Filled by `commands` and by the news of threads; `server` sends the messages after each event.
+//! A message that the editor does not support is left out or replaced.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,7 +17,7 @@ use serde_json::Value;
 
 use super::uri::uri_of;
 
-/// What can be asked for again.
+/// What the editor can refresh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Refreshed {
     /// Inlay hints.
@@ -34,8 +34,8 @@ pub(super) struct Outbox {
     can: ClientCapabilities,
     messages: Vec<Message>,
     number: u64,
-    /// Refreshes that the editor has not answered, each with whether another one shall follow. So
-    /// a slow editor is never sent more than it can do.
+    /// Refreshes that the editor has not answered, each with whether one more must follow. So a
+    /// slow editor never has more than one open refresh of a kind.
     asked: HashMap<RequestId, (Refreshed, bool)>,
 }
 
@@ -48,7 +48,7 @@ impl Refreshed {
         }
     }
 
-    /// Whether an editor can be asked for it.
+    /// Whether an editor supports this refresh.
     fn is_known(self, can: &ClientCapabilities) -> bool {
         let Some(can) = &can.workspace else { return false };
         let refreshes = match self {
@@ -61,32 +61,32 @@ impl Refreshed {
 }
 
 impl Outbox {
-    /// For an editor that can do this.
+    /// An outbox for an editor with these capabilities.
     pub fn new(can: ClientCapabilities) -> Outbox {
         Outbox { can, ..Outbox::default() }
     }
 
-    /// What is to be sent.
+    /// Takes the messages to send.
     pub fn take(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.messages)
     }
 
-    /// A sentence for the person.
+    /// Adds a text for the user.
     pub fn say(&mut self, typ: MessageType, message: impl Into<String>) {
         let params = ShowMessageParams { typ, message: message.into() };
         let told = Notification::new(ShowMessage::METHOD.to_owned(), params);
         self.messages.push(told.into());
     }
 
-    /// Whether the editor shows documents.
+    /// Whether the editor can show documents.
     pub fn shows_documents(&self) -> bool {
         let window = self.can.window.as_ref();
         let shows = window.and_then(|window| window.show_document.as_ref());
         shows.is_some_and(|shows| shows.support)
     }
 
-    /// A file for the person to see; its path, if the editor cannot show it. `outside`: by the
-    /// program that the desktop has for it.
+    /// Shows a file to the user; if the editor cannot show it, shows its path. `outside`: in the
+    /// desktop's program for the file.
     pub fn show(&mut self, path: &Path, outside: bool) {
         match uri_of(path).filter(|_| self.shows_documents()) {
             Some(uri) => {
@@ -98,8 +98,8 @@ impl Outbox {
         }
     }
 
-    /// Has the editor ask for something again; once more after the last time that it was told, if
-    /// it has not done that yet.
+    /// Asks the editor to refresh something. If it has not answered the last such request yet, one
+    /// more request follows its answer.
     pub fn refresh(&mut self, what: Refreshed) {
         if !what.is_known(&self.can) {
             return;
@@ -112,7 +112,7 @@ impl Outbox {
         self.asked.insert(id, (what, false));
     }
 
-    /// The editor has answered a request.
+    /// Handles the editor's answer to a request.
     pub fn answered(&mut self, id: &RequestId) {
         if let Some((what, true)) = self.asked.remove(id) {
             self.refresh(what);

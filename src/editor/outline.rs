@@ -1,18 +1,18 @@
-//! A file as an editor sees it: its tables, keys and values with their places, whether or not the
-//! text is TOML.
+//! A file as an editor sees it: its tables, keys and values with their places, even if the text is
+//! not valid TOML.
 //!
-//! `outline_reader` reads the tokens of a text and begins anew at each line that begins with a key
-//! or a header, so a value that is being typed hides nothing behind its own line. `words` makes
-//! names of its values, `complete` asks it where the cursor is. It judges nothing: `load` does.
+//! `outline_reader` reads the tokens of a text. It starts again at each line that begins with a key
+//! or a header, so an incomplete value hides nothing after its own line. `words` finds the names in
+//! the values; `complete` finds the place of the cursor. It validates nothing; `load` does that.
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasher, Hash, Hasher, RandomState};
 use std::ops::Range;
 
-/// The most pairs of an object that are looked through for a key.
+/// The maximum number of pairs of an object that are searched one by one for a key.
 const FEW_PAIRS: usize = 16;
 
-/// What a file contains, in order of place.
+/// The contents of a file, in the order of the text.
 #[derive(Debug, Default)]
 pub(super) struct Outline {
     /// The root, the tables of arrays of tables, and inline tables within arrays.
@@ -27,7 +27,7 @@ pub(super) struct Outline {
     pub pairs_of: Vec<Vec<usize>>,
     /// The number of the first value of each pair.
     pub value_of: Vec<Option<usize>>,
-    /// The first pair of each path of keys, in objects that have many.
+    /// The first pair of each path of keys, in objects with many pairs.
     paths: PairPaths,
 }
 
@@ -38,10 +38,10 @@ struct PairPaths {
     hasher: RandomState,
 }
 
-/// A table that may stand several times.
+/// A table that may occur several times.
 #[derive(Debug)]
 pub(super) struct TableObject {
-    /// Its path: `program.rung`; of the root it is empty.
+    /// Its path, such as `program.rung`; empty for the root.
     pub kind: String,
     /// The number of the object that it belongs to; the root is its own parent.
     pub parent: usize,
@@ -56,11 +56,11 @@ pub(super) struct TableHeader {
     pub path: String,
     /// From `[` to `]`, or to the end of its line.
     pub span: Range<usize>,
-    /// Whether it is one of an array of tables.
+    /// Whether it is the header of an element of an array of tables.
     pub is_array: bool,
 }
 
-/// A key, or a part of a dotted one.
+/// A key, or a part of a dotted key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct KeyPart {
     /// Without quotes.
@@ -74,12 +74,11 @@ pub(super) struct KeyPart {
 pub(super) struct KeyPair {
     /// The object that it belongs to.
     pub object: usize,
-    /// Its path from the object on, headers without brackets of their own included: `tags`, `eye`,
-    /// `at`.
+    /// Its path from the object on, the keys of a `[table]` header included: `tags`, `eye`, `at`.
     pub keys: Vec<KeyPart>,
-    /// How many of `keys` stand in the header, or before the braces around it.
+    /// How many of `keys` are in the header, or before the braces around the pair.
     pub outer: usize,
-    /// Its value; empty if there is none.
+    /// The place of its value; empty if there is none.
     pub value: Range<usize>,
 }
 
@@ -90,14 +89,14 @@ pub(super) struct OutlineValue {
     pub pair: usize,
     /// The whole value, with its quotes.
     pub span: Range<usize>,
-    /// What stands between the quotes; of other values the same as `span`.
+    /// The place between the quotes; for a value without quotes, the same as `span`.
     pub inner: Range<usize>,
     /// Whether it is a string.
     pub is_string: bool,
 }
 
 impl Outline {
-    /// Made of its parts, with what finds them.
+    /// Builds the indexes of an outline.
     pub fn indexed(mut self) -> Outline {
         self.pairs_of = vec![Vec::new(); self.objects.len()];
         self.value_of = vec![None; self.pairs.len()];
@@ -136,7 +135,7 @@ impl Outline {
         path
     }
 
-    /// The object of one of these kinds that an object is, or lies in.
+    /// The nearest object of one of these kinds: the object itself, or an object that encloses it.
     pub fn enclosing(&self, object: usize, kinds: &[&str]) -> Option<usize> {
         let mut at = object;
         loop {
@@ -151,7 +150,7 @@ impl Outline {
         }
     }
 
-    /// The number of the pair of an object with this path.
+    /// The number of the pair with this path in an object.
     pub fn pair(&self, object: usize, keys: &[&str]) -> Option<usize> {
         let has = |number: &&usize| {
             let path = self.pairs[**number].keys.iter().map(|key| key.text.as_str());
@@ -168,7 +167,7 @@ impl Outline {
         all.iter().find(has).copied()
     }
 
-    /// The first value of a key below a pair: of an inline table, or of a header's.
+    /// The first value of a key below a pair, in an inline table or in the table of a header.
     pub fn value_below(&self, pair: usize, key: &str) -> Option<&OutlineValue> {
         let of = &self.pairs[pair];
         let is_below = |number: &usize| {
@@ -184,7 +183,7 @@ impl Outline {
         self.value_of[at].map(|value| &self.values[value])
     }
 
-    /// The first value of the pair of an object with this path.
+    /// The first value of the pair with this path in an object.
     pub fn value(&self, object: usize, keys: &[&str]) -> Option<&OutlineValue> {
         self.value_of[self.pair(object, keys)?].map(|value| &self.values[value])
     }
@@ -199,7 +198,7 @@ impl PairPaths {
 }
 
 impl KeyPair {
-    /// The key that its last part is.
+    /// The last key of its path.
     pub fn key(&self) -> &KeyPart {
         &self.keys[self.keys.len() - 1]
     }
@@ -209,7 +208,7 @@ impl KeyPair {
         self.key().span.end
     }
 
-    /// From its first key that does not stand in the header to the end of its value.
+    /// From its first key after the `outer` keys to the end of its value.
     pub fn extent(&self) -> Range<usize> {
         let first = self.keys.get(self.outer).unwrap_or_else(|| self.key());
         first.span.start..self.value.end.max(self.end())

@@ -1,7 +1,7 @@
-//! Reads a text into an `outline`, token by token. No mistake ends it: a line that begins with a
-//! key or a header begins anew, whatever was open before it.
+//! Reads a text into an `outline`, token by token. No syntax error stops it: it starts again at
+//! each line that begins with a key or a header, whatever was left open before.
 
-// `_` stands for what a tokenizer gives and no place here wants; the enum is the parser's.
+// `_` matches the kinds of tokens that have no meaning at that place; the parser defines the enum.
 #![allow(clippy::wildcard_enum_match_arm)]
 
 use std::collections::HashMap;
@@ -12,9 +12,9 @@ use toml_parser::lexer::{Token, TokenKind};
 
 use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableHeader, TableObject};
 
-/// The most levels of arrays and inline tables that are followed.
+/// The maximum depth of arrays and inline tables that are read.
 const DEPTH_MAX: usize = 8;
-/// The most parts of a key that are kept.
+/// The maximum number of parts of a key that are kept.
 const PARTS_MAX: usize = 16;
 
 /// The outline of a text.
@@ -31,7 +31,7 @@ pub(super) fn read(text: &str) -> Outline {
     reader.outline.indexed()
 }
 
-/// A text on its way to an outline.
+/// The state while a text is read into an outline.
 struct OutlineReader<'t> {
     text: &'t str,
     tokens: Vec<Token>,
@@ -39,7 +39,7 @@ struct OutlineReader<'t> {
     outline: Outline,
     /// The last header.
     open: TableHeader,
-    /// What the header adds to the keys of its object.
+    /// The keys that the last header puts before the keys below it.
     prefix: Vec<KeyPart>,
     /// The object that keys belong to now.
     into: usize,
@@ -64,7 +64,7 @@ impl OutlineReader<'_> {
         }
     }
 
-    /// Goes to the end of the line.
+    /// Skips to the end of the line.
     fn skip_line(&mut self) {
         while !matches!(self.kind(), TokenKind::Newline | TokenKind::Eof) {
             self.at += 1;
@@ -116,7 +116,7 @@ impl OutlineReader<'_> {
         let header = TableHeader { path: path.clone(), span: span.clone(), is_array: *is_array };
         self.outline.headers.push(header);
         if !is_array && !self.prefix.is_empty() {
-            // A header declares too: `[tags.eye]`.
+            // A header can declare a tag, too: `[tags.eye]`.
             let (object, keys, value) = (self.into, self.prefix.clone(), end..end);
             self.outline.pairs.push(KeyPair { object, keys, outer: 0, value });
         }
@@ -128,8 +128,8 @@ impl OutlineReader<'_> {
         self.outline.objects.len() - 1
     }
 
-    /// The latest object that a header's path leads to, and how many of its parts do. A header of
-    /// an array of tables belongs to an object above it.
+    /// The latest object whose path begins a header's path, and the number of parts that the two
+    /// paths share. A header of an array of tables belongs to an object above it.
     fn parent(&self, names: &[&str], is_array: bool) -> (usize, usize) {
         let most = names.len().saturating_sub(usize::from(is_array));
         for known in (1..=most).rev() {
@@ -140,8 +140,8 @@ impl OutlineReader<'_> {
         (0, 0)
     }
 
-    /// Ends the objects that a header, or the end of the file, closes: at the end of the last line
-    /// before it that is no comment and not empty.
+    /// Closes the open objects at a header or at the end of the file. Their extent ends with the
+    /// last line before `at` that is neither a comment nor empty.
     fn close(&mut self, at: usize) {
         let end = self.outline.pairs.last().map_or(0, |pair| pair.value.end.max(pair.end()));
         let end = end.max(self.open.span.end).min(at);
@@ -164,7 +164,7 @@ impl OutlineReader<'_> {
                 TokenKind::BasicString | TokenKind::LiteralString => unquoted(self.text, span),
                 _ => return keys,
             };
-            // A key of thousands of parts is no key of rungd, and would be copied as often.
+            // No key of rungd has more parts, and to copy thousands of parts would take long.
             if keys.len() < PARTS_MAX {
                 keys.push(KeyPart { text: self.text[part.clone()].to_owned(), span: part });
             }
@@ -177,7 +177,7 @@ impl OutlineReader<'_> {
         }
     }
 
-    /// A key and its value. `outer`: the keys around it.
+    /// Reads a key and its value. `outer`: the keys of the header and of the braces around them.
     fn pair(&mut self, object: usize, outer: Vec<KeyPart>, depth: usize) {
         let mut keys = outer;
         let known = keys.len();
@@ -199,7 +199,7 @@ impl OutlineReader<'_> {
         self.outline.pairs[number].value = begin..end;
     }
 
-    /// A value of a pair; `is_item`: it is an element of an array.
+    /// Reads a value of a pair; `is_item`: the value is an element of an array.
     fn value(&mut self, pair: usize, is_item: bool, depth: usize) {
         let span = self.span();
         match self.kind() {
@@ -250,7 +250,7 @@ impl OutlineReader<'_> {
                     return;
                 }
                 _ if begins_line && self.begins_statement() => {
-                    // The end of the line before belongs to the caller.
+                    // The caller skips the line end before the statement.
                     while self.kind() != TokenKind::Newline {
                         self.at -= 1;
                     }
@@ -266,7 +266,7 @@ impl OutlineReader<'_> {
         }
     }
 
-    /// Skips spaces, ends of lines and comments; whether an end of a line was among them.
+    /// Skips spaces, line ends and comments. Returns whether a line end was among them.
     fn skip_to_item(&mut self) -> bool {
         let begin = self.at;
         self.skip(&[TokenKind::Whitespace, TokenKind::Newline, TokenKind::Comment]);
@@ -274,7 +274,7 @@ impl OutlineReader<'_> {
         skipped.iter().any(|token| token.kind() == TokenKind::Newline)
     }
 
-    /// Whether a header, or a key with its `=`, stands here: then the array before was not closed.
+    /// Whether a header, or a key with its `=`, begins here: the array before is then not closed.
     fn begins_statement(&self) -> bool {
         let mut rest = self.tokens[self.at..].iter().map(Token::kind);
         match rest.next() {
@@ -289,7 +289,8 @@ impl OutlineReader<'_> {
         }
     }
 
-    /// An inline table: within an array an object of its own, else further keys of its pair.
+    /// Reads an inline table. In an array it is an object of its own; elsewhere its keys are
+    /// further keys of the pair.
     fn table(&mut self, pair: usize, is_item: bool, depth: usize) {
         let begin = self.span().start;
         self.at += 1;
@@ -323,7 +324,7 @@ impl OutlineReader<'_> {
     }
 }
 
-/// A string's place without its quotes; a quote that is missing takes nothing away.
+/// The place of a string without its quotes; the closing quote may be missing.
 fn unquoted(text: &str, span: Range<usize>) -> Range<usize> {
     let raw = &text[span.clone()];
     let quote = raw.chars().next().filter(|quote| matches!(quote, '"' | '\''));

@@ -1,8 +1,8 @@
-//! The files that belong together: a controller file, its ladders and their tests; a ladder that
-//! no controller file names; a test and what it names.
+//! Projects: files that belong together. A project is a controller file, its ladders and their
+//! tests; or a ladder that no controller file names; or a test and the files that it names.
 //!
-//! `workspace` asks for the project of a file. A project is what one command judges: `rungd check`
-//! of its controller file or its ladder.
+//! `workspace` requests the project of a file. One `rungd check` of the controller file or of the
+//! ladder judges one project.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,8 @@ use super::words::Role;
 use crate::load::{OpenTexts, identity, library};
 use crate::source::file_kind::LIBRARY;
 
-/// The most folders above a ladder in which its controller file is searched.
+/// The maximum number of folders, from the ladder's folder upwards, that are searched for its
+/// controller file.
 const FOLDERS_MAX: usize = 4;
 
 /// The texts of files: those that the editor has open, else those on disk.
@@ -31,7 +32,7 @@ pub(super) struct Library {
     found: Mutex<FoundFiles>,
 }
 
-/// What was found since the last change.
+/// The results of searches since the last change.
 #[derive(Debug, Default)]
 struct FoundFiles {
     /// The files of a kind, by their folder.
@@ -50,41 +51,41 @@ struct ReadFile {
 /// The files of a project, and their names.
 #[derive(Debug)]
 pub(super) struct Project {
-    /// What `rungd check` is given: the controller file, or the ladder.
+    /// The argument of `rungd check`: the controller file, or the ladder.
     pub root: PathBuf,
     /// The root, the ladders in the order of the controller file, the tests.
     pub files: Vec<Arc<EditorFile>>,
-    /// How many of them are the root and what it names.
+    /// The number of the first `files` that are the root and the files that it names.
     own: usize,
-    /// What their names stand for.
+    /// The names in the files, with their meanings.
     pub names: Names,
 }
 
 impl Library {
-    /// Without open files.
+    /// A library without open files.
     pub fn new(columns: Columns) -> Library {
         Library { columns, ..Library::default() }
     }
 
-    /// How positions count.
+    /// How positions count columns.
     pub fn columns(&self) -> Columns {
         self.columns
     }
 
-    /// The editor shows this text of a file from now on.
+    /// Opens a file, or changes its text: the editor now shows this text.
     pub fn open(&mut self, path: &Path, text: Arc<str>) {
         let file = Arc::new(EditorFile::new(path, text, self.columns));
         self.open.insert(path.to_owned(), file);
         self.changed();
     }
 
-    /// The editor shows a file no more.
+    /// Closes a file: the editor no longer shows it.
     pub fn close(&mut self, path: &Path) {
         self.open.remove(path);
         self.changed();
     }
 
-    /// Something changed, perhaps on disk: it is looked at anew.
+    /// Clears the caches after a change, perhaps on disk.
     pub fn changed(&mut self) {
         self.disk = DiskView::default();
         self.found = Mutex::default();
@@ -105,12 +106,12 @@ impl Library {
         OpenTexts::new(self.open_texts())
     }
 
-    /// The same, with another text of one file.
+    /// The texts that the editor shows, with a different text of one file.
     pub fn texts_with(&self, path: &Path, text: &Arc<str>) -> OpenTexts {
         OpenTexts::new(self.open_texts().chain([(path.to_owned(), text.clone())]))
     }
 
-    /// The same, each with its path.
+    /// The texts that the editor shows, each with its path.
     pub fn open_texts(&self) -> impl Iterator<Item = (PathBuf, Arc<str>)> {
         self.open.iter().map(|(path, file)| (path.clone(), file.text.clone()))
     }
@@ -148,7 +149,7 @@ impl Library {
             FileKind::Controller => path.to_owned(),
             FileKind::Ladder => self.controller_of(path).unwrap_or_else(|| path.to_owned()),
             FileKind::Test => {
-                // A test that is being begun names nothing yet.
+                // A new test file may not name any file yet.
                 let tested = self.tested(&file).filter(|root| self.file(root).is_some());
                 tested.unwrap_or_else(|| path.to_owned())
             }
@@ -162,7 +163,7 @@ impl Library {
         let mut files = vec![root_file.clone()];
         self.add(&mut files, named_files(&root_file));
         let own = files.len();
-        // The library is everybody's: to name it makes no project.
+        // All projects share the library: to name it does not make a file part of the project.
         let of_root = files.iter().map(|file| file.path.clone());
         let of_root: Vec<PathBuf> = of_root.filter(|path| !is_library(path)).collect();
         if file.kind == FileKind::Test {
@@ -178,8 +179,8 @@ impl Library {
         Some(Project { root, files, own, names })
     }
 
-    /// Whether the project of a root is the project of a file too: if it is among its files and, as
-    /// a test, names none but those of the root.
+    /// Whether a file belongs to a project. The file must be one of the project's files; a test
+    /// must also name only the root and files that the root names.
     pub fn is_of(&self, path: &Path, project: &Project) -> bool {
         let Some(number) = project.number(path) else { return false };
         let own: HashSet<&PathBuf> =
@@ -200,7 +201,7 @@ impl Library {
         }
     }
 
-    /// What a test tests: the root of that project.
+    /// The root of the project that a test tests.
     fn tested(&self, test: &EditorFile) -> Option<PathBuf> {
         let named = named_files(test);
         let first = named.iter().find(|path| !is_library(path)).or(named.first())?;
@@ -211,8 +212,8 @@ impl Library {
         }
     }
 
-    /// The controller file that names a ladder: in its folder, or in one above it; of several the
-    /// one that the editor shows, else the first.
+    /// The controller file that names a ladder, in the ladder's folder or in a folder above it. Of
+    /// several controller files, the one that the editor shows, else the first.
     fn controller_of(&self, ladder: &Path) -> Option<PathBuf> {
         let folders = ladder.ancestors().skip(1).take(FOLDERS_MAX);
         let all = folders.flat_map(|folder| self.of_kind(folder, FileKind::Controller).to_vec());
@@ -222,8 +223,8 @@ impl Library {
         Some(open.unwrap_or(first))
     }
 
-    /// All controller files that name one of these files: in their folders, in those above, and
-    /// beside their tests.
+    /// All controller files that name one of these files. The folders of the files, the folders
+    /// above them and the folders of their tests are searched.
     fn naming(&self, files: &[PathBuf]) -> Vec<PathBuf> {
         let above = files.iter().flat_map(|path| path.ancestors().skip(1).take(FOLDERS_MAX));
         let mut folders: Vec<PathBuf> = above.map(Path::to_path_buf).collect();
@@ -231,13 +232,13 @@ impl Library {
         self.naming_in(folders, FileKind::Controller, files)
     }
 
-    /// The tests of some files: in their folders, and in folders `tests` there.
+    /// The tests of some files, searched in the folders that `beside` returns.
     fn tests(&self, files: &[PathBuf]) -> Vec<PathBuf> {
         let folders = files.iter().flat_map(|path| beside(path)).collect();
         self.naming_in(folders, FileKind::Test, files)
     }
 
-    /// The files of a kind in some folders that name one of these.
+    /// The files of a kind in some folders that name one of `files`.
     fn naming_in(
         &self,
         mut folders: Vec<PathBuf>,
@@ -252,7 +253,7 @@ impl Library {
         all.filter(|path| self.names(path, is_one)).collect()
     }
 
-    /// Whether the files that a file names are such.
+    /// Whether the files that a file names meet a condition.
     fn names(&self, path: &Path, are_such: impl Fn(&HashSet<PathBuf>) -> bool) -> bool {
         self.file(path).is_some_and(|file| are_such(&self.named(&file)))
     }
@@ -318,7 +319,7 @@ pub(super) fn is_library(path: &Path) -> bool {
     path.to_str().is_some_and(|name| name.starts_with(LIBRARY))
 }
 
-/// The identities of the files that a controller file or a test names, reloads included.
+/// The identities of the files that a controller file or a test names, also in `reload` steps.
 pub(super) fn named_files(file: &EditorFile) -> Vec<PathBuf> {
     named_paths(file).map(|path| if is_library(&path) { path } else { identity(&path) }).collect()
 }
@@ -329,7 +330,7 @@ pub(super) fn named_file(naming: &EditorFile, name: &str) -> PathBuf {
     if is_library(&path) { path } else { identity(&path) }
 }
 
-/// The paths of the files that a file names; of the library their names.
+/// The paths of the files that a file names; for files of the library, their names.
 fn named_paths(file: &EditorFile) -> impl Iterator<Item = PathBuf> {
     let words = file.words.all.iter().filter(|word| word.role == Role::File);
     words.map(|word| named_path(file, file.slice(word.span.clone())))

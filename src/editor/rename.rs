@@ -1,8 +1,8 @@
-//! Renames what is declared, in all files of the project and its tests.
+//! Renames a declaration in all files of the project and its tests.
 //!
-//! A rename must change nothing but names. So it is tried on the texts first: every word must mean
-//! what it meant before, no finding may be new, and retentive memory must keep what it kept. Else
-//! it is refused, with the reason.
+//! A rename must change nothing but names, so it is tried on copies of the texts first. Every word
+//! must keep its meaning, the errors must stay the same, and retentive memory must keep as many
+//! elements as before. Otherwise the rename is refused, with the reason.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -25,7 +25,7 @@ use super::workspace::{Cursor, Workspace};
 use crate::load::OpenTexts;
 use crate::source::finding::{Code, Finding, Severity};
 
-/// Whether the name at a place can be changed: its place and its present text.
+/// The place and the present text of the name at a position, if it can be renamed.
 pub(super) fn prepare(
     workspace: &mut Workspace,
     params: TextDocumentPositionParams,
@@ -76,7 +76,7 @@ pub(super) fn rename(
     joined_here(project, &places)?;
     same_meanings(project, &changed, new)?;
     same_judgement(workspace, project, &changed)?;
-    // The type is the protocol's.
+    // The protocol defines the type.
     #[allow(clippy::mutable_key_type)]
     let mut edits: HashMap<Uri, Vec<TextEdit>> = HashMap::new();
     for (number, spans) in places {
@@ -88,8 +88,8 @@ pub(super) fn rename(
     Ok(Some(WorkspaceEdit::new(edits)))
 }
 
-/// Refuses a name that cannot be one: of letters, digits and `_`, of blocks and the like `-` too;
-/// of a test it is any text.
+/// Refuses an invalid name. A name consists of letters, digits and `_`; the name of a block, rung
+/// or device may also contain `-`; the name of a test is any text without quotes.
 fn check_name(declared: &Declared, new: &str) -> Result<()> {
     let hyphens = match declared.kind {
         DeclaredKind::Tag
@@ -134,8 +134,8 @@ fn changed_files(
     project.files.iter().enumerate().map(changed).collect()
 }
 
-/// Refuses a rename in a ladder that a test joins with one outside of the project: that one may
-/// have the name, and nobody would see it.
+/// Refuses a rename in a ladder that a test joins with a ladder outside of the project: the ladder
+/// outside may use the name, and the rename would miss it.
 fn joined_here(project: &Project, places: &BTreeMap<usize, Vec<Range<usize>>>) -> Result<()> {
     let is_changed =
         |path: &PathBuf| project.number(path).is_some_and(|at| places.contains_key(&at));
@@ -154,7 +154,7 @@ fn joined_here(project: &Project, places: &BTreeMap<usize, Vec<Range<usize>>>) -
     Ok(())
 }
 
-/// Refuses a rename after which a word would mean something else.
+/// Refuses a rename that would change the meaning of a word.
 fn same_meanings(project: &Project, changed: &[Arc<EditorFile>], new: &str) -> Result<()> {
     let names = Names::of(changed);
     for (number, (before, after)) in project.files.iter().zip(changed).enumerate() {
@@ -176,7 +176,7 @@ fn same_meanings(project: &Project, changed: &[Arc<EditorFile>], new: &str) -> R
     Ok(())
 }
 
-/// Refuses a rename after which a file has an error that it did not have, or memory keeps less.
+/// Refuses a rename that would change the errors of a file or the number of retained elements.
 fn same_judgement(
     workspace: &Workspace,
     project: &Project,

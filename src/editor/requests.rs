@@ -1,4 +1,4 @@
-//! The requests that the server answers, each with the function that does.
+//! The requests that the server answers, each with its function.
 
 use anyhow::{Error, Result};
 use lsp_server::{ErrorCode, Request};
@@ -25,19 +25,19 @@ use super::symbols;
 use super::tokens;
 use super::workspace::Workspace;
 
-/// A request that is not answered with what it asks for.
+/// The refusal of a request.
 #[derive(Debug)]
 pub(super) struct RefusedRequest {
-    /// Of the protocol.
+    /// The error code of the protocol.
     pub code: ErrorCode,
-    /// For a person.
+    /// The reason, for the user.
     pub why: String,
 }
 
 /// The answer to a request.
 ///
 /// # Errors
-/// It is not known, its parameters cannot be read, or it cannot be done.
+/// The request is unknown, its parameters cannot be read, or it fails.
 pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Value, RefusedRequest> {
     let asked = Asked { workspace, request };
     match asked.request.method.as_str() {
@@ -65,7 +65,7 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Valu
     }
 }
 
-/// Repairs of the findings at a place, and what can be asked about it.
+/// The fixes of the findings at a place, and the commands for that place.
 fn code_actions(
     workspace: &mut Workspace,
     params: CodeActionParams,
@@ -81,7 +81,7 @@ struct Asked<'w> {
 }
 
 impl Asked<'_> {
-    /// Answers by a function.
+    /// Answers the request with a function.
     fn by<R: RequestOf>(
         self,
         answer: impl FnOnce(&mut Workspace, R::Params) -> Result<R::Result>,

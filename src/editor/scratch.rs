@@ -1,8 +1,9 @@
-//! The folder for files that the server makes to be looked at: pictures, texts, copies of the
-//! library's files.
+//! The folder for files that the server writes for the editor to show: pictures, texts, copies of
+//! library files.
 //!
-//! Made at the first file, for its owner alone, and gone with the server. A server that is killed
-//! leaves its folder: the next one takes it away, since nobody holds its lock.
+//! The folder is created with the first file, is accessible only to its owner, and is removed when
+//! the server ends. A server that is killed leaves its folder; the next server removes it, because
+//! nobody holds its lock.
 
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
@@ -15,28 +16,28 @@ use rustix::fs::{FlockOperation, OFlags, flock};
 use super::uri::{SCRATCH, shown_name};
 use crate::load::library::LibraryFile;
 
-/// How often a name is tried that may be another's.
+/// The maximum number of names that are tried: a name may be in use already.
 const TRIES_MAX: u32 = 1000;
 
-/// The file that says, by its lock, that the server lives.
+/// The file whose lock shows that the server is running.
 const LOCK: &str = ".lock";
 
-/// A folder that goes with its last holder.
+/// A folder that is removed when its last holder is dropped.
 #[derive(Debug, Default)]
 pub(super) struct Scratch(Mutex<Option<ScratchFolder>>);
 
 #[derive(Debug)]
 struct ScratchFolder {
     path: PathBuf,
-    /// Held as long as the server lives.
+    /// Held as long as the server runs.
     _lock: File,
 }
 
 impl Scratch {
-    /// Writes a file, in place of an older one of the name; its path.
+    /// Writes a file, in place of an older file of the same name. Returns its path.
     ///
     /// # Errors
-    /// The system's.
+    /// The system cannot create the folder or write the file.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf> {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
         let name: String = name.chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
@@ -45,10 +46,10 @@ impl Scratch {
         Ok(path)
     }
 
-    /// The file that shows one of the library, which nobody can write; its path.
+    /// Writes the read-only file that shows a file of the library. Returns its path.
     ///
     /// # Errors
-    /// The system's.
+    /// The system cannot create the folder or write the file.
     pub fn library(&self, file: &LibraryFile) -> Result<PathBuf> {
         let path = self.folder()?.join(shown_name(file.name));
         if !path.exists() {
@@ -81,7 +82,7 @@ fn made(temp: &Path) -> Result<ScratchFolder> {
             made => made.with_context(|| path.display().to_string())?,
         }
         let lock = File::create(path.join(LOCK)).with_context(|| path.display().to_string())?;
-        // Another server may be about to remove it, as one without a lock.
+        // A different server may be about to remove the folder, because it had no lock yet.
         if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() {
             return Ok(ScratchFolder { path, _lock: lock });
         }
@@ -89,14 +90,14 @@ fn made(temp: &Path) -> Result<ScratchFolder> {
     anyhow::bail!("no folder of its own in {}", temp.display())
 }
 
-/// Removes the folders of servers that live no more. One that cannot be removed is another
-/// user's, or without its lock yet.
+/// Removes the folders of servers that no longer run. A folder that cannot be removed belongs to a
+/// different user, or does not have its lock yet.
 fn remove_abandoned(temp: &Path) {
     let entries = fs::read_dir(temp).into_iter().flatten().flatten();
     let of_servers =
         entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(SCRATCH));
     for path in of_servers.map(|entry| entry.path()) {
-        // A link, or a FIFO, in the place of the lock leads nowhere.
+        // The flags protect against a link or a FIFO in the place of the lock.
         let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
         let lock = OpenOptions::new().write(true).custom_flags(flags).open(path.join(LOCK));
         let Ok(lock) = lock else { continue };

@@ -1,7 +1,8 @@
 //! The loop of the server: messages of the editor in, answers and diagnostics out.
 //!
-//! Called by `cli::lsp` with a connection; tests give it one in memory. Requests are answered here,
-//! one after the other, of texts that are up to date; judging has a thread of its own (`judge`).
+//! `cli::lsp` calls [`serve`] with a connection; tests use a connection in memory. Requests are
+//! answered here, one after the other, from texts that are up to date. Judging runs on its own
+//! thread (`judge`).
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -30,12 +31,12 @@ use super::uri::{path_of, uri_of};
 use super::workspace::Workspace;
 use super::{capabilities, commands, diagnostics, edits, live_targets, requests};
 
-/// How an editor has left.
+/// How an editor has ended the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EditorEnd {
-    /// It asked for the end.
+    /// It sent the request `shutdown`.
     Shutdown,
-    /// It said `exit` without that, or its end of the connection is gone.
+    /// It sent `exit` without `shutdown`, or closed its end of the connection.
     Gone,
 }
 
@@ -71,7 +72,8 @@ pub fn serve(connection: &Connection) -> Result<EditorEnd> {
     server.run(connection, &ServerNews { judgements, news, reports })
 }
 
-/// The request that begins all; `None`: the editor has gone before. What comes earlier is refused.
+/// Waits for the request `initialize`; `None` if the editor ends the connection before. Earlier
+/// requests are refused.
 fn begun(connection: &Connection) -> Result<Option<(RequestId, InitializeParams)>> {
     let refuse = |id: RequestId, code: ErrorCode, why: String| {
         let message = Response::new_err(id, code as i32, why).into();
@@ -107,11 +109,11 @@ pub(super) struct EditorServer {
     workspace: Workspace,
     /// The files that have diagnostics in the editor.
     published: BTreeSet<PathBuf>,
-    /// What was ordered last: the change, and what is judged.
+    /// The last order to `judge`: the number of the change, and the roots.
     ordered: (u64, Vec<JudgedRoot>),
 }
 
-/// What comes from the other threads.
+/// The channels from the other threads.
 struct ServerNews {
     judgements: Receiver<Judgement>,
     news: Receiver<LiveNews>,
@@ -155,7 +157,7 @@ impl EditorServer {
         }
     }
 
-    /// Waits for the end of the connection. The editor may still answer what it was asked.
+    /// Waits for the end of the connection. The editor may still answer earlier requests.
     fn end(&self, connection: &Connection) -> Result<()> {
         while let Ok(message) = connection.receiver.recv() {
             match message {
@@ -174,7 +176,7 @@ impl EditorServer {
         self.sender.send(message).context("the editor does not listen")
     }
 
-    /// Sends what is to be told, and has the live view look at what is shown now.
+    /// Sends the messages of the outbox, and updates the targets of the live view.
     fn flush(&mut self) -> Result<()> {
         if self.workspace.live.is_stale() {
             let targets = live_targets::targets(&self.workspace);
@@ -186,7 +188,7 @@ impl EditorServer {
         self.workspace.outbox.take().into_iter().try_for_each(|message| self.send(message))
     }
 
-    /// Shows what a job has made, unless another one has replaced it.
+    /// Shows the result of a job, unless a newer job has replaced it.
     fn reported(&mut self, report: JobReport) -> Result<()> {
         let Some(made) = self.workspace.jobs.ended(report) else { return Ok(()) };
         commands::done(&mut self.workspace, made);
@@ -202,7 +204,7 @@ impl EditorServer {
         self.send(response.into())
     }
 
-    /// A notification of the editor; one that cannot be read, or that is not known, is left out.
+    /// Handles a notification of the editor. Ignores an unreadable or unknown notification.
     fn hear(&mut self, told: Notification) -> Result<()> {
         match told.method.as_str() {
             DidOpenTextDocument::METHOD => {
@@ -249,7 +251,7 @@ impl EditorServer {
         self.order()
     }
 
-    /// Has all open files judged, and forgets the judgements of those that were closed.
+    /// Orders a judgement of all open files, and removes the judgements of closed files.
     fn order(&mut self) -> Result<()> {
         let roots = self.workspace.roots();
         self.workspace.judged.retain(|root, _| roots.contains(root));
@@ -265,8 +267,9 @@ impl EditorServer {
         self.orders.send(order).context("the thread that judges has ended")
     }
 
-    /// Has the same roots judged as before with the new text of a file, while this thread reads it
-    /// anew: most changes leave the roots as they are. It is the next change.
+    /// Orders a judgement of the same roots as before with the new text of a file, which then runs
+    /// while this thread reads that text. Most changes do not change the roots. The order gets the
+    /// number of the next change.
     fn order_ahead(&mut self, path: &Path, text: &Arc<str>) -> Result<()> {
         let texts = self.workspace.library.texts_with(path, text);
         let (change, roots) = (self.workspace.change + 1, self.ordered.1.clone());
@@ -278,7 +281,7 @@ impl EditorServer {
         self.orders.send(order).context("the thread that judges has ended")
     }
 
-    /// Takes a judgement, unless a newer one will follow or its files are closed.
+    /// Stores and publishes a judgement, unless a newer one will follow or its files are closed.
     fn judged(&mut self, judgement: Judgement) -> Result<()> {
         let is_wanted = self.workspace.roots().contains(&judgement.root);
         if !is_wanted || judgement.change < self.workspace.change {
@@ -288,7 +291,7 @@ impl EditorServer {
         self.publish()
     }
 
-    /// Sends the diagnostics of all files, and none for those that have no more.
+    /// Sends the diagnostics of all files, and empty lists for the files that have none any more.
     fn publish(&mut self) -> Result<()> {
         let mut all = diagnostics::all(&self.workspace);
         for path in self.workspace.tests.paths() {

@@ -1,6 +1,6 @@
-//! Simulates a project for the editor: a picture of its operands, or a table of them.
+//! Simulates a project for the editor; the result is a picture or a table of its operands.
 //!
-//! Called by `commands` as a job. The simulation is that of `rungd sim`, without a stimulus.
+//! `commands` runs it as a job. The simulation is the one of `rungd sim`, without a stimulus.
 
 use std::io;
 use std::path::PathBuf;
@@ -19,13 +19,13 @@ use crate::sim::svg::SvgTrace;
 use crate::sim::trace::{CsvTrace, RowName, Trace};
 use crate::source::finding::Severity;
 
-/// The most operands of a picture: more are a table.
+/// The maximum number of operands in a picture; with more operands the result is a table.
 const DRAWN_MAX: usize = 200;
 
-/// The most values of a simulation.
+/// The maximum number of values of a simulation.
 const VALUES_MAX: u64 = 20_000_000;
 
-/// 2001-01-01, as `rungd sim` begins where nothing is said.
+/// 2001-01-01, the default start of the clock in `rungd sim`.
 const CLOCK_S: i64 = 978_307_200;
 
 /// What to simulate.
@@ -35,13 +35,13 @@ pub(super) struct SimulateOrder {
     pub root: PathBuf,
     /// The texts that the editor shows.
     pub open: OpenTexts,
-    /// The number of scans, if it is said.
+    /// The number of scans, if given.
     pub scans: Option<u64>,
     /// Whether a table is wanted.
     pub is_table: bool,
 }
 
-/// Simulates.
+/// Runs the simulation.
 ///
 /// # Errors
 /// The program has errors, or the file cannot be written.
@@ -84,7 +84,7 @@ pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<Made
     Ok(Some(Made::Document(path, !is_table)))
 }
 
-/// A trace that ends when nobody waits for it any more.
+/// A trace that ends as soon as its job is replaced.
 struct WantedTrace<'a> {
     trace: &'a mut dyn Trace,
     place: &'a JobPlace,

@@ -1,6 +1,6 @@
-//! What a string, or a key, stands for in its file, by its path.
+//! The meaning of a string or a key in its file, derived from its path.
 //!
-//! `words` asks which names a text contains, `complete` what could be written in its place.
+//! `words` uses it to find the names in a text, `complete` to propose texts for a place.
 
 use super::outline::{KeyPair, Outline};
 use crate::source::file_kind;
@@ -27,7 +27,7 @@ impl FileKind {
         }
     }
 
-    /// Whether all that a file says is for other programs: `Cargo.toml`. Editors send all TOML.
+    /// Whether a file is for other programs, such as `Cargo.toml`. Editors send all TOML files.
     pub fn is_of_others(outline: &Outline) -> bool {
         let roots = outline.root_keys();
         let is_table = |key: &str| is_root_table(outline, key);
@@ -35,7 +35,7 @@ impl FileKind {
     }
 }
 
-/// Whether a key of the root is a table: by its header, or by keys with a dot.
+/// Whether a key of the root is a table, written as a header or as dotted keys.
 fn is_root_table(outline: &Outline, key: &str) -> bool {
     let is_below = |pair: &usize| match outline.pairs[*pair].keys.as_slice() {
         [first, _, ..] => first.text == key,
@@ -45,7 +45,7 @@ fn is_root_table(outline: &Outline, key: &str) -> bool {
         || outline.pairs_of[0].iter().any(is_below)
 }
 
-/// What is declared by a name.
+/// The kind of a declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum DeclaredKind {
     /// A tag.
@@ -75,13 +75,13 @@ pub(super) enum DeclaredKind {
 /// What a value stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Slot {
-    /// The name of something that is declared here.
+    /// The name of a declaration here.
     Declares(DeclaredKind),
     /// Contacts.
     Contacts,
     /// An instruction.
     Instruction,
-    /// An argument of a use: contacts or a name.
+    /// An argument for a template: contacts or a name.
     Argument,
     /// The name of a template.
     Template,
@@ -97,17 +97,17 @@ pub(super) enum Slot {
     Address,
     /// A type of a tag or parameter.
     Type,
-    /// One name of a bit or word, perhaps a range.
+    /// The name of one bit or word, or a range.
     Operand,
-    /// Contacts with sums.
+    /// Contacts whose compares may contain sums.
     Condition,
     /// One side of a device's map: a point of the device, or a name of the program.
     Point,
     /// A step of a test.
     Step,
-    /// A text in which parameters of a template stand in braces.
+    /// A text that contains parameters of a template in braces.
     Placeholders,
-    /// A text, a number: nothing with a name.
+    /// A text or a number without names in it.
     Other,
 }
 
@@ -118,7 +118,7 @@ pub(super) fn of_value(outline: &Outline, kind: FileKind, pair: &KeyPair) -> Slo
     of_path(kind, object, &keys)
 }
 
-/// What a value stands for, by the kind of its object and its keys from there on.
+/// What a value stands for, by the kind of its object and its keys below the object.
 pub(super) fn of_path(kind: FileKind, object: &str, keys: &[&str]) -> Slot {
     match kind {
         FileKind::Ladder => of_ladder(object, keys),
@@ -175,7 +175,7 @@ fn of_test(object: &str, keys: &[&str]) -> Slot {
     }
 }
 
-/// What the last key of a pair stands for, if it is a name and not a word of the file's form.
+/// What key number `at` of a pair stands for: a name, or a word of the file format.
 pub(super) fn of_key(outline: &Outline, kind: FileKind, pair: &KeyPair, at: usize) -> KeySlot {
     let object = outline.objects[pair.object].kind.as_str();
     let keys: Vec<&str> = pair.keys[..at].iter().map(|key| key.text.as_str()).collect();
@@ -201,12 +201,12 @@ pub(super) fn of_key_path(kind: FileKind, object: &str, keys: &[&str]) -> KeySlo
 /// What a key stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum KeySlot {
-    /// The name of something that is declared here.
+    /// The name of a declaration here.
     Declares(DeclaredKind),
     /// A parameter of the template that is used here.
     Parameter,
     /// The name of a bit or word.
     Operand,
-    /// A word of the file's form.
+    /// A word of the file format.
     Word,
 }

@@ -21,7 +21,7 @@ pub(super) fn symbols(
     Ok(Some(DocumentSymbolResponse::Nested(tree(&file))))
 }
 
-/// The symbols below an object: those of the objects in it, and of the tags and parameters of it.
+/// The symbols of a file: below each object the objects in it, and its tags and parameters.
 fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
     let outline = &file.outline;
     let mut children: Vec<Vec<DocumentSymbol>> = outline.objects.iter().map(|_| vec![]).collect();
@@ -38,7 +38,7 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
             children[word.object].push(symbol);
         }
     }
-    // An object stands before those in it.
+    // An object comes before the objects in it.
     let in_order = |mut all: Vec<DocumentSymbol>| {
         all.sort_by_key(|symbol| (symbol.range.start, symbol.range.end));
         all
@@ -70,7 +70,7 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
     in_order(std::mem::take(&mut children[0]))
 }
 
-/// What a rung without a name is called: what it drives.
+/// The title of a rung without a name: its first instruction, or the template that it uses.
 fn shown(file: &EditorFile, object: usize, last: &str) -> String {
     let outline = &file.outline;
     let does = outline.value(object, &["do"]).or_else(|| outline.value(object, &["use"]));
@@ -129,7 +129,7 @@ fn kind_of_table(last: &str) -> Option<SymbolKind> {
     Some(kind_of(kind))
 }
 
-/// What can be folded: tables, and values of several lines.
+/// The parts that can be folded: tables, and values of several lines.
 pub(super) fn folding(
     workspace: &mut Workspace,
     params: FoldingRangeParams,

@@ -1,6 +1,6 @@
-//! Runs tests for the editor: those of a file, or one of them, with the texts that it shows.
+//! Runs the tests of a file, or one of them, with the texts that the editor shows.
 //!
-//! Called by `commands` as a job. The tests are run by `testing`, as `rungd test` does.
+//! `commands` runs it as a job. `testing` executes the tests, as for `rungd test`.
 
 use std::path::{Path, PathBuf};
 
@@ -18,18 +18,18 @@ use crate::testing::{self, ReadSuite, RunOptions, Suite, Verdict};
 pub(super) struct TestOrder {
     /// The test file.
     pub path: PathBuf,
-    /// One test; `None`: all.
+    /// The name of one test; `None` for all tests.
     pub test: Option<String>,
     /// The texts that the editor shows.
     pub open: OpenTexts,
-    /// Those of the project.
+    /// The texts of the project.
     pub texts: TestedTexts,
 }
 
-/// Runs tests; `None` if another start replaced this one.
+/// Runs tests; `None` if a newer job has replaced this one.
 ///
 /// # Errors
-/// The file cannot be run as it is.
+/// The tests of the file cannot be run.
 pub(super) fn run(order: TestOrder, place: &JobPlace) -> Result<Option<Made>> {
     let mut suite = suite(&order)?;
     if let Some(test) = &order.test {
@@ -61,7 +61,7 @@ fn suite(TestOrder { path, open, .. }: &TestOrder) -> Result<Suite> {
     }
 }
 
-/// The verdicts of all tests, one after the other; `None` if the job is replaced.
+/// Runs all tests one after the other and returns their verdicts; `None` if the job is replaced.
 fn verdicts(suite: &mut Suite, place: &JobPlace) -> Option<Vec<Verdict>> {
     let programs = testing::programs(suite);
     let jobs = std::thread::available_parallelism().map_or(1, usize::from);

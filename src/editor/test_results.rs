@@ -1,7 +1,7 @@
-//! What tests came to that were run in the editor: in the lenses, and as a diagnostic at each step
-//! that failed, until a text changes.
+//! The results of the tests that were run in the editor. They are shown in the lenses, and as a
+//! diagnostic at each failed step, until a text changes.
 //!
-//! A job of `test_job` makes them; `lenses` and `server` show them.
+//! A job of `test_job` produces them; `lenses` and `server` show them.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -30,21 +30,21 @@ pub(super) struct FileResults {
     pub verdicts: Vec<Verdict>,
 }
 
-/// The last results of all tests, as far as their texts are unchanged.
+/// The last results of all tests whose texts are unchanged.
 #[derive(Debug, Default)]
 pub(super) struct TestResults {
     files: HashMap<PathBuf, (TestedTexts, BTreeMap<String, Verdict>)>,
 }
 
 impl TestResults {
-    /// Adds results. Those of other tests of the file stay.
+    /// Adds results. The results of other tests of the file are kept.
     pub fn add(&mut self, results: FileResults) {
         let (texts, verdicts) = self.files.entry(results.path).or_default();
         *texts = results.texts;
         verdicts.extend(results.verdicts.into_iter().map(|of| (of.name.clone(), of)));
     }
 
-    /// Forgets those of texts that have changed; `text`: the present one of a file.
+    /// Removes the results whose texts have changed; `text` returns the present text of a file.
     pub fn keep(&mut self, text: impl Fn(&Path) -> Option<Arc<str>>) {
         self.files.retain(|_, (texts, _)| are_present(texts, &text));
     }
@@ -67,7 +67,7 @@ impl TestResults {
     }
 }
 
-/// Whether the texts of a project are still these.
+/// Whether the present texts of a project equal `texts`.
 pub(super) fn are_present(texts: &TestedTexts, text: impl Fn(&Path) -> Option<Arc<str>>) -> bool {
     let is_present = |(path, tested): &(PathBuf, Arc<str>)| {
         text(path).is_some_and(|now| Arc::ptr_eq(&now, tested) || now == *tested)

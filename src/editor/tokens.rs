@@ -1,9 +1,9 @@
-//! Semantic tokens: what each name is, and whether a bit is ON in the running controller.
+//! Semantic tokens: the kind of each name, and whether a bit is ON in the running controller.
 //!
-//! The legend: `variable` a bit or word, `function` a mnemonic or a function of MATH, `namespace`
-//! a block or device, `property` a Stage or member, `parameter` one of a template, `class` a
-//! template, `event` a rung or test. The modifiers `on` and `off` are a bit's value in the live
-//! view.
+//! The legend: `variable` is a bit or word, `function` a mnemonic or a function of MATH,
+//! `namespace` a block or device, `property` a Stage or member, `parameter` a parameter of a
+//! template, `class` a template, `event` a rung or test. The modifiers `on` and `off` show the
+//! value of a bit in the live view.
 
 use anyhow::Result;
 use lsp_types::{
@@ -33,7 +33,7 @@ enum NameToken {
     Event,
 }
 
-/// By the numbers of [`NameToken`].
+/// The types in the protocol, in the order of [`NameToken`].
 const KINDS: [SemanticTokenType; 7] = [
     SemanticTokenType::VARIABLE,
     SemanticTokenType::FUNCTION,
@@ -48,7 +48,7 @@ const DECLARATION: u32 = 1;
 const ON: u32 = 2;
 const OFF: u32 = 4;
 
-/// What the server tells of its tokens at the start.
+/// The options for tokens that the server sends at the start.
 pub(super) fn options() -> SemanticTokensOptions {
     let modifiers = vec![
         SemanticTokenModifier::DECLARATION,

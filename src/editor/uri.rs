@@ -1,8 +1,8 @@
-//! Paths as the URIs of the protocol, and back.
+//! Converts paths to the URIs of the protocol, and back.
 //!
-//! A file of the library is no file on disk. `scratch` writes its text where an editor can show it,
-//! and the name of that file says which one it is: so it is read as the library's wherever it is
-//! asked about.
+//! A file of the library is not on disk. `scratch` writes its text to a file that an editor can
+//! show. The name of that file contains the name of the library file, so every request about it is
+//! answered as a request about the library file.
 
 use std::fmt::Write as _;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
@@ -14,17 +14,17 @@ use lsp_types::Uri;
 use crate::load::{identity, library};
 use crate::source::file_kind::LIBRARY;
 
-/// How the names of folders begin that the server makes.
+/// The prefix of the names of the folders that the server creates.
 pub(super) const SCRATCH: &str = "rungd-editor-files-";
-/// How the names of files begin that show one of the library.
+/// The prefix of the names of the files that show a file of the library.
 const SHOWN: &str = "lib-";
 
-/// The name of the file that shows one of the library.
+/// The name of the file that shows a file of the library.
 pub(super) fn shown_name(name: &str) -> String {
     format!("{SHOWN}{name}.toml")
 }
 
-/// The name of the library's file that a file shows.
+/// The name of the library file that a file shows.
 fn shown(path: &Path) -> Option<PathBuf> {
     let folder = path.parent()?.file_name()?.to_str()?;
     let name = path.file_name()?.to_str()?.strip_prefix(SHOWN)?.strip_suffix(".toml")?;
@@ -33,7 +33,7 @@ fn shown(path: &Path) -> Option<PathBuf> {
     is_known.then(|| PathBuf::from(name))
 }
 
-/// The identity of the file that a URI names; `None` for one that is no file's.
+/// The identity of the file that a URI names; `None` if the URI names no file.
 pub(super) fn path_of(uri: &Uri) -> Option<PathBuf> {
     let text = uri.as_str().strip_prefix("file://")?;
     let path = text.strip_prefix("localhost").unwrap_or(text);

@@ -1,7 +1,7 @@
-//! Asks a running controller why an operand is what it is, for the editor.
+//! Explains the value of an operand of a running controller, for the editor.
 //!
-//! Called by `commands` as a job. As `rungd why` it takes the last minute of the scan log from the
-//! controller, and makes the answer of that: the controller is only asked to look.
+//! `commands` runs it as a job. Like `rungd why`, it fetches the last minute of the scan log from
+//! the controller and derives the answer from that log. The request only reads.
 
 use std::path::{Path, PathBuf};
 
@@ -14,10 +14,10 @@ use crate::operator::client;
 use crate::operator::protocol::{RecordingBytes, Request};
 use crate::record::Recording;
 
-/// Writes the answer, and where it is.
+/// Writes the answer to a file and returns the file's path.
 ///
 /// # Errors
-/// No controller answers, or it does not know the operand.
+/// No controller answers, or its program has no such operand.
 pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Option<Made>> {
     let text = answer(operand, socket)?;
     if place.is_replaced() {

@@ -1,8 +1,8 @@
-//! Standard input and output as messages of the protocol.
+//! Reads and writes the messages of the protocol on standard input and output.
 //!
-//! `cli::lsp` starts it and hands its connection to `server`. A frame that is no message gets an
-//! error as its answer and is left out; only a broken header ends the connection, since nobody
-//! knows where the next message begins. The messages themselves are lsp-server's.
+//! `cli::lsp` opens it and passes the connection to `server`. A frame that contains no message is
+//! answered with an error and skipped. Only a broken header ends the connection, because then the
+//! start of the next message is unknown. The crate lsp-server defines the messages themselves.
 
 use std::io::{self, BufRead, Read, Write};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 /// The longest line of a header, in bytes.
 const HEADER_LINE_MAX: u64 = 4096;
 
-/// The longest message, in bytes: a ladder of the longest size, each character escaped.
+/// The longest message, in bytes: a ladder of the maximum size, with each character escaped.
 const BODY_MAX: u64 = 1 << 30;
 
 /// A connection, and the threads that read and write it.
@@ -26,11 +26,11 @@ pub struct Wire {
     writer: JoinHandle<io::Result<()>>,
 }
 
-/// Where messages go; both threads write.
+/// The output for messages; both threads write to it.
 #[derive(Debug)]
 struct SharedOutput<W>(Arc<Mutex<W>>);
 
-/// A message that cannot be taken: the ID to answer, and why.
+/// A refused message: the ID for the answer, and the reason.
 #[derive(Debug)]
 struct Refused {
     id: Value,
@@ -39,10 +39,10 @@ struct Refused {
 }
 
 impl Wire {
-    /// Reads standard input and writes standard output from now on.
+    /// Starts to read standard input and to write standard output.
     ///
     /// # Errors
-    /// The system has no threads.
+    /// The system cannot create the threads.
     pub fn open() -> Result<(Connection, Wire)> {
         let (sender, outgoing) = bounded::<Message>(0);
         let (incoming, receiver) = bounded(0);
@@ -55,10 +55,10 @@ impl Wire {
         Ok((Connection { sender, receiver }, Wire { reader, writer }))
     }
 
-    /// Waits until all is written. The connection must be dropped before.
+    /// Waits until all messages are written. The connection must be dropped before.
     ///
     /// # Errors
-    /// Standard input or output failed, or what came in cannot be read.
+    /// Standard input or output failed, or a header of the input is broken.
     pub fn close(self) -> Result<()> {
         let ended = |_| anyhow!("a thread has ended");
         self.reader.join().map_err(ended)?.context("standard input")?;
@@ -71,7 +71,8 @@ impl<W: Write> SharedOutput<W> {
         message.write(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Answers what is no message; the types of the messages have no null for an ID.
+    /// Answers a frame that contains no message. The message types are not used, because they allow
+    /// no null as an ID.
     fn refuse(&self, Refused { id, code, why }: Refused) -> io::Result<()> {
         let error = json!({ "code": code as i32, "message": why });
         let text = json!({ "jsonrpc": "2.0", "id": id, "error": error }).to_string();
@@ -81,7 +82,7 @@ impl<W: Write> SharedOutput<W> {
     }
 }
 
-/// Hands on all messages until the end of the input, or the notification `exit`.
+/// Forwards all messages until the end of the input, or the notification `exit`.
 fn read<W: Write>(
     input: &mut impl BufRead,
     messages: &Sender<Message>,
@@ -113,7 +114,7 @@ fn read<W: Write>(
     Ok(())
 }
 
-/// The length of the message behind a header; `None` at the end of the input.
+/// The length of the message after a header; `None` at the end of the input.
 fn header(input: &mut impl BufRead) -> io::Result<Option<u64>> {
     let broken = |why: String| Err(io::Error::new(io::ErrorKind::InvalidData, why));
     let mut length = None;
@@ -145,7 +146,7 @@ fn header(input: &mut impl BufRead) -> io::Result<Option<u64>> {
     }
 }
 
-/// The message in a body; `None`: an answer that cannot be read, which nobody answers again.
+/// The message in a body; `None` for an unreadable response, because responses get no answer.
 fn message(body: &[u8]) -> Result<Option<Message>, Refused> {
     let refused = |id, code, why| Err(Refused { id, code, why });
     let value: Value = match serde_json::from_slice(body) {
@@ -179,7 +180,7 @@ mod tests {
         format!("Content-Length: {}\r\n\r\n{body}", body.len())
     }
 
-    /// Checks what is handed on of an input, what is answered, and how it ends.
+    /// Checks the messages that are read from an input, the answer, and the error at the end.
     fn check(input: &str, methods: &[&str], answered: &str, end: &str) {
         let (send, messages) = crossbeam_channel::unbounded();
         let output: SharedOutput<Vec<u8>> = SharedOutput(Arc::default());

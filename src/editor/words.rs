@@ -1,8 +1,8 @@
-//! The names in a file: every word of a contact, an instruction, a step or a key that can stand for
-//! something, with its place and what is done with it there.
+//! The names in a file: every word of a contact, an instruction, a step or a key that can be a
+//! name, with its place and its role there.
 //!
-//! [`FileWords::of`] needs no parser that could fail: it splits texts as the lexers of `source` do,
-//! so that a text that is being typed still has its names. `names` says what a word stands for.
+//! [`FileWords::of`] uses no parser that could fail. It splits texts as the lexers of `source` do,
+//! so an incomplete text still has its names. `names` finds the meaning of a word.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -16,15 +16,15 @@ use crate::isa::{Function, Mnemonic, OperandKind, OperandSpec};
 pub(super) struct FileWord {
     /// Its place.
     pub span: Range<usize>,
-    /// What it does there.
+    /// Its role there.
     pub role: Role,
-    /// The object that it stands in.
+    /// The object that contains it.
     pub object: usize,
-    /// The pair that it stands in.
+    /// The pair that contains it.
     pub pair: usize,
 }
 
-/// What a word does.
+/// The role of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     /// It declares something.
@@ -43,11 +43,11 @@ pub(super) enum Role {
     Template,
     /// A parameter of the template that is used here.
     Parameter,
-    /// A field device is lost, or listed.
+    /// A field device is named in a step of a test or in a list.
     Device,
     /// A file.
     File,
-    /// A mnemonic, with the instruction.
+    /// The mnemonic of an instruction.
     Mnemonic(Mnemonic),
     /// A function of MATH.
     Function(Function),
@@ -57,7 +57,7 @@ pub(super) enum Role {
     Placeholder,
 }
 
-/// All words of a file, in order of place.
+/// All words of a file, in the order of the text.
 #[derive(Debug, Default)]
 pub(super) struct FileWords {
     /// The words.
@@ -120,8 +120,8 @@ impl WordReader<'_> {
         }
     }
 
-    /// The names among the keys of a pair. A key that declares does so at its first pair: those
-    /// below it have it before their braces.
+    /// Adds the names among the keys of a pair. The outer keys are skipped: they are keys of an
+    /// earlier pair or header, too.
     fn keys(&mut self, outline: &Outline, kind: FileKind, pair: &KeyPair) {
         for (at, KeyPart { span, .. }) in pair.keys.iter().enumerate().skip(pair.outer) {
             match of_key(outline, kind, pair, at) {
@@ -254,7 +254,7 @@ impl WordReader<'_> {
     }
 }
 
-/// The operand at a position; several Stages share the last one.
+/// The operand at a position; several Stages share the last operand.
 fn positional(specs: &[OperandSpec], number: usize) -> Option<&OperandSpec> {
     let mut all = specs.iter().filter(|spec| spec.key.is_none());
     let last = all.clone().next_back()?;
@@ -296,13 +296,13 @@ fn split(text: &str) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// The names in a text, each with whether a parenthesis stands behind it. An index is a name of its
-/// own, behind that of its array. `hyphens`: whether `-` may be part of a name.
+/// The names in a text, each with whether a parenthesis follows it. An index is a name of its own,
+/// after the name of its array. `hyphens`: whether `-` may be part of a name.
 pub(super) fn names(text: &str, hyphens: bool) -> Vec<(Range<usize>, bool)> {
     let bytes = text.as_bytes();
     let begins = |b: u8| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$');
     let is_part = |at: usize| match bytes.get(at) {
-        // `D0..D9` is two names, and `a.` a name that is being typed.
+        // `D0..D9` is two names, and `a.` is an incomplete name.
         Some(b'.') => bytes.get(at + 1) != Some(&b'.') && bytes[at - 1] != b'.',
         Some(b'-') => hyphens && bytes.get(at + 1).is_some_and(u8::is_ascii_alphanumeric),
         Some(b'_') => true,

@@ -1,7 +1,7 @@
-//! What the server knows: the open files, their projects, the last judgement of each.
+//! The state of the server: the open files, their projects, the last judgement of each root.
 //!
-//! `server` changes it; every answer (`hover`, `complete`, …) reads it. No I/O but the reading of
-//! files, no channel.
+//! `server` changes it; every answer (`hover`, `complete`, …) reads it. Its only I/O is reading
+//! files; it uses no channel.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -24,10 +24,10 @@ use super::test_results::TestResults;
 use super::uri::{path_of, uri_of};
 use super::words::FileWord;
 
-/// What the server knows.
+/// The state of the server.
 #[derive(Debug)]
 pub(super) struct Workspace {
-    /// What the editor can do.
+    /// The capabilities of the editor.
     pub client: ClientCapabilities,
     /// The files.
     pub library: Library,
@@ -37,17 +37,17 @@ pub(super) struct Workspace {
     pub versions: HashMap<PathBuf, i32>,
     /// The last judgement of each root.
     pub judged: BTreeMap<JudgedRoot, Judgement>,
-    /// What the editor can do with the items of completion.
+    /// The capabilities of the editor for completion items.
     pub can: ItemAbilities,
     /// The live view.
     pub live: LiveView,
-    /// What tests came to.
+    /// The results of tests.
     pub tests: TestResults,
-    /// What commands have started.
+    /// The jobs that commands have started.
     pub jobs: Jobs,
-    /// What the editor is to be told.
+    /// The messages to the editor.
     pub outbox: Outbox,
-    /// Projects of the last change, by file.
+    /// The projects since the last change, by file.
     projects: Mutex<HashMap<PathBuf, Arc<Project>>>,
 }
 
@@ -73,14 +73,14 @@ impl Cursor {
         (self.number, self.file())
     }
 
-    /// The word that it is in or behind.
+    /// The word around the cursor, or directly before it.
     pub fn word(&self) -> Option<&FileWord> {
         self.file().words.at(self.offset)
     }
 }
 
 impl Workspace {
-    /// Without files.
+    /// A workspace without files.
     pub fn new(columns: Columns, jobs: Jobs, outbox: Outbox) -> Workspace {
         Workspace {
             client: ClientCapabilities::default(),
@@ -97,7 +97,7 @@ impl Workspace {
         }
     }
 
-    /// Something changed: what was derived of files is made anew.
+    /// Counts a change, and drops all data that was derived from files.
     pub fn changed(&mut self) {
         self.change += 1;
         self.projects.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
@@ -107,12 +107,13 @@ impl Workspace {
         self.tests.keep(|path| Some(library.file(path)?.text.clone()));
     }
 
-    /// Takes the settings of the person.
+    /// Applies the user's settings.
     pub fn configure(&mut self, settings: &Value) {
         self.live.configure(settings, &mut self.outbox);
     }
 
-    /// The project of a file. Files of one project share it: it is as large as all of them.
+    /// The project of a file. The files of one project share it, because it is as large as all of
+    /// them together.
     pub fn project(&self, path: &Path) -> Option<Arc<Project>> {
         if let Some(known) = self.known().get(path) {
             return Some(known.clone());
@@ -134,12 +135,12 @@ impl Workspace {
         self.projects.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The place of a request.
+    /// The cursor of a request.
     pub fn cursor(&self, of: &TextDocumentPositionParams) -> Option<Cursor> {
         self.cursor_at(&of.text_document.uri, of.position)
     }
 
-    /// The place in a file.
+    /// The cursor at a position in a file.
     pub fn cursor_at(&self, uri: &Uri, position: Position) -> Option<Cursor> {
         let path = path_of(uri)?;
         let project = self.project(&path)?;
@@ -153,15 +154,15 @@ impl Workspace {
         self.library.file(&path_of(uri)?)
     }
 
-    /// What is judged because of an open file; nothing for a file of another program. It needs no
-    /// names, which a judgement would have to share the processor with.
+    /// The roots to judge for an open file; none for a file of a different program. No `Names` are
+    /// computed here, because that work would slow down a judgement that runs at the same time.
     pub fn roots_of(&self, path: &Path) -> Vec<JudgedRoot> {
         let root = self.library.root(path).and_then(|root| self.library.file(&root));
         let Some((file, root)) = self.library.file(path).zip(root) else { return Vec::new() };
         let is_judged = match root.kind {
             FileKind::Controller => true,
             FileKind::Ladder => !is_library(&root.path) && !FileKind::is_of_others(&root.outline),
-            // A test that names nothing that can be read.
+            // The test names no file that can be read.
             FileKind::Test => false,
         };
         let is_test = file.kind == FileKind::Test;
@@ -170,7 +171,7 @@ impl Workspace {
         of_test.into_iter().chain(of_project).collect()
     }
 
-    /// All that is judged now.
+    /// All roots to judge now.
     pub fn roots(&self) -> Vec<JudgedRoot> {
         let shown: Vec<PathBuf> = self.library.shown().cloned().collect();
         let mut roots: Vec<JudgedRoot> = shown.iter().flat_map(|at| self.roots_of(at)).collect();
@@ -180,7 +181,7 @@ impl Workspace {
     }
 }
 
-/// A place as the protocol gives it; `None` in the library.
+/// A place in the form of the protocol; `None` for a file of the library.
 pub(super) fn location(file: &EditorFile, range: Range<usize>) -> Option<Location> {
     Some(Location::new(uri_of(&file.path)?, file.place(range)))
 }

@@ -1,7 +1,7 @@
 //! `rungd explain lib:pid`: a file of the library, with its page above it.
 //!
-//! The page stands there as comments, so that the whole text is a ladder file: saved under a name
-//! of its own, it can be changed and used in place of the library's.
+//! The page is written as comments, so the whole text is a ladder file. A user can save it under a
+//! new name, change it, and use it in place of the library file.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ use crate::source::span::FileId;
 /// The sections of a page that a terminal shows; it cannot show the timing diagram.
 const SECTIONS: [&str; 2] = ["Behaviour", "Limits"];
 
-/// The page as comments, and the file.
+/// The page as comments, followed by the file.
 pub(crate) fn of_library(file: &LibraryFile) -> String {
     let (purpose, templates) = file.head();
     let name = file.name;
@@ -44,8 +44,8 @@ fn example(page: &str) -> &str {
     behind.split("```").next().unwrap_or_default()
 }
 
-/// The parameters and tags of the templates in a file of the library, line by line: here, and in
-/// the file's page. Empty for a name that is not in the library.
+/// The parameters and tags of the templates in a file of the library, one per line. They are shown
+/// here and in the file's page. Empty for a name that is not in the library.
 pub fn facts(name: &str) -> String {
     library::FILES.iter().find(|file| file.name == name).map(of_file).unwrap_or_default()
 }
@@ -79,8 +79,8 @@ fn of_parameter(parameter: &Parameter) -> [String; 4] {
     [parameter.name.text.clone(), kind, default.unwrap_or_default(), doc]
 }
 
-/// An own tag, with the dot that stands behind the name of a use. A tag without an explanation is
-/// the template's own affair.
+/// An own tag, with the dot that follows the name of a use. `None` for a tag without an
+/// explanation: such a tag is internal to the template.
 fn of_tag(tag: &Tag) -> Option<[String; 4]> {
     let kind = tag.kind.as_ref().map_or(String::new(), |kind| kind.text.clone());
     let alarm = || {

@@ -1,7 +1,8 @@
-//! Explanations: of an instruction from the instruction table and its page, of a function of MATH,
-//! of a finding from its page, of an event of the log from the catalogue, of a file of the library.
+//! Explanations of instructions (from the instruction table and the page of the instruction), of
+//! functions of MATH, of findings (from their pages), of events of the log (from the catalogue) and
+//! of files of the library.
 //!
-//! `rungd explain` prints them, an editor shows them where a name stands. Texts only: no terminal.
+//! `rungd explain` prints them; an editor shows them at a name. This module only builds texts.
 
 use std::fmt::Write as _;
 
@@ -107,7 +108,8 @@ pub(crate) fn instruction_page(spec: &Spec) -> String {
     text + &SECTIONS.map(|title| section(page, title)).concat()
 }
 
-/// What the table says of an instruction, line by line: here, and in the instruction's page.
+/// The facts in the table about an instruction, one per line. They are shown here and in the
+/// instruction's page.
 pub fn facts(spec: &Spec) -> String {
     let legs: Vec<&str> = spec.legs.iter().map(|leg| leg.key()).collect();
     let mut text = format!("form         {}\n", spec.form());
@@ -268,7 +270,7 @@ mod tests {
     use crate::source::finding;
     use crate::source::span::SourceFile;
 
-    /// Stages for those that work on stages, and the blocks that others name.
+    /// The blocks that some instructions name; then the Stages that some instructions name.
     const AROUND: &str = "[[program]]\nname = \"Drain\"\n[[task]]\nname = \"Housekeeping\"\n";
     const STAGES: &str = "[[program.stage]]\nname = \"Close\"\n[[program.stage]]\nname = \"Left\"\n\
                           [[program.stage]]\nname = \"Right\"\n";

@@ -1,4 +1,4 @@
-//! Parts of a page of `docs/`, and texts as a terminal shows them.
+//! Reads sections of a page of `docs/`, and indents and wraps texts for a terminal.
 
 /// A section of a page with its heading; empty if the page has no section with this title.
 pub(super) fn section(page: &str, title: &str) -> String {

@@ -1,4 +1,5 @@
-//! Addresses: those that the project names, with their tags, and the next free one of each space.
+//! Proposals of addresses: the addresses that the project names, with their tags, and the next free
+//! address of each space.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -11,14 +12,14 @@ use crate::editor::slots::{DeclaredKind, FileKind};
 use crate::editor::words::Role;
 use crate::isa::{MemorySizes, Space, address_text};
 
-/// Addresses stand behind names.
+/// The ranks of addresses, after the ranks of names.
 const ADDRESS: u8 = 8;
 const FREE: u8 = 9;
 const FARTHER: u8 = 20;
-/// The most elements of an array that are looked at.
+/// The maximum number of elements of an array that are considered.
 const COUNT_MAX: u32 = 4096;
 
-/// Offers addresses, as soon as the word begins as one.
+/// Offers addresses, as soon as the word begins like an address.
 pub(super) fn offer(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
     let letters = into.typed.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
     into.is_incomplete |= letters.is_empty();
@@ -29,7 +30,7 @@ pub(super) fn offer(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
     }
 }
 
-/// Offers addresses for a tag: also before anything is typed.
+/// Offers addresses for a tag, even before anything is typed.
 pub(super) fn offer_places(scene: &CompletionScene, into: &mut Proposals) {
     into.is_incomplete = true;
     match into.typed.is_empty() {
@@ -68,12 +69,13 @@ fn of_spaces(scene: &CompletionScene, spaces: &[Space], wish: Wish, into: &mut P
     }
 }
 
-/// Whether a ladder's author may give elements of a space a meaning: not those of status.
+/// Whether a ladder's author may give the elements of a space a meaning; false for the status
+/// spaces.
 fn is_given(space: Space) -> bool {
     space.name() != "ST" && space.name() != "DST"
 }
 
-/// The tags of addresses; of an array all elements.
+/// The tags of addresses; an array has its tag at each of its elements.
 fn tagged(scene: &CompletionScene, sizes: &MemorySizes) -> BTreeMap<(Space, u32), String> {
     let mut tags = BTreeMap::new();
     let all = scene.names().all.iter();
@@ -115,7 +117,7 @@ fn named(scene: &CompletionScene, spaces: &[Space], sizes: &MemorySizes) -> Vec<
     found
 }
 
-/// The sizes of memory that the controller file gives.
+/// The sizes of memory in the controller file.
 fn sizes(scene: &CompletionScene) -> MemorySizes {
     let mut sizes = MemorySizes::default();
     let controller = scene.project.files.iter().find(|file| file.kind == FileKind::Controller);

@@ -1,7 +1,8 @@
-//! What stands behind the cursor: what an item replaces, or must not stand directly before.
+//! The text after the cursor: what an item replaces, and what must not follow an item directly.
 //!
-//! `complete` asks it at keys and at values without a quote, where an item could join what is there
-//! and leave no TOML. In a string an item is a word, and `scene` finds its end.
+//! `complete` uses it at keys and at values without a quote, where an item and the text after it
+//! could together be invalid TOML. In a string an item is a word, and `scene` finds the end of that
+//! word.
 
 use super::scene::CompletionScene;
 use crate::editor::slots::{KeySlot, of_key_path};
@@ -9,20 +10,20 @@ use crate::editor::slots::{KeySlot, of_key_path};
 /// How an item ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ItemEnd {
-    /// The end of what it replaces.
+    /// The end of the text that it replaces.
     pub end: usize,
-    /// Whether a comma must stand behind it.
+    /// Whether a comma must follow it.
     pub comma: bool,
 }
 
-/// The end of a header; `None` before a whole one.
+/// The end of a header; `None` if the cursor is before the header.
 pub(super) fn header(scene: &CompletionScene, start: usize) -> Option<ItemEnd> {
     let mut headers = scene.file.outline.headers.iter();
     let end = headers.find(|header| header.span.start == start).map_or(start, |of| of.span.end);
     (start < scene.offset).then_some(ItemEnd { end: end.max(scene.offset), comma: false })
 }
 
-/// The end of a value without a quote; `None`: no value can be written there.
+/// The end of a value without a quote; `None` if no value can be written there.
 pub(super) fn value(scene: &CompletionScene, start: usize) -> Option<ItemEnd> {
     let at = scene.offset;
     let word = if start < at { word(scene.file.slice(at..scene.file.line(at).end)) } else { 0 };
@@ -43,7 +44,7 @@ pub(super) fn value(scene: &CompletionScene, start: usize) -> Option<ItemEnd> {
     }
 }
 
-/// The end of a key; `None`: no key can be written there. `typed`: of the key.
+/// The end of a key; `None` if no key can be written there. `typed`: the typed part of the key.
 pub(super) fn key(scene: &CompletionScene, typed: &str) -> Option<ItemEnd> {
     let end = scene.offset + scene.tail("_-");
     let line = scene.file.line(scene.offset);
@@ -52,14 +53,14 @@ pub(super) fn key(scene: &CompletionScene, typed: &str) -> Option<ItemEnd> {
     if rest.is_empty() || rest.starts_with(['=', '.', '#', '}', ',', ']']) {
         return Some(ItemEnd { end, comma: false });
     }
-    // Another pair follows: in braces a comma parts them, on a line nothing does.
+    // A pair follows. In braces a comma can separate the two pairs; on a line nothing can.
     let is_in_braces = before.ends_with(['{', ',']);
     let slot = of_key_path(scene.file.kind, &scene.site.kind, &scene.keys());
-    // Of an operand the name alone is offered, which needs its value first.
+    // For an operand only the name is offered, and the name needs its value before a comma.
     (is_in_braces && slot != KeySlot::Operand).then_some(ItemEnd { end: scene.offset, comma: true })
 }
 
-/// Whether an element of the array stands behind a byte, with no comma before it.
+/// Whether an element of the array follows a byte, with no comma between them.
 fn is_element(scene: &CompletionScene, at: usize) -> bool {
     let mut is_same_line = true;
     for line in scene.file.text[at..].lines() {

@@ -1,5 +1,5 @@
-//! Names in contacts, in expressions of MATH and in single operands: the word before the cursor,
-//! and what may stand behind the sign before it.
+//! Proposals of names in contacts, in expressions of MATH and in single operands. They depend on
+//! the word before the cursor and on the sign before that word.
 
 use lsp_types::CompletionItemKind;
 
@@ -9,17 +9,17 @@ use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use crate::isa::function::FUNCTIONS;
 
-/// Functions stand behind names.
+/// The rank of functions, after the ranks of names.
 const FUNCTION: u8 = 5;
 
 /// The word before a cursor, divided at its last dot.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct DottedWord<'t> {
-    /// What stands before it.
+    /// The text before the word.
     pub lead: &'t str,
-    /// What stands before its last dot.
+    /// The part before its last dot.
     pub base: Option<&'t str>,
-    /// What is typed of its last part.
+    /// The typed text of its last part.
     pub typed: &'t str,
 }
 
@@ -45,8 +45,8 @@ impl<'t> DottedWord<'t> {
         self.base.unwrap_or(self.typed).starts_with(|c: char| c.is_ascii_digit())
     }
 
-    /// What is wanted behind the sign before it, where a place wants `wish`; `None`: behind a whole
-    /// name, where a sign would follow.
+    /// The wish after the sign before the word, in a place with `wish`; `None` after a whole name,
+    /// because only a sign can follow a name.
     fn wish(&self, wish: Wish) -> Option<Wish> {
         let lead = self.lead.trim_end();
         let Some(last) = lead.chars().next_back() else { return Some(wish) };

@@ -1,4 +1,4 @@
-//! What is said of a name, an instruction or a function beside its proposal.
+//! The symbol, the few words and the explanation that are shown with a proposal.
 
 use lsp_types::CompletionItemKind;
 
@@ -22,7 +22,7 @@ pub(super) fn symbol(kind: DeclaredKind) -> CompletionItemKind {
     }
 }
 
-/// A few words about a declaration: its address, its type, what it is.
+/// A few words about a declaration: its address, its type or its kind.
 pub(super) fn detail(declared: &Declared, project: &Project) -> String {
     let file = &project.files[declared.file];
     let used = || declared.template.as_deref().map(|of| format!(" of {of}")).unwrap_or_default();
@@ -71,7 +71,7 @@ pub(super) fn doc(declared: &Declared, project: &Project) -> String {
     parts.join("\n\n")
 }
 
-/// A text of a file as Markdown: its marks stand for themselves.
+/// A text of a file as Markdown, with the characters escaped that Markdown would read as marks.
 fn plain(text: &str) -> String {
     let mut shown = String::new();
     for c in text.chars() {

@@ -1,5 +1,5 @@
-//! Names of files: those beside the file at hand, in its folder's folders and those beside it, and
-//! the library.
+//! Proposals of files: in the folder of the present file and the folders below it, in some cases in
+//! the folder above it, and in the library.
 
 use std::path::Path;
 
@@ -11,14 +11,14 @@ use crate::editor::slots::FileKind;
 use crate::load::library;
 use crate::source::file_kind::LIBRARY;
 
-/// The most entries of a folder that are looked at.
+/// The maximum number of entries of a folder that are read.
 const ENTRIES_MAX: usize = 500;
-/// The most folders of a folder that are looked at.
+/// The maximum number of folders in a folder that are read.
 const FOLDERS_MAX: usize = 20;
-/// The most files that are looked into.
+/// The maximum number of files whose content is read.
 const FILES_MAX: usize = 60;
 
-/// The files of the kind that the key wants.
+/// The files of the kind that the key requires.
 pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = Proposals::of(typed);
     found.signs = "-_./:";
@@ -30,7 +30,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
     let folder = scene.file.path.parent().unwrap_or(Path::new(""));
     let mut names = Vec::new();
     below(folder, "", &mut names, true);
-    // Tests in a folder of their own name files beside that folder.
+    // Tests in a folder `tests` name files beside that folder.
     if typed.starts_with("..") || folder.file_name().is_some_and(|name| name == "tests") {
         below(&folder.join(".."), "../", &mut names, true);
     }
@@ -57,7 +57,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
     found
 }
 
-/// The ladders and controller files of a folder and, if `deeper`, of its folders.
+/// Collects the ladders and controller files of a folder and, if `deeper`, of the folders in it.
 fn below(folder: &Path, before: &str, names: &mut Vec<String>, deeper: bool) {
     let entries = std::fs::read_dir(folder).into_iter().flatten().take(ENTRIES_MAX).flatten();
     let mut entries: Vec<_> = entries.collect();

@@ -1,5 +1,5 @@
-//! Headers that may follow at the cursor: of tables whose parents are open, and that are not there
-//! yet.
+//! Proposals of headers at the cursor: headers of tables that are not there yet, and whose parent
+//! table is around the cursor.
 
 use lsp_types::CompletionItemKind;
 
@@ -14,11 +14,11 @@ struct KnownHeader {
     path: Vec<&'static str>,
     is_array: bool,
     doc: &'static str,
-    /// The array of tables that it stands in: `program.stage`.
+    /// The array of tables around it: `program.stage`.
     around: String,
 }
 
-/// What fits behind the brackets at the cursor.
+/// The headers that fit after the brackets at the cursor.
 pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = Proposals::of(typed);
     found.signs = "_-.]";
@@ -26,7 +26,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
     found
 }
 
-/// Adds the headers that fit; `rank`: of the first of them.
+/// Adds the headers that fit; `rank`: the rank of the first header.
 pub(super) fn add(scene: &CompletionScene, rank: u8, into: &mut Proposals) {
     let mut known = Vec::new();
     collect(&scene.shape(), (&[], ""), &mut known);
@@ -42,7 +42,7 @@ pub(super) fn add(scene: &CompletionScene, rank: u8, into: &mut Proposals) {
             continue;
         }
         let label = if header.is_array { format!("[[{path}]]") } else { format!("[{path}]") };
-        // First another of the table at hand, then what lies in it.
+        // First a further table of the present kind, then the tables in the present table.
         let is_same = open[0].1 == path;
         let rank = rank + if is_same { 0 } else { 1 + u8::try_from(depth).unwrap_or(9) };
         let mut proposal = Proposal::new(label, CompletionItemKind::MODULE, rank);
@@ -51,7 +51,7 @@ pub(super) fn add(scene: &CompletionScene, rank: u8, into: &mut Proposals) {
     }
 }
 
-/// The objects that are open, with their kinds; the root last.
+/// The objects around the cursor, with their kinds; the root last.
 fn open(scene: &CompletionScene) -> Vec<(usize, String)> {
     let objects = &scene.file.outline.objects;
     let mut open = Vec::new();
@@ -65,13 +65,13 @@ fn open(scene: &CompletionScene) -> Vec<(usize, String)> {
     }
 }
 
-/// Whether an object has an array of tables in brackets, to which no header adds.
+/// Whether an object has this array of tables as a value in brackets; a header cannot extend it.
 fn is_written_inline(scene: &CompletionScene, object: usize, header: &KnownHeader) -> bool {
     let depth = header.around.split('.').filter(|part| !part.is_empty()).count();
     scene.file.outline.pair(object, &header.path[depth..]).is_some()
 }
 
-/// Whether an object has a table of this header: its header, or keys in it.
+/// Whether an object has the table of this header: there is such a header, or a key in the table.
 fn is_present(scene: &CompletionScene, object: usize, header: &KnownHeader) -> bool {
     let outline = &scene.file.outline;
     let depth = header.around.split('.').filter(|part| !part.is_empty()).count();
@@ -89,12 +89,13 @@ fn is_present(scene: &CompletionScene, object: usize, header: &KnownHeader) -> b
     by_header || pairs.map(|pair| &pair.keys[..]).any(of_pair)
 }
 
-/// The headers of a table. `(before, around)`: its path, and the array of tables that it lies in.
+/// Collects the headers below a table. `(before, around)`: the path of the table, and the array of
+/// tables around it.
 fn collect(shape: &Shape, (before, around): (&[&'static str], &str), found: &mut Vec<KnownHeader>) {
     for (key, form) in &shape.noted().keys {
         let is_array = matches!(form, ValueForm::Tables(_));
         let is_table = matches!(form, ValueForm::Table(_));
-        // The tables of a rung stand in braces.
+        // The tables of a rung are written in braces.
         let is_braced = is_table && before.last() == Some(&"rung");
         if !(is_array || is_table) || is_braced || !is_taken(key) {
             continue;

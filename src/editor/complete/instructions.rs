@@ -1,4 +1,5 @@
-//! Instructions: mnemonics that fit the legs of their rung, and the names that fit each operand.
+//! Proposals in instructions: mnemonics that fit the legs of their rung, and names that fit each
+//! operand.
 
 use lsp_types::CompletionItemKind;
 
@@ -11,7 +12,7 @@ use crate::editor::slots::DeclaredKind;
 use crate::isa::instruction::TABLE;
 use crate::isa::{LegName, Mnemonic, OperandKind, OperandSpec, Spec};
 
-/// What fits an instruction that is being written.
+/// The proposals for an incomplete instruction.
 pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     let text = before.trim_start();
     let Some((name, rest)) = text.split_once([' ', '\t']) else {
@@ -44,7 +45,7 @@ fn mnemonics(scene: &CompletionScene, typed: &str) -> Proposals {
     found
 }
 
-/// Whether something stands behind the cursor in its string.
+/// Whether more text follows the word at the cursor in its string.
 fn rest_of_string(scene: &CompletionScene) -> bool {
     let line = scene.file.line(scene.offset);
     let behind = scene.file.slice(scene.offset..line.end);
@@ -53,7 +54,7 @@ fn rest_of_string(scene: &CompletionScene) -> bool {
     !rest.trim_matches([' ', '\t', ']', '}', ',']).is_empty()
 }
 
-/// The legs that the rung around has, by their keys; `None`: it has none yet.
+/// The keys of the legs in the rung around the cursor; `None` if the rung has no legs yet.
 fn legs(scene: &CompletionScene) -> Option<Vec<&'static str>> {
     let outline = &scene.file.outline;
     let pairs = outline.pairs_of[scene.site.object].iter().map(|pair| &outline.pairs[*pair]);
@@ -69,7 +70,7 @@ fn legs(scene: &CompletionScene) -> Option<Vec<&'static str>> {
     Some(legs).filter(|legs| !legs.is_empty())
 }
 
-/// How well an instruction fits the legs of its rung; `None`: not at all.
+/// The rank of an instruction by the legs of its rung; `None` if it does not fit them.
 fn rank(spec: &Spec, given: Option<&[&str]>) -> Option<u8> {
     let Some(given) = given else { return Some(0) };
     let mut wanted: Vec<&str> = spec.legs.iter().map(|leg| leg.key()).collect();
@@ -96,7 +97,7 @@ fn snippet(spec: &Spec) -> String {
     format!("{}{}", spec.name, words.collect::<String>())
 }
 
-/// What fits the operand at the end of `rest`.
+/// The proposals for the operand at the end of `rest`.
 fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposals {
     let (done, word) = rest.rsplit_once([' ', '\t']).unwrap_or(("", rest));
     if let Some((key, value)) = word.split_once('=') {
@@ -109,7 +110,7 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
         Some(operand) => of_kind(scene, operand, word),
         None => Proposals::of(DottedWord::of(word, true).typed),
     };
-    // Keys stand behind the operands without.
+    // Operands with a key come after the operands without a key.
     let is_whole = number >= spec.operands.iter().filter(|operand| operand.key.is_none()).count();
     let keyed = spec.operands.iter().filter_map(|operand| Some((operand, operand.key?)));
     for (operand, key) in keyed {
@@ -124,7 +125,7 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
     found
 }
 
-/// The operand without a key at a position; several Stages share the last one.
+/// The operand without a key at a position; several Stages share the last operand.
 fn positional(spec: &'static Spec, number: usize) -> Option<&'static OperandSpec> {
     let mut all = spec.operands.iter().filter(|operand| operand.key.is_none());
     let last = all.clone().next_back()?;
@@ -162,7 +163,7 @@ fn of_kind(scene: &CompletionScene, operand: &OperandSpec, word: &str) -> Propos
     found
 }
 
-/// The Stages of the Program or template around.
+/// The Stages of the Program or template around the cursor.
 fn stages(scene: &CompletionScene, into: &mut Proposals) {
     let stages = scene.names().all.iter().filter(|of| of.kind == DeclaredKind::Stage);
     for stage in stages.filter(|of| of.parent.is_some() && of.parent == scene.block) {
@@ -171,7 +172,7 @@ fn stages(scene: &CompletionScene, into: &mut Proposals) {
     }
 }
 
-/// The Programs that an instruction may name, and the Tasks: `Main` is none.
+/// The Programs and Tasks that an instruction may name; it cannot name `Main`.
 fn blocks(scene: &CompletionScene, kinds: &[DeclaredKind], into: &mut Proposals) {
     for block in scene.names().all.iter().filter(|of| kinds.contains(&of.kind)) {
         if block.name != "Main" {

@@ -1,5 +1,6 @@
-//! Keys of the table at the cursor: those that its reader knows and that are not there yet, names
-//! where keys are names, and the legs that the rung's instruction has.
+//! Proposals of keys for the table at the cursor: keys that the reader of the table accepts and
+//! that are not there yet; names, if the keys of the table are names; the legs of the rung's
+//! instruction.
 
 use lsp_types::CompletionItemKind;
 
@@ -14,15 +15,16 @@ use crate::editor::slots::{FileKind, KeySlot, of_key_path};
 use crate::isa::{LegName, Mnemonic};
 use crate::source::shape::ValueForm;
 
-/// Ranks: what must be there, what may be.
+/// Ranks: required keys, optional keys, legs of other instructions, tables.
 const NEEDED: u8 = 1;
 const OPTIONAL: u8 = 2;
 const OTHER_LEG: u8 = 4;
 const TABLES: u8 = 5;
-/// Tables of arrays that are written with headers.
+/// Arrays of tables that are written with headers.
 const BY_HEADERS: [&str; 3] = ["rung", "stage", "branch"];
 
-/// The keys that fit at the site. `typed`: of the last part; `quoted`: within quotes.
+/// The keys that fit at the site. `typed`: the typed part of the last key; `quoted`: whether it is
+/// in quotes.
 pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Proposals {
     let (kind, keys) = (&scene.site.kind, scene.keys());
     let present = present(scene);
@@ -39,7 +41,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
         }
         KeySlot::Operand if scene.file.kind == FileKind::Test || is_open(scene) => {
             let mut found = contacts::offer(scene, typed, Wish::Anything);
-            // `$` is no letter of a key without quotes, and nobody sets what rungd says.
+            // A key without quotes cannot contain `$`, and only rungd sets the names with `$`.
             found.retain(|of| !of.label.starts_with('$') && !present.contains(&of.label.as_str()));
             return found;
         }
@@ -62,19 +64,19 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
     found
 }
 
-/// The keys from the root on.
+/// The keys from the root to the site.
 pub(super) fn path<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
     let kind = scene.site.kind.split('.').filter(|part| !part.is_empty());
     kind.chain(scene.keys()).collect()
 }
 
-/// Whether the keys of the table are names alone.
+/// Whether all keys of the table are names.
 fn is_open(scene: &CompletionScene) -> bool {
     let shape = table(&scene.shape(), &path(scene));
     shape.is_some_and(|shape| shape.noted().keys.is_empty() && shape.noted().others.is_some())
 }
 
-/// The keys that the table has, without the one at the cursor.
+/// The keys that the table has, without the key at the cursor.
 fn present<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
     let outline = &scene.file.outline;
     let object = scene.table();
@@ -89,7 +91,7 @@ fn present<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
     outline.pairs_of[object].iter().filter_map(next).collect()
 }
 
-/// Whether keys of the table stand behind the cursor: a header would take them away.
+/// Whether keys of the table follow the cursor: a header here would move them to its own table.
 fn is_above_keys(scene: &CompletionScene) -> bool {
     let (outline, keys) = (&scene.file.outline, scene.keys());
     let line = scene.file.line(scene.offset);
@@ -115,7 +117,7 @@ fn has_equals(scene: &CompletionScene) -> bool {
     behind.trim_start().starts_with('=')
 }
 
-/// The keys that the reader of the table knows.
+/// Adds the keys that the reader of the table accepts.
 fn known(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
     let Some(shape) = table(&scene.shape(), &path(scene)) else { return };
     let noted = shape.noted();
@@ -163,7 +165,8 @@ fn is_rung(scene: &CompletionScene) -> bool {
         && scene.site.keys.is_empty()
 }
 
-/// The legs that the rung's instruction has and the rung lacks; without an instruction all legs.
+/// Adds the legs that the rung lacks: the legs of its instruction, or without an instruction all
+/// legs.
 fn legs(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
     let within = scene.site.keys.len() == 1 && scene.site.keys[0] == "leg";
     let is_rung = is_rung(scene);

@@ -1,4 +1,4 @@
-//! Names that are the whole of their string: templates, blocks, devices, warnings.
+//! Proposals of names that fill a whole string: templates, blocks, devices, warnings.
 
 use lsp_types::CompletionItemKind;
 
@@ -11,7 +11,8 @@ use crate::load::library;
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{self, Severity};
 
-/// The templates of the project, then those of the library, whose files it may name.
+/// The templates of the project, then the templates of the library, whose files the project may
+/// name.
 pub(super) fn templates(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = declared(scene, typed, &[DeclaredKind::Template]);
     // A template never uses itself.
@@ -27,7 +28,7 @@ pub(super) fn templates(scene: &CompletionScene, typed: &str) -> Proposals {
     found
 }
 
-/// The Programs and Tasks that the array around does not have yet.
+/// The Programs and Tasks that the array around the cursor does not contain yet.
 pub(super) fn blocks(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = declared(scene, typed, &[DeclaredKind::Program, DeclaredKind::Task]);
     let others = scene.other_values(&scene.keys());
@@ -54,7 +55,7 @@ fn declared(scene: &CompletionScene, typed: &str, kinds: &[DeclaredKind]) -> Pro
     found
 }
 
-/// The warnings that the array around does not have yet.
+/// The warnings that the array around the cursor does not contain yet.
 pub(super) fn warnings(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = Proposals::of(typed);
     let others = scene.other_values(&scene.keys());
@@ -66,7 +67,7 @@ pub(super) fn warnings(scene: &CompletionScene, typed: &str) -> Proposals {
     found
 }
 
-/// The parameters of the template that is used at the site, those in `present` left out.
+/// The parameters of the template that is used at the site, without those in `present`.
 pub(super) fn parameters(scene: &CompletionScene, typed: &str, present: &[&str]) -> Vec<Proposal> {
     let used = scene.value(&["use"]).and_then(|name| scene.names().template(name));
     let all = scene.names().all.iter();

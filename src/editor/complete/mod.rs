@@ -1,8 +1,8 @@
-//! Completion: what could be written at the cursor, in strings by what they stand for, outside of
-//! them by the keys that the readers know. It needs no whole file: what is typed may be broken.
+//! Completion: proposals of texts at the cursor. In a string they depend on the meaning of the
+//! string, elsewhere on the keys that the readers accept. The file may be incomplete.
 //!
-//! `requests` calls [`completion`]. `site` says where the cursor stands, `texts`, `keys` and
-//! `headers` what fits there, `proposal` makes items of it.
+//! `requests` calls [`completion`]. `site` finds the place of the cursor; `texts`, `keys` and
+//! `headers` find the proposals for that place; `proposal` converts them to items.
 
 mod addresses;
 mod behind;
@@ -34,16 +34,16 @@ use self::site::SitePlace;
 use super::workspace::Workspace;
 use crate::source::shape::ValueForm;
 
-/// The characters that ask for completion.
+/// The characters after which an editor requests completion.
 const TRIGGERS: [&str; 12] = ["\"", ".", " ", "[", "=", "(", "!", "&", "|", "$", ":", "{"];
 
-/// What the server tells of it at the start.
+/// The options for completion that the server sends at the start.
 pub(super) fn options() -> CompletionOptions {
     let triggers = TRIGGERS.map(str::to_owned).to_vec();
     CompletionOptions { trigger_characters: Some(triggers), ..CompletionOptions::default() }
 }
 
-/// What could be written at the cursor.
+/// The proposals at the cursor.
 pub(super) fn completion(
     workspace: &mut Workspace,
     params: CompletionParams,
@@ -68,7 +68,7 @@ pub(super) fn completion(
         SitePlace::Bare(start) => {
             let (found, wrap) = bare(&scene, scene.typed(start));
             let Some(end) = behind::value(&scene, start) else { return Ok(None) };
-            // Quotes can stand around the whole word alone.
+            // Quotes can only be put around the whole word.
             if found.typed.len() < scene.offset - start {
                 return Ok(None);
             }
@@ -83,15 +83,15 @@ pub(super) fn completion(
     Ok(Some(CompletionResponse::List(found.items(&place))))
 }
 
-/// What stands around each item.
+/// The text before and after each item.
 type Wrap = (&'static str, &'static str);
 
-/// Words of a string or header, which end with their last letter.
+/// Proposals of words in quotes. They have no `ItemEnd`: an item replaces the rest of its word.
 fn plain(found: Proposals) -> (Proposals, Wrap, Option<ItemEnd>) {
     (found, ("", ""), None)
 }
 
-/// What fits a value that has no quotes yet, and the quotes.
+/// The proposals for a value that has no quotes yet, and the quotes.
 fn bare(scene: &CompletionScene, typed: &str) -> (Proposals, Wrap) {
     let form = entry(&scene.shape(), &keys::path(scene)).map(|(_, form)| form);
     match form {

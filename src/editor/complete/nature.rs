@@ -1,7 +1,8 @@
-//! What a name stands for, as far as an operand asks: a bit, a word, a structure, and whether a
-//! ladder may write it; and which of them a place wants.
+//! The properties of a name that matter for an operand: whether it is a bit, a word or a structure,
+//! and whether a ladder may write it. Also the properties that a place wants.
 //!
-//! Made of the declarations as written: of a mistake it knows nothing, and offers the name.
+//! They are derived from the declarations as written, without checks: a name with an error in its
+//! declaration is still offered.
 
 use crate::editor::file::EditorFile;
 use crate::editor::names::Declared;
@@ -10,7 +11,7 @@ use crate::editor::slots::DeclaredKind;
 use crate::isa::address_text;
 use crate::isa::{Address, MemorySizes, OperandKind, Structure};
 
-/// What may be done with a bit or word.
+/// The access that a ladder has to a bit or word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reach {
     None,
@@ -18,31 +19,31 @@ pub(super) enum Reach {
     Write,
 }
 
-/// What a name stands for.
+/// The properties of a name.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nature {
-    /// The name as a bit.
+    /// The access to the name as a bit.
     pub bit: Reach,
-    /// The name as a word or constant.
+    /// The access to the name as a word or constant.
     pub word: Reach,
-    /// Bits behind its dot or index.
+    /// The access to bits after its dot or index.
     pub bits_inside: Reach,
-    /// Words behind its dot or index.
+    /// The access to words after its dot or index.
     pub words_inside: Reach,
-    /// The structure that it is, of any number.
+    /// Its structure, if it is one; always with the number 0.
     pub structure: Option<Structure>,
     /// Whether it is an array.
     pub is_array: bool,
-    /// Whether anything may stand behind its dot, or it is not known what it is.
+    /// Whether any name may follow its dot, or its kind is unknown.
     pub is_open: bool,
 }
 
-/// What a place wants.
+/// The kind of name that a place wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wish {
     /// A contact: a bit, or the first word of a compare.
     Contact,
-    /// A contact of a test, whose compares may have sums of bits.
+    /// A contact of a test, whose compares may contain sums of bits.
     Condition,
     /// A bit to read.
     Bit,
@@ -71,9 +72,9 @@ impl Nature {
     };
     /// A constant.
     pub const CONSTANT: Nature = Nature { word: Reach::Read, ..Nature::NOTHING };
-    /// Blocks and devices have bits behind their dots.
+    /// A block or device: it has bits after its dot.
     pub const BITS_INSIDE: Nature = Nature { bits_inside: Reach::Read, ..Nature::NOTHING };
-    /// What has names of its own behind its dot, and what is not known.
+    /// A name that has names of its own after its dot, or an unknown name.
     pub const OPEN: Nature = Nature { is_open: true, ..Nature::NOTHING };
     /// Timers, counters.
     const STRUCTURE: Nature =
@@ -87,7 +88,7 @@ impl Nature {
         Nature { word, ..Nature::NOTHING }
     }
 
-    /// Of an address.
+    /// The properties of an address.
     pub fn of_address(address: Address) -> Nature {
         match address {
             Address::Bit(bit) if bit.writable_by_ladder() => Nature::bit(Reach::Write),
@@ -100,13 +101,13 @@ impl Nature {
         }
     }
 
-    /// As an array of it.
+    /// The properties of an array of such elements.
     fn array(self) -> Nature {
         let Nature { bit, word, .. } = self;
         Nature { bits_inside: bit, words_inside: word, is_array: true, ..Nature::NOTHING }
     }
 
-    /// Of a name of a type, of a tag or a parameter.
+    /// The properties of a tag or parameter with a type.
     fn of_type(name: &str) -> Nature {
         let structure = |of| Nature::of_address(Address::Structure(of));
         match name {
@@ -127,7 +128,7 @@ impl Nature {
         }
     }
 
-    /// Of a parameter's type: those that are read cannot be written.
+    /// The properties of a parameter with a type: a `bit`, `int` or `real` can only be read.
     fn of_parameter(name: &str) -> Nature {
         let of = Nature::of_type(name);
         match name {
@@ -138,7 +139,7 @@ impl Nature {
         }
     }
 
-    /// Of a declaration.
+    /// The properties of a declaration.
     pub fn of(declared: &Declared, file: &EditorFile) -> Nature {
         match declared.kind {
             DeclaredKind::Tag | DeclaredKind::OwnTag => Nature::of_tag(&facts(declared, file)),
@@ -171,7 +172,7 @@ impl Nature {
 }
 
 impl Wish {
-    /// Of an operand of an instruction; `None`: a block or stage.
+    /// The wish of an operand of an instruction; `None` for a block or Stage.
     pub fn of(kind: OperandKind) -> Option<Wish> {
         Some(match kind {
             OperandKind::WritableBit => Wish::WrittenBit,
@@ -194,7 +195,7 @@ impl Wish {
         })
     }
 
-    /// Of an argument for a parameter of a type.
+    /// The wish of an argument for a parameter with a type.
     pub fn of_parameter(name: &str) -> Wish {
         match name {
             "contact" => Wish::Contact,
@@ -210,8 +211,8 @@ impl Wish {
         }
     }
 
-    /// How far behind the best a name stands that may be meant here: 0 is the best; `None`: it
-    /// cannot be meant.
+    /// The distance of a name from this wish: 0 if the name itself fits, 1 if something after its
+    /// dot or index may fit; `None` if the name cannot be meant.
     pub fn distance(self, of: &Nature) -> Option<u8> {
         let reads = |reach: Reach| reach >= Reach::Read;
         let writes = |reach: Reach| reach == Reach::Write;
@@ -251,7 +252,7 @@ impl<'f> TagFacts<'f> {
     }
 }
 
-/// The keys of a declared tag or parameter: of the pairs that follow its own.
+/// The keys of a declared tag or parameter, from the pairs that follow its own pair.
 pub(super) fn facts<'f>(declared: &Declared, file: &'f EditorFile) -> TagFacts<'f> {
     let outline = &file.outline;
     let own = &outline.pairs[declared.pair];

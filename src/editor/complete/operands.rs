@@ -1,5 +1,5 @@
-//! Names for an operand: declarations that are known at a place, members behind a dot, status bits
-//! and words, addresses.
+//! Proposals of names for an operand: declarations that are visible at a place, members after a
+//! dot, status bits and words, addresses.
 
 use lsp_types::CompletionItemKind;
 
@@ -12,16 +12,16 @@ use crate::editor::names::Meaning;
 use crate::editor::slots::DeclaredKind;
 use crate::isa::{Address, Health, MemorySizes, Structure, address_text, status};
 
-/// Ranks, by where a name is declared.
+/// Ranks, by the place of the declaration.
 const OWN: u8 = 1;
 const TAG: u8 = 2;
 const USE: u8 = 3;
 const BLOCK: u8 = 4;
 const STATUS: u8 = 6;
-/// What stands behind the best that a place wants.
+/// The addition to the rank of a name for each step of its distance from the wish of the place.
 const FARTHER: u8 = 20;
 
-/// Offers the names of a place. `base`: what stands before the last dot of the word.
+/// Offers the names for a place. `base`: the part of the word before its last dot.
 pub(super) fn offer(scene: &CompletionScene, base: Option<&str>, wish: Wish, into: &mut Proposals) {
     match base {
         Some(base) => members(scene, base, wish, into),
@@ -33,7 +33,7 @@ pub(super) fn offer(scene: &CompletionScene, base: Option<&str>, wish: Wish, int
     }
 }
 
-/// The declarations that are known at the place.
+/// Offers the declarations that are visible at the place.
 fn declared(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
     for at in 0..scene.names().all.len() {
         let of = &scene.names().all[at];
@@ -67,7 +67,7 @@ fn declared(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
     }
 }
 
-/// Offers a declaration if a place may want it.
+/// Offers a declaration if it may fit the wish of a place.
 fn add(scene: &CompletionScene, at: usize, (wish, rank): (Wish, u8), into: &mut Proposals) {
     let of = &scene.names().all[at];
     let Some(distance) = wish.distance(&scene.nature(at)) else { return };
@@ -75,7 +75,7 @@ fn add(scene: &CompletionScene, at: usize, (wish, rank): (Wish, u8), into: &mut 
     into.add(proposal.detail(detail(of, scene.project)).doc(doc(of, scene.project)));
 }
 
-/// The names of status bits and words.
+/// Offers the names of status bits and words.
 fn nicknames(wish: Wish, into: &mut Proposals) {
     for name in status::nicknames().filter(|name| into.fits(name)).collect::<Vec<_>>() {
         let Ok(address) = address_text::parse(name, &MemorySizes::default()) else { continue };
@@ -87,7 +87,7 @@ fn nicknames(wish: Wish, into: &mut Proposals) {
     }
 }
 
-/// What may stand behind a dot.
+/// Offers the members after a dot.
 fn members(scene: &CompletionScene, base: &str, wish: Wish, into: &mut Proposals) {
     let parts = scene.names().dotted(base, 0, scene.block);
     match parts.last().map(|part| part.meaning) {

@@ -1,8 +1,8 @@
-//! The points of a field device, for one side of its map: those of the parts of a simulated plant,
-//! the tables of a Modbus device, the lines of a chip.
+//! The points of a field device, for one side of its map: the points of the parts of a simulated
+//! plant, the tables of a Modbus device, the lines of a chip.
 //!
-//! `texts` offers them beside the names of the program. Made of the file as it is typed: of a part
-//! without a kind it knows no points.
+//! `texts` offers them together with the names of the program. They are derived from the file as it
+//! is typed: a part without a kind has no points yet.
 
 use lsp_types::CompletionItemKind;
 
@@ -10,7 +10,7 @@ use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use crate::controller::device::simulated;
 
-/// Where points of Modbus devices are, with what they hold, and whether outputs go there.
+/// The tables of Modbus devices: name, content, and whether outputs can be mapped there.
 const TABLES: [(&str, &str, bool); 4] = [
     ("coil ", "a bit, read and written", true),
     ("discrete ", "a bit, read alone", false),
@@ -18,7 +18,7 @@ const TABLES: [(&str, &str, bool); 4] = [
     ("input ", "a word, read alone", false),
 ];
 
-/// Offers the points of the device around.
+/// Offers the points of the device around the cursor.
 pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
     let outline = &scene.file.outline;
     let Some(device) = outline.enclosing(scene.site.object, &["device"]) else { return };
@@ -41,7 +41,7 @@ pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
     }
 }
 
-/// The points of the parts of a plant, and the commands of its faults.
+/// Offers the points of the parts of a plant, and the commands of its faults.
 fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut Proposals) {
     let (file, outline) = (scene.file, &scene.file.outline);
     let text = |object: usize, key: &str| {

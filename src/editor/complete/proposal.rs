@@ -1,4 +1,4 @@
-//! What is offered: proposals that fit what is typed, the best first, as items of the protocol.
+//! The proposals that fit the typed text, the best first, as items of the protocol.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -10,20 +10,20 @@ use lsp_types::{
 
 use crate::editor::file::EditorFile;
 
-/// The most items of an answer; an editor asks again when more is typed.
+/// The maximum number of items of an answer; an editor asks again when the user types more.
 const ITEMS_MAX: usize = 1_000;
 
-/// What an editor can do with items.
+/// The capabilities of an editor for items.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::editor) struct ItemAbilities {
-    /// It knows snippets.
+    /// It supports snippets.
     snippets: bool,
     /// It shows Markdown.
     markdown: bool,
 }
 
 impl ItemAbilities {
-    /// Of an editor.
+    /// The capabilities of an editor.
     pub fn of(client: &ClientCapabilities) -> ItemAbilities {
         let document = client.text_document.as_ref();
         let item = document.and_then(|of| of.completion.as_ref()?.completion_item.as_ref());
@@ -35,29 +35,29 @@ impl ItemAbilities {
     }
 }
 
-/// Something that could be written.
+/// A text that could be written at the cursor.
 #[derive(Debug)]
 pub(super) struct Proposal {
-    /// As shown, and as compared with what is typed.
+    /// The text that is shown, and compared with the typed text.
     pub label: String,
     /// Its symbol.
     pub kind: CompletionItemKind,
-    /// A few words beside it.
+    /// A few words that are shown beside the label.
     pub detail: String,
     /// Its explanation, as Markdown.
     pub doc: String,
-    /// What is written, if not the label.
+    /// The text to insert, if it is not the label.
     pub text: Option<String>,
-    /// As `text`, with `$1` where the next words belong.
+    /// The same text as a snippet, with `$1` at the place of the next words.
     pub snippet: Option<String>,
-    /// Those of lower ranks stand first.
+    /// Proposals of lower ranks come first.
     pub rank: u8,
-    /// Its place among those of its rank, before the order of their labels.
+    /// The order among proposals of the same rank; with the same order, the labels decide.
     pub order: usize,
 }
 
 impl Proposal {
-    /// A proposal whose label is written.
+    /// A proposal that inserts its label.
     pub fn new(label: impl Into<String>, kind: CompletionItemKind, rank: u8) -> Proposal {
         let (detail, doc) = (String::new(), String::new());
         Proposal {
@@ -72,67 +72,67 @@ impl Proposal {
         }
     }
 
-    /// With a few words beside it.
+    /// The proposal with a few words beside its label.
     pub fn detail(self, detail: impl Into<String>) -> Proposal {
         Proposal { detail: detail.into(), ..self }
     }
 
-    /// With an explanation.
+    /// The proposal with an explanation.
     pub fn doc(self, doc: impl Into<String>) -> Proposal {
         Proposal { doc: doc.into(), ..self }
     }
 
-    /// With another text, and a snippet of it.
+    /// The proposal with a different text to insert, and the snippet of that text.
     pub fn writes(self, text: impl Into<String>, snippet: Option<String>) -> Proposal {
         Proposal { text: Some(text.into()), snippet, ..self }
     }
 }
 
-/// The proposals for what is typed.
+/// The proposals for a typed text.
 #[derive(Debug)]
 pub(super) struct Proposals {
-    /// What is typed of the word.
+    /// The typed part of the word.
     pub typed: String,
     all: Vec<Proposal>,
     seen: HashSet<String>,
-    /// Whether there may be others when more is typed.
+    /// Whether there may be different proposals when more is typed.
     pub is_incomplete: bool,
-    /// The signs beside letters and digits that the rest of the word may have behind the cursor.
+    /// The signs, besides letters and digits, that the word may contain after the cursor.
     pub signs: &'static str,
 }
 
 impl Proposals {
-    /// None yet.
+    /// An empty list.
     pub fn of(typed: &str) -> Proposals {
         let (all, seen) = (Vec::new(), HashSet::new());
         let typed = typed.to_owned();
         Proposals { typed, all, seen, is_incomplete: false, signs: "_-" }
     }
 
-    /// Whether a label has what is typed in it, in this order.
+    /// Whether a label contains the typed characters in their order.
     pub fn fits(&self, label: &str) -> bool {
         let mut rest = label.chars();
         self.typed.chars().all(|c| rest.any(|of| of.eq_ignore_ascii_case(&c)))
     }
 
-    /// Adds a proposal that fits; of those with one label the first.
+    /// Adds a proposal if it fits; of several with the same label, only the first.
     pub fn add(&mut self, proposal: Proposal) {
         if self.fits(&proposal.label) && self.seen.insert(proposal.label.clone()) {
             self.all.push(proposal);
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no proposals.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Keeps some.
+    /// Keeps only some of the proposals.
     pub fn retain(&mut self, keeps: impl FnMut(&Proposal) -> bool) {
         self.all.retain(keeps);
     }
 
-    /// The items.
+    /// The sorted proposals as items.
     pub fn items(mut self, place: &ItemPlace) -> CompletionList {
         let typed = self.typed.to_ascii_lowercase();
         let key = |of: &Proposal| {
@@ -153,11 +153,11 @@ pub(super) struct ItemPlace<'f> {
     pub file: &'f EditorFile,
     /// The bytes that an item replaces.
     pub range: Range<usize>,
-    /// What stands around each: quotes that are not typed yet.
+    /// The text around each item: quotes that are not typed yet.
     pub wrap: (&'static str, &'static str),
-    /// Whether a comma stands behind each.
+    /// Whether a comma follows each item.
     pub comma: bool,
-    /// What the editor can do.
+    /// The capabilities of the editor.
     pub can: ItemAbilities,
 }
 

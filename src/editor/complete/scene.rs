@@ -1,4 +1,4 @@
-//! What is known at a cursor: its file, its place, the block or template around it.
+//! The context of a cursor: its file, its place, the block or template around it.
 
 use super::nature::Nature;
 use super::site::CompletionSite;
@@ -11,7 +11,7 @@ use crate::source::ladder;
 use crate::source::shape::Shape;
 use crate::{controller, testing};
 
-/// A cursor with what its completion needs.
+/// A cursor with the data that completion needs.
 pub(super) struct CompletionScene<'c> {
     /// The files.
     pub library: &'c Library,
@@ -41,24 +41,24 @@ impl<'c> CompletionScene<'c> {
         &self.project.names
     }
 
-    /// The template around.
+    /// The template around the cursor.
     pub fn template(&self) -> Option<usize> {
         self.block.filter(|at| self.names().all[*at].kind == DeclaredKind::Template)
     }
 
-    /// What a declaration stands for.
+    /// The properties of a declaration.
     pub fn nature(&self, at: usize) -> Nature {
         let declared = &self.names().all[at];
         Nature::of(declared, &self.project.files[declared.file])
     }
 
-    /// What is typed from a byte on.
+    /// The typed text from a byte to the cursor.
     pub fn typed(&self, start: usize) -> &'c str {
         self.file.slice(start..self.offset)
     }
 
-    /// The length of the rest of the word behind the cursor. `signs`: what it may have beside
-    /// letters and digits.
+    /// The length of the rest of the word after the cursor. `signs`: the signs that the word may
+    /// contain besides letters and digits.
     pub fn tail(&self, signs: &str) -> usize {
         let rest = self.file.slice(self.offset..self.file.line(self.offset).end);
         let ends = |c: char| !(c.is_ascii_alphanumeric() || signs.contains(c));
@@ -84,7 +84,7 @@ impl<'c> CompletionScene<'c> {
         }
     }
 
-    /// The object with the pairs beside the cursor: of a row of an array that in its braces.
+    /// The object with the pairs around the cursor; in a row of an array, the object of the row.
     pub fn table(&self) -> usize {
         let objects = &self.file.outline.objects;
         let is_row = |brace| objects.iter().position(|object| object.extent.start == brace);
@@ -97,7 +97,7 @@ impl<'c> CompletionScene<'c> {
         Some(self.file.slice(value.inner.clone()))
     }
 
-    /// All values of a pair of the site's table, but the one at the cursor.
+    /// All values of a pair of the site's table, except the value at the cursor.
     pub fn other_values(&self, keys: &[&str]) -> Vec<&'c str> {
         let outline = &self.file.outline;
         let Some(pair) = outline.pair(self.table(), keys) else { return Vec::new() };
@@ -108,7 +108,7 @@ impl<'c> CompletionScene<'c> {
         others.map(|value| self.file.slice(value.inner.clone())).collect()
     }
 
-    /// The field devices that ladders announce, as a controller file will have them.
+    /// The field devices that ladders announce; a controller file will declare them.
     pub fn announced_devices(&self) -> impl Iterator<Item = &'c str> {
         self.project.files.iter().flat_map(|file| {
             let outline = &file.outline;

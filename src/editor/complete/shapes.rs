@@ -1,4 +1,4 @@
-//! The keys that a table may have, and the words that a value may be: from the readers themselves.
+//! The keys that a table may have, and the words that a value may be. The readers define both.
 
 use serde_json::Value;
 
@@ -27,7 +27,7 @@ pub(super) fn table(shape: &Shape, path: &[&str]) -> Option<Shape> {
     }
 }
 
-/// Whether the reader takes a key.
+/// Whether the reader accepts a key.
 pub(super) fn is_taken(key: &Key) -> bool {
     !matches!(key.limit, KeyLimit::Refused)
 }
@@ -46,7 +46,7 @@ pub(super) fn words(key: &Key) -> Vec<String> {
     }
 }
 
-/// What is written behind a key: its plain text, and a snippet.
+/// The text after a key: as plain text, and as a snippet.
 pub(super) fn skeleton(form: &ValueForm) -> (&'static str, &'static str) {
     match form {
         ValueForm::Text | ValueForm::Duration | ValueForm::TextOrTexts => (" = ", " = \"$1\""),

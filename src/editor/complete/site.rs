@@ -1,29 +1,30 @@
-//! Where a cursor stands in a file: in which table, at a key, in a value, behind a bracket.
+//! The place of a cursor in a file: its table, and whether it is at a key, in a value or in a
+//! header.
 //!
-//! [`CompletionSite::of`] reads from the last header to the cursor and nothing behind it, so what
-//! is being typed may be broken. `complete` asks what could stand there.
+//! [`CompletionSite::of`] reads from the last header to the cursor and nothing after it, so the
+//! text may be incomplete. `complete` derives the proposals from the place.
 
 use crate::editor::file::EditorFile;
 
-/// A place in a file, as far as it decides what could be written there.
+/// The properties of a place in a file that decide what could be written there.
 #[derive(Debug)]
 pub(super) struct CompletionSite {
-    /// The number of the object that it stands in; around an inline table in an array the object
-    /// with the array.
+    /// The number of the object that contains it; in an inline table in an array, the object with
+    /// the array.
     pub object: usize,
-    /// The path of its table: `program.rung`; of an inline table in an array the array's.
+    /// The path of its table: `program.rung`; for an inline table in an array, the array's path.
     pub kind: String,
-    /// The keys from there on: of a value its own, of a key those before it.
+    /// The keys below that table: for a value its own keys, for a key the keys before it.
     pub keys: Vec<String>,
-    /// What stands there.
+    /// The kind of text at the place.
     pub place: SitePlace,
-    /// The `{` of the inline table in an array that it stands in.
+    /// The byte of the `{`, if the place is in an inline table in an array.
     pub brace: Option<usize>,
-    /// Whether it stands in an array.
+    /// Whether the place is in an array.
     pub in_array: bool,
 }
 
-/// What stands at a cursor.
+/// The kind of text at a cursor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SitePlace {
     /// A header, from its first bracket on.
@@ -32,25 +33,25 @@ pub(super) enum SitePlace {
     Key {
         /// Its first byte.
         start: usize,
-        /// Whether a quote stands before it.
+        /// Whether a quote is before it.
         quoted: bool,
     },
-    /// A string, from behind its quote on.
+    /// A string, from the byte after its quote on.
     Text(usize),
     /// A value without a quote, from its first byte on.
     Bare(usize),
-    /// Nothing can be offered: a comment, what is complete.
+    /// A place without proposals: in a comment, or after something complete.
     Nowhere,
 }
 
-/// An array or inline table around a place, with what holds again behind it. It copies no keys:
-/// thousands of brackets in each other cost no more than as many behind each other.
+/// An array or inline table around a place, with the state to restore after it. It copies no keys:
+/// thousands of nested brackets cost no more than the same number of brackets in a row.
 #[derive(Debug)]
 struct TableFrame {
     is_table: bool,
     /// The length of `path` before it.
     length: usize,
-    /// How many of `path` belonged to the kind before it.
+    /// The `inner` of the reader before it.
     inner: usize,
     brace: Option<usize>,
 }
@@ -81,17 +82,17 @@ struct SiteReader<'f> {
     object: usize,
     /// The path of the object at the last header.
     kind: String,
-    /// How many of `path` the header adds to keys.
+    /// How many keys of `path` come from the header.
     prefix: usize,
-    /// The keys from the object on; within a table of an array those around it too.
+    /// The keys from the object on; in a table in an array, also the keys around that table.
     path: Vec<String>,
-    /// How many of `path` belong to the path of the table.
+    /// How many keys of `path` belong to the path of the table.
     inner: usize,
     brace: Option<usize>,
     stack: Vec<TableFrame>,
     /// How many of `stack` are tables.
     tables: usize,
-    /// Whether a `=` was read, and then a whole value.
+    /// How much of a key, `=` and value was read.
     state: SiteState,
 }
 
@@ -108,7 +109,7 @@ enum SiteState {
 }
 
 impl<'f> SiteReader<'f> {
-    /// A reader of the text behind the header before number `behind`.
+    /// A reader of the text after the header with the number `behind - 1`.
     fn new(file: &'f EditorFile, behind: usize, end: usize) -> SiteReader<'f> {
         let outline = &file.outline;
         let header = behind.checked_sub(1).and_then(|number| outline.headers.get(number));
@@ -203,7 +204,7 @@ impl<'f> SiteReader<'f> {
         self.skip(1)
     }
 
-    /// Begins a new statement, at the table of the header.
+    /// Begins a new statement in the table of the header.
     fn begin(&mut self) {
         self.path.truncate(self.prefix);
         self.inner = 0;
@@ -213,7 +214,7 @@ impl<'f> SiteReader<'f> {
         self.state = SiteState::Key;
     }
 
-    /// Inline tables end with their line; an array goes on unless a statement begins.
+    /// Inline tables end with their line; an array continues unless a statement begins.
     fn line_ends(&mut self) -> Option<SitePlace> {
         self.at += 1;
         while self.stack.last().is_some_and(|frame| frame.is_table) {
@@ -233,7 +234,7 @@ impl<'f> SiteReader<'f> {
         }
     }
 
-    /// A string, or a key in quotes. One that its line does not close ends with the line.
+    /// A string, or a key in quotes. Without a closing quote, it ends with its line.
     fn quoted(&mut self, quote: u8) -> Option<SitePlace> {
         let rest = &self.text[self.at..self.end];
         let triple = [quote; 3];
@@ -285,7 +286,7 @@ impl<'f> SiteReader<'f> {
         }
     }
 
-    /// A bracket closes what it opened, and what stands open in it.
+    /// Closes the innermost open array or table of this kind, and everything that is open in it.
     fn closed(&mut self, is_table: bool) -> Option<SitePlace> {
         let open = if is_table { self.tables } else { self.stack.len() - self.tables };
         if open > 0 {
@@ -335,8 +336,8 @@ impl<'f> SiteReader<'f> {
     }
 }
 
-/// Whether a line begins with a key and its `=`, or with a bare word: then what stood open before
-/// was not closed.
+/// Whether a line begins with a key and its `=`, or with a bare word. Then the brackets that are
+/// open before it were left unclosed.
 fn begins_statement(text: &str) -> bool {
     let line = text.lines().next().unwrap_or_default().trim_start();
     if line.starts_with(|c: char| c.is_ascii_alphabetic()) {

@@ -1,4 +1,4 @@
-//! Steps of a test: their names, and what follows each.
+//! Proposals in the steps of a test: the verbs, and the words after each verb.
 
 use lsp_types::CompletionItemKind;
 
@@ -10,7 +10,7 @@ use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use crate::testing::STEP_FORMS;
 
-/// What fits a step that is being written.
+/// The proposals for an incomplete step.
 pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     let text = before.trim_start();
     let verb = text.split([' ', '\t', ':']).next().unwrap_or_default();
@@ -41,7 +41,7 @@ fn verbs(typed: &str) -> Proposals {
     found
 }
 
-/// The form of a step with places for its words.
+/// The form of a step as a snippet, with placeholders for its words.
 fn snippet(name: &str) -> String {
     let rest = match name {
         "set" | "force" => " ${1:name} ${2:1}",
@@ -60,7 +60,7 @@ fn snippet(name: &str) -> String {
     format!("{name}{rest}")
 }
 
-/// The words behind a step's name; `rest` begins with a space.
+/// The words after a step's verb; `rest` begins with a space.
 fn words(scene: &CompletionScene, verb: &str, rest: &str) -> Proposals {
     let (done, word) = rest.rsplit_once([' ', '\t']).unwrap_or(("", rest));
     let number = done.split_whitespace().count();

@@ -1,4 +1,4 @@
-//! What fits in a string, by what the string stands for.
+//! The proposals in a string, by the meaning of the string.
 
 use lsp_types::CompletionItemKind;
 
@@ -18,7 +18,7 @@ use super::steps;
 use crate::editor::slots::{DeclaredKind, Slot};
 use crate::source::shape::ValueForm;
 
-/// What fits behind `before` in the string at the site.
+/// The proposals after the text `before` in the string at the site.
 pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     match scene.slot() {
         Slot::Contacts => contacts::offer(scene, before, Wish::Contact),
@@ -63,7 +63,7 @@ fn place(scene: &CompletionScene, before: &str) -> Proposals {
     found
 }
 
-/// A name, or one of the words that the key is limited to.
+/// A name, or one of the words that the key allows.
 fn operand(scene: &CompletionScene, before: &str) -> Proposals {
     let Some((key, form)) = entry(&scene.shape(), &keys::path(scene)) else {
         return contacts::offer(scene, before, Wish::Anything);
@@ -75,12 +75,12 @@ fn operand(scene: &CompletionScene, before: &str) -> Proposals {
     }
 }
 
-/// A point of the device around, or a name of the program.
+/// A point of the device around the cursor, or a name of the program.
 fn point(scene: &CompletionScene, before: &str) -> Proposals {
     let mut found = operand(scene, before);
     let mut points = Proposals::of(before);
     points::offer(scene, &mut points);
-    // A point has its dot in it: behind the dot of a part nothing else is meant.
+    // The label of a point contains a dot: after the name of a part and its dot, only points fit.
     let is_part = before.contains(['.', ' ']) && !points.is_empty();
     if is_part || found.typed != before {
         points.signs = "_.";
@@ -90,7 +90,8 @@ fn point(scene: &CompletionScene, before: &str) -> Proposals {
     found
 }
 
-/// The words in braces of a text: the use's name, and the parameters of the template around.
+/// The words in the braces of a text: the use's name, and the parameters of the template around the
+/// cursor.
 fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
     let typed = before.rsplit_once('{').map(|(_, typed)| typed);
     let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -116,7 +117,7 @@ fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
     found
 }
 
-/// The words that the key is limited to.
+/// The words that the key allows.
 fn words_of(scene: &CompletionScene, before: &str) -> Proposals {
     let mut found = Proposals::of(before);
     if let Some((key, _)) = entry(&scene.shape(), &keys::path(scene)) {

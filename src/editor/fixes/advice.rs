@@ -1,51 +1,52 @@
-//! What a help can advise, and the titles of actions that do so.
+//! The advice that a help can give, and the titles of the code actions for it.
 //!
-//! `help` and `sentences` read advices out of a help, `change` makes changes of a text of them.
+//! `help` and `sentences` extract advice from a help; `change` turns it into changes of a text.
 
 use std::ops::Range;
 
 use super::super::file::EditorFile;
 
-/// An advice of a help.
+/// One piece of advice in a help.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Advice {
-    /// To write this in the place of what is there, or into its table; perhaps of another tag.
+    /// Write `text` at the place of the finding, or in its table, or in the declaration of `tag`.
     Write { text: String, tag: Option<String>, lead: AdviceLead },
-    /// To declare this under `[tags]`.
+    /// Declare this under `[tags]`.
     Declare(String),
-    /// To write these lines; `instead`: a key that goes.
+    /// Write these lines; `instead`: a key that they replace.
     Lines { lines: Vec<String>, instead: Option<String> },
-    /// To delete what the finding is about.
+    /// Delete the text at the place of the finding.
     Delete,
-    /// To take this sign out of it.
+    /// Remove this sign from the place of the finding.
     Drop(String),
-    /// To add this row to the map of a device.
+    /// Add this row to the map of a device.
     Row(String),
-    /// To write this pair under the header of a table.
+    /// Write this pair under the header of a table.
     Under { table: String, text: String },
-    /// To add a table with this header and its first line.
+    /// Add a table with this header and this first line.
     Table { header: String, line: String },
-    /// To take this key, or the table with this header, away.
+    /// Remove this key, or the table with this header.
     Remove(String),
-    /// To declare a tag, perhaps to execute an instruction before, and to write this here.
+    /// Declare a tag, add the instruction `before` (if any) in a rung before, and write `text` at
+    /// the place of the finding.
     Here { declare: String, before: Option<String>, text: String },
 }
 
-/// How a help says that a text is to be written.
+/// How a help introduces a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum AdviceLead {
-    /// It is what is meant.
+    /// The text is the meant one.
     Told,
-    /// It says what the text says already.
+    /// The text means the same as the present text.
     AsRead,
-    /// It is the nearest name: what is behind it can be wrong too.
+    /// The text is the nearest name; the text after that name can be wrong, too.
     Spelling,
-    /// It is one of several, or shows a form.
+    /// The text is one of several, or shows a form.
     Example,
 }
 
 impl Advice {
-    /// How the help leads to its text.
+    /// How the help introduces the text of the advice.
     pub fn lead(&self) -> AdviceLead {
         match self {
             Advice::Write { lead, .. } => *lead,
@@ -62,7 +63,7 @@ impl Advice {
         }
     }
 
-    /// Whether it is one of several that can be meant.
+    /// Whether it is one of several texts that can be meant.
     pub fn is_choice(&self) -> bool {
         matches!(self.lead(), AdviceLead::Spelling | AdviceLead::Example)
     }

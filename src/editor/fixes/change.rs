@@ -1,4 +1,5 @@
-//! The changes of a text that an advice can mean, the likeliest first. `verify` decides.
+//! The changes of a text that an advice can mean, the most likely first. `verify` decides which are
+//! offered.
 
 use std::ops::Range;
 
@@ -12,12 +13,12 @@ use super::places::{
 use super::tables;
 use crate::isa::address_text::reads_as_address;
 
-/// The most proposals for an advice.
+/// The maximum number of proposals for an advice.
 const PROPOSALS_MAX: usize = 8;
-/// The longest string whose spaces are looked at.
+/// The longest string that is compared with spaces ignored.
 const SPACED_MAX: usize = 1000;
 
-/// What an advice about a place can mean.
+/// The changes that an advice about a place can mean.
 pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, advice: &Advice) -> Vec<Proposal> {
     let mut all = match advice {
         Advice::Write { text, .. } if names_others(file, span, text) => Vec::new(),
@@ -52,8 +53,8 @@ fn is_change(file: &EditorFile, proposal: &Proposal) -> bool {
     proposal.iter().any(|change| file.slice(change.range.clone()) != change.text)
 }
 
-/// Whether a text names addresses that the lines of the place do not name: then it is an example.
-/// One name alone may be another spelling of what is there, as `Y7` for `%Q0.7`.
+/// Whether a text contains addresses that the lines of the place do not contain; such a text is an
+/// example. A single name may be a different spelling of the address there, as `Y7` of `%Q0.7`.
 fn names_others(file: &EditorFile, span: &Range<usize>, text: &str) -> bool {
     let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let own = file.slice(lines(file, span)).to_ascii_lowercase();
@@ -66,7 +67,7 @@ fn names_others(file: &EditorFile, span: &Range<usize>, text: &str) -> bool {
     })
 }
 
-/// The places at which a text can stand instead of what is there.
+/// The proposals that replace something at a place with a text.
 fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<Proposal> {
     if text.starts_with('[') && !text.starts_with("[\"") && text.ends_with(']') {
         let header = header_at(file, span.start).filter(|of| span.start < of.span.end);
@@ -104,8 +105,9 @@ fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<Proposal> 
     all
 }
 
-/// The parts of a string that a text can stand for: the same with other spaces, the words before a
-/// place that it repeats, the contacts of a step, the expression of a MATH.
+/// The parts of a string that a text can replace: a part that differs only in spaces; the place
+/// with the word before it, if the text repeats that word; the contacts of a step; the expression
+/// of a MATH.
 fn parts(
     file: &EditorFile,
     inner: &Range<usize>,
@@ -130,7 +132,7 @@ fn parts(
     parts
 }
 
-/// The part of a string that is a text but for spaces.
+/// The part of a string that equals a text if spaces are ignored.
 fn spaced_otherwise(whole: &str, text: &str) -> Option<Range<usize>> {
     if whole.len() > SPACED_MAX {
         return None;
@@ -146,7 +148,8 @@ fn spaced_otherwise(whole: &str, text: &str) -> Option<Range<usize>> {
     Some(all[at].0..end + c.len_utf8())
 }
 
-/// A pair with a key: in the place of the one with the same key, of that at the place, or new.
+/// The proposals that write a pair: replace the pair with the same key, replace the pair at the
+/// place, or add the pair.
 fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Vec<Proposal> {
     let (keys, text) = pair;
     let mut all = Vec::new();
@@ -167,7 +170,7 @@ fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Ve
     all
 }
 
-/// The pairs of an inline table, added to those of one that is there.
+/// Adds the pairs of an inline table to the inline table that is there.
 fn into_braces(file: &EditorFile, same: &KeyPair, text: &str) -> Option<Proposal> {
     let (_, inner) = text.split_once('{')?;
     let inner = inner.strip_suffix('}')?.trim();
@@ -176,7 +179,7 @@ fn into_braces(file: &EditorFile, same: &KeyPair, text: &str) -> Option<Proposal
     Some(vec![one(end..end, format!("{comma} {inner}"))])
 }
 
-/// A key of a tag.
+/// Adds a key to a tag.
 fn into_tag(file: &EditorFile, tag: &str, text: &str) -> Vec<Proposal> {
     let declares = |pair: &&KeyPair| {
         pair.keys.len() == 2 && pair.keys[0].text == "tags" && pair.keys[1].text == tag
@@ -186,7 +189,7 @@ fn into_tag(file: &EditorFile, tag: &str, text: &str) -> Vec<Proposal> {
     end.map(|end| vec![one(end..end, format!(", {text}"))]).into_iter().collect()
 }
 
-/// Lines: a table of their own, or keys of the table that a place is in.
+/// Writes lines: as a new table, or as keys of the table that contains a place.
 fn of_lines(
     file: &EditorFile,
     span: &Range<usize>,
@@ -224,7 +227,7 @@ fn of_lines(
     vec![proposal]
 }
 
-/// What can be deleted of a place: the place in its string, the element of its array, its pair, its
+/// The proposals that delete: the place in its string, the element of its array, its pair, or its
 /// table.
 fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<Proposal> {
     let mut all = Vec::new();

@@ -1,8 +1,8 @@
-//! Changes of a text, and the parts of which all proposals are made: a pair in the place of one
-//! with its key, a further pair of a table, a declaration, an element with its comma.
+//! Changes of a text, and the functions from which all proposals are built: find the pair with a
+//! key, add a pair to a table, add a declaration, find an element with its comma.
 //!
-//! `change`, `tables` and `silence` use them, `verify` tries the proposals. Nothing here knows an
-//! advice.
+//! `change`, `tables` and `silence` use them; `verify` tries the proposals. Nothing here depends on
+//! an advice.
 
 use std::ops::Range;
 
@@ -11,21 +11,21 @@ use super::super::outline::KeyPair;
 use super::super::outline_reader::read;
 use super::places::{end_in_braces, end_of_table, is_inline, lines, object_at};
 
-/// A part of a text, and what replaces it.
+/// A part of a text, and its replacement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct TextChange {
     pub range: Range<usize>,
     pub text: String,
 }
 
-/// The changes of one proposal, which overlap nowhere.
+/// The changes of one proposal; they do not overlap.
 pub(super) type Proposal = Vec<TextChange>;
 
 pub(super) fn one(range: Range<usize>, text: impl Into<String>) -> TextChange {
     TextChange { range, text: text.into() }
 }
 
-/// The keys of a text that is one pair.
+/// The keys of a text that consists of one pair.
 pub(super) fn as_pair(text: &str) -> Option<Vec<String>> {
     let outline = read(text);
     let pair = outline.pairs.first().filter(|pair| {
@@ -35,7 +35,7 @@ pub(super) fn as_pair(text: &str) -> Option<Vec<String>> {
     is_spaced.then(|| pair.keys.iter().map(|key| key.text.clone()).collect())
 }
 
-/// The pairs of a text that is several: `min = 5, max = 10`.
+/// The pairs of a text that consists of several pairs: `min = 5, max = 10`.
 pub(super) fn as_pairs(text: &str) -> Option<Vec<String>> {
     let whole = format!("x = {{ {text} }}");
     let outline = read(&whole);
@@ -44,7 +44,7 @@ pub(super) fn as_pairs(text: &str) -> Option<Vec<String>> {
     (pairs.len() > 1 && pairs.join(", ") == text).then_some(pairs)
 }
 
-/// The pair of an object with the same key, beside a pair.
+/// The pair of an object with these keys, after the outer keys of the pair `beside`.
 pub(super) fn same_key<'f>(
     file: &'f EditorFile,
     object: usize,
@@ -62,7 +62,7 @@ pub(super) fn same_key<'f>(
     same.next()
 }
 
-/// A further pair of the table that a place is in.
+/// Adds a pair to the table that contains a place.
 pub(super) fn added(file: &EditorFile, span: &Range<usize>, text: &str) -> TextChange {
     let object = object_at(file, span);
     let braces = file.outline.objects[object].extent.clone();
@@ -79,7 +79,7 @@ pub(super) fn added(file: &EditorFile, span: &Range<usize>, text: &str) -> TextC
     }
 }
 
-/// A declaration, at the end of `[tags]`.
+/// Adds a declaration at the end of `[tags]`.
 pub(super) fn declared(file: &EditorFile, text: &str) -> Proposal {
     let headers = &file.outline.headers;
     if let Some(tags) = headers.iter().find(|header| header.path == "tags") {
@@ -91,7 +91,7 @@ pub(super) fn declared(file: &EditorFile, text: &str) -> Proposal {
     vec![one(at..at, format!("[tags]\n{text}\n\n"))]
 }
 
-/// An element with the comma behind it, else with that before it.
+/// An element with the comma after it, else with the comma before it.
 pub(super) fn with_comma(file: &EditorFile, span: &Range<usize>) -> Range<usize> {
     let behind = &file.text[span.end..];
     let spaces = behind.len() - behind.trim_start_matches([' ', '\t']).len();
@@ -107,7 +107,7 @@ pub(super) fn with_comma(file: &EditorFile, span: &Range<usize>) -> Range<usize>
     }
 }
 
-/// A pair deleted: with its line, if it has one of its own.
+/// Deletes a pair; deletes its whole line, if nothing is before the pair on that line.
 pub(super) fn without_pair(file: &EditorFile, pair: &KeyPair) -> TextChange {
     let extent = pair.extent();
     let line = file.line(extent.start);

@@ -1,14 +1,14 @@
-//! What a help advises: the texts in it that are to be written, and whether something is to go.
+//! Extracts the advice from a help: the texts to write, and whether to delete something.
 //!
-//! Called by `fixes`; `sentences` reads the helps that say more than one thing to do. A help is a
-//! sentence for people: texts in backticks are what is meant behind certain words (`write`, `did
-//! you mean`), and examples behind a colon. Forms (`OUT b`) are neither.
+//! Called by `fixes`; `sentences` reads the helps that advise several changes. A help is a sentence
+//! for people. A text in backticks is the meant text after certain words (`write`, `did you mean`),
+//! and an example after a colon. A form (`OUT b`) is neither.
 
 use super::advice::{Advice, AdviceLead};
 use super::edit::as_pairs;
 use super::sentences;
 
-/// The words behind which a text is to be written.
+/// The words after which a help gives a text to write.
 const LEADS: [&str; 31] = [
     "write",
     "write it as",
@@ -43,7 +43,7 @@ const LEADS: [&str; 31] = [
     "a moving index would leave bits behind: give",
 ];
 
-/// Of these, the words behind which a text says what is there already.
+/// Of these, the words after which a help gives a text that means the same as the present text.
 const AS_READ: [&str; 5] = [
     "as it is read now:",
     "it is read as",
@@ -51,15 +51,15 @@ const AS_READ: [&str; 5] = [
     "say that it is meant:",
     "if it is meant, write",
 ];
-/// Of these, the words behind which a name is the nearest.
+/// Of these, the words after which a help gives the nearest name.
 const NEAREST: [&str; 3] = ["did you mean", "there is", "the nearest is"];
-/// The ends of words behind which texts are examples.
+/// The ends of the words after which a help gives examples.
 const EXAMPLES: [&str; 8] = [":", " as", "element,", "keeps,", " give", " is", " add", " then"];
-/// The words behind which texts are forms, or names that cannot be meant.
+/// The words after which a help gives forms, or names that cannot be meant.
 const FORMS: [&str; 7] =
     ["for example", "form is", "forms are", "keys here are", "it has", " are:", "are a"];
 
-/// The words of a help that says to delete.
+/// The words of a help that advises to delete.
 const DELETIONS: [&str; 6] = [
     "delete it",
     "delete this",
@@ -69,7 +69,7 @@ const DELETIONS: [&str; 6] = [
     "take this away",
 ];
 
-/// The advice in a help, in its order.
+/// The advice in a help, in the order of the help.
 pub(super) fn read(help: &str) -> Vec<Advice> {
     let (head, lines) = help.split_once('\n').unwrap_or((help, ""));
     let mut all = sentences::read(head);
@@ -92,7 +92,7 @@ pub(super) fn read(help: &str) -> Vec<Advice> {
     all
 }
 
-/// The sign that a help says to take away: `take the comma away`.
+/// The sign that a help advises to remove: `take the comma away`.
 fn dropped(help: &str) -> Option<String> {
     let (sign, _) = help.strip_prefix("take the ")?.split_once(" away")?;
     match sign {
@@ -101,7 +101,7 @@ fn dropped(help: &str) -> Option<String> {
     }
 }
 
-/// The texts that are to be written.
+/// The texts to write.
 fn texts(head: &str) -> Vec<Advice> {
     let pieces: Vec<&str> = head.split('`').collect();
     let tag = pieces.windows(2).find(|pair| pair[0].trim_end().ends_with("in tag"));
@@ -129,7 +129,7 @@ fn texts(head: &str) -> Vec<Advice> {
     advised
 }
 
-/// How a help leads to the text at a place; `last`: to the one before it.
+/// How a help introduces the text at a place; `last`: how it introduces the text before.
 fn lead(pieces: &[&str], at: usize, last: Option<AdviceLead>) -> Option<AdviceLead> {
     let (near, text) = (pieces[at - 1].trim(), pieces[at]);
     let before = pieces[..at].join("`").to_lowercase();
@@ -152,7 +152,7 @@ fn lead(pieces: &[&str], at: usize, last: Option<AdviceLead>) -> Option<AdviceLe
             Numbers::None => Some(AdviceLead::Told),
         };
     }
-    // `X`, as it is read now, or `Y`
+    // An example: `X`, as it is read now, or `Y`.
     if at > 1 && is_next {
         return match last? {
             AdviceLead::AsRead | AdviceLead::Told => Some(AdviceLead::Told),
@@ -167,14 +167,14 @@ fn lead(pieces: &[&str], at: usize, last: Option<AdviceLead>) -> Option<AdviceLe
     (is_instruction || ends(&EXAMPLES)).then_some(AdviceLead::Example)
 }
 
-/// Whether a list of texts in backticks that begins with a number shows how numbers are written.
+/// The meaning of a list of numbers in backticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Numbers {
-    /// It begins with no number, or is no list.
+    /// The text is no number, or is not in a list.
     None,
-    /// Two that can both be meant: `2ms` or `2s`.
+    /// Two numbers that can both be meant: `2ms` or `2s`.
     Choice,
-    /// Three and more.
+    /// Three or more numbers, which show how numbers are written.
     Forms,
 }
 
@@ -193,7 +193,8 @@ impl Numbers {
     }
 }
 
-/// A declaration, and the same with the other types that are named: `…`, or "int", "real".
+/// A declaration, and the same declaration with each other type that the help names: `…`, or "int",
+/// "real".
 fn declarations(text: &str, behind: &str) -> Vec<Advice> {
     let mut all = vec![Advice::Declare(text.to_owned())];
     let others = behind.split(';').next().unwrap_or_default().split('"');

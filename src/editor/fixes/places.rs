@@ -1,4 +1,4 @@
-//! Where something stands, and where something could be written, in the table of a place.
+//! The pair, value, table or header at a place, and the places where something can be added.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ pub(super) fn value_at<'f>(file: &'f EditorFile, span: &Range<usize>) -> Option<
     near.filter(|value| span.end <= value.span.end)
 }
 
-/// The object that a place lies in.
+/// The object that contains a place.
 pub(super) fn object_at(file: &EditorFile, span: &Range<usize>) -> usize {
     if let Some(pair) = pair_at(file, span) {
         return pair.object;
@@ -33,12 +33,12 @@ pub(super) fn object_at(file: &EditorFile, span: &Range<usize>) -> usize {
     around.next().map_or(0, |(at, _)| at)
 }
 
-/// The header that a place stands under, or in.
+/// The header above a place, or around it.
 pub(super) fn header_at(file: &EditorFile, at: usize) -> Option<&TableHeader> {
     file.outline.headers.iter().rev().find(|header| header.span.start <= at)
 }
 
-/// Where a further line of the table that a place is in can stand: behind its last pair.
+/// The byte where a line can be added to the table that contains a place: after its last pair.
 pub(super) fn end_of_table(file: &EditorFile, at: usize) -> usize {
     let headers = &file.outline.headers;
     let next = headers.iter().map(|header| header.span.start).find(|start| *start > at);
@@ -58,13 +58,14 @@ pub(super) fn is_inline(file: &EditorFile, object: usize) -> bool {
     object != 0 && file.text.as_bytes().get(extent.start) == Some(&b'{')
 }
 
-/// Where a further key of the braces that end there can stand: behind the last value.
+/// The byte where a key can be added in braces: after the last value. `None` if they are not
+/// closed.
 pub(super) fn end_in_braces(file: &EditorFile, braces: &Range<usize>) -> Option<usize> {
     let inner = file.slice(braces.clone()).strip_suffix('}')?;
     Some(braces.start + inner.trim_end().len())
 }
 
-/// The whole lines of a stretch, with the end of the last one.
+/// The whole lines of a part of the text, with the line end of the last line.
 pub(super) fn lines(file: &EditorFile, span: &Range<usize>) -> Range<usize> {
     let start = file.line(span.start).start;
     let end = file.line(span.end).end;
@@ -73,7 +74,7 @@ pub(super) fn lines(file: &EditorFile, span: &Range<usize>) -> Range<usize> {
     start..end + length
 }
 
-/// The word of an instruction or step that a place lies in.
+/// The word of an instruction or step that contains a place.
 pub(super) fn word_around(
     file: &EditorFile,
     within: &Range<usize>,

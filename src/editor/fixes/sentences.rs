@@ -1,17 +1,17 @@
-//! Helps that say several things to do, or where to write: a declaration with what names it, a row
-//! of a map, a pair under another header, a table of its own.
+//! Helps that advise several changes, or a change in a different table: a declaration and its use,
+//! a row of a map, a pair under a different header, a new table.
 //!
-//! Called by `help`, which reads the texts of all other helps.
+//! Called by `help`, which reads all other helps itself.
 
 use super::advice::Advice;
 
-/// The advice of such a help; empty for others.
+/// The advice of such a help; empty for other helps.
 pub(super) fn read(head: &str) -> Vec<Advice> {
     let of = [computed(head), setting(head), row(head), under(head), table(head), removed(head)];
     of.into_iter().flatten().collect()
 }
 
-/// The text in backticks behind some words.
+/// The text in backticks after some words.
 fn quoted<'h>(head: &'h str, words: &str) -> Option<&'h str> {
     let (_, rest) = head.split_once(words)?;
     let (text, _) = rest.strip_prefix('`')?.split_once('`')?;
@@ -58,7 +58,7 @@ fn table(head: &str) -> Option<Advice> {
     Some(Advice::Table { header, line })
 }
 
-/// ``take `KEY` away``, ``remove `KEY` ``; a sign is no key.
+/// ``take `KEY` away``, ``remove `KEY` ``; a sign such as `+` is no key.
 fn removed(head: &str) -> Option<Advice> {
     let taken = quoted(head, "take ").filter(|key| head.contains(&format!("take `{key}` away")));
     let key = taken.or(quoted(head, "remove "))?;

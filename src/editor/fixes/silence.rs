@@ -1,4 +1,4 @@
-//! A warning silenced by `allow`: in its rung, or in its file.
+//! Silences a warning with `allow`, in its rung or in its file.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ pub(super) fn proposed(
     if let Some(rung) = file.outline.enclosing(object_at(file, span), &kinds) {
         let place = file.outline.objects[rung].extent.clone();
         let change = extended(file, (rung, &["allow"]), code).unwrap_or_else(|| {
-            // The start of its header, or of its braces, is in no table below it.
+            // Neither the start of the rung's header nor its braces are in a table below the rung.
             let start = match file.text.as_bytes().get(place.start) {
                 Some(b'{') => place.start..place.end,
                 Some(_) | None => place.start..place.start,
@@ -53,7 +53,7 @@ fn added_to(
     }
 }
 
-/// One more name in an `allow` that is there.
+/// Adds a name to an existing `allow`.
 fn extended(file: &EditorFile, (object, keys): (usize, &[&str]), code: &str) -> Option<Proposal> {
     let pair = &file.outline.pairs[file.outline.pair(object, keys)?];
     let inner = file.slice(pair.value.clone()).strip_suffix(']')?.trim_end();

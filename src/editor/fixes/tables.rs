@@ -1,7 +1,7 @@
-//! Changes of other tables than that of the finding: a row of a map, a pair under a header, a table
-//! of its own, a declaration and a rung before.
+//! Changes outside of the finding's table: a row of a map, a pair under a header, a new table, a
+//! declaration, a rung before the rung of the finding.
 //!
-//! Called by `change`, for the advices that `sentences` reads.
+//! Called by `change`, for the advice that `sentences` reads.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use super::places::{end_of_table, is_inline, lines, object_at, pair_at, value_at
 const RUNGS: [&str; 5] =
     ["program.rung", "program.stage.rung", "task.rung", "template.rung", "template.stage.rung"];
 
-/// One more row of a map: of the device that the place is in, else of any.
+/// The proposals that add a row to a map. The map of the device at the place comes first.
 pub(super) fn row(file: &EditorFile, span: &Range<usize>, row: &str) -> Vec<Proposal> {
     let is_map = |pair: &&KeyPair| pair.keys.len() == 1 && pair.key().text == "map";
     let mut maps: Vec<&KeyPair> = file.outline.pairs.iter().filter(is_map).collect();
@@ -24,7 +24,7 @@ pub(super) fn row(file: &EditorFile, span: &Range<usize>, row: &str) -> Vec<Prop
     maps.into_iter().filter_map(|pair| Some(vec![element(file, pair, row)?])).collect()
 }
 
-/// One more element of the array of a pair.
+/// Adds an element to the array of a pair.
 fn element(file: &EditorFile, pair: &KeyPair, text: &str) -> Option<TextChange> {
     let inner = file.slice(pair.value.clone()).strip_suffix(']')?.trim_end();
     let end = pair.value.start + inner.len();
@@ -38,7 +38,8 @@ fn element(file: &EditorFile, pair: &KeyPair, text: &str) -> Option<TextChange> 
     Some(one(end..end, format!("{comma}\n{indent}{text},")))
 }
 
-/// A pair under a header, with the pair of the place away, and without.
+/// The proposals that add a pair under a header: first only that, then also with the pair at the
+/// place deleted.
 pub(super) fn under(
     file: &EditorFile,
     span: &Range<usize>,
@@ -70,7 +71,7 @@ fn new_pair(file: &EditorFile, table: &str, text: &str) -> Option<TextChange> {
     }
 }
 
-/// A table of its own, at the end of that which it belongs to, or of the file.
+/// Adds a table at the end of the table that it belongs to, or at the end of the file.
 pub(super) fn table(
     file: &EditorFile,
     span: &Range<usize>,
@@ -84,7 +85,7 @@ pub(super) fn table(
     vec![vec![one(end..end, format!("\n\n{header}\n{line}"))]]
 }
 
-/// A key of the table of a place away, or a table with this header.
+/// Deletes a key in the table of a place, or a table with this header.
 pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<Proposal> {
     if key.starts_with('[') {
         let path = key.trim_matches(['[', ']']);
@@ -99,7 +100,8 @@ pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<
     same.map(|pair| vec![without_pair(file, pair)]).into_iter().collect()
 }
 
-/// A declaration, an instruction in a rung before that of a place, and a text in its place.
+/// Adds a declaration, adds an instruction in a rung before the rung of a place, and writes a text
+/// at the place.
 pub(super) fn here(
     file: &EditorFile,
     span: &Range<usize>,
@@ -118,7 +120,7 @@ pub(super) fn here(
     places.into_iter().flatten().map(whole).collect()
 }
 
-/// The address of a declaration, as a word of a string.
+/// The word in a string that is the address of a declaration.
 fn address_in(file: &EditorFile, string: &Range<usize>, declare: &str) -> Option<Range<usize>> {
     let (_, rest) = declare.split_once("at = \"")?;
     let (address, _) = rest.split_once('"')?;

@@ -1,17 +1,17 @@
-//! Tries a change: the changed text is judged, and the change is good if its finding is gone, no
-//! error is new and, for a warning, the program does the same.
+//! Tries a change: judges the changed text. The change is accepted if the finding is gone, no error
+//! is new and, for a warning, the program does the same.
 //!
-//! "The same" is the same engine program: operations, cells, initial values. Three limits of this:
+//! "The same" means the same engine program: operations, cells, initial values. Three exceptions:
 //!
-//! - Behind the nearest name of a slip other mistakes can appear, since nothing judged what the
-//!   slip hid. They are taken where the change is, and the change is never the preferred one.
-//! - A constant that a rule has computed (`if it is meant, write …`) is another operation with the
-//!   same result, and `initial = 0` is what memory begins with. A project with errors has no
-//!   program. In these cases the help is the proof, if it says that the text reads as before, and
-//!   no finding at all may be new.
-//! - Settings of a controller file, and tests, are no part of the program: nothing can compare what
-//!   they do. There no finding may be new, the program must be the same, and the help must name the
-//!   very text; such a change is never the preferred one.
+//! - When a misspelled name is corrected, errors can appear that the misspelling hid. New errors in
+//!   the table or line of the change are accepted, but the change is never the preferred one.
+//! - A constant that a rule has computed (`if it is meant, write …`) is a different operation with
+//!   the same result, and `initial = 0` is the value with which memory begins anyway. A project
+//!   with errors has no program to compare. In these cases the help must introduce the text as one
+//!   with the same meaning, and no finding may be new.
+//! - The settings of a controller file and the tests are not part of the program, so their effect
+//!   cannot be compared. There the program must be the same and no finding may be new. Such a
+//!   change writes only the text in the help, and is never the preferred one.
 
 use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
@@ -33,42 +33,42 @@ use crate::lower::lower;
 use crate::resolve::program::Program;
 use crate::source::finding::{Code, Finding, Severity};
 
-/// Warnings whose help gives a text of the same value: one that a rule has computed, or that memory
-/// begins with.
+/// Warnings whose help gives a text with the same value: the value that a rule has computed, or the
+/// value with which memory begins.
 const COMPUTED: [Code; 4] =
     [Code::ConstantCompare, Code::ConstantSaturates, Code::LostFraction, Code::NeverWritten];
 
-/// A finding, and the text that changes are tried on.
+/// A finding, and the file on which its changes are tried.
 pub(super) struct FixTrial<'w> {
     judgement: &'w Judgement,
     finding: &'w Finding,
     texts: OpenTexts,
     file: &'w Arc<EditorFile>,
-    /// The program as it is.
+    /// The digest of the unchanged program, once it is computed.
     program: Option<Option<u64>>,
 }
 
-/// What a change is worth.
+/// The worth of a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FixWorth {
-    /// All is proved.
+    /// The change is fully verified.
     Whole,
-    /// The finding is gone; the rest is the author's to judge.
+    /// The finding is gone; the author must judge all other effects.
     First,
 }
 
-/// A changed text, judged.
+/// A changed text and its judgement.
 struct TriedText {
     judgement: Judgement,
-    /// Its findings that the text before had not.
+    /// The findings that the unchanged text does not have.
     new: Vec<Finding>,
 }
 
-/// A finding, wherever it stands: the file, its name, its message.
+/// A finding without its place in the file: the file, the code, the message.
 type Named<'j> = (&'j Path, Code, &'j str);
 
 impl<'w> FixTrial<'w> {
-    /// A finding of a judgement, in a file with this text.
+    /// A trial for a finding of a judgement, in this file.
     pub fn of(
         workspace: &Workspace,
         (judgement, finding): (&'w Judgement, &'w Finding),
@@ -78,12 +78,12 @@ impl<'w> FixTrial<'w> {
         FixTrial { judgement, finding, texts, file, program: None }
     }
 
-    /// The bytes that a trial judges.
+    /// The number of bytes that a trial judges.
     pub fn bytes(&self) -> usize {
         self.judgement.files.iter().map(|file| file.text.len()).sum()
     }
 
-    /// What changes of an advice are worth; `None`: they repair nothing.
+    /// The worth of the changes of an advice; `None` if they do not repair the finding.
     pub fn repairs(&mut self, changes: &[TextChange], advice: &Advice) -> Option<FixWorth> {
         let after = self.tried(changes)?;
         let has_error = after.new.iter().any(is_error);
@@ -153,7 +153,7 @@ impl<'w> FixTrial<'w> {
         Some(TriedText { judgement, new })
     }
 
-    /// Where the finding stands after changes; `None` if they change its place.
+    /// The start of the finding after the changes; `None` if they change the text there.
     fn moved(&self, changes: &[TextChange]) -> Option<usize> {
         let at = self.finding.span.start as usize;
         let is_changed = |of: &TextChange| of.range.start <= at && at < of.range.end;
@@ -165,7 +165,7 @@ impl<'w> FixTrial<'w> {
         Some(moved - 1)
     }
 
-    /// Whether all that is new stands in the table, or the line, of the changes.
+    /// Whether all new findings are in the table, or in the line, of the changes.
     fn are_near(&self, after: &TriedText, changes: &[TextChange]) -> bool {
         let Some(first) = changes.first() else { return false };
         let around = match object_at(self.file, &first.range) {
@@ -203,7 +203,8 @@ fn applied(text: &str, changes: &[TextChange]) -> Option<String> {
     Some(changed)
 }
 
-/// The paths of the judged files: each costs calls of the system, so once for all findings.
+/// The paths of the judged files. Each path costs system calls, so they are computed once for all
+/// findings.
 fn paths(judgement: &Judgement) -> Vec<PathBuf> {
     judgement.files.iter().map(path_of).collect()
 }
@@ -221,7 +222,7 @@ fn counted<'j>(judgement: &'j Judgement, paths: &'j [PathBuf]) -> HashMap<Named<
     counted
 }
 
-/// What a program does, as a number: two programs that do otherwise have different ones.
+/// A hash of what a program does: programs that do different things have different hashes.
 fn digest(judgement: &Judgement) -> Option<u64> {
     let program: &Program = judgement.program.as_ref()?;
     let mut digest = Digest(DefaultHasher::new());

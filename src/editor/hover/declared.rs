@@ -1,4 +1,4 @@
-//! A declaration as a hover shows it: its explanation, what its table says, who uses it.
+//! The hover of a declaration: its explanation, the keys in its table, its uses.
 
 use std::fmt::Write as _;
 
@@ -8,11 +8,11 @@ use super::super::project::Project;
 use super::super::slots::DeclaredKind;
 use super::uses;
 
-/// The keys that are not shown: they are told elsewhere, or too long.
+/// The keys that are not shown, because they are shown elsewhere or are too long.
 const LEFT_OUT: [&str; 10] =
     ["name", "doc", "when", "leg", "do", "rung", "stage", "branch", "steps", "map"];
 
-/// What is shown of a declaration.
+/// The text of the hover of a declaration.
 pub(super) fn shown(project: &Project, at: usize) -> String {
     let declared = &project.names.all[at];
     let mut text = format!("**{}**: {}\n", declared.name, place(project, declared));
@@ -30,7 +30,7 @@ pub(super) fn shown(project: &Project, at: usize) -> String {
     text
 }
 
-/// The kind of a declaration, and what it belongs to.
+/// The kind of a declaration, and the name of its parent.
 fn place(project: &Project, declared: &Declared) -> String {
     let kind = match declared.kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag => "tag",
@@ -50,7 +50,7 @@ fn place(project: &Project, declared: &Declared) -> String {
     }
 }
 
-/// What the table of a declaration says: `at = "X0"`, `min = 0`.
+/// The keys and values in the table of a declaration: `at = "X0"`, `min = 0`.
 fn said(file: &EditorFile, declared: &Declared) -> Vec<String> {
     let outline = &file.outline;
     let of_pair = match is_of_key(declared.kind) {
@@ -109,7 +109,7 @@ fn parts(project: &Project, at: usize) -> String {
     text
 }
 
-/// A parameter or tag of a template, in a line.
+/// A parameter or tag of a template, as one line.
 fn one(project: &Project, part: &Declared) -> String {
     let said = said(&project.files[part.file], part).join(", ");
     let doc = part.doc.as_ref().map(|doc| format!(" {doc}")).unwrap_or_default();

@@ -9,7 +9,7 @@ use crate::source::ladder;
 use crate::source::shape::Shape;
 use crate::testing;
 
-/// The explanation of the key at the cursor, in a header too.
+/// The explanation of the key at the cursor, also in a header.
 pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     let (file, at) = (cursor.file(), cursor.offset);
     let outline = &file.outline;

@@ -1,5 +1,5 @@
-//! What a member of a structure, a block or a field device is. The words for timers and counters
-//! are those of the page of the instruction that owns the structure.
+//! The meaning of a member of a structure, a block or a field device. For timers and counters it
+//! comes from the page of the instruction that owns the structure.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use super::super::workspace::Cursor;
 use super::uses;
 use crate::isa::{Address, Bit, BitSpace, Mnemonic, Space, Word, WordSpace, pages, status};
 
-/// The meaning of a member behind a name: `.Done` of `late.Done`.
+/// The meaning of a member after a name: `.Done` of `late.Done`.
 pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
     let word = cursor.word()?;
     let project = &cursor.project;
@@ -40,7 +40,7 @@ pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
     Some(format!("**.{name}** of {}: {meaning}\n", of.name))
 }
 
-/// What a status bit or word says; `None` for every other address.
+/// The meaning of a status bit or word; `None` for every other address.
 pub(super) fn of_status(address: Address) -> Option<&'static str> {
     match address {
         Address::Bit(Bit::Space(BitSpace::St, n)) => status::bit_meaning(n),
@@ -65,7 +65,7 @@ fn of_device(name: &str) -> Option<&'static str> {
     }
 }
 
-/// The meaning of the address of a member, and what its structure is.
+/// The meaning of the address of a member; `None` for every other address.
 pub(super) fn of_address(project: &Project, address: Address) -> Option<String> {
     let member = address.member()?;
     let mnemonics = match Space::with_members(address)?.0 {
@@ -79,14 +79,14 @@ pub(super) fn of_address(project: &Project, address: Address) -> Option<String> 
     Some(format!("{}\n", of_structure(owners, member)?))
 }
 
-/// The instructions that have a tag as their structure; all kinds if none is seen.
+/// The instructions that have a tag as their structure, followed by one of each kind as a default.
 fn owners(project: &Project, tag: usize) -> Vec<Mnemonic> {
     let mut owners = uses::owners(project, tag);
     owners.extend([Mnemonic::Tmr, Mnemonic::Cnt, Mnemonic::Udc, Mnemonic::Ctu]);
     owners
 }
 
-/// The words for a member in the page of the first instruction that has it.
+/// The text about a member in the page of the first instruction that has such a member.
 fn of_structure(owners: Vec<Mnemonic>, name: &str) -> Option<String> {
     owners.into_iter().find_map(|mnemonic| {
         let page = pages::page(mnemonic);

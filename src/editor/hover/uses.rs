@@ -1,5 +1,5 @@
-//! Who writes and who reads a thing: the words of all files of a project that mean it, also by its
-//! address, each with the text that it stands in and its place.
+//! The places that write and read a declaration or address: the words of all files of a project
+//! that mean it, by its name or its address, each with its place and the text around it.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -11,17 +11,17 @@ use super::super::slots::{DeclaredKind, FileKind};
 use super::super::words::{FileWord, Role};
 use crate::isa::{Address, MemorySizes, Mnemonic, Space, address_text};
 
-/// The most lines of a list.
+/// The maximum number of lines of a list.
 pub(super) const LINES_MAX: usize = 8;
-/// The most characters of a text that is shown in a list.
+/// The maximum number of characters of a text in a list.
 const SHORT_MAX: usize = 70;
 
-/// The uses of a thing, each list in the order of files and places.
+/// The uses of a declaration or address. Each list is in the order of files and places.
 #[derive(Debug, Default)]
 pub(super) struct Uses {
-    /// Title and lines; how many there are is counted beyond `LINES_MAX` too.
+    /// The lists in the order of `TITLES`; uses beyond `LINES_MAX` are counted, but have no line.
     lists: [UseList; 6],
-    /// How often tests name it.
+    /// How often tests name the declaration or address.
     tests: usize,
 }
 
@@ -34,13 +34,13 @@ struct UseList {
 const TITLES: [&str; 6] =
     ["Written by", "Read by", "Given to", "Controller file", "Started or left by", "Used by"];
 
-/// What is sought: declarations, and an address.
+/// The declarations and the address to find.
 struct Sought {
     declared: HashSet<usize>,
     address: Option<Address>,
 }
 
-/// The uses of a declaration; of a tag with an address those of the address too.
+/// The uses of a declaration; for a tag with an address, also the uses of the address.
 pub(super) fn of_declared(project: &Project, at: usize) -> Uses {
     let address = address_of(project, at);
     let mut sought = sought(project, address);
@@ -80,7 +80,7 @@ pub(super) fn tags_of(project: &Project, address: Address) -> Vec<usize> {
     tags.filter(has).collect()
 }
 
-/// The address of a tag, if it gives one.
+/// The address of a tag, if it has one.
 pub(super) fn address_of(project: &Project, at: usize) -> Option<Address> {
     let declared = &project.names.all[at];
     if !matches!(declared.kind, DeclaredKind::Tag | DeclaredKind::OwnTag) {
@@ -93,7 +93,7 @@ pub(super) fn address_of(project: &Project, at: usize) -> Option<Address> {
     address_text::parse(file.slice(value.inner.clone()), &MemorySizes::default()).ok()
 }
 
-/// Whether two addresses are the same, or of one structure.
+/// Whether two addresses are the same, or belong to the same structure.
 fn is_same(a: Address, b: Address) -> bool {
     a == b || Space::with_members(a).is_some_and(|of| Space::with_members(b) == Some(of))
 }
@@ -104,7 +104,7 @@ fn sought(project: &Project, address: Option<Address>) -> Sought {
 }
 
 impl Sought {
-    /// Whether a word means it.
+    /// Whether a word means one of them.
     fn means(&self, project: &Project, numbered: (usize, &EditorFile), word: &FileWord) -> bool {
         project.names.parts(numbered, word).iter().any(|part| match part.meaning {
             Meaning::Declared(at) => self.declared.contains(&at),
@@ -139,7 +139,7 @@ impl Uses {
         }
     }
 
-    /// As Markdown; empty without uses.
+    /// The uses as Markdown; empty without uses.
     pub fn shown(&self) -> String {
         let mut text = String::new();
         for (UseList { lines, count }, title) in self.lists.iter().zip(TITLES) {
@@ -190,7 +190,7 @@ fn line(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord
     format!("- `{}` {place}{name}:{line}\n", short(text))
 }
 
-/// The block, Stage and rung that a word stands in.
+/// The block, Stage and rung that contain a word.
 fn place(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
     let names = &project.names;
     let Some(holder) = names.holder(number, file, word.object) else { return String::new() };
@@ -207,7 +207,7 @@ fn place(project: &Project, (number, file): (usize, &EditorFile), word: &FileWor
     }
 }
 
-/// A text, cut to what fits in a line.
+/// A text, cut to the length of a line.
 pub(super) fn short(text: &str) -> String {
     let line = text.lines().next().unwrap_or_default();
     let is_whole = line.len() == text.len() && line.chars().count() <= SHORT_MAX;

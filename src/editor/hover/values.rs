@@ -1,4 +1,4 @@
-//! How a value is read: a duration in ms, a number in decimal, contacts with all parentheses, a
+//! The reading of a value: a duration in ms, a number in decimal, contacts with all parentheses, a
 //! step of a test with its form.
 
 use std::ops::Range;
@@ -12,7 +12,7 @@ use crate::source::span::Span;
 use crate::source::sum_parser::parse_condition;
 use crate::testing::step_form;
 
-/// What the value at the cursor is read as.
+/// The reading of the value at the cursor.
 pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     let (file, at) = (cursor.file(), cursor.offset);
     let outline = &file.outline;
@@ -71,7 +71,7 @@ fn number(cursor: &Cursor, value: &OutlineValue) -> Option<(Range<usize>, String
     Some((place, format!("`{found}` is {ms} ms\n")))
 }
 
-/// How contacts are read, if that is not plain.
+/// The reading of contacts, if it is not obvious.
 fn reading(place: Range<usize>, text: &str, read: &str) -> Option<(Range<usize>, String)> {
     let is_mixed = text.contains(['&', '|']);
     is_mixed.then(|| (place, format!("Read as `{read}`\n")))
@@ -83,7 +83,7 @@ fn condition(cursor: &Cursor, place: Range<usize>) -> Option<(Range<usize>, Stri
     reading(place, text, &read.to_string())
 }
 
-/// The form of a step at its verb, the reading of its condition behind it.
+/// The form of a step, if the cursor is at its verb; else the reading of its condition.
 fn step(cursor: &Cursor, value: &OutlineValue) -> Option<(Range<usize>, String)> {
     let text = cursor.file().slice(value.inner.clone());
     let begin = text.len() - text.trim_start().len();
