@@ -1,6 +1,6 @@
-//! An answer as data: what `why` says, for text, JSON and tests.
+//! The answer to `why` as data, for text, JSON and tests.
 //!
-//! Shapes only. `inquiry` makes answers; values of words are contents of cells.
+//! Types only; `inquiry` makes the answers. The value of a word is the content of its cell.
 
 use crate::engine::Cell;
 use crate::runtime::Origin;
@@ -13,41 +13,41 @@ pub struct Explanation {
     pub at: When,
     /// The operand, its value, and the reasons.
     pub root: Node,
-    /// The last change, if it is older than the last scan, and the write in the last scan left the
-    /// value as it was.
+    /// The last change, if it is older than the last scan and the write in the last scan did not
+    /// change the value.
     pub changed: Option<LastChange>,
-    /// What would turn it over in the next scan; `None` of a word.
+    /// The remedy that would change the bit in the next scan; `None` for a word.
     pub change: Option<Remedy>,
-    /// The sets of two and three edits that were tried for it.
+    /// The number of sets of two or three edits that were tried.
     pub combined: u32,
     /// The mode, if it is not RUN, and since when.
     pub mode: Option<(Mode, Since)>,
-    /// The depth at which all is explained that this answer cuts for its depth.
+    /// The depth that would explain all reasons that this answer cuts because of its depth.
     pub deeper: Option<u32>,
-    /// Whether reasons are cut, because the answer is long enough.
+    /// Whether reasons are cut because the answer is long enough.
     pub is_long: bool,
 }
 
 /// When a value changed last, and why.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LastChange {
-    /// When; before the tape, if nothing on it changed the value.
+    /// The time of the change; before the tape, if nothing on the tape changed the value.
     pub since: Since,
     /// The value before.
     pub before: Option<i32>,
-    /// What changed it, with the reasons of then. `None` of a word, and of a bit if it is the
-    /// instruction that wrote in the last scan, for the same reasons.
+    /// The cause of the change, with the reasons at that time. `None` for a word, and for a bit if
+    /// the same instruction wrote it in the last scan for the same reasons.
     pub cause: Option<Cause>,
 }
 
-/// How far an answer goes.
+/// The limits of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// The number of steps from the operand to reasons of reasons; 0: the write alone.
+    /// The number of steps from the operand to reasons of reasons; 0: only the write.
     pub depth: u32,
-    /// The most operands that are explained.
+    /// The maximum number of operands that are explained.
     pub nodes: u32,
-    /// Whether the last change of the operand, and what would change it, are looked for.
+    /// Whether to search for the last change of the operand, and for edits that would change it.
     pub change: bool,
 }
 
@@ -73,7 +73,7 @@ pub struct When {
 pub enum Since {
     /// In this scan.
     At(When),
-    /// Before this, or never; the tape begins there, or the search ended there.
+    /// Before this scan, or never: the tape begins there, or the search ended there.
     Before(When),
 }
 
@@ -114,7 +114,7 @@ pub struct Place {
 /// A block or Stage.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlockPlace {
-    /// Its name; of a Stage with its Program's.
+    /// Its name; for a Stage, with the name of its Program.
     pub name: String,
     /// The place of its name.
     pub place: Place,
@@ -144,7 +144,7 @@ pub struct Node {
     pub write: Write,
     /// The state of the timer or counter that it belongs to.
     pub about: Option<About>,
-    /// Instructions that could change it, and what keeps each from it.
+    /// Instructions that could change the value, each with its hindrance.
     pub idle: Vec<Idle>,
 }
 
@@ -153,15 +153,15 @@ pub struct Node {
 pub struct Write {
     /// When it happened.
     pub since: Since,
-    /// The value before it, if it changed the value.
+    /// The value before the write, if the write changed it.
     pub before: Option<i32>,
     /// Whether it happened in the last scan before the moment.
     pub in_last_scan: bool,
-    /// What wrote.
+    /// The cause of the write.
     pub cause: Cause,
 }
 
-/// What wrote.
+/// The cause of a write.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cause {
     /// An instruction.
@@ -191,28 +191,29 @@ pub enum Cause {
         block: BlockPlace,
         /// The block's `.Running`.
         running: Option<Box<Node>>,
-        /// The RESTART that it obeyed.
+        /// The RESTART that caused the turn.
         restart: Option<Box<Restart>>,
     },
     /// A force.
     Force {
-        /// Who forced it.
+        /// The name of the sender of the force.
         who: Option<String>,
     },
     /// A write from outside: an input, a field device, a queued write, a command.
     Outside {
         /// Where it came from.
         origin: Origin,
-        /// The device's name, or who.
+        /// The name of the device or of the sender.
         who: Option<String>,
     },
     /// The controller writes status bits and words at the start of each scan.
     Status,
-    /// RUN began, or the last scan: what runs by itself was started or stopped.
+    /// RUN or the last scan began: the controller started or stopped the blocks that run by
+    /// themselves.
     Controller,
-    /// Memory as it was at the start of the process: a cold start's value.
+    /// The value at the start of the process, after a cold start.
     Initial,
-    /// Memory as it was at the start of the process: restored.
+    /// The value at the start of the process, restored.
     Restored,
     /// Nothing on the tape changed it.
     Older(TapeEnd),
@@ -232,7 +233,7 @@ pub enum Stop {
 /// A RESTART that acted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Restart {
-    /// When.
+    /// The scan in which it acted.
     pub at: When,
     /// Its rung.
     pub rung: RungName,
@@ -247,13 +248,14 @@ pub struct Restart {
 pub enum TapeEnd {
     /// The oldest section.
     Oldest,
-    /// A new program came.
+    /// A new program was loaded.
     Swapped,
     /// Scans are missing.
     Lost,
-    /// Another process, or another recording.
+    /// A different process or recording begins.
     Restarted,
-    /// The search ended there: in a large program, of an operand below the one asked for.
+    /// The search ended there: the program is large, and the operand is a reason of the operand of
+    /// the question.
     Searched,
     /// A section that cannot be read, or does not fit the program.
     Unreadable,
@@ -266,51 +268,51 @@ pub struct LegSeen {
     pub name: &'static str,
     /// Its power.
     pub on: bool,
-    /// The places of its contacts, in series; of a branch the rung's own first.
+    /// The places of its contacts, in series; for a branch, the contacts of its rung come first.
     pub series: Vec<Place>,
-    /// The contacts that decide its power alone.
+    /// The contacts that alone decide its power.
     pub contacts: Vec<ContactSeen>,
     /// Other contacts of a series that were OFF.
     pub also_off: Vec<ContactSeen>,
 }
 
-/// A contact, as its rung saw it.
+/// A contact with its state when its rung was executed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactSeen {
     /// Its place and text.
     pub place: Place,
     /// Its state.
     pub on: bool,
-    /// What it is.
+    /// Its kind, with its operands.
     pub detail: ContactDetail,
 }
 
-/// What a contact is.
+/// The kind of a contact, with its operands.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ContactDetail {
     /// A bit.
     Bit(OperandName, Followed),
-    /// A bit of an array that a word selects; `None` outside of the array.
+    /// A bit of an array, selected by a word.
     Element {
-        /// The bit.
+        /// The bit; `None` if the word selects no element of the array.
         bit: Option<(OperandName, Followed)>,
-        /// The word that selects.
+        /// The word that selects the bit.
         index: (OperandName, i32, Followed),
     },
-    /// A compare: the operands with their values, left and right; of a constant the value alone.
+    /// A compare: the left and right values with their operands; a constant has no operand.
     Compare {
         /// Left and right.
         sides: [(i32, Option<OperandName>, Followed); 2],
         /// Whether left and right are reals.
         real: [bool; 2],
     },
-    /// An edge: when it was ON last, and the contacts that it is of.
+    /// An edge: when it was ON last, and the contacts within it.
     Edge {
         /// When it was ON last.
         last: Since,
         /// Whether the contacts within were ON.
         inner_on: bool,
-        /// Those that decide that.
+        /// The contacts within that decide this state.
         inner: Vec<ContactSeen>,
     },
 }
@@ -320,7 +322,7 @@ pub enum ContactDetail {
 pub enum Followed {
     /// They are given.
     Node(Box<Node>),
-    /// They are not.
+    /// They are not given.
     Cut(Cut),
 }
 
@@ -329,7 +331,7 @@ pub enum Followed {
 pub enum Cut {
     /// The depth is reached.
     Depth,
-    /// They stand elsewhere in the answer.
+    /// They are given elsewhere in the answer.
     Shown,
     /// The answer is long enough.
     Length,
@@ -348,9 +350,9 @@ pub enum About {
         preset_ms: Option<i32>,
         /// Whether it is timing.
         timing: bool,
-        /// Since when it is timing, or is not.
+        /// Since when it is timing; if it is not timing, since when it is not.
         since: Since,
-        /// Since when it is done; `None`: it is not.
+        /// Since when it is done; `None`: it is not done.
         done: Option<Since>,
     },
     /// A counter.
@@ -373,11 +375,11 @@ pub struct Idle {
     pub rung: RungName,
     /// The place and text of the instruction.
     pub place: Place,
-    /// What keeps it from it.
+    /// The hindrance.
     pub because: Hindrance,
 }
 
-/// What keeps an instruction from acting.
+/// The hindrance that prevents an instruction from acting.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Hindrance {
     /// Its block or Stage does not run: the bit, and why it is OFF.
@@ -386,18 +388,18 @@ pub enum Hindrance {
     Legs(Vec<LegSeen>),
 }
 
-/// What would turn a bit over in the next scan.
+/// The remedy that would change a bit in the next scan.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Remedy {
-    /// These, all at once; tried on a copy.
+    /// All of these edits together; they were tried on a copy of the engine.
     Edits(Vec<Edit>),
-    /// Nothing is needed: it turns over by itself.
+    /// No edit: the bit changes by itself.
     Itself,
     /// The end of its force.
     Release,
     /// The controller scans nothing.
     NoScan,
-    /// Nothing that was tried.
+    /// None of the edits that were tried.
     None(SearchEnd),
 }
 
@@ -421,7 +423,8 @@ pub enum Edit {
 /// How far a search for a change went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SearchEnd {
-    /// Whether every single input and operand was tried that nothing in the program writes.
+    /// Whether every edit of a single input or operand was tried. Only operands that nothing in the
+    /// program writes are tried.
     pub every_single: bool,
     /// The number of scans that were tried.
     pub tried: u32,

@@ -127,7 +127,7 @@ impl Inquiry<'_> {
         Write { since, before, in_last_scan, cause }
     }
 
-    /// An instruction, or its part of a pass.
+    /// The cause of a step: an instruction, or the termination pass over an instruction.
     fn step(
         &mut self,
         deed: Deed,
@@ -156,7 +156,7 @@ impl Inquiry<'_> {
         Cause::Instruction { rung, place, legs, operands }
     }
 
-    /// Why the block or Stage of a part had a pass.
+    /// Why a termination pass ran over the block or Stage of a part.
     fn stop(&mut self, part: u32, at: Moment, depth: u32) -> Stop {
         let section = self.replay.section(at.section);
         let call = section.as_ref().and_then(|section| section.entries.get(at.entry));
@@ -195,7 +195,7 @@ impl Inquiry<'_> {
         Cause::Turn { block: of, running: node, restart }
     }
 
-    /// The call of an entry.
+    /// The cause of a write by the call of an entry.
     fn call(&mut self, at: Moment) -> Cause {
         let Some(section) = self.replay.section(at.section) else { return Cause::Controller };
         match section.entries.get(at.entry) {
@@ -292,7 +292,7 @@ impl Inquiry<'_> {
         presets.collect()
     }
 
-    /// Remembers a cell that may be tried.
+    /// Adds a cell to those that a search for a change may edit.
     pub fn propose(&mut self, cell: Cell, values: Vec<i32>) {
         let known = self.free.iter_mut().find(|(of, _)| *of == cell);
         match known {
@@ -302,8 +302,8 @@ impl Inquiry<'_> {
     }
 }
 
-/// Whether a section begins with memory as it was at the start of the process. Its first scan has
-/// the number 1; the sections of a test may count from 0.
+/// Whether a section begins with memory as it was at the start of the process. The first scan of
+/// such a section has the number 1; in a test it may have the number 0.
 fn is_first(section: &TapeSection) -> bool {
     let SectionStart { number, follows, lost, .. } = section.start;
     let is_first = number == 0 || number == 1 && !follows && lost == 0;

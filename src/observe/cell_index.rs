@@ -1,22 +1,22 @@
-//! What may write, or read, a cell: found by the cell.
+//! An index by cell: the things that may write, or read, each cell.
 
 use std::collections::HashMap;
 
 use crate::engine::{BitCell, Cell, Stretches, WordCell};
 
-/// The longest stretch of which every cell is listed.
+/// The longest stretch whose cells are listed one by one.
 const LISTED_MAX: u32 = 16;
 
-/// Things by the cells that they touch.
+/// Things, indexed by the cells that they touch.
 #[derive(Debug)]
 pub(super) struct CellIndex<T> {
     listed: HashMap<Cell, Vec<T>>,
-    /// Those that touch whole arrays.
+    /// The things that touch whole arrays.
     wide: Vec<(T, Stretches)>,
 }
 
 impl<T: Copy + PartialEq> CellIndex<T> {
-    /// Of all things with what they touch.
+    /// Makes the index of all things, each with the cells that it touches.
     pub fn new<'s>(all: impl Iterator<Item = (T, &'s Stretches)>) -> CellIndex<T> {
         let mut index = CellIndex { listed: HashMap::new(), wide: Vec::new() };
         all.for_each(|(of, touched)| index.add(of, touched));

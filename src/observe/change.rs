@@ -1,9 +1,9 @@
-//! What would turn a bit over in the next scan: tried on a copy of the engine before it is said.
+//! Finds the edits that would change a bit in the next scan, by a trial on a copy of the engine.
 //!
-//! The smallest set of edits: one, then two, then three. A single edit is looked for among the
-//! reasons first, then among all inputs and operands that the ladder names and nothing in it
-//! writes; two and three among the reasons alone. Of a large program not every one is tried; the
-//! answer says so.
+//! The smallest set wins: one edit, then two, then three. A single edit is searched among the
+//! reasons first, then among all inputs and operands that the ladder names and does not write. Sets
+//! of two and three edits are searched among the reasons only. In a large program not every edit is
+//! tried; the answer then reports this.
 
 use super::answer::{BlockPlace, Edit, Remedy, SearchEnd};
 use super::inquiry::Inquiry;
@@ -15,16 +15,16 @@ use crate::resolve::program::BlockKind;
 use crate::runtime::TapeEntry;
 use crate::runtime::exchange::Mode;
 
-/// Scans times operations that a search may execute.
+/// The limit of a search: the number of scans times the number of operations.
 const WORK_MAX: usize = 2_000_000;
 
-/// The most reasons of which two or three are tried together.
+/// The maximum number of reasons whose pairs and triples are tried.
 const TOGETHER_MAX: usize = 10;
 
-/// The period where the tape has no two scans.
+/// The period if the tape does not have two scans.
 const PERIOD_NS: u64 = 10_000_000;
 
-/// The most elements of an array among which an input is looked for.
+/// The maximum number of elements of an array that are tried as inputs.
 const ELEMENTS_MAX: usize = 256;
 
 /// An edit that can be tried.
@@ -34,7 +34,7 @@ enum Try {
     Run(BlockId),
 }
 
-/// A copy of the engine, and the next scan.
+/// A copy of the engine, and the next scan to execute on it.
 struct TrialScan<'a> {
     subject: &'a Subject,
     engine: Engine,
@@ -46,7 +46,7 @@ struct TrialScan<'a> {
 }
 
 impl TrialScan<'_> {
-    /// Whether these edits turn the bit over; `None`: the search is over.
+    /// Whether these edits change the bit; `None`: the search has reached its limit.
     fn turns_over(&mut self, edits: &[Try]) -> Option<bool> {
         if self.tried >= self.tried_max {
             return None;
@@ -65,7 +65,7 @@ impl TrialScan<'_> {
         Some(after != self.state.value(self.cell))
     }
 
-    /// The first set of `size` edits that turns it over.
+    /// The first set of `size` edits that changes the bit.
     fn search(&mut self, all: &[Try], size: usize) -> Option<Option<Vec<Try>>> {
         let mut places: Vec<usize> = (0..size).collect();
         if all.len() < size {
@@ -85,7 +85,7 @@ impl TrialScan<'_> {
         }
     }
 
-    /// The values that an operand can be tried with.
+    /// The edits that give an operand one of these values.
     fn values(&self, cell: Cell, values: &[i32]) -> Vec<Try> {
         let now = self.state.value(cell);
         let address = self.subject.names.address(&self.subject.symbols.layout, cell);
@@ -103,7 +103,7 @@ impl TrialScan<'_> {
         tries
     }
 
-    /// Whether a person or the plant can change a cell, and nothing in the program does.
+    /// Whether a person or the plant can change a cell, and nothing in the program writes it.
     fn is_free(&self, cell: Cell) -> bool {
         let address = self.subject.names.address(&self.subject.symbols.layout, cell);
         let may = match address {
@@ -117,7 +117,7 @@ impl TrialScan<'_> {
 }
 
 impl Inquiry<'_> {
-    /// What would turn a bit over in the scan after a moment.
+    /// The remedy that would change a bit in the scan after a moment.
     pub fn change(&mut self, cell: Cell, at: Moment) -> Remedy {
         if self.replay.forced(cell, at).is_some() {
             return Remedy::Release;
@@ -188,7 +188,7 @@ impl Inquiry<'_> {
         tries
     }
 
-    /// Edits of all other bits that the ladder names and that can affect the one asked about.
+    /// Edits of all other bits that the ladder names and that can affect the bit of the question.
     fn others(&self, trial: &TrialScan, reasons: &[Try]) -> Vec<Try> {
         let layout = &self.subject.symbols.layout;
         let named = self.subject.program.named(ELEMENTS_MAX);
@@ -215,7 +215,8 @@ impl Inquiry<'_> {
         self.subject.element(ElementId { block, stage: None })
     }
 
-    /// The start of the scan after a moment, one period after the last; `None` if none follows.
+    /// The start of the scan after a moment, one period after the last start; `None` if no scan
+    /// follows.
     fn next_begin(&mut self, at: Moment) -> Option<EngineCall> {
         if !self.runs(at)? {
             return None;

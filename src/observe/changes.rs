@@ -1,7 +1,8 @@
 //! The changes of some cells over sections of a tape, scan by scan.
 //!
-//! Executes the slice that can affect them, and of it what may change something: a minute of a
-//! large plant takes little time. Called by `live`, for trends and lists of events.
+//! Executes the slice that can affect these cells, without the operations that would change
+//! nothing: a minute of a large plant takes little time. Called by `live`, for trends and lists of
+//! events.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use super::subject::Subject;
 use crate::engine::{Cell, EngineCall};
 use crate::runtime::{TapeEntry, TapeSection, numbered_calls};
 
-/// A value of a cell at the end of a scan, which differs from the one before.
+/// A value of a cell at the end of a scan, different from the value before the scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CellChanged {
     /// The scan; the first of a process is 1.
@@ -28,8 +29,8 @@ pub struct CellChanged {
 }
 
 impl Subject {
-    /// The changes of some cells, in order, each with its first value at the beginning. A section
-    /// that does not fit the program is passed over.
+    /// The changes of some cells, in order; the first value of each cell counts as a change. A
+    /// section that does not fit the program is skipped.
     pub fn changes(&self, sections: &[Arc<TapeSection>], cells: &[Cell]) -> Vec<CellChanged> {
         let slice = self.seen.slice(cells);
         let mut run = SliceRun::new(self, &slice);
@@ -75,7 +76,7 @@ fn time(section: &TapeSection, (scan, now_ns): (u64, u64)) -> (u64, i64) {
     (scan, section.start.unix_offset_ns.saturating_add_unsigned(now_ns))
 }
 
-/// Of each cell its last value, in the order of their first changes.
+/// The last value of each cell, in the order of the first changes of the cells.
 fn last_of_each(values: impl Iterator<Item = (Cell, i32)>) -> Vec<(Cell, i32)> {
     let mut all: Vec<(Cell, i32)> = Vec::new();
     for (cell, value) in values {

@@ -1,8 +1,8 @@
-//! Coverage: what of a ladder a run has executed both ways.
+//! Coverage: the parts of a ladder that a run has executed both ways.
 //!
-//! Executes the calls of a tape on an engine of the whole program, seen rung by rung: the power of
-//! each leg ON and OFF, each contact ON and OFF, each Stage entered and left, each alarm raised and
-//! gone. Called by `testing`, with the tape of scenarios.
+//! Executes the calls of a tape on an engine of the whole program and observes them rung by rung:
+//! the power of each leg ON and OFF, each contact ON and OFF, each Stage entered and left, each
+//! alarm raised and gone. Called by `testing`, with the tape of scenarios.
 
 use super::answer::{Place, RungName};
 use super::leaves::{legs, own_contacts, states};
@@ -14,16 +14,16 @@ use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, StageId};
 use crate::resolve::program::Contact;
 
-/// What was seen of something that can be OFF and ON.
+/// The states seen of something that can be OFF and ON.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TwoWays {
-    /// It was OFF. Of a Stage or an alarm: OFF after it was ON.
+    /// It was OFF; a Stage or an alarm: OFF after it was ON.
     pub off: bool,
     /// It was ON.
     pub on: bool,
 }
 
-/// What was seen of a ladder.
+/// The states seen of a ladder.
 #[derive(Clone, Debug)]
 pub struct LadderCoverage {
     /// The rungs and their branches, in file order.
@@ -34,12 +34,12 @@ pub struct LadderCoverage {
     pub alarms: Vec<(String, TwoWays)>,
 }
 
-/// What was seen of a rung's legs, or of a branch.
+/// The states seen of a rung's legs, or of a branch.
 #[derive(Clone, Debug)]
 pub struct PartCoverage {
     /// The rung.
     pub rung: RungName,
-    /// Where its first contact or instruction stands.
+    /// The place of its first contact or instruction.
     pub place: Place,
     /// Each leg by its key, with its power.
     pub legs: Vec<(&'static str, TwoWays)>,
@@ -47,7 +47,7 @@ pub struct PartCoverage {
     pub contacts: Vec<ContactCoverage>,
 }
 
-/// What was seen of a contact.
+/// The states seen of a contact.
 #[derive(Clone, Debug)]
 pub struct ContactCoverage {
     /// Its place and text.
@@ -56,7 +56,7 @@ pub struct ContactCoverage {
     pub seen: TwoWays,
 }
 
-/// A part of a rung while it is watched.
+/// A part of a rung that is observed.
 struct WatchedPart {
     /// The rung's own part, if it is a branch.
     outer: Option<usize>,
@@ -66,7 +66,7 @@ struct WatchedPart {
     now: Vec<bool>,
 }
 
-/// A ladder that is executed and watched.
+/// A ladder that is executed and observed.
 pub struct CoverageRun {
     subject: Subject,
     slice: Slice,
@@ -85,7 +85,7 @@ impl TwoWays {
         }
     }
 
-    /// Notes a state of something that begins OFF: it is left only after it was entered.
+    /// Notes a state of a Stage or an alarm. OFF counts only after ON.
     fn follow(&mut self, on: bool) {
         if on || self.on {
             self.see(on);
@@ -99,7 +99,7 @@ impl TwoWays {
 }
 
 impl CoverageRun {
-    /// Nothing is seen yet.
+    /// A run that has seen nothing yet.
     pub fn new(subject: Subject) -> CoverageRun {
         let slice = subject.seen.whole();
         let engine = Engine::new(slice.program.clone());
@@ -119,7 +119,7 @@ impl CoverageRun {
         }
     }
 
-    /// Goes on from a state; one of another program is passed over.
+    /// Continues from a state; a state of a different program is ignored.
     pub fn resume(&mut self, state: &EngineState) {
         self.engine.resume(state);
     }
@@ -135,7 +135,7 @@ impl CoverageRun {
         }
     }
 
-    /// What was seen so far.
+    /// The states seen so far.
     pub fn coverage(&self) -> LadderCoverage {
         let symbols = &self.subject.symbols;
         let parts = (0..).zip(&self.parts).filter_map(|(at, part)| self.part(at, part));
@@ -148,7 +148,8 @@ impl CoverageRun {
         }
     }
 
-    /// `None` of a branch without contacts: it has the power of its rung.
+    /// The coverage of a part; `None` for a branch without contacts, which has the power of its
+    /// rung.
     fn part(&self, at: u32, of: &WatchedPart) -> Option<PartCoverage> {
         let subject = &self.subject;
         let mut leaves = Leaves::default();
@@ -172,7 +173,7 @@ impl CoverageRun {
     }
 }
 
-/// `$On` and `$Off`, and what is made of them alone.
+/// Whether a contact is `$On` or `$Off`, or consists of these only.
 fn is_constant(contact: &Contact) -> bool {
     match contact {
         Contact::Bit(Bit::Space(BitSpace::St, n), _) => [st::ON, st::OFF].contains(n),
@@ -186,7 +187,7 @@ fn watched(subject: &Subject, part: u32) -> WatchedPart {
     let outer = subject.outer(part).map(|outer| outer as usize);
     let of = &subject.part(part).leaves;
     let count = (of.end - of.start) as usize;
-    // A leg of constants alone has always the same power.
+    // A leg that consists of constants always has the same power.
     let legs = legs(subject, part).0.into_iter();
     let legs = legs.filter(|leg| !leg.series.iter().all(|contact| is_constant(contact)));
     WatchedPart {
@@ -197,7 +198,7 @@ fn watched(subject: &Subject, part: u32) -> WatchedPart {
     }
 }
 
-/// Sees the contacts of each part.
+/// Collects the states of the contacts of each part.
 struct Spotter<'a> {
     subject: &'a Subject,
     parts: &'a mut [WatchedPart],

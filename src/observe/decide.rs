@@ -1,7 +1,7 @@
-//! Whether an execution of an instruction decides the value of what it writes, by its action.
+//! Whether the execution of an instruction decides the value of the cell that it writes.
 //!
-//! An execution that changes the value decides it in any case. These rules are about executions
-//! that leave it as it was.
+//! An execution that changes the value always decides it. These rules are for executions that do
+//! not change the value.
 
 use crate::isa::{Address, Bit, Flag, Structure};
 use crate::resolve::instruction::Coil;
@@ -18,10 +18,10 @@ pub(super) enum Decides {
     ByChange,
 }
 
-/// The rule of an instruction for one of the bits and words that it writes.
+/// The rule of an instruction for a bit or word that it writes.
 pub(super) fn decides(action: &Action, written: Option<Address>) -> Decides {
     if let Some(Address::Bit(Bit::Space(crate::isa::BitSpace::St, _))) = written {
-        // A mishap of a formula.
+        // The status bit of an error.
         return Decides::ByChange;
     }
     match action {
@@ -55,7 +55,8 @@ pub(super) fn decides(action: &Action, written: Option<Address>) -> Decides {
     }
 }
 
-/// CTU and CTD share a counter: both write `DN`, each its enable bit, and the count if they count.
+/// CTU and CTD share a counter. Both write `DN`; each writes its own enable bit, and the count when
+/// it counts.
 fn sensaphone(written: Option<Address>) -> Decides {
     match written {
         Some(Address::Bit(Bit::Flag(Structure::Sensaphone(_), Flag::Dn))) => Decides::Always,

@@ -1,4 +1,4 @@
-//! Facts about a program that is observed, for those that make something else of a recording.
+//! Facts about a program that is observed, for the modules that convert a recording.
 
 use super::answer::OperandName;
 use super::subject::Subject;
@@ -8,27 +8,28 @@ use crate::isa::{Address, Bit, DeviceId, Health, Word, WordSpace};
 use crate::resolve::program::Program;
 
 impl Subject {
-    /// The program as it is written.
+    /// The resolved program.
     pub(crate) fn program(&self) -> &Program {
         &self.program
     }
 
-    /// The program, to be executed.
+    /// The program in executable form.
     pub(crate) fn code(&self) -> &engine::Program {
         &self.seen
     }
 
-    /// The program as far as it can affect a cell: states of both are of one shape.
+    /// The part of the program that can affect a cell. Its states have the same layout as those of
+    /// the program.
     pub(crate) fn code_for(&self, cell: Cell) -> engine::Program {
         self.seen.slice(&[cell]).program
     }
 
-    /// The whole program, as it is observed.
+    /// The whole program, as a slice.
     pub(crate) fn whole_code(&self) -> engine::Program {
         self.seen.whole().program
     }
 
-    /// The operand that a cell is.
+    /// The operand of a cell.
     pub(crate) fn operand(&self, cell: Cell) -> OperandName {
         self.names.operand(&self.symbols, cell)
     }
@@ -38,14 +39,14 @@ impl Subject {
         self.is_written(cell)
     }
 
-    /// The `.Ok` bits of its field devices.
+    /// The `.Ok` bits of the field devices.
     pub(crate) fn well(&self) -> Vec<Cell> {
         let ids = (0..self.program.devices.len() as u32).map(DeviceId);
         let layout = &self.symbols.layout;
         ids.map(|id| Cell::Bit(layout.bit(Bit::Device(id, Health::Ok)))).collect()
     }
 
-    /// Whether it names a word of the time of day.
+    /// Whether the program names a word of the time of day.
     pub(crate) fn reads_time_of_day(&self) -> bool {
         self.program.operands.iter().any(|named| match named.address {
             Address::Word(Word::Space(WordSpace::Dst, n)) => (dst::YEAR..=dst::SECOND).contains(&n),

@@ -1,5 +1,5 @@
-//! Instructions that could change a value that nothing wrote in the last scan, and what keeps each
-//! from it: its block or Stage does not run, or its rung.
+//! Instructions that could change a value that nothing wrote in the last scan, and the hindrance of
+//! each: its block or Stage does not run, or its rung is OFF.
 
 use super::answer::{Hindrance, Idle};
 use super::inquiry::Inquiry;
@@ -12,11 +12,11 @@ use crate::resolve::program::Action;
 use crate::runtime::TapeEntry;
 use crate::source::span::Located;
 
-/// The most instructions that are told.
+/// The maximum number of instructions in the answer.
 const IDLE_MAX: usize = 3;
 
 impl Inquiry<'_> {
-    /// The instructions that could change a cell with a value.
+    /// The instructions that could change a cell that has a value.
     pub fn idle(
         &mut self,
         (cell, address): (Cell, Option<Address>),
@@ -60,7 +60,8 @@ impl Inquiry<'_> {
                 }
                 (None, Some(entry)) if watch.seen.contains_key(&part) => {
                     let legs = self.legs(part, &watch.leaves(part), entry, depth);
-                    // With its rung ON it hinders nothing: its turn is only not here yet, or over.
+                    // A rung that is ON is no hindrance: the instruction executes later, or has
+                    // executed.
                     if legs.iter().all(|leg| leg.on) {
                         continue;
                     }
@@ -74,7 +75,7 @@ impl Inquiry<'_> {
         idle
     }
 
-    /// The bit of a part's block or Stage that is OFF.
+    /// The bit of a part's block or Stage, if it is OFF.
     fn stopped(&mut self, part: u32, at: Moment) -> Option<(Bit, Cell)> {
         let element = self.subject.part(part).element;
         let stage = element.stage.map(Bit::Stage);
@@ -95,7 +96,7 @@ impl Inquiry<'_> {
     }
 }
 
-/// Whether an instruction could give a bit or word another value than it has.
+/// Whether an instruction could change the value of a bit or word.
 fn could_change(
     action: &Action,
     (address, value): (Option<Address>, i32),

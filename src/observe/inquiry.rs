@@ -1,6 +1,7 @@
-//! One question: the write that decided a value, found by executing the past again.
+//! One question: finds the write that decided a value by executing the past again.
 //!
-//! `causes` and `reasons` make data of what is found; `change` tries what would change it.
+//! `causes` and `reasons` turn the write into data; `change` tries edits that would change the
+//! value.
 
 use super::answer::{Limits, TapeEnd};
 use super::leaves::{LeafSeen, Side};
@@ -13,7 +14,7 @@ use crate::engine::{Cell, Deed, EngineCall};
 use crate::isa::BlockId;
 use crate::runtime::TapeEntry;
 
-/// A question while it is answered.
+/// A question that is being answered.
 pub(super) struct Inquiry<'a> {
     pub subject: &'a Subject,
     pub replay: Replay<'a>,
@@ -24,17 +25,18 @@ pub(super) struct Inquiry<'a> {
     pub shown: Vec<Shown>,
     /// The reasons that were cut.
     pub cuts: u32,
-    /// The depth at which all is explained that was cut for its depth.
+    /// The depth that would explain all reasons that were cut because of the depth.
     pub deeper: Option<u32>,
-    /// Steps that what is explained now lies deeper than its indent says.
+    /// The difference between the depth of the current reason and its indent, in steps.
     pub owed: u32,
-    /// Whether reasons were cut, because the answer is long enough.
+    /// Whether reasons were cut because the answer is long enough.
     pub is_long: bool,
-    /// What may be tried: cells that nothing in the program writes, each with values.
+    /// The cells that a search for a change may edit, each with the values to try. Nothing in the
+    /// program writes them.
     pub free: Vec<(Cell, Vec<i32>)>,
     /// Programs that do not run.
     pub stopped: Vec<BlockId>,
-    /// The number of scans that were tried when every single edit had been.
+    /// The number of single edits, once all of them have been tried.
     pub singles_end: Option<u32>,
 }
 
@@ -42,14 +44,15 @@ pub(super) struct Inquiry<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shown {
     pub cell: Cell,
-    /// The moment right before it.
+    /// The moment right before the write.
     pub at: Moment,
-    /// The steps to reasons of reasons that were explained; without a cut below, the most.
+    /// The number of steps to reasons of reasons that were explained; the maximum if nothing below
+    /// was cut.
     pub depth: u32,
 }
 
 impl Shown {
-    /// Whether this explains as much as would be explained now.
+    /// Whether this explanation is as deep as the explanation that is due now.
     pub fn covers(self, now: Shown) -> bool {
         (self.cell, self.at) == (now.cell, now.at) && self.depth >= now.depth
     }
@@ -58,25 +61,25 @@ impl Shown {
 /// A write that was found.
 #[derive(Debug)]
 pub(super) struct Found {
-    /// The moment right before it.
+    /// The moment right before the write.
     pub at: Moment,
-    /// The value before it, if it changed the value.
+    /// The value before the write, if the write changed it.
     pub before: Option<i32>,
     /// Whether it happened in the last scan before the question.
     pub in_last_scan: bool,
     pub writer: FoundWriter,
 }
 
-/// What wrote.
+/// The writer of a value.
 #[derive(Debug)]
 pub(super) enum FoundWriter {
     /// An instruction or a step of a pass, with the contacts of its part and its operands.
     Step { deed: Deed, leaves: Vec<LeafSeen>, operands: Vec<Side> },
     /// A block's turn.
     Turn(BlockId),
-    /// The entry's call itself.
+    /// The call of an entry itself.
     Call,
-    /// Nothing on the tape: its end, and the section where it is.
+    /// Nothing on the tape: the end of the search, and its section.
     End(TapeEnd, usize),
 }
 
@@ -98,10 +101,10 @@ impl<'a> Inquiry<'a> {
         }
     }
 
-    /// The write that decided the value that a cell has at a moment: in the last scan if one wrote
-    /// it there, else the last that changed it.
+    /// The write that decided the value of a cell at a moment: the write in the last scan if there
+    /// is one, else the last write that changed the value.
     pub fn find(&mut self, cell: Cell, until: Moment) -> Found {
-        // The operand of the question is searched to the end of the tape.
+        // For the operand of the question, the whole tape is searched.
         let most = if self.nodes == 0 { usize::MAX } else { SEARCHED_MAX };
         let begin = self.replay.last_begin(until);
         let begin = begin.map(|(section, entry)| Moment { section, entry, step: 0 });
@@ -129,8 +132,8 @@ impl<'a> Inquiry<'a> {
         }
     }
 
-    /// Whether something may have written the cell behind a step of the last scan, which the watch
-    /// does not see: a block's turn, or a write from outside.
+    /// Whether a block's turn or a write from outside may have written the cell after a step of the
+    /// last scan. The watch does not see these writes.
     fn may_be_later(&mut self, cell: Cell, at: Moment, until: Moment) -> bool {
         let is_of_block = self.subject.turns.iter().any(|turn| turn.has(cell));
         is_of_block || at.section != until.section || {
@@ -185,7 +188,7 @@ impl<'a> Inquiry<'a> {
         }
     }
 
-    /// A change from the log, with what its rung saw.
+    /// The write of a change from the log, with the contacts and operands that its rung saw.
     pub fn changed(&mut self, cell: Cell, change: CellChange, (at, last): (Moment, bool)) -> Found {
         let writer = match change.by {
             None => FoundWriter::Call,

@@ -1,4 +1,4 @@
-//! An answer as JSON. The fields are those of `docs/why.md`.
+//! An answer as JSON. `docs/why.md` describes the fields.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! The contacts of a part of a rung with their states, as the rung saw them.
+//! The contacts of a part of a rung, with their states when the rung was executed.
 
 use super::logic::{Leaves, Logic};
 use super::subject::Subject;
@@ -12,15 +12,15 @@ use crate::resolve::program::{Contact, Value};
 /// The state of a contact.
 #[derive(Clone, Debug)]
 pub(super) struct LeafSeen {
-    /// The number of the step right behind its evaluation.
+    /// The number of the step right after its evaluation.
     pub step: u32,
     /// Its power.
     pub power: Power,
     /// Whether it was ON.
     pub on: bool,
-    /// Of a compare left and right, of an element the index.
+    /// For a compare, left and right; for an element, the index.
     pub sides: Vec<Side>,
-    /// The bit of an element; `None` outside of its array.
+    /// The bit of an element; `None` if the index is outside of the array.
     pub selected: Option<Cell>,
 }
 
@@ -29,13 +29,13 @@ pub(super) struct LeafSeen {
 pub(super) struct Side {
     /// The content of its cell, or the constant.
     pub value: i32,
-    /// Its cell; `None` of a constant, and outside of an array.
+    /// Its cell; `None` for a constant, and for an element outside of its array.
     pub cell: Option<Cell>,
     /// Whether it is a real.
     pub real: bool,
 }
 
-/// A leg: its contacts as one boolean over the leaves of its part.
+/// A leg: its contacts as one boolean expression over the leaves of its part.
 #[derive(Debug)]
 pub(super) struct LegLogic<'p> {
     pub name: LegName,
@@ -44,7 +44,7 @@ pub(super) struct LegLogic<'p> {
     pub series: Vec<&'p Contact>,
 }
 
-/// The legs of a part; a branch's own contacts come after those of its rung.
+/// The legs of a part; the contacts of a branch come after those of its rung.
 pub(super) fn legs<'p>(subject: &'p Subject, part: u32) -> (Vec<LegLogic<'p>>, Leaves<'p>) {
     let mut leaves = Leaves::default();
     let mut legs = Vec::new();
@@ -57,7 +57,7 @@ pub(super) fn legs<'p>(subject: &'p Subject, part: u32) -> (Vec<LegLogic<'p>>, L
     (legs, leaves)
 }
 
-/// The contacts of a part alone: of a branch without the rung's.
+/// The contacts of a part; for a branch, without the contacts of its rung.
 pub(super) fn own_contacts(subject: &Subject, part: u32) -> Vec<&Contact> {
     match subject.branch(part) {
         Some(branch) => branch.contacts.iter().collect(),
@@ -65,7 +65,7 @@ pub(super) fn own_contacts(subject: &Subject, part: u32) -> Vec<&Contact> {
     }
 }
 
-/// The states of a part's own contacts, in order of its leaves, right after their evaluation.
+/// The states of a part's own contacts, in the order of its leaves, right after their evaluation.
 pub(super) fn states(subject: &Subject, part: u32, image: &Image) -> Vec<bool> {
     powers(subject, part).iter().map(|power| image.power(*power)).collect()
 }
@@ -75,7 +75,7 @@ fn powers(subject: &Subject, part: u32) -> &[Power] {
     subject.sites.leaves.get(of.start as usize..of.end as usize).unwrap_or_default()
 }
 
-/// The same with all values that the contacts read.
+/// The same states, with all values that the contacts read.
 pub(super) fn look(subject: &Subject, part: u32, step: u32, image: &Image) -> Vec<LeafSeen> {
     let mut leaves = Leaves::default();
     own_contacts(subject, part).into_iter().for_each(|contact| {
@@ -107,7 +107,7 @@ fn values(subject: &Subject, contact: &Contact, image: &Image) -> (Vec<Side>, Op
     }
 }
 
-/// A value as an image has it.
+/// A value in an image.
 pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> Side {
     let real = value.is_real();
     match value {
@@ -121,13 +121,13 @@ pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> Side {
     }
 }
 
-/// A word as an image has it.
+/// A word in an image.
 pub(super) fn word(subject: &Subject, word: Word, image: &Image) -> Side {
     let cell = Cell::Word(subject.symbols.layout.word(word));
     Side { value: content(image, cell), cell: Some(cell), real: word.is_real() }
 }
 
-/// The word that selects an element, and the cell that it selects.
+/// The word that selects an element, and the selected cell.
 pub(super) fn select(subject: &Subject, of: Element, image: &Image) -> (Side, Option<Cell>) {
     let index = word(subject, of.index, image);
     let at = u32::try_from(index.value).ok().filter(|at| *at < of.array.count);
@@ -143,7 +143,7 @@ pub(super) fn content(image: &Image, cell: Cell) -> i32 {
     }
 }
 
-/// Whether a scan's start writes it.
+/// Whether the start of a scan writes an address.
 pub(super) fn is_status(address: Option<Address>) -> bool {
     match address {
         Some(Address::Bit(Bit::Space(BitSpace::St, n))) => n < st::COUNT as u32,

@@ -1,17 +1,17 @@
-//! Contacts as one boolean, and the smallest reason for its value.
+//! Contacts as one boolean expression, and the smallest reason for its value.
 //!
-//! Leaves are numbered from left to right, as `lower::sites` lists their powers: bits, elements,
-//! compares and edges; the leaves within an edge come before it, and belong to a boolean of its
-//! own. Rules: `docs/why.md`.
+//! Leaves are bits, elements, compares and edges, numbered from left to right, as `lower::sites`
+//! lists their powers. The leaves within an edge come before the edge, and belong to an expression
+//! of their own. Rules: `docs/why.md`.
 
 use std::collections::HashSet;
 
 use crate::resolve::program::Contact;
 
-/// The most contacts of a leg among which a repeated one is looked for.
+/// The maximum number of contacts of a leg among which repeated contacts are searched.
 const LEAVES_MAX: usize = 500;
 
-/// A boolean over leaves.
+/// A boolean expression over leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Logic {
     Leaf(usize),
@@ -25,7 +25,7 @@ pub(super) enum Logic {
 pub(super) struct Leaves<'p> {
     /// The contact of each leaf.
     pub contacts: Vec<&'p Contact>,
-    /// Of each leaf that is an edge, what it is of.
+    /// For each leaf that is an edge, the expression within it.
     pub inner: Vec<Option<Logic>>,
 }
 
@@ -53,7 +53,8 @@ impl<'p> Leaves<'p> {
     }
 }
 
-/// The reason of a power: leaves that decide it alone, and other leaves of a series that were OFF.
+/// The reason of a power: the leaves that alone decide it, and other leaves of a series that were
+/// OFF.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Named {
     pub named: Vec<usize>,
@@ -71,7 +72,7 @@ impl Logic {
         }
     }
 
-    /// Its value, where some leaves are unknown.
+    /// Its value if some leaves are unknown; `None` if it depends on them.
     fn known(&self, on: &dyn Fn(usize) -> Option<bool>) -> Option<bool> {
         let series = |all: &[Logic], decides: bool| {
             let mut known = Some(!decides);
@@ -123,8 +124,8 @@ impl Logic {
         }
     }
 
-    /// The smallest reason for its value. `key` gives the number of the first leaf that is the same
-    /// contact: what a contact says at one place it says at another.
+    /// The smallest reason for its value. `key` returns the number of the first leaf with the same
+    /// contact: a contact has the same state at all its places.
     pub fn why(&self, on: &dyn Fn(usize) -> bool, key: &dyn Fn(usize) -> usize) -> Named {
         let mut found = Named::default();
         self.reason(on, &mut found);
@@ -154,8 +155,8 @@ impl Logic {
         found
     }
 
-    /// Whether these leaves decide its value alone, whatever the others are. Exact: contacts that
-    /// stand at several places are tried both ways, unless they are too many.
+    /// Whether these leaves alone decide its value. For an exact result, contacts with several
+    /// places are tried both ways, unless they are too many.
     fn is_decided(
         &self,
         named: &[usize],

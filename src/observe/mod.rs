@@ -1,10 +1,10 @@
-//! One scan executed again on a copy, and seen rung by rung; and `why`: what made an operand what
-//! it is.
+//! Executes one scan again on a copy of the engine, and observes it rung by rung. Answers `why`:
+//! the question for the reason of an operand's value.
 //!
-//! A [`Subject`] is made once of a program. The questions come from the daemon, of the tape in
-//! memory, and from a command, of a recording: both hand over a [`Past`], the sections of a tape.
-//! An answer is data; `text` and `json` render it. Nothing here reads a clock or a file, and no
-//! tape, however torn, makes it panic: a section that does not fit the program ends the past.
+//! A [`Subject`] is made once for a program. The daemon asks about the tape in memory, a command
+//! asks about a recording; both pass a [`Past`], the sections of a tape. An answer is data; `text`
+//! and `json` render it. Nothing here reads a clock or a file. A damaged tape causes no panic: the
+//! past ends at a section that does not fit the program.
 
 mod answer;
 mod causes;

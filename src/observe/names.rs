@@ -14,9 +14,9 @@ use crate::resolve::program::{Program, TagMeaning};
 /// The names of a program's cells.
 #[derive(Debug)]
 pub(super) struct CellNames {
-    /// The first tag of each cell; of structures, with their members. With its `doc`.
+    /// The first tag of each cell, with its `doc`; for a structure, the tags of its members.
     tags: HashMap<Cell, (String, Option<String>)>,
-    /// The bits that have no address as written.
+    /// The bits without a written address: those of blocks, Stages and field devices.
     own: HashMap<Cell, Bit>,
 }
 
@@ -64,7 +64,7 @@ impl CellNames {
         self.own.get(&cell).map(|bit| Address::Bit(*bit)).or_else(|| layout.address(cell))
     }
 
-    /// The operand that a cell is.
+    /// The operand of a cell.
     pub fn operand(&self, symbols: &Symbols, cell: Cell) -> OperandName {
         let address = self.address(&symbols.layout, cell);
         let tag = self.tags.get(&cell);

@@ -1,4 +1,5 @@
-//! The words and bits that an instruction reads beside its contacts, to make the value of a cell.
+//! The words and bits that an instruction reads in addition to its contacts, to compute the value
+//! of a cell.
 
 use super::leaves::{Side, content, select, side, word};
 use super::subject::Subject;
@@ -62,7 +63,7 @@ pub(super) fn operands(subject: &Subject, action: &Action, to: Cell, image: &Ima
     }
 }
 
-/// The words and bits of an expression, once each.
+/// The words and bits of an expression, each once.
 fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
     let mut read: Vec<Side> = Vec::new();
     let layout = &subject.symbols.layout;
@@ -70,7 +71,7 @@ fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
         let side = match part {
             Part::Word(at) => word(subject, *at, image),
             Part::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
-            // An index that is a word stands right before its element.
+            // A word that is an index comes right before its element.
             Part::Element(array) => match at.checked_sub(1).map(|before| &of.parts[before]) {
                 Some(Part::Word(index)) => {
                     let element = Element { array: *array, index: *index };
@@ -92,7 +93,7 @@ fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
     read
 }
 
-/// The element that COPY reads for one that it writes.
+/// The element that COPY reads for an element that it writes.
 fn copied(
     subject: &Subject,
     (from, to): (Array, Array),
@@ -125,7 +126,7 @@ fn any(subject: &Subject, cell: Cell, image: &Image) -> Side {
     Side { value: content(image, cell), cell: Some(cell), real }
 }
 
-/// The structure that a bit or word is a member of.
+/// The structure of which a bit or word is a member.
 pub(super) fn structure(address: Option<crate::isa::Address>) -> Option<Structure> {
     use crate::isa::{Address, Word};
     match address? {

@@ -1,4 +1,4 @@
-//! The past: the sections of a tape, loaded where they are asked for; and moments in it.
+//! The past: the sections of a tape, each loaded when it is needed; and moments in the past.
 
 use std::fmt;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub trait Past {
     /// A section; `None` if it cannot be read.
     fn section(&mut self, at: usize) -> Option<Arc<TapeSection>>;
 
-    /// What lies before the first section.
+    /// Why the past begins with the first section.
     fn begins(&self) -> TapeEnd {
         TapeEnd::Oldest
     }
@@ -68,7 +68,7 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// A moment: right before a step of a call, or before the whole call.
+/// A moment: right before a step of a call, or right before the whole call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Moment {
     /// The section.
@@ -80,7 +80,7 @@ pub(super) struct Moment {
 }
 
 impl Moment {
-    /// The first entry that has not begun.
+    /// The number of entries that have begun.
     pub fn entries(self) -> usize {
         self.entry + usize::from(self.step > 0)
     }
@@ -104,7 +104,7 @@ pub(super) fn when(section: &TapeSection, begins: &[NumberedCall], entry: usize)
     When { scan, now_ns, unix_ns: unix_ns.saturating_add(section.start.unix_offset_ns) }
 }
 
-/// Where the entry of a write, force or release comes from, and the person behind it.
+/// The origin of a write, force or release, and the name of its sender.
 pub(super) fn origin(section: &TapeSection, entry: usize) -> (Origin, Option<String>) {
     let mut origin = Origin::Inputs;
     for of in section.entries.iter().take(entry).rev() {
@@ -120,7 +120,7 @@ pub(super) fn origin(section: &TapeSection, entry: usize) -> (Origin, Option<Str
     (origin, who)
 }
 
-/// Whether a section goes on where the one before it ended, with the same program.
+/// Whether a section continues the section before it, with the same program.
 pub(super) fn joins(older: &TapeSection, newer: &TapeSection) -> Result<(), TapeEnd> {
     if newer.start.generation != older.start.generation {
         return Err(TapeEnd::Swapped);

@@ -6,14 +6,15 @@ use super::answer::{
 use crate::isa::Real;
 use crate::runtime::Origin;
 
-/// Says times as they are seen from the question.
+/// Writes times relative to the time of the question.
 #[derive(Clone, Copy)]
 pub(super) struct Telling {
     /// The time of the question.
     pub now: When,
 }
 
-/// What is told of a write: its operand, the value, and whether it lies in the past.
+/// The facts of a write that a phrase needs: its operand, the value, and whether it lies in the
+/// past.
 #[derive(Clone, Copy)]
 pub(super) struct Written<'a> {
     pub operand: &'a OperandName,
@@ -30,7 +31,7 @@ impl Telling {
         }
     }
 
-    /// The write in one line; `changed`: the last change, if this write did not change the value.
+    /// The write as one line; `changed`: the last change, if this write did not change the value.
     pub fn write(self, write: &Write, of: Written, changed: Option<&LastChange>) -> String {
         let did = self.did(write, of, changed);
         let value = value_text(of.operand, of.value);
@@ -54,7 +55,7 @@ impl Telling {
             Cause::Force { who } => {
                 let by = who.as_ref().map(|who| format!(" by {who}")).unwrap_or_default();
                 if write.before.is_some() {
-                    // It has ended, or another one has replaced it.
+                    // The force has ended, or a later force has replaced it.
                     return format!("a force{by} {did}");
                 }
                 let was = if of.past { "it was forced" } else { "forced" };
@@ -89,7 +90,7 @@ impl Telling {
         }
     }
 
-    /// What a write did to the value, and when.
+    /// The effect of a write on the value, and its time.
     fn did(self, write: &Write, of: Written, changed: Option<&LastChange>) -> String {
         let value = value_text(of.operand, of.value);
         let is_bit = of.operand.is_bit;
@@ -104,7 +105,7 @@ impl Telling {
                 Some(cause @ (Cause::Initial | Cause::Restored | Cause::Older(_))) => {
                     format!("keeps it {at}{value}, {}", self.unchanged(changed.since, cause))
                 }
-                // It is told before this line.
+                // The line before this one describes the change.
                 Some(_) => format!("keeps it {at}{value}"),
                 None if is_bit => {
                     let when = self.at(changed.since);
@@ -115,7 +116,7 @@ impl Telling {
         }
     }
 
-    /// A value that nothing has changed, as far back as is known.
+    /// A value that nothing has changed as far back as the tape is known.
     fn unchanged(self, since: Since, cause: &Cause) -> String {
         let Cause::Older(end) = cause else {
             return "unchanged since rungd started".to_owned();
@@ -139,7 +140,7 @@ impl Telling {
         }
     }
 
-    /// `2.1 s ago, in scan 812`; of the last scan `in this scan`.
+    /// `2.1 s ago, in scan 812`; for the last scan, `in this scan`.
     pub fn ago(self, when: When) -> String {
         let Some(scan) = when.scan else { return "before the first scan".to_owned() };
         if Some(scan) == self.now.scan {
@@ -153,7 +154,7 @@ impl Telling {
         i32::try_from(ago_ms).unwrap_or(i32::MAX)
     }
 
-    /// The same of something that may lie before what is known.
+    /// The same for a time that may lie before the known part of the tape.
     pub fn at(self, since: Since) -> String {
         match since {
             Since::At(when) => self.ago(when),
@@ -168,7 +169,7 @@ impl Telling {
         }
     }
 
-    /// What did not happen: `never ON since scan 812`.
+    /// An event that did not happen: `never ON since scan 812`.
     pub fn missing(self, what: &str, since: When) -> String {
         match since.scan {
             Some(scan) => format!("{what} since scan {scan}"),
@@ -186,7 +187,7 @@ impl Telling {
         }
     }
 
-    /// ` for 2.1 s, since scan 812`; nothing of what lasts longer than is known.
+    /// ` for 2.1 s, since scan 812`; an empty text if the beginning is not known.
     pub fn lasting(self, since: Since) -> String {
         match since {
             Since::At(when) if when.scan == self.now.scan => " since this scan".to_owned(),
@@ -219,7 +220,8 @@ pub(super) fn value_text(operand: &OperandName, value: i32) -> String {
     }
 }
 
-/// The sides of a compare with their values: `level = 80, least = 100`. A number says itself.
+/// The sides of a compare with their values: `level = 80, least = 100`. A side that is a number is
+/// left out.
 pub(super) fn sides_text(text: &str, sides: [(i32, Option<&OperandName>, bool); 2]) -> String {
     let is_sign = |char: char| "<>=!".contains(char);
     let (left, right) = text.split_once(is_sign).unwrap_or((text, ""));

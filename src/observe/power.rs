@@ -1,8 +1,9 @@
-//! The power of one scan: every contact of the ladder as its rung saw it, and memory at the scan's
-//! end. Nothing of two scans is mixed.
+//! The power of one scan: the state of every contact when its rung was executed, and memory at the
+//! end of the scan. Two scans are never mixed.
 //!
-//! Executes the sections of a tape, as `why` does, but the whole program: a [`PowerRun`] goes on
-//! from the scan that it saw last. Called by `live`, for pictures of a ladder that runs.
+//! Executes the sections of a tape, as `why` does, but with the whole program. A [`PowerRun`]
+//! continues from the last scan that it executed. Called by `live`, for pictures of a running
+//! ladder.
 
 use std::sync::Arc;
 
@@ -36,7 +37,7 @@ pub struct ScanPower {
 /// The contacts of a rung, or of one of its branches.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartContacts {
-    /// The name of its block, or of its Stage with its Program's.
+    /// The name of its block, or the name of its Stage with that of its Program.
     pub element: String,
     /// The number of the rung in it, from 1.
     pub rung: u32,
@@ -47,7 +48,7 @@ pub struct PartContacts {
 }
 
 impl ScanPower {
-    /// Before anything is seen.
+    /// The power before the first scan.
     pub(crate) fn nothing() -> ScanPower {
         let mode = Mode::Stop(StopReason::NotStarted);
         let (contacts, executed) = (Vec::new(), Vec::new());
@@ -69,7 +70,7 @@ impl ScanPower {
         self.executed.get(part as usize).copied().unwrap_or(false)
     }
 
-    /// The content of a cell at the end of the scan: of a bit 0 or 1.
+    /// The content of a cell at the end of the scan; for a bit, 0 or 1.
     pub fn value(&self, cell: Cell) -> i32 {
         match cell {
             Cell::Bit(bit) => self.bits.get(bit.0 as usize).map_or(0, |bit| i32::from(*bit)),
@@ -93,27 +94,28 @@ impl Subject {
     }
 }
 
-/// Executes sections of a tape, and sees the power of their scans.
+/// Executes sections of a tape, and collects the power of their scans.
 pub struct PowerRun {
     subject: Arc<Subject>,
     slice: Slice,
     engine: Engine,
-    /// The section that is executed, by the number of its first scan and by its program, and the
-    /// number of its entries that are.
+    /// The current section, as the number of its first scan and its program, and the number of its
+    /// entries that have been executed.
     done: Option<((u64, u32), usize)>,
     last: Option<ScanPower>,
 }
 
 impl PowerRun {
-    /// Nothing is seen yet.
+    /// A run that has executed nothing yet.
     pub fn new(subject: Arc<Subject>) -> PowerRun {
         let slice = subject.seen.whole();
         let engine = Engine::new(slice.program.clone());
         PowerRun { subject, slice, engine, done: None, last: None }
     }
 
-    /// The power of the last scan in a section; `None`: there is none, or the section is of another
-    /// program. A section that has grown since is gone on with.
+    /// The power of the last scan in a section; `None`: the section has no scan, or belongs to a
+    /// different program. If the section has grown since the last call, only its new entries are
+    /// executed.
     pub fn last_of(&mut self, section: &TapeSection) -> Option<ScanPower> {
         self.until(section, u64::MAX)
     }
@@ -122,7 +124,7 @@ impl PowerRun {
     pub fn of_scan(&mut self, section: &TapeSection, scan: u64) -> Option<ScanPower> {
         self.done = None;
         let found = self.until(section, scan).filter(|power| power.scan == scan);
-        // What follows the scan is not executed: another question begins anew.
+        // The entries after the scan are not executed, so the next call starts at the beginning.
         self.done = None;
         found
     }
@@ -171,7 +173,7 @@ impl PowerRun {
         self.last.clone()
     }
 
-    /// Executes a scan, and sees it.
+    /// Executes a scan, and returns its power.
     fn see(&mut self, call: EngineCall) -> ScanPower {
         let mut seen = SeenContacts {
             subject: &self.subject,
@@ -184,7 +186,7 @@ impl PowerRun {
         ScanPower { contacts, executed, bits, words, ..ScanPower::nothing() }
     }
 
-    /// Outside of RUN no rung is executed: memory is shown as it is.
+    /// Outside of RUN no rung is executed: takes memory as it is.
     fn outside_of_run(&mut self, section: &TapeSection, mode: Mode) {
         let (bits, words) = public(&self.subject, self.engine.image());
         let before = self.last.as_ref();
@@ -209,7 +211,7 @@ fn mode_at(section: &TapeSection, entry: usize) -> Mode {
     modes.unwrap_or(section.start.mode)
 }
 
-/// The cells with names.
+/// The public cells.
 fn public(subject: &Subject, image: &Image) -> (Vec<u8>, Vec<i32>) {
     let layout = &subject.symbols.layout;
     let (bits, words) = (layout.bit_count() as usize, layout.word_count() as usize);
@@ -217,7 +219,7 @@ fn public(subject: &Subject, image: &Image) -> (Vec<u8>, Vec<i32>) {
     (of(image.bits()), image.words().get(..words).unwrap_or(image.words()).to_vec())
 }
 
-/// Sees the contacts of each part.
+/// Collects the states of the contacts of each part.
 struct SeenContacts<'a> {
     subject: &'a Subject,
     contacts: Vec<u8>,

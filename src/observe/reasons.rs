@@ -10,14 +10,14 @@ use super::past::Moment;
 use crate::engine::{BitCell, Cell};
 use crate::resolve::program::{self, Comparison};
 
-/// The steps by which contacts that are OFF too are explained less deep.
+/// The number of steps by which the explanation of a contact that is also OFF is shorter.
 const ALSO_OFF_LESS: u32 = 2;
 
 /// The contacts of a part, as they were seen in the call of an entry.
 struct PartSeen<'s> {
     leaves: Leaves<'s>,
     seen: &'s [LeafSeen],
-    /// Of each leaf the first that is the same contact.
+    /// For each leaf, the first leaf with the same contact.
     keys: Vec<usize>,
     /// The moment of the call.
     at: Moment,
@@ -61,7 +61,8 @@ impl Inquiry<'_> {
         }
     }
 
-    /// A contact that is OFF too: explained less deep than one that decides.
+    /// A contact that is also OFF. Its explanation is less deep than that of a contact that
+    /// decides.
     fn also_off(&mut self, part: &PartSeen, leaf: usize, depth: u32) -> ContactSeen {
         let outer = self.owed;
         self.owed += ALSO_OFF_LESS.saturating_sub(depth);
@@ -102,7 +103,7 @@ impl Inquiry<'_> {
             }
             program::Contact::Compare(_, how, _, _) => self.compare(&seen, *how, at, depth),
             program::Contact::Edge(..) => self.edge(part, leaf, seen.power.cell(), depth),
-            // These are no leaves.
+            // These contacts are no leaves.
             program::Contact::Not(..) | program::Contact::All(..) | program::Contact::Any(..) => {
                 ContactDetail::Compare {
                     sides: [
@@ -155,7 +156,7 @@ impl Inquiry<'_> {
         let left = seen.sides.first().copied().unwrap_or(NO_SIDE);
         let right = seen.sides.get(1).copied().unwrap_or(NO_SIDE);
         if !left.real && !right.real {
-            // Values at which the compare turns over.
+            // Values at which the result of the compare changes.
             let near = |value: i32| vec![value, value.saturating_add(1), value.saturating_sub(1)];
             for (side, other) in [(left, right), (right, left)] {
                 if let Some(cell @ Cell::Word(_)) = side.cell {
@@ -190,7 +191,8 @@ impl Inquiry<'_> {
 
 const NO_SIDE: Side = Side { value: 0, cell: None, real: false };
 
-/// Of each leaf the first that is the same contact. Edges are never the same: each has a history.
+/// For each leaf, the first leaf with the same contact. Edges are never the same, because each has
+/// its own history.
 fn keys(leaves: &Leaves) -> Vec<usize> {
     let mut first = HashMap::new();
     let key = |(at, contact): (usize, &&program::Contact)| {

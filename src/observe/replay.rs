@@ -1,7 +1,7 @@
-//! Executes parts of the past again: goes to a moment, finds the last change of a cell.
+//! Executes parts of the past again, to reach a moment or to find the last change of a cell.
 //!
-//! What is executed is the slice of the program for the cell of the question. Of each section that
-//! is looked at a log of all changes is kept, up to a number of changes.
+//! Executes the slice of the program for the cell of the question. Keeps a log of all changes for
+//! each section that it has executed, up to a maximum number of changes.
 
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
@@ -17,19 +17,20 @@ use super::walk::{Witness, walk};
 use crate::engine::{Cell, Deed, Engine, EngineCall, EngineState, Image, Slice};
 use crate::runtime::{TapeEntry, TapeSection};
 
-/// The most changes that are kept in logs.
+/// The maximum number of changes in the logs.
 const CHANGES_MAX: usize = 2_000_000;
 
-/// The most sections that are executed at once.
+/// The maximum number of sections that are executed at once.
 const AT_ONCE_MAX: usize = 16;
 
-/// The most sections that are kept. A search goes back in time: the oldest go first.
+/// The maximum number of sections that are kept. A search goes back in time, so the oldest sections
+/// are dropped first.
 const SECTIONS_MAX: usize = 256;
 
-/// The most states that are kept.
+/// The maximum number of states that are kept.
 const STATES_MAX: usize = 8;
 
-/// The most sections in which a lesser fact is looked for: two minutes.
+/// The maximum number of sections in the search for a lesser fact: two minutes.
 pub(super) const SEARCHED_MAX: usize = 120;
 
 /// The past of a subject.
@@ -40,7 +41,7 @@ pub(super) struct Replay<'a> {
     run: SliceRun<'a>,
     sections: BTreeMap<usize, Arc<TapeSection>>,
     logs: BTreeMap<usize, Rc<SectionLog>>,
-    /// The states right before entries, the newest first.
+    /// The states right before entries, the last used first.
     states: Vec<((usize, usize), EngineState)>,
     /// The last changes of cells before the ends of sections.
     known: HashMap<(Cell, usize), Changed>,
@@ -51,12 +52,13 @@ pub(super) struct Replay<'a> {
 pub(super) enum Changed {
     /// The change, and its moment.
     At(CellChange, Moment),
-    /// None from this section on.
+    /// No change from this section on.
     Never(TapeEnd, usize),
 }
 
 impl<'a> Replay<'a> {
-    /// The slice is that of the cell of the question: what can affect it can be asked about too.
+    /// `slice`: the slice for the cell of the question. It also contains every cell that can affect
+    /// that cell.
     pub fn new(subject: &'a Subject, slice: &'a Slice, past: &'a mut dyn Past) -> Replay<'a> {
         let run = SliceRun::new(subject, slice);
         let (sections, logs) = (BTreeMap::new(), BTreeMap::new());
@@ -85,7 +87,7 @@ impl<'a> Replay<'a> {
         Some(section)
     }
 
-    /// The section before this one, if it goes on without a gap.
+    /// The section before this one, if there is no gap between them.
     pub fn older(&mut self, section: usize) -> Result<usize, TapeEnd> {
         let newer = self.section(section).ok_or(TapeEnd::Unreadable)?;
         let at = section.checked_sub(1).ok_or_else(|| self.past.begins())?;
@@ -127,8 +129,8 @@ impl<'a> Replay<'a> {
             return Some(Rc::clone(log));
         }
         self.section(at)?;
-        // A search goes back in time. After a state all operations execute once, so the farther it
-        // goes, the more sections are executed at once.
+        // A search goes back in time. All operations execute once after each state that is resumed,
+        // so a longer search executes more sections at once.
         let most = self.logs.len().clamp(1, AT_ONCE_MAX);
         let mut first = at;
         while at - first + 1 < most {
@@ -168,7 +170,7 @@ impl<'a> Replay<'a> {
         Some(self.run.engine())
     }
 
-    /// Executes an entry again, seen.
+    /// Executes an entry again, observed by a witness.
     pub fn see(&mut self, section: usize, entry: usize, witness: &mut impl Witness) -> Option<()> {
         let of = self.section(section)?;
         let TapeEntry::Call(call) = of.entries.get(entry)? else { return None };
@@ -177,8 +179,8 @@ impl<'a> Replay<'a> {
         Some(())
     }
 
-    /// The last change of a cell before a moment. `most`: the most sections that are executed for a
-    /// cell that the program writes.
+    /// The last change of a cell before a moment. `most`: the maximum number of sections that are
+    /// executed for a cell that the program writes.
     pub fn last_change(&mut self, cell: Cell, before: Moment, most: usize) -> Changed {
         let mut section = before.section;
         let mut end = (before.entry, before.step);
@@ -189,7 +191,7 @@ impl<'a> Replay<'a> {
                 break *known;
             }
             if passed.len() >= most {
-                // A farther search may find it: this is not remembered.
+                // A longer search may find a change, so this result is not kept.
                 return Changed::Never(TapeEnd::Searched, section + 1);
             }
             if let Some(change) = self.log(section).and_then(|log| log.last(cell, end, |_| true)) {
@@ -207,7 +209,7 @@ impl<'a> Replay<'a> {
         changed
     }
 
-    /// Whether a cell is forced at a moment, and since when.
+    /// The moment since which a cell is forced; `None` if it is not forced.
     pub fn forced(&mut self, cell: Cell, at: Moment) -> Option<Result<Moment, TapeEnd>> {
         let mut section = at.section;
         let mut end = at.entries();
@@ -275,7 +277,8 @@ impl<'a> Replay<'a> {
         }
     }
 
-    /// When a cell changed last, in a certain way. Only the last two minutes are searched.
+    /// When a cell had its last change for which `is` returns true. Only the last two minutes are
+    /// searched.
     pub fn since(&mut self, cell: Cell, at: Moment, is: &dyn Fn(&CellChange) -> bool) -> Since {
         let mut section = at.section;
         let mut end = (at.entry, at.step);
@@ -292,7 +295,7 @@ impl<'a> Replay<'a> {
 
     /// The value of a cell at a moment.
     pub fn value(&mut self, cell: Cell, at: Moment) -> i32 {
-        // What a scan's start writes is in no log.
+        // No log contains the writes at the start of a scan.
         let layout = &self.subject.symbols.layout;
         if !is_status(layout.address(cell))
             && let Some(log) = self.log(at.section)
@@ -313,7 +316,7 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// Sees the value of a cell right before a step.
+/// Takes the value of a cell right before a step.
 struct Peek {
     cell: Cell,
     step: u32,
@@ -334,7 +337,7 @@ impl Witness for Peek {
     }
 }
 
-/// The entry behind the execution of a scan that begins at an entry.
+/// The entry after the execution of a scan. `begin`: the entry at which the scan begins.
 fn end_of_scan(section: &TapeSection, begin: usize) -> usize {
     let rest = section.entries.iter().enumerate().skip(begin + 1);
     for (at, entry) in rest {

@@ -1,5 +1,5 @@
-//! The RESTART behind a pass or a new start: it stops and starts a block at once, so no bit shows
-//! it.
+//! Finds the RESTART that caused a termination pass or a new start of a block. A RESTART stops and
+//! starts the block at once, so no bit shows it.
 
 use super::answer::Restart;
 use super::inquiry::Inquiry;
@@ -19,13 +19,14 @@ struct Restarter {
     history: u32,
 }
 
-/// Sees the RESTARTs of a block that act.
+/// Finds the RESTARTs of a block that act.
 struct RestartWatch<'s> {
     block: BlockId,
     all: Vec<Restarter>,
-    /// Their contacts.
+    /// The contacts of the RESTARTs.
     watch: Watch<'s>,
-    /// The block's turn ends the search; else it begins it anew.
+    /// Whether the block's turn ends the search. If not, the turn discards the RESTART found so
+    /// far.
     ends_at_turn: bool,
     ended: bool,
     found: Option<(Deed, u32)>,
@@ -54,7 +55,7 @@ impl Witness for RestartWatch<'_> {
 }
 
 impl Inquiry<'_> {
-    /// The RESTART that a block's turn, in which a moment lies, has obeyed.
+    /// The RESTART that caused the turn of a block. `at`: a moment in that turn.
     pub fn restart(&mut self, block: BlockId, at: Moment, depth: u32) -> Option<Box<Restart>> {
         let (section, entry) = self.replay.last_begin(at)?;
         let before = self.last_execution(Moment { section, entry, step: 0 });

@@ -1,5 +1,5 @@
-//! The words of a rung: what its compares and instructions read and count. A picture of a running
-//! ladder shows their values, as power alone says nothing of a counter.
+//! The words of a rung, which its compares and instructions read or count. A picture of a running
+//! ladder shows their values, because power alone does not show the state of a counter.
 
 use super::leaves::own_contacts;
 use super::logic::Leaves;
@@ -36,7 +36,7 @@ fn address(of: ReadOperand) -> Option<Address> {
     }
 }
 
-/// What an instruction names: of a structure its members.
+/// The addresses that an instruction names; for a structure, its members.
 fn of_action(action: &Action) -> Vec<Address> {
     let mut all = Vec::new();
     action.operands().each().for_each(|(_, operand)| match operand {

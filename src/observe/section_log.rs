@@ -1,6 +1,6 @@
-//! All changes of public memory in one section, in order, with the step that made each.
+//! All changes of public memory in one section, in order, each with the step that made it.
 //!
-//! Made by executing the section once; asked for the last change of a cell.
+//! Made by executing the section once. Used to find the last change of a cell.
 
 use super::slice_run::{CellChange, SliceRun};
 use crate::engine::Cell;
@@ -13,7 +13,7 @@ pub(super) struct SectionLog {
 }
 
 impl SectionLog {
-    /// Executes a section that fits. `goes_on`: the run is at its start.
+    /// Executes a section that fits. `goes_on`: the run is already at the start of the section.
     pub fn new(run: &mut SliceRun, section: &TapeSection, goes_on: bool) -> SectionLog {
         let mut changes = Vec::new();
         if !goes_on {
@@ -27,7 +27,7 @@ impl SectionLog {
         SectionLog { changes }
     }
 
-    /// The last change of a cell before a step of an entry that some condition holds for.
+    /// The last change of a cell before a step of an entry for which `is` returns true.
     pub fn last(
         &self,
         cell: Cell,

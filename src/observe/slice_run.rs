@@ -1,9 +1,9 @@
-//! Executes a slice, and leaves out what would change nothing.
+//! Executes a slice without the operations that would change nothing.
 //!
-//! An operation is a function of the cells that it touches; a timer goes by the time too. If it
-//! changed nothing when it executed last, and none of its cells has changed since, it would change
-//! nothing again. So a minute of a large plant is executed soon: little changes from scan to scan.
-//! Control, timers, turns and passes are never left out.
+//! The result of an operation depends on the cells that it touches; the result of a timer depends
+//! on the time too. If an operation changed nothing when it executed last, and none of its cells
+//! has changed since, it would change nothing again. Little changes from scan to scan, so a minute
+//! of a large plant takes little time. Control, timers, turns and passes are never left out.
 
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ pub(super) struct CellChange {
     pub step: u32,
     /// The cell.
     pub cell: Cell,
-    /// What made it; `None`: the call itself.
+    /// The step that made it; `None`: the call itself.
     pub by: Option<Deed>,
     /// The value before.
     pub before: i32,
@@ -32,21 +32,21 @@ pub(super) struct CellChange {
     pub after: i32,
 }
 
-/// An engine of a slice, and what it may leave out.
+/// An engine of a slice, with the record of the operations that it may leave out.
 pub(super) struct SliceRun<'s> {
     engine: Engine,
     eye: RunEye<'s>,
 }
 
 impl<'s> SliceRun<'s> {
-    /// Before the first [`SliceRun::resume`].
+    /// A run that needs a [`SliceRun::resume`] before its first call.
     pub fn new(subject: &'s Subject, slice: &'s Slice) -> SliceRun<'s> {
         let engine = Engine::new(slice.program.clone());
         let eye = RunEye::new(subject, slice, &EngineState::of(&engine));
         SliceRun { engine, eye }
     }
 
-    /// Goes on from a state that fits.
+    /// Continues from a state that fits.
     pub fn resume(&mut self, state: &EngineState) {
         self.engine.resume(state);
         self.eye.bits.copy_from_slice(state.bits());
@@ -54,7 +54,7 @@ impl<'s> SliceRun<'s> {
         self.eye.due.fill(u64::MAX);
     }
 
-    /// Makes a call, and adds the changes of public cells and of edges.
+    /// Makes a call, and adds the changes of public cells and of edges to `changes`.
     pub fn call(&mut self, entry: u32, call: EngineCall, changes: Option<&mut Vec<CellChange>>) {
         let SliceRun { engine, eye } = self;
         eye.changes.clear();
@@ -84,22 +84,23 @@ impl<'s> SliceRun<'s> {
     }
 }
 
-/// Sees what changes, and so what is due. Cells have the numbers of the wiring.
+/// Notes the cells that change, and the batches that are due for that reason. Cells are numbered as
+/// in the wiring.
 struct RunEye<'s> {
     subject: &'s Subject,
     slice: &'s Slice,
-    /// All of memory, as it was seen last.
+    /// All of memory, as it was last noted.
     bits: Vec<u8>,
     words: Vec<i32>,
-    /// By batch, a bit each: whether it may change something; whether it is never left out.
+    /// One bit for each batch. `due`: it may change something; `moves`: it is never left out.
     due: Vec<u64>,
     moves: Vec<u64>,
-    /// By cell: whether its changes are told.
+    /// By cell: whether its changes are reported.
     told: Vec<bool>,
     changes: Vec<CellChange>,
     numbers: StepNumbers,
     entry: u32,
-    /// The call has had a step.
+    /// Whether a step of the call has begun.
     begun: bool,
 }
 
@@ -110,7 +111,7 @@ impl<'s> RunEye<'s> {
         let mut told = vec![false; bits.len() + words.len()];
         told[..layout.bit_count() as usize].fill(true);
         told[bits.len()..][..layout.word_count() as usize].fill(true);
-        // Of private cells only the bits of edges are listed there.
+        // The bits of edges are the only private cells in this list.
         for place in &slice.places {
             for (first, count) in &subject.batches[place.end as usize - 1].bits {
                 told[*first as usize..(first + count) as usize].fill(true);
@@ -157,14 +158,14 @@ impl<'s> RunEye<'s> {
         }
     }
 
-    /// All that touches a cell is due.
+    /// Marks all batches that touch a cell as due.
     fn touched(&mut self, number: u32) {
         for batch in self.slice.wiring.touching(number) {
             self.due[batch as usize / 64] |= 1 << (batch % 64);
         }
     }
 
-    /// Notes the cells of a step: by its number among the batches, passes and turns.
+    /// Notes the cells of a step. `step`: its number among the batches, passes and turns.
     fn step(&mut self, step: usize, image: &Image, by: (u32, Option<Deed>)) {
         let slice = self.slice;
         slice.wiring.written(step).iter().for_each(|cell| self.note(*cell, image, by));
@@ -174,14 +175,15 @@ impl<'s> RunEye<'s> {
         self.slice.places.len() + self.slice.program.tables.terminations.len() + block as usize
     }
 
-    /// The bits of all blocks, after a call that starts or stops them.
+    /// Notes the bits of all blocks, after a call that starts or stops them.
     fn blocks(&mut self, image: &Image, step: u32) {
         for at in 0..self.slice.program.blocks.len() as u32 {
             self.step(self.turn(BlockId(at)), image, (step, None));
         }
     }
 
-    /// The status bits and words, which a scan's start writes: they are no news.
+    /// Notes the status bits and words, which the start of a scan writes. Their changes are not
+    /// reported.
     fn status(&mut self, image: &Image) {
         let layout = &self.slice.program.layout;
         let bit = self.number(Cell::Bit(layout.bit(Bit::Space(BitSpace::St, 0))));

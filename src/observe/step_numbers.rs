@@ -3,18 +3,18 @@
 
 use crate::engine::{Deed, Slice};
 
-/// The number of the step that executes now. They rise in order of execution.
+/// The number of the step that executes now. The numbers rise in the order of execution.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StepNumbers {
     now: u32,
-    /// Of the element that executes: its own number, its first batch, the number of its batches.
+    /// The element that executes: its own number, its first batch, the number of its batches.
     element: u32,
     first: u32,
     count: u32,
 }
 
 impl StepNumbers {
-    /// The number of a step that begins.
+    /// The number of a step at its beginning.
     pub fn before(&mut self, deed: Deed, slice: &Slice) -> u32 {
         match deed {
             Deed::Batch(at) => self.now = self.element + 1 + (at - self.first),
@@ -29,7 +29,7 @@ impl StepNumbers {
         self.now
     }
 
-    /// The number of a step's end. A turn and a block's or Stage's execution end with a new one.
+    /// The number of a step at its end. The end of a turn, block or Stage has a new number.
     pub fn after(&mut self, deed: Deed) -> u32 {
         match deed {
             Deed::Batch(_) | Deed::Pass(_) => {}

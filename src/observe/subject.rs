@@ -1,7 +1,7 @@
-//! The program that is observed: resolved, lowered to be seen, with the origin of every step.
+//! The program that is observed: resolved, lowered for observation, with the origin of every step.
 //!
-//! Made once of a program and its files, used for every question. It finds the rung of a part, the
-//! text and place of an instruction, and the steps that may write a cell.
+//! Made once for a program and its files, and used for every question. It finds the rung of a part,
+//! the text and place of an instruction, and the steps that may write a cell.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use crate::source::span::{SourceFile, Span};
 #[derive(Debug)]
 pub struct Subject {
     pub(super) program: Arc<Program>,
-    /// One operation a batch, in file order.
+    /// The lowered program: one operation in each batch, in file order.
     pub(super) seen: engine::Program,
     pub(super) symbols: Symbols,
     pub(super) sites: Sites,
@@ -28,23 +28,23 @@ pub struct Subject {
     /// Memory after a cold start.
     pub(super) initial: EngineState,
     files: Vec<SourceFile>,
-    /// By file: where its lines end.
+    /// By file: the ends of its lines.
     line_ends: Vec<Vec<u32>>,
     /// By batch: the cells that it may write.
     pub(super) batches: Vec<Stretches>,
-    /// By step of the passes.
+    /// By step of the passes: the cells that it may write.
     pub(super) passes: Vec<Stretches>,
-    /// By block.
+    /// By block: the cells that its turn may write.
     pub(super) turns: Vec<Stretches>,
     /// The parts, in order of the batch before which their contacts are evaluated.
     ready: Vec<(u32, u32)>,
-    /// By batch: the first in `ready`.
+    /// By batch: the index in `ready` of its first part.
     ready_from: Vec<u32>,
     writers: CellIndex<Deed>,
 }
 
 impl Subject {
-    /// Lowers a program to be seen. `files`: those of the load, by the numbers that places have.
+    /// Lowers a program for observation. `files`: the loaded files; places refer to them by index.
     pub fn new(program: Arc<Program>, files: Vec<SourceFile>) -> Subject {
         let (seen, symbols, sites) = lower_seen(&program);
         let names = CellNames::new(&program, &symbols);
@@ -123,7 +123,7 @@ impl Subject {
         self.rung(part).branches.get(branch as usize)
     }
 
-    /// An instruction, by its number, and the part that it stands in.
+    /// An instruction, by its part and its number.
     pub(super) fn instruction(&self, part: u32, number: u32) -> Option<&Instruction> {
         let at = number.checked_sub(self.part(part).instructions.start)?;
         self.body(part).get(at as usize)
@@ -137,7 +137,7 @@ impl Subject {
         }
     }
 
-    /// Where a step comes from; of a turn nothing does.
+    /// The origin of a step in the program; a turn has none.
     pub(super) fn site(&self, deed: Deed) -> Option<Site> {
         match deed {
             Deed::Batch(at) => self.sites.batches.get(at as usize).copied(),
@@ -164,7 +164,7 @@ impl Subject {
         !self.writers(cell).is_empty()
     }
 
-    /// A place with its file, line and text; of a part of a template, in the template.
+    /// A place with its file, line and text; for a part of a template, the place in the template.
     pub(crate) fn place(&self, span: Span) -> Place {
         let span = self.program.layers.in_file(span);
         let file = self.files.get(span.file.0 as usize);
@@ -207,7 +207,7 @@ impl Subject {
     /// The cell of an operand, by its name.
     ///
     /// # Errors
-    /// It names nothing, or a whole structure.
+    /// The name is unknown, or is that of a whole structure.
     pub fn cell(&self, name: &str) -> Result<Cell, String> {
         let address = crate::resolve::resolve_operand(&self.program, name)?;
         let cell = self.symbols.layout.cell(address);
@@ -221,6 +221,6 @@ impl Subject {
 }
 
 fn has_steps(part: &RungPart) -> bool {
-    // A rung without a `do` of its own is followed by its branches.
+    // A rung without its own `do` counts too: its branches execute after its contacts.
     !part.instructions.is_empty() || part.branch.is_none()
 }

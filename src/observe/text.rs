@@ -1,5 +1,5 @@
-//! An answer as text for people: the operand, the write, the contacts, and the same for each of
-//! them, indented. What an earlier scan saw is told in the past tense.
+//! An answer as text for people: the operand, the write and the contacts; below each contact the
+//! same for its operand, indented. States in an earlier scan are in the past tense.
 
 use super::answer::{
     About, Cause, ContactDetail, ContactSeen, Cut, Explanation, Followed, Hindrance, Idle,
@@ -16,7 +16,7 @@ struct Lines {
     telling: Telling,
 }
 
-/// The place of a line: its indent, and whether it is told in the past tense.
+/// The form of a line: its indent, and whether it is in the past tense.
 #[derive(Clone, Copy)]
 struct Line {
     indent: usize,
@@ -59,7 +59,7 @@ impl Explanation {
         lines.text
     }
 
-    /// What the marks `…` of the text mean: lines, each with a line end.
+    /// The meaning of the marks `…` in the text: lines, each with a line end.
     pub fn hints(&self) -> String {
         let mut hints = String::new();
         if let Some(depth) = self.deeper {
@@ -72,7 +72,7 @@ impl Explanation {
         hints
     }
 
-    /// Of a search without success.
+    /// The line for a search without success.
     fn not_found(&self, every_single: bool, tried: u32, to: &str) -> String {
         // One scan was tried without any edit.
         let singles = tried.saturating_sub(self.combined + 1);
@@ -94,8 +94,8 @@ impl Explanation {
     }
 }
 
-/// Whether an instruction is the OUT that turned a bit over, with its rung as it was then: a rung
-/// above it has read the bit, and the OUT will write the same again.
+/// Whether an instruction is the OUT that changed the bit, and its rung has the same power as at
+/// that time. Then the OUT keeps the value: it will write the same value again.
 fn keeps(idle: &Idle, legs: &[LegSeen], node: &Node) -> bool {
     let Cause::Instruction { place, .. } = &node.write.cause else { return false };
     let is_out = *place == idle.place && place.text.starts_with("OUT ");
@@ -109,7 +109,7 @@ impl Lines {
         self.text.push('\n');
     }
 
-    /// The last change of the operand of the question, if it is not told with its write.
+    /// The last change of the operand of the question, unless the line of its write contains it.
     fn changed(&mut self, changed: &LastChange, root: &Node, line: Line) {
         let cause = match &changed.cause {
             Some(Cause::Initial | Cause::Restored | Cause::Older(_)) | None => return,
@@ -127,7 +127,7 @@ impl Lines {
         self.cause(cause, Line { past: true, ..line });
     }
 
-    /// The write of an operand, and what follows from it.
+    /// The write of an operand, with its reasons.
     fn node(&mut self, node: &Node, changed: Option<&LastChange>, line: Line) {
         let written = Written { operand: &node.operand, value: node.value, past: line.past };
         let told = self.telling.write(&node.write, written, changed);
@@ -193,7 +193,7 @@ impl Lines {
         leg.also_off.iter().for_each(|of| self.contact(of, line.deeper(2), "also "));
     }
 
-    /// A contact; `before`: what stands before its line.
+    /// A contact; `before`: the text before its line.
     fn contact(&mut self, contact: &ContactSeen, line: Line, before: &str) {
         let on = state(contact.on);
         let head = |name: &str| match before {

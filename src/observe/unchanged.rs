@@ -1,6 +1,6 @@
-//! The operand of the question, if its last write left the value as it was: when and why it
-//! changed last. An output that dropped a while ago is written OFF in every scan; what a person
-//! asks for is why it dropped.
+//! The operand of the question, if its last write did not change the value: when and why it changed
+//! last. An output that dropped a while ago is written OFF in every scan, but the user wants to
+//! know why it dropped.
 
 use super::answer::{
     Cause, ContactDetail, ContactSeen, Followed, LastChange, LegSeen, Node, Remedy, Since, Write,
@@ -12,12 +12,13 @@ use crate::engine::Cell;
 use crate::runtime::TapeEntry;
 use crate::runtime::exchange::Mode;
 
-/// The sections in which the last change is looked for, for one in which lesser facts are.
+/// The search for the last change covers this many times more sections than the search for a lesser
+/// fact.
 const FARTHER: usize = 30;
 
 impl Inquiry<'_> {
-    /// The last change of the operand of the question; and the operand, explained again if what
-    /// the change names need not be said twice.
+    /// The last change of the operand of the question, and the operand itself. If the change has
+    /// reasons, the operand is explained again without the reasons that the change already gives.
     pub fn unchanged(&mut self, root: Node, at: Moment) -> (Node, Option<LastChange>) {
         let is_step = matches!(root.write.cause, Cause::Instruction { .. } | Cause::Pass { .. });
         if !is_step || !root.write.in_last_scan || root.write.before.is_some() {
@@ -26,7 +27,7 @@ impl Inquiry<'_> {
         let Some(found) = self.last_change(&root, at) else { return (root, None) };
         let (cell, value, depth) = (root.operand.cell, root.value, self.limits.depth);
         let is_word = matches!(cell, Cell::Word(_));
-        // The reasons of then get half of the room.
+        // The reasons of the last change get half of the operands.
         let (nodes, cut) = (self.nodes, (self.cuts, self.deeper, self.is_long));
         let half = self.limits.nodes.div_ceil(2);
         let shown = std::mem::take(&mut self.shown);
@@ -70,7 +71,7 @@ impl Inquiry<'_> {
         }
     }
 
-    /// The sets of two and three edits that were tried.
+    /// The number of sets of two or three edits that were tried.
     pub fn combined(&self, change: Option<&Remedy>) -> u32 {
         match (change, self.singles_end) {
             (Some(Remedy::None(end)), Some(singles)) => end.tried.saturating_sub(singles + 1),
@@ -78,7 +79,7 @@ impl Inquiry<'_> {
         }
     }
 
-    /// The mode at a moment, and since when; `None` if the tape does not say why nothing scans.
+    /// The mode at a moment, and since when; `None` if the mode is RUN or is not on the tape.
     pub fn mode(&mut self, at: Moment) -> Option<(Mode, Since)> {
         let (mut section, mut end) = (at.section, at.entries());
         let mut known = None;
@@ -105,7 +106,7 @@ impl Inquiry<'_> {
     }
 }
 
-/// Whether two writes are of the same instruction, for the same reasons.
+/// Whether the same instruction made two writes, for the same reasons.
 fn same_cause(then: &Cause, now: &Cause) -> bool {
     match (then, now) {
         (
@@ -127,7 +128,7 @@ fn same_contacts(then: &[ContactSeen], now: &[ContactSeen]) -> bool {
     then.len() == now.len() && then.iter().zip(now).all(|(then, now)| same_contact(then, now))
 }
 
-/// Whether two contacts are the same; of a bit for the same reasons.
+/// Whether two contacts are the same; for a bit, with the same reasons.
 fn same_contact(then: &ContactSeen, now: &ContactSeen) -> bool {
     if (&then.place, then.on) != (&now.place, now.on) {
         return false;

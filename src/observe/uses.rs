@@ -1,8 +1,8 @@
-//! Where a program writes and reads its cells: the instructions and contacts that can, each with
+//! The places at which a program writes and reads its cells: instructions and contacts, each with
 //! its rung.
 //!
-//! `draw::xref` makes the cross-reference of it. The writers are those that `why` knows, so the two
-//! never differ; the readers come from the program as it is written.
+//! `draw::xref` makes the cross-reference from them. The writers are the same as those of `why`, so
+//! the two never differ; the readers come from the program as it is written.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -32,7 +32,7 @@ pub(crate) struct WriteUse {
     pub rung: RungName,
     /// Its place, with its text.
     pub place: Place,
-    /// The block or Stage whose end resets what the instruction drove.
+    /// The block or Stage whose end resets the cell.
     pub reset_at_end: Option<String>,
 }
 
@@ -45,7 +45,7 @@ pub(crate) struct ReadUse {
     pub place: Place,
 }
 
-/// All that uses some cells.
+/// All uses of some cells.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CellUses {
     /// Instructions that write them, in file order.
@@ -122,7 +122,7 @@ impl ProgramUses<'_> {
         ReadUse { rung: self.subject.place_of_rung(part), place: self.subject.place(span) }
     }
 
-    /// Whether the block or Stage of a part ends while the controller runs.
+    /// Whether the block or Stage of a part can end while the controller runs.
     fn ends(&self, part: u32) -> bool {
         let element = self.subject.part(part).element;
         let block = self.subject.program.block(element.block);
@@ -147,11 +147,11 @@ fn order(deed: &Deed) -> (u32, u32) {
     }
 }
 
-/// The readers of a program, in the making.
+/// The list of the readers of a program while it is made.
 struct ReadList<'s> {
     subject: &'s Subject,
     sites: Vec<ReadSite>,
-    /// Of each site the cells that it reads.
+    /// For each site, the cells that it reads.
     cells: Vec<Stretches>,
 }
 
@@ -167,7 +167,7 @@ impl ReadList<'_> {
         }
     }
 
-    /// A contact and its parts. `around`: the `!` or edge that it stands in alone.
+    /// Adds a contact and its parts. `around`: the `!` or edge that contains only this contact.
     fn contact(&mut self, part: u32, contact: &Contact, around: Option<Span>) {
         let span = around.unwrap_or(contact.span());
         match contact {

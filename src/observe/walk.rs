@@ -1,31 +1,31 @@
-//! The walk of a scan: the steps of the engine as steps of the program.
+//! The walk of a scan: turns the steps of the engine into steps of the program.
 //!
-//! Executes one call of an engine and tells a [`Witness`] of each rung part when its contacts are
-//! evaluated, and of each step before and after. `why` watches a cell with it; coverage and a live
-//! picture of the ladder can use it as it is. The engine executes a slice of the program, which may
-//! be all of it; a witness gets the steps of the whole program. The steps of a call have numbers,
-//! the same whenever the call is executed from the same state.
+//! Executes one call of an engine and calls a [`Witness`] when the contacts of a rung part have
+//! been evaluated, and before and after each step. `why`, coverage and the live picture of a ladder
+//! use it. The engine executes a slice of the program, which may be the whole program; a witness
+//! receives the steps of the whole program. The steps of a call are numbered; the numbers are the
+//! same whenever the call is executed from the same state.
 
 use super::step_numbers::StepNumbers;
 use super::subject::Subject;
 use crate::engine::{Deed, Engine, EngineCall, Eye, Image, Slice};
 
-/// Sees a scan rung by rung. What a witness does not want to see has an empty method.
+/// Observes a scan rung by rung. The default methods do nothing.
 pub(crate) trait Witness {
-    /// Whether it wants to see contacts.
+    /// Whether the witness needs the contacts.
     const PARTS: bool = true;
 
-    /// The contacts of a part of a rung are evaluated; its instructions execute next.
+    /// The contacts of a part of a rung have been evaluated; its instructions execute next.
     fn part(&mut self, _part: u32, _number: u32, _image: &Image) {}
 
     /// A step begins.
     fn before(&mut self, _deed: Deed, _number: u32, _image: &Image) {}
 
-    /// A step has ended. A turn and a block's or Stage's execution end with a new number.
+    /// A step has ended. The end of a turn, block or Stage has a new number.
     fn after(&mut self, _deed: Deed, _number: u32, _image: &Image) {}
 }
 
-/// The eye of a witness.
+/// The engine's eye that calls a witness.
 struct Walk<'a, W> {
     subject: &'a Subject,
     slice: &'a Slice,
@@ -33,7 +33,7 @@ struct Walk<'a, W> {
     numbers: StepNumbers,
 }
 
-/// Makes a call of an engine of a slice; a scan and the passes are seen.
+/// Makes a call of the engine of a slice; the witness observes a scan and the passes.
 pub(crate) fn walk(
     (subject, slice): (&Subject, &Slice),
     engine: &mut Engine,

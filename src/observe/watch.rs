@@ -24,16 +24,16 @@ pub(super) struct Decided {
     pub before: i32,
     /// The value after it.
     pub after: i32,
-    /// What its instruction read, beside its contacts.
+    /// The operands that its instruction read, without its contacts.
     pub operands: Vec<Side>,
 }
 
-/// Sees the steps that write a cell.
+/// Observes the steps that write a cell.
 pub(super) struct Watch<'s> {
     subject: &'s Subject,
     cell: Cell,
     address: Option<Address>,
-    /// Only steps before this one count.
+    /// Only steps before this number count.
     until: u32,
     /// The steps that may write the cell.
     writers: Vec<Deed>,
@@ -80,11 +80,12 @@ impl<'s> Watch<'s> {
         all.flatten().cloned().collect()
     }
 
-    /// Whether a step decides a value that it does not change.
+    /// Whether a step that does not change the value decides it.
     fn decides(&self, deed: Deed) -> bool {
         let Some((part, instruction)) = self.instruction(deed) else { return false };
         if let Deed::Pass(_) = deed {
-            // A pass puts its value, whatever it was; a Task that it disables may be OFF.
+            // A pass decides every value that it writes, except `.Running`: a Task that it disables
+            // may already be OFF.
             return !matches!(self.address, Some(Address::Bit(Bit::Running(_))));
         }
         match decides(&instruction.action, self.address) {

@@ -8,10 +8,10 @@ use super::subject::Subject;
 use crate::engine::{BitCell, Cell, WordCell};
 
 impl Subject {
-    /// What made a cell what it is at the end of the tape, or was at the end of a scan.
+    /// Explains the value of a cell at the end of the tape, or at the end of a scan.
     ///
     /// # Errors
-    /// The tape has no such scan, or none that fits the program.
+    /// The cell is unknown, or the tape has no such scan or no section that fits the program.
     pub fn why(
         &self,
         past: &mut dyn Past,

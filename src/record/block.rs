@@ -1,7 +1,7 @@
-//! A block: one section of the tape, packed, with a head that says where it lies in time.
+//! A block: one section of the tape, packed, with a head that contains its place in time.
 //!
-//! `recorder` makes blocks; `recent` keeps them, the store writes them. Both may leave a block's
-//! base image away, as the block before it leads to the same state.
+//! `recorder` makes blocks; `recent` keeps them, the store writes them. Both may omit the base
+//! image of a block, because the block before it leads to the same state.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::section::SectionBody;
 use super::zip::packed;
 use crate::engine::EngineState;
 
-/// What can be known of a section without unpacking it.
+/// The facts of a section that can be read without unpacking it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlockHead {
     /// Its number among the sections of its process; the first one is 0.
@@ -19,13 +19,13 @@ pub struct BlockHead {
     pub number: u64,
     /// The scans that begin in it.
     pub scans: u32,
-    /// The time of its first scan, ns since 1970 (UTC); without one, when it was recorded.
+    /// The time of its first scan, ns since 1970 (UTC); if it has no scan, the time of recording.
     pub begin_ns: i64,
     /// The time of its last scan, ns since 1970 (UTC).
     pub end_ns: i64,
-    /// It goes on where the section before it ended.
+    /// Whether it continues the section before it without a gap.
     pub follows: bool,
-    /// The hash of the state at its end, where that is known.
+    /// The hash of the state at its end, if the state is known.
     pub end_hash: Option<StateHash>,
 }
 
@@ -45,7 +45,7 @@ pub fn state_hash(state: &EngineState) -> StateHash {
     hash_of(&bytes)
 }
 
-/// A finished section, ready to be kept and written.
+/// A finished section that can be kept and written.
 #[derive(Clone, Debug)]
 pub struct RecordBlock {
     /// Its program.
@@ -70,7 +70,7 @@ impl RecordBlock {
         RecordBlock { program, head, base, section }
     }
 
-    /// Whether its state can be had without the block before it.
+    /// Whether it has a base image, so that the block before it is not needed.
     pub fn has_base(&self) -> bool {
         self.base.is_some()
     }

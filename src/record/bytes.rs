@@ -1,10 +1,11 @@
-//! Numbers and texts as bytes: little-endian numbers, numbers of as few bytes as they need, texts
-//! behind their length.
+//! Numbers and texts as bytes: little-endian numbers, numbers of variable length, texts after their
+//! length.
 //!
-//! The other files of `record` build sections and segments of them. The reader trusts no length: it
-//! gives `None` where the bytes are not what they should be, and never allocates ahead of them.
+//! The other files of `record` build sections and segments from them. The reader trusts no length:
+//! it returns `None` if the bytes are wrong, and never allocates memory before it has read them.
 
-/// Appends a number, seven bits a byte, the lowest first; the top bit says that more follow.
+/// Appends a number, seven bits in each byte, the lowest first; the top bit is set if more bytes
+/// follow.
 pub(super) fn put_number(out: &mut Vec<u8>, mut number: u64) {
     while number > 0x7F {
         out.push(number as u8 | 0x80);
@@ -13,7 +14,7 @@ pub(super) fn put_number(out: &mut Vec<u8>, mut number: u64) {
     out.push(number as u8);
 }
 
-/// A signed number as one without sign, small for both signs: 0, -1, 1, -2 …
+/// A signed number as an unsigned one, small for both signs: 0, -1, 1, -2 …
 pub(super) fn folded(number: i64) -> u64 {
     (number << 1 ^ number >> 63) as u64
 }
@@ -27,7 +28,7 @@ pub(super) fn put_signed(out: &mut Vec<u8>, number: i64) {
     put_number(out, folded(number));
 }
 
-/// Appends a text behind its number of bytes.
+/// Appends the number of bytes of a text, then the text.
 pub(super) fn put_text(out: &mut Vec<u8>, text: &str) {
     put_number(out, text.len() as u64);
     out.extend_from_slice(text.as_bytes());

@@ -3,10 +3,10 @@
 //! `section` and `quiet` write them, `section_read` reads them. They never change; a new entry gets
 //! a new number, and the format a new version.
 
-/// The most entries of a section.
+/// The maximum number of entries of a section.
 pub const ENTRIES_MAX: usize = 1 << 17;
 
-/// The most bytes of a section before they are packed: more than its entries can need.
+/// The maximum number of bytes of a section before packing: more than its entries can need.
 pub(super) const SECTION_BYTES_MAX: usize = 1 << 23;
 
 /// The first bytes of entries. Those below `SCAN` are quiet scans.
@@ -36,7 +36,7 @@ pub(super) mod code {
 pub(super) mod scan_flag {
     /// The mean scan time has changed.
     pub const MEAN: u8 = 1;
-    /// The shortest and longest scan time are not as expected.
+    /// The shortest or the longest scan time is not as expected.
     pub const EXTREMES: u8 = 2;
     /// Local time is not as expected.
     pub const LOCAL: u8 = 4;

@@ -1,16 +1,16 @@
-//! The names of the files of segments: `bottling-20261122T210500Z-123456.rungd-log`, the controller
-//! and the time at which the file was begun.
+//! The names of the files of segments, made of the controller and the start time of the file:
+//! `bottling-20261122T210500Z-123456.rungd-log`.
 //!
-//! `store` tells its own files by them, and never touches another one.
+//! `store` recognizes its own files by their names, and touches no other files.
 
 use crate::calendar::{Utc, parse_seconds};
 
-/// The ending of the names of files of segments.
+/// The extension of the files of segments.
 pub const EXTENSION: &str = "rungd-log";
 
 const US_NS: i64 = 1000;
 
-/// The name of a file that is begun at a time, ns since 1970 (UTC).
+/// The name of a file with this start time, ns since 1970 (UTC).
 pub(super) fn file_name(controller: &str, unix_ns: i64) -> String {
     let unix_us = unix_ns.max(0) / US_NS;
     let utc = Utc::of((unix_us / 1_000_000) as u64);
@@ -18,7 +18,8 @@ pub(super) fn file_name(controller: &str, unix_ns: i64) -> String {
     format!("{controller}-{date}T{time}Z-{:06}.{EXTENSION}", unix_us % 1_000_000)
 }
 
-/// When a file of this controller was begun, ns since 1970 (UTC); `None`: it is no such file.
+/// The start time of a file of this controller, ns since 1970 (UTC); `None`: it is not a file of
+/// this controller.
 pub(super) fn begun_ns(controller: &str, name: &str) -> Option<i64> {
     let rest = name.strip_prefix(controller)?.strip_prefix('-')?;
     let rest = rest.strip_suffix(EXTENSION)?.strip_suffix('.')?;

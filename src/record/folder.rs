@@ -1,7 +1,7 @@
 //! The folder of the segments: files that grow at their end and are deleted.
 //!
-//! `store` writes through [`Folder`], so that a test can be a disk that fills up, whose calls fail
-//! and whose power fails. [`FolderOnDisk`] is the real one.
+//! `store` writes through [`Folder`], so that a test can simulate a full disk, failing calls and
+//! power failures. [`FolderOnDisk`] is the real folder.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -13,39 +13,39 @@ use rustix::io::Errno;
 
 use crate::retain::file::is_named;
 
-/// A folder with one file open for writing at most.
+/// A folder with at most one file open for writing.
 pub trait Folder {
     /// Owns the files of a controller until the folder is dropped: no other process deletes them.
-    /// Called again after a failure.
+    /// It is called again after a failure.
     ///
     /// # Errors
-    /// `ResourceBusy` if another process owns them; else the system's.
+    /// `ResourceBusy` if another process owns them; otherwise the error of the system.
     fn own(&mut self, controller: &str) -> io::Result<()>;
 
-    /// All of its files: names and bytes.
+    /// All files of the folder: names and sizes in bytes.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     fn list(&mut self) -> io::Result<Vec<(String, u64)>>;
 
-    /// Makes a new file, and opens it in place of the one before. Its name is durable, if this
-    /// succeeds.
+    /// Makes a new file, and opens it instead of the previous one. After success its name is
+    /// durable.
     ///
     /// # Errors
-    /// `AlreadyExists`; else the system's.
+    /// `AlreadyExists`; otherwise the error of the system.
     fn create(&mut self, name: &str) -> io::Result<()>;
 
     /// Writes at the end of the open file; returns the number of bytes written, which may be fewer
     /// than given.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     fn append(&mut self, bytes: &[u8]) -> io::Result<usize>;
 
     /// Returns once all bytes of the open file are durable.
     ///
     /// # Errors
-    /// The system's: what was written since the last success may be lost.
+    /// The error of the system: the bytes written since the last success may be lost.
     fn sync(&mut self) -> io::Result<()>;
 
     /// Closes the open file.
@@ -54,7 +54,7 @@ pub trait Folder {
     /// Deletes a file.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     fn remove(&mut self, name: &str) -> io::Result<()>;
 }
 
@@ -63,12 +63,12 @@ pub trait Folder {
 pub struct FolderOnDisk {
     path: PathBuf,
     open: Option<File>,
-    /// The locked file of the controller whose files it owns.
+    /// The locked file of the controller whose files the folder owns.
     lock: Option<File>,
 }
 
 impl FolderOnDisk {
-    /// The folder at a path; it is made when it is needed.
+    /// The folder at a path; the folder is created when it is needed.
     pub fn new(path: &Path) -> FolderOnDisk {
         FolderOnDisk { path: path.to_owned(), open: None, lock: None }
     }
@@ -78,7 +78,7 @@ impl FolderOnDisk {
     }
 }
 
-/// Locks a file against other processes. A file system without locks has none to offer.
+/// Locks a file against other processes. On a file system without locks it succeeds without a lock.
 fn lock(file: &File) -> io::Result<()> {
     match flock(file, FlockOperation::NonBlockingLockExclusive) {
         Ok(()) | Err(Errno::NOTSUP | Errno::NOSYS | Errno::NOLCK) => Ok(()),
@@ -98,9 +98,9 @@ impl Folder for FolderOnDisk {
         if self.lock.as_ref().is_some_and(|held| is_named(held, &path)) {
             return Ok(());
         }
-        // Somebody deleted the file: other processes lock a new one.
+        // The file was deleted: other processes would lock a new file.
         self.lock = None;
-        // Neither waits for a pipe nor follows a link.
+        // The open call neither waits for a pipe nor follows a link.
         let flags = (OFlags::NONBLOCK | OFlags::NOFOLLOW).bits() as i32;
         let mut options = OpenOptions::new();
         options.write(true).create(true).truncate(false).custom_flags(flags);

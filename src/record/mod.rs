@@ -1,8 +1,9 @@
-//! The scan log: what came in, scan by scan, as bytes, in memory and on disk; and the way back.
+//! The scan log: writes the inputs of every scan as bytes, in memory and on disk, and reads them
+//! back.
 //!
-//! The daemon's thread reads the tape, hands its entries to a [`Recorder`], and each block that
-//! this makes to [`Recent`] and to the store. `cli` opens recordings and replays them. The format
-//! is described in `docs/record-format.md`. Deliberately absent: threads, clocks (times are
+//! The daemon's thread reads the tape and passes its entries to a [`Recorder`]. It passes each
+//! block of the recorder to [`Recent`] and to the store. `cli` opens recordings and replays them.
+//! `docs/record-format.md` describes the format. Deliberately absent: threads, clocks (times are
 //! arguments), the log, and any knowledge of ladders (a caller makes the engine of a program).
 
 mod block;

@@ -1,26 +1,27 @@
-//! The program of a segment: all that is needed to make its engine again, and where it ran.
+//! The program of a segment: all data that is needed to make its engine again, and the process in
+//! which it ran.
 //!
-//! The daemon fills it in; `segment` puts it at the head of a segment; `replay` hands it to a
-//! caller that can load files. Texts alone: nothing here reads a ladder.
+//! The daemon fills it in; `segment` puts it at the head of a segment; `replay` passes it to a
+//! caller that can load files. It contains only texts: nothing here reads a ladder.
 
 use super::bytes::{ByteSource, put_number, put_text};
 use super::zip::{packed, unpacked};
 
-/// The most bytes of a program before they are packed.
+/// The maximum number of bytes of a program before packing.
 const PROGRAM_BYTES_MAX: usize = 1 << 28;
 
-/// A program as a recording has it.
+/// A program in a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RecordedProgram {
     /// The version of rungd that recorded.
     pub version: String,
-    /// When its process started, ns since 1970 (UTC). It tells processes apart.
+    /// When its process started, ns since 1970 (UTC). It identifies the process.
     pub process_start_ns: i64,
     /// The number of the program in that process: 0 at the start, one more with every reload.
     pub generation: u32,
-    /// Where it came from: `start`, `reload by root`.
+    /// How it was loaded: `start`, `reload by root`.
     pub source: String,
-    /// The hash of its files, as the log names the program.
+    /// The hash of its files, by which the log names the program.
     pub hash: String,
     /// Its files: the controller file first, then the ladder files, as they were loaded.
     pub files: Vec<RecordedFile>,
@@ -29,7 +30,7 @@ pub struct RecordedProgram {
 /// A file of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RecordedFile {
-    /// Its name, as it was loaded.
+    /// The name under which it was loaded.
     pub name: String,
     /// Its text.
     pub text: String,
@@ -52,7 +53,7 @@ impl RecordedProgram {
         packed(&out)
     }
 
-    /// Reads a program that takes all of the packed `bytes`.
+    /// Reads a program that fills all of the packed `bytes`.
     pub(super) fn read(bytes: &[u8]) -> Option<RecordedProgram> {
         let bytes = unpacked(bytes, PROGRAM_BYTES_MAX)?;
         let mut bytes = ByteSource(&bytes);

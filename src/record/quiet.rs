@@ -1,38 +1,38 @@
-//! A run of quiet scans: two small numbers each, packed bit by bit.
+//! A run of quiet scans: two small numbers for each scan, packed bit by bit.
 //!
-//! `section` collects them, `section_read` reads them. How late a scan is and how long it took is
-//! chance, which no compression makes smaller; so they take the bits that their range needs. A run
-//! that is shorter in whole bytes is written so.
+//! `section` collects them, `section_read` reads them. The delay and the duration of a scan are
+//! random, and no compression makes random numbers smaller. So each number takes only the bits that
+//! the range of its run needs. If whole bytes make a run shorter, it is written in whole bytes.
 
 use super::bytes::{ByteSource, folded, put_number, put_signed};
 use super::codes::{ENTRIES_MAX, code};
 
-/// A scan whose duration is farther from that of the run's first one begins a new run.
+/// A scan whose duration differs this much from that of the first scan of the run begins a new run.
 const SPREAD_US_MAX: u32 = 64;
 
-/// The most bits of a number in a run.
+/// The maximum number of bits of a number in a run.
 const WIDTH_MAX: u8 = 32;
 
 /// A quiet scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct QuietScan {
-    /// How far its time is from the expected one, µs.
+    /// The deviation of its time from the expected time, µs.
     pub deviation_us: i64,
     /// The scan time before it, µs.
     pub last_us: i32,
 }
 
-/// Scans that are not written yet.
+/// Quiet scans that are not written yet.
 #[derive(Debug, Default)]
 pub(super) struct QuietRun {
-    /// The scan time before the first one of them.
+    /// The scan time before the first scan.
     before_us: i32,
     scans: Vec<QuietScan>,
 }
 
 impl QuietRun {
-    /// Takes a scan; false if the run must be written first. `before_us`: the scan time of the scan
-    /// before it.
+    /// Adds a scan; returns false if the run must be written first. `before_us`: the scan time of
+    /// the scan before it.
     pub fn takes(&mut self, scan: QuietScan, before_us: i32) -> bool {
         match self.scans.first() {
             None => self.before_us = before_us,
@@ -56,7 +56,7 @@ impl QuietRun {
         self.scans.clear();
     }
 
-    /// Two numbers in whole bytes for each.
+    /// The run with two numbers in whole bytes for each scan.
     fn plain(&self) -> Vec<u8> {
         let mut out = Vec::new();
         let mut before_us = self.before_us;
@@ -97,7 +97,7 @@ impl QuietRun {
     }
 }
 
-/// Reads a packed run behind its code. `before_us`: the scan time of the scan before it.
+/// Reads a packed run after its code. `before_us`: the scan time of the scan before the run.
 pub(super) fn read(bytes: &mut ByteSource<'_>, before_us: i32) -> Option<Vec<QuietScan>> {
     let count = usize::try_from(bytes.number()?).ok().filter(|count| *count <= ENTRIES_MAX / 2)?;
     let least_deviation_us = bytes.signed()?;

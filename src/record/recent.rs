@@ -1,7 +1,8 @@
-//! The last while in memory: as many blocks as fit into a fixed number of bytes.
+//! The most recent part of the recording, in memory: as many blocks as fit into a fixed number of
+//! bytes.
 //!
-//! The daemon puts every block in; `why` and the monitor get all of it as one recording. The bytes
-//! are allocated at the start and never exceeded; the oldest block goes first.
+//! The daemon adds every block; `why` and the monitor get all blocks as one recording. The bytes
+//! are allocated at the start and never exceeded; the oldest block is dropped first.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -12,9 +13,9 @@ use super::segment::SegmentStart;
 
 /// The blocks in memory.
 pub struct Recent {
-    /// The most bytes of blocks and programs.
+    /// The maximum number of bytes of blocks and programs.
     most: usize,
-    /// The blocks' bytes, one behind the other.
+    /// The bytes of the blocks, one block after the other.
     bytes: VecDeque<u8>,
     blocks: VecDeque<KeptBlock>,
     programs: VecDeque<KeptProgram>,
@@ -29,7 +30,7 @@ struct KeptBlock {
     has_base: bool,
 }
 
-/// A program in memory, and how many of the blocks are its own.
+/// A program in memory, and the number of its blocks.
 struct KeptProgram {
     program: Arc<RecordedProgram>,
     start: SegmentStart,
@@ -37,14 +38,14 @@ struct KeptProgram {
 }
 
 impl Recent {
-    /// Room for so many bytes.
+    /// Allocates room for this number of bytes.
     pub fn new(most: usize) -> Recent {
         let bytes = VecDeque::with_capacity(most);
         Recent { most, bytes, blocks: VecDeque::new(), programs: VecDeque::new() }
     }
 
-    /// Puts a block in; older ones make room. One that is larger than the room is not kept, nor
-    /// what is before it.
+    /// Adds a block, and drops older blocks to make room. A block that is larger than the room is
+    /// not kept, and all blocks before it are dropped.
     pub fn put(&mut self, block: &RecordBlock) {
         let newest = self.programs.back();
         if newest.is_none_or(|newest| !Arc::ptr_eq(&newest.program, &block.program)) {
@@ -55,7 +56,7 @@ impl Recent {
         while !self.blocks.is_empty() && self.used() + bytes > self.most {
             self.drop_oldest();
         }
-        // A first block needs a base image.
+        // The first block needs a base image.
         let is_usable = block.has_base() || !self.blocks.is_empty();
         if !is_usable || self.used() + bytes > self.most {
             self.programs.retain(|program| program.blocks > 0);
@@ -78,7 +79,7 @@ impl Recent {
             + self.programs.iter().map(|program| program.start.bytes.len()).sum::<usize>()
     }
 
-    /// Drops the oldest block, and those that need it.
+    /// Drops the oldest block, and the blocks that need it.
     fn drop_oldest(&mut self) {
         loop {
             let Some(block) = self.blocks.pop_front() else { return };
@@ -105,9 +106,9 @@ impl Recent {
         self.blocks.back().map(|block| block.end_ns)
     }
 
-    /// The blocks from a section's number on as a recording, with a block behind them that is not
-    /// kept. It begins with a base image, and so perhaps a little earlier; the newest block is
-    /// always in it.
+    /// The blocks from a section's number on as a recording. `last`: a block to append that is not
+    /// kept. The recording begins with a base image, and therefore perhaps with an earlier block;
+    /// the newest block is always in it.
     pub fn write_from(&self, from: u64, last: Option<&RecordBlock>) -> Vec<u8> {
         let at = self.blocks.partition_point(|block| block.sequence < from);
         let is_whole = last.is_some_and(RecordBlock::has_base);
@@ -138,12 +139,12 @@ impl Recent {
         out
     }
 
-    /// All of it as a recording: a segment for each program.
+    /// All blocks as a recording: a segment for each program.
     pub fn write(&self) -> Vec<u8> {
         self.write_blocks(0)
     }
 
-    /// The blocks from one on: a segment for each program that has one of them.
+    /// The blocks from `first` on: a segment for each program that has one of these blocks.
     fn write_blocks(&self, first: usize) -> Vec<u8> {
         let mut out = Vec::new();
         let lengths = self.blocks.iter().map(|block| block.bytes);

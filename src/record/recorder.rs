@@ -1,8 +1,8 @@
-//! The recorder: makes blocks of the entries of the tape, in order.
+//! The recorder: makes blocks from the entries of the tape, in order.
 //!
-//! The daemon's thread gives it every entry, with the state that belongs to one. A state ends a
-//! section and begins the next. What is lost makes a gap: the next section does not follow.
-//! Deliberately absent: what becomes of a block.
+//! The daemon's thread passes it every entry, with the state that belongs to the entry. A state
+//! ends a section and begins the next. Lost entries make a gap: the next section does not follow.
+//! Deliberately absent: the use of the blocks.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,15 +16,16 @@ use crate::engine::{EngineCall, EngineState};
 use crate::runtime::exchange::Mode;
 use crate::runtime::{Origin, TapeEntry};
 
-/// A section of so many entries ends at the next scan: about a second of the busiest plant.
+/// A section with this number of entries ends at the next scan: about a second of the busiest
+/// plant.
 const SECTION_ENTRIES: usize = ENTRIES_MAX / 2;
 
-/// The time, as the caller's clocks tell it when it takes an entry from the tape.
+/// The time on the caller's clocks when the caller takes an entry from the tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TapeClock {
     /// Now, ns since 1970 (UTC).
     pub unix_ns: i64,
-    /// Add it to a monotonic time to have ns since 1970 (UTC).
+    /// Add it to a monotonic time to get ns since 1970 (UTC).
     pub unix_offset_ns: i64,
 }
 
@@ -36,7 +37,7 @@ pub struct Recorder {
     sequence: u64,
     /// Steps lost since the last section.
     lost: u64,
-    /// The tape has a new program, and its first state is still to come.
+    /// The tape has a new program, but its first state has not come yet.
     awaits_state: bool,
     who: WhoNotes,
 }
@@ -45,7 +46,8 @@ pub struct Recorder {
 #[derive(Clone)]
 struct OpenSection {
     generation: u32,
-    /// The bytes of the state at its start; `None`: where the section before it ended.
+    /// The bytes of the state at its start; `None`: it is the state at the end of the section
+    /// before.
     state: Option<Vec<u8>>,
     follows: bool,
     lost: u64,
@@ -53,7 +55,7 @@ struct OpenSection {
     clock: TapeClock,
     number: u64,
     entries: Vec<TapeEntry>,
-    /// The mode, and the number of the next scan, behind the entries.
+    /// The mode, and the number of the next scan, after the entries.
     now: (Mode, u64),
     scans: u32,
     /// The times of its first and last scan or start of RUN, monotonic.
@@ -61,7 +63,7 @@ struct OpenSection {
 }
 
 impl Recorder {
-    /// A recorder of the process's first program, number 0.
+    /// A recorder for the first program of the process, number 0.
     pub fn new(program: RecordedProgram) -> Recorder {
         let mut recorder = Recorder {
             programs: BTreeMap::new(),
@@ -75,20 +77,22 @@ impl Recorder {
         recorder
     }
 
-    /// A further program, before its first state comes. Those of earlier generations than the one
-    /// on the tape are forgotten.
+    /// Adds a program, before its first state comes. Drops the programs that are older than the
+    /// program on the tape.
     pub fn program(&mut self, program: RecordedProgram) {
         let now = self.open.as_ref().map_or(0, |open| open.generation);
         self.programs.retain(|generation, _| *generation >= now);
         self.programs.insert(program.generation, Arc::new(program));
     }
 
-    /// Says who stands behind an origin; before its entry is taken, or up to one section after it.
+    /// Adds the name of the sender for an origin. Call it before the entry of the origin is taken,
+    /// or at most one section later.
     pub fn note(&mut self, origin: Origin, who: impl Into<String>) {
         self.who.note(origin, who.into());
     }
 
-    /// Takes the next entry, with the state that belongs to it; gives the block that it ends.
+    /// Takes the next entry, with the state that belongs to it; returns the block that the entry
+    /// ends.
     pub fn take(
         &mut self,
         entry: TapeEntry,
@@ -114,7 +118,7 @@ impl Recorder {
             | TapeEntry::Mode(_)
             | TapeEntry::Swap { .. } => {
                 if self.awaits_state {
-                    // The state of the new program could not be handed over in time.
+                    // The state of the new program did not come in time.
                     let is_scan = matches!(entry, TapeEntry::Call(EngineCall::Begin { .. }));
                     self.lost = self.lost.saturating_add(u64::from(is_scan));
                     return None;
@@ -129,8 +133,8 @@ impl Recorder {
         }
     }
 
-    /// Ends the section here, without a state: so that it is on the disk. What comes next goes on
-    /// from it. Call it when the tape has nothing more for now.
+    /// Ends the section here without a state, so that it can be written to the disk. The next
+    /// section continues from its end. Call it when the tape is empty.
     pub fn flush(&mut self, clock: TapeClock) -> Option<RecordBlock> {
         let is_due = |open: &&OpenSection| !open.entries.is_empty() && !self.awaits_state;
         let open = self.open.as_ref().filter(is_due)?;
@@ -138,20 +142,20 @@ impl Recorder {
         let mut next = OpenSection::new(open.generation, number, mode, clock);
         let block = self.close(None);
         next.follows = block.is_some();
-        // Without a block, what comes next has no state to go on from.
+        // Without a block, the next section has no state to continue from.
         self.open = block.is_some().then_some(next);
         block
     }
 
-    /// The section under way as a block, for a reader: it goes on, and the block that it ends as
-    /// has the same number. Call it when the tape has nothing more for now.
+    /// The current section as a block, for a reader. The section continues; its final block has the
+    /// same number. Call it when the tape is empty.
     pub fn under_way(&self) -> Option<RecordBlock> {
         let is_due = |open: &&OpenSection| !open.entries.is_empty() && !self.awaits_state;
         let open = self.open.as_ref().filter(is_due)?;
         self.block(open.clone(), None, &mut self.who.clone())
     }
 
-    /// The monotonic time of the newest scan that was taken, ns, if there is one in this section.
+    /// The monotonic time of the newest scan in the current section, ns; `None` if it has no scan.
     pub fn newest_ns(&self) -> Option<u64> {
         self.open.as_ref()?.times_ns.map(|(_, last)| last)
     }
@@ -167,7 +171,7 @@ impl Recorder {
         block
     }
 
-    /// Ends a section that is long enough, before this entry.
+    /// Ends the section before this entry, if it is long enough.
     fn split(&mut self, entry: TapeEntry, clock: TapeClock) -> Option<RecordBlock> {
         let entries = &self.open.as_ref()?.entries;
         let begins = match entry {
@@ -186,7 +190,7 @@ impl Recorder {
         if is_due { self.flush(clock) } else { None }
     }
 
-    /// Makes a block of the open section; none if its program is unknown.
+    /// Makes a block from the open section; `None` if its program is unknown.
     fn close(&mut self, hash: Option<StateHash>) -> Option<RecordBlock> {
         let open = self.open.take()?;
         let mut who = std::mem::take(&mut self.who);

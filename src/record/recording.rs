@@ -1,8 +1,8 @@
-//! A recording to be read: a file or a folder of segments, or bytes of memory; found by time or
-//! scan, section by section.
+//! Reads a recording: a file or a folder of segments, or bytes of memory. Finds its sections by
+//! time or scan.
 //!
-//! `replay` executes it, `cli` lists and cuts it. Only heads are read when it is opened. Sections
-//! are in the order in which they happened, whatever the files are called.
+//! `replay` executes a recording, `cli` lists and cuts it. Opening reads only the heads. Sections
+//! are in the order of their times; the file names do not matter.
 
 use std::cmp::Reverse;
 use std::fs::{self, File};
@@ -25,36 +25,36 @@ use crate::runtime::SectionStart;
 pub struct Recording {
     sources: Vec<RecordSource>,
     sections: Vec<RecordedSection>,
-    /// What is wrong with its files, each with the file's path.
+    /// The flaws of its files, each with the path of the file.
     pub flaws: Vec<(PathBuf, Flaw)>,
 }
 
-/// Where segments lie.
+/// The place of segments.
 #[derive(Debug)]
 enum RecordSource {
     File(PathBuf),
     Bytes(Vec<u8>),
 }
 
-/// A section's place.
+/// The place of a section.
 #[derive(Debug)]
 struct RecordedSection {
     source: usize,
     block: IndexedBlock,
-    /// It goes on where the section before it in this recording ended.
+    /// Whether it continues the section before it in this recording without a gap.
     follows: bool,
-    /// The nearest section with a base image from which it can be reached.
+    /// The nearest section with a base image from which this section can be reached.
     base: Option<usize>,
 }
 
-/// A section as it was read: its state, if it has a base image, and what it holds.
+/// A section that was read: its state, if it has a base image, and its content.
 pub type ReadSection = (Option<EngineState>, SectionBody);
 
 impl Recording {
-    /// Opens a file of segments, or all of a folder's.
+    /// Opens a file of segments, or all files of segments in a folder.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub fn open(path: &Path) -> io::Result<Recording> {
         let mut paths = Vec::new();
         if fs::metadata(path)?.is_dir() {
@@ -70,7 +70,7 @@ impl Recording {
         for path in &paths {
             match File::open(path) {
                 Ok(mut file) => indexes.push((path.clone(), index(&mut file)?)),
-                // The oldest one may just have been deleted.
+                // The oldest file may just have been deleted.
                 Err(error) if error.kind() == io::ErrorKind::NotFound && paths.len() > 1 => {}
                 Err(error) => return Err(error),
             }
@@ -79,11 +79,11 @@ impl Recording {
         Ok(Recording::new(sources, indexes))
     }
 
-    /// What is recorded of one controller: the files of its folder that reach beyond a time, ns
-    /// since 1970 (UTC), and what its memory holds, as `Recent` writes it.
+    /// The recording of one controller: the files of its folder with scans after a time, ns since
+    /// 1970 (UTC), and the recording in its memory, as `Recent` writes it.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub fn of_controller(
         dir: Option<(&Path, &str)>,
         from_ns: i64,
@@ -93,7 +93,7 @@ impl Recording {
         for path in dir.map_or(Ok(Vec::new()), |of| own_files(of, from_ns))? {
             match File::open(&path) {
                 Ok(mut file) => indexes.push((path.clone(), index(&mut file)?)),
-                // The oldest one may just have been deleted.
+                // The oldest file may just have been deleted.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 Err(error) => return Err(error),
             }
@@ -111,8 +111,8 @@ impl Recording {
         Recording::newest(bytes, &mut LastProgram::default())
     }
 
-    /// As [`Recording::of_bytes`], of the newest part of a recording that is asked for again and
-    /// again: a program that is known is not read again.
+    /// As [`Recording::of_bytes`], for repeated reads of the newest part of a recording: a program
+    /// that is in `last` is not unpacked again.
     pub fn newest(bytes: Vec<u8>, last: &mut LastProgram) -> Recording {
         let index = index_newest(&mut Cursor::new(&bytes[..]), last).expect("memory can be read");
         Recording::new(vec![RecordSource::Bytes(bytes)], vec![(PathBuf::new(), index)])
@@ -128,7 +128,7 @@ impl Recording {
         let place = |section: &RecordedSection| {
             (section.block.program.process_start_ns, section.block.head.sequence)
         };
-        // Of two copies of a section the one with a base image stays.
+        // If a section has two copies, the copy with a base image is kept.
         sections.sort_by_key(|section| (place(section), Reverse(section.block.has_base)));
         sections.dedup_by_key(|section| place(section));
         let mut before: Option<&RecordedSection> = None;
@@ -154,7 +154,7 @@ impl Recording {
         self.sections.len()
     }
 
-    /// The bytes of its files.
+    /// The size of its files in bytes.
     pub fn bytes(&self) -> u64 {
         let bytes = |source: &RecordSource| match source {
             RecordSource::File(path) => fs::metadata(path).map_or(0, |facts| facts.len()),
@@ -173,7 +173,7 @@ impl Recording {
         &self.sections[at].block.program
     }
 
-    /// Whether a section goes on where the one before it in this recording ended. A swap of
+    /// Whether a section continues the section before it in this recording without a gap. A swap of
     /// programs may lie between the two.
     pub fn follows(&self, at: usize) -> bool {
         self.sections[at].follows
@@ -184,17 +184,18 @@ impl Recording {
         self.sections[at].block.has_base
     }
 
-    /// The nearest section with a base image from which a section can be reached.
+    /// The nearest section with a base image from which this section can be reached.
     pub fn base_of(&self, at: usize) -> Option<usize> {
         self.sections[at].base
     }
 
-    /// The section in which a time lies, ns since 1970 (UTC), or the last one before it.
+    /// The section that contains a time, ns since 1970 (UTC), or the last section before that time.
     pub fn place_of_time(&self, unix_ns: i64) -> Option<usize> {
         self.sections.iter().rposition(|section| section.block.head.begin_ns <= unix_ns)
     }
 
-    /// The section in which a scan lies: of the newest process that has recorded it.
+    /// The section that contains a scan; if several processes have it, the section of the newest
+    /// process.
     pub fn place_of_scan(&self, number: u64) -> Option<usize> {
         self.sections.iter().rposition(
             |RecordedSection { block: IndexedBlock { head, .. }, .. }| {
@@ -203,7 +204,7 @@ impl Recording {
         )
     }
 
-    /// How a section begins.
+    /// The start of a section.
     pub fn start(&self, at: usize, body: &SectionBody) -> SectionStart {
         SectionStart {
             generation: self.program(at).generation,
@@ -218,7 +219,7 @@ impl Recording {
     /// Reads a section; `None`: it is damaged.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub fn read(&self, at: usize) -> io::Result<Option<ReadSection>> {
         let RecordedSection { source, block, .. } = &self.sections[at];
         match &self.sources[*source] {
@@ -227,11 +228,11 @@ impl Recording {
         }
     }
 
-    /// Writes a part of the recording as a file of its own. It begins with a base image, and so
-    /// perhaps a little earlier.
+    /// Writes a part of the recording as a separate file. The file begins with a base image, and
+    /// therefore perhaps with an earlier section.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub fn cut(&self, range: Range<usize>, out: &mut impl Write) -> io::Result<()> {
         let Some(first) = range.clone().find_map(|at| self.base_of(at)) else { return Ok(()) };
         let mut segment: Option<(&Arc<RecordedProgram>, SegmentStart)> = None;
@@ -262,8 +263,8 @@ impl Recording {
     }
 }
 
-/// The files of a controller in a folder that reach beyond a time, in the order in which they were
-/// begun: the newest one that was begun before it, and those behind.
+/// The files of a controller in a folder with scans after a time, in the order of their start
+/// times: the newest file that starts before that time, and all later files.
 fn own_files((dir, controller): (&Path, &str), from_ns: i64) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(dir)? {
@@ -278,7 +279,7 @@ fn own_files((dir, controller): (&Path, &str), from_ns: i64) -> io::Result<Vec<P
     Ok(files.into_iter().skip(first).map(|(_, path)| path).collect())
 }
 
-/// Makes a block's head one of the segment with this checksum.
+/// Changes the checksum of a block's head, so that it belongs to the segment with this checksum.
 fn put_head_sum(head: &mut [u8], segment_sum: u32) {
     let (head, sum) = head.split_at_mut(BLOCK_HEAD_BYTES - 4);
     let mut hasher = crc32fast::Hasher::new_with_initial(segment_sum);

@@ -1,9 +1,9 @@
-//! A recording executed again: every section with its state, every scan with its image, every hash
-//! computed anew.
+//! Executes a recording again: every section with its state, every scan with its image. Computes
+//! every hash again.
 //!
 //! `cli` replays, verifies and exports; `observe` gets its sections here. The caller makes the
-//! engine of a program, since `record` lies below `load`. A recording from outside may fit no
-//! engine: it is refused, section by section.
+//! engine of a program, because `record` lies below `load`. A recording from outside may not fit
+//! its engine: such sections are refused.
 
 use std::fmt;
 use std::io;
@@ -22,13 +22,13 @@ use crate::runtime::{NumberedCall, Origin, TapeEntry, TapeSection, numbered_call
 pub enum Unreplayable {
     /// Its file cannot be read.
     Io(io::Error),
-    /// Its bytes are not what was written.
+    /// Its bytes have changed since they were written.
     Damaged,
     /// No base image leads to it.
     NoBase,
-    /// The engine of its program cannot be made, and why.
+    /// The engine of its program cannot be made, with the reason.
     NoEngine(String),
-    /// It is not of its program.
+    /// It does not fit its program.
     DoesNotFit,
 }
 
@@ -39,13 +39,13 @@ pub struct Verified {
     pub scans: u64,
     /// The sections that were executed again.
     pub sections: u64,
-    /// Those of them whose end was compared.
+    /// The number of these sections whose end was compared.
     pub compared: u64,
-    /// The sections that do not go on where the one before them ended.
+    /// The sections that do not continue the section before them.
     pub gaps: u64,
     /// The sections that cannot be replayed.
     pub unreplayable: u64,
-    /// The first section whose end is not as it was recorded.
+    /// The first section whose end differs from the recorded end.
     pub first_difference: Option<usize>,
 }
 
@@ -68,20 +68,20 @@ pub struct Replay<M> {
     recording: Recording,
     make: M,
     engine: Option<ReplayEngine>,
-    /// The section at whose start the engine is.
+    /// The section at whose start the engine is; `None`: at no start of a section.
     at: Option<usize>,
-    /// The last section that could not be executed, so that those behind it, which need it, do not
-    /// try it again and again.
+    /// The last section that could not be executed. Later sections that need it are refused without
+    /// a new attempt.
     impassable: Option<usize>,
 }
 
 impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
-    /// A replay; `make` makes the engine of a program, or says why it cannot.
+    /// A replay; `make` makes the engine of a program, or returns the reason why it cannot.
     pub fn new(recording: Recording, make: M) -> Replay<M> {
         Replay { recording, make, engine: None, at: None, impassable: None }
     }
 
-    /// A replay of a recording behind one whose engine is left: of the same program none is made.
+    /// A replay that reuses the engine of a previous replay, if it is for the same program.
     pub fn going_on(recording: Recording, make: M, engine: Option<ReplayEngine>) -> Replay<M> {
         Replay { engine, ..Replay::new(recording, make) }
     }
@@ -99,7 +99,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     /// A section with the state at its start.
     ///
     /// # Errors
-    /// Why it cannot be had.
+    /// The reason why it cannot be replayed.
     pub fn section(&mut self, at: usize) -> Result<TapeSection, Unreplayable> {
         let body = self.open(at)?;
         let state = EngineState::of(self.engine()?);
@@ -112,13 +112,13 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     /// The engine at the start of a section.
     ///
     /// # Errors
-    /// Why it cannot be had.
+    /// The reason why it cannot be reached.
     pub fn engine_at(&mut self, at: usize) -> Result<&Engine, Unreplayable> {
         self.open(at)?;
         self.engine()
     }
 
-    /// Brings the engine to the start of a section, and gives what it holds.
+    /// Brings the engine to the start of a section, and returns the content of the section.
     fn open(&mut self, at: usize) -> Result<SectionBody, Unreplayable> {
         let base = self.recording.base_of(at).ok_or(Unreplayable::NoBase)?;
         if self.impassable.is_some_and(|section| (base..at).contains(&section)) {
@@ -139,10 +139,10 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         self.engine.as_ref().map(|(_, engine)| &**engine).ok_or(Unreplayable::NoBase)
     }
 
-    /// Executes sections, and visits the end of each scan. A `Break` ends it.
+    /// Executes sections, and calls `visit` at the end of each scan. A `Break` ends the execution.
     ///
     /// # Errors
-    /// Why the next section cannot be executed.
+    /// The reason why the next section cannot be executed.
     pub fn scans(
         &mut self,
         sections: Range<usize>,
@@ -157,13 +157,13 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         Ok(())
     }
 
-    /// Executes sections, and compares the state at the end of each with what was recorded.
+    /// Executes sections, and compares the state at the end of each with the recorded state.
     pub fn verify(&mut self, sections: Range<usize>) -> Verified {
         self.verify_seen(sections, |_, _| {}).0
     }
 
-    /// As [`Replay::verify`]; visits the end of each scan, and gives all sections whose end is not
-    /// as it was recorded.
+    /// As [`Replay::verify`]; also calls `visit` at the end of each scan, and returns all sections
+    /// whose end differs from the recorded end.
     pub fn verify_seen(
         &mut self,
         sections: Range<usize>,
@@ -193,13 +193,14 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         (verified, different)
     }
 
-    /// Whether the end of a section is as it was recorded; `None`: nothing is known of it.
+    /// Whether the end of a section is equal to the recorded end; `None`: the recorded end is
+    /// unknown.
     fn verify_one(
         &mut self,
         at: usize,
         visit: &mut impl FnMut(ReplayedScan, &Engine) -> ControlFlow<()>,
     ) -> Result<Option<bool>, Unreplayable> {
-        // The state where the section before it has ended.
+        // The state at the end of the section before it.
         let reached = if self.at == Some(at) && self.recording.follows(at) {
             self.engine.as_ref().map(|(program, engine)| (program.clone(), EngineState::of(engine)))
         } else {
@@ -223,7 +224,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         read.ok_or(Unreplayable::Damaged)
     }
 
-    /// Who stands behind origins of a section, where the next one says it.
+    /// The names of senders for origins of a section that are written in the next section.
     fn late_who(&self, at: usize) -> Vec<(Origin, String)> {
         let next = at + 1;
         if next >= self.recording.count() || !self.recording.follows(next) {
@@ -232,8 +233,8 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         self.read(next).map_or_else(|_| Vec::new(), |(_, body)| body.who)
     }
 
-    /// Brings the engine to the start of a section that has a base image, or at which it is. The
-    /// section fits its program.
+    /// Brings the engine to the start of a section. The section has a base image, or the engine is
+    /// already at its start. Checks that the section fits its program.
     fn prepare(&mut self, at: usize) -> Result<SectionBody, Unreplayable> {
         let (base, body) = self.read(at)?;
         let program = self.recording.program(at).clone();
@@ -270,7 +271,8 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
         if body.entries.iter().all(fits) { Ok(body) } else { Err(Unreplayable::DoesNotFit) }
     }
 
-    /// Executes a section at whose start the engine is, and visits the end of each scan.
+    /// Executes a section, and calls `visit` at the end of each scan. The engine is at the start of
+    /// the section.
     fn execute(
         &mut self,
         at: usize,
@@ -293,12 +295,12 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     }
 }
 
-/// Whether both are of the same files.
+/// Whether both programs have the same files.
 fn has_files_of(one: &Arc<RecordedProgram>, other: &Arc<RecordedProgram>) -> bool {
     Arc::ptr_eq(one, other) || one.files == other.files
 }
 
-/// Whether a call can be one of an engine's program.
+/// Whether a call fits the program of an engine.
 pub(crate) fn fits(call: EngineCall, engine: &Engine) -> bool {
     engine.program().has(call)
 }

@@ -1,8 +1,8 @@
-//! A section's entries as bytes: most of them differ little from what was expected.
+//! Writes the entries of a section as bytes. Most entries differ little from the expectation.
 //!
-//! `block` packs the bytes and puts them into a segment; `section_read` is the way back.
+//! `block` packs the bytes and puts them into a segment; `section_read` reads them.
 //! `docs/record-format.md` describes them under *Entries*. A quiet scan takes less than two bytes:
-//! how far its time is from the expected one, and the scan time before it (`quiet`).
+//! the deviation of its time from the expected time, and the scan time before it (`quiet`).
 
 use super::bytes::{put_number, put_signed, put_text};
 use super::codes::{code, scan_flag};
@@ -12,18 +12,18 @@ use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
 use crate::runtime::exchange::{FaultReason, Mode, StopReason};
 use crate::runtime::{Origin, TapeEntry};
 
-/// What a section holds beside its state and its place.
+/// The content of a section, without its state and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SectionBody {
     /// The mode at its start.
     pub mode: Mode,
-    /// Add it to a monotonic time to have ns since 1970 (UTC).
+    /// Add it to a monotonic time to get ns since 1970 (UTC).
     pub unix_offset_ns: i64,
-    /// Steps that are lost right before it.
+    /// The number of steps that were lost right before it.
     pub lost: u64,
-    /// Who stands behind an origin, of this section or of the one before it.
+    /// The names of the senders for origins of this section or of the section before it.
     pub who: Vec<(Origin, String)>,
-    /// What came in: no states among it, at most `ENTRIES_MAX`.
+    /// The entries: at most `ENTRIES_MAX`, without states.
     pub entries: Vec<TapeEntry>,
 }
 
@@ -108,7 +108,7 @@ fn foretold(entries: &[TapeEntry]) -> Foretold {
     Foretold::new(period_us, grid_us, local_offset_us(entries))
 }
 
-/// The mean time between scans, without the gaps that are far from usual.
+/// The mean time between scans, without unusual gaps.
 fn period_us(times: &[u64]) -> u64 {
     let mut gaps: Vec<u64> = times.windows(2).map(|pair| pair[1].wrapping_sub(pair[0])).collect();
     if gaps.is_empty() {
@@ -135,16 +135,16 @@ fn local_offset_us(entries: &[TapeEntry]) -> i64 {
     i64::try_from(low).unwrap_or(0)
 }
 
-/// The bytes of the entries so far, and what is expected of the next.
+/// The bytes of the entries so far, and the expectation of the next entry.
 struct EntryWriter {
     out: Vec<u8>,
     foretold: Foretold,
-    /// The scans right behind them.
+    /// The quiet scans right after these bytes.
     quiet: QuietRun,
 }
 
 impl EntryWriter {
-    /// Writes an entry, and perhaps the next; gives the entries that are left.
+    /// Writes an entry, and perhaps the next one with it; returns the entries that are left.
     fn entry<'e>(&mut self, entry: &TapeEntry, rest: &'e [TapeEntry]) -> &'e [TapeEntry] {
         if !matches!(entry, TapeEntry::Call(EngineCall::Begin { .. })) {
             self.quiet.put(&mut self.out);
@@ -170,7 +170,7 @@ impl EntryWriter {
             }
             TapeEntry::Swap { generation } => self.numbered(code::SWAP, generation.into()),
             TapeEntry::Lost { steps } => self.numbered(code::LOST, steps),
-            // Not among the entries of a section.
+            // A state is never among the entries of a section.
             TapeEntry::State { .. } => {}
         }
         rest
@@ -203,7 +203,7 @@ impl EntryWriter {
         let is_quiet = flags == scan_flag::EXECUTES && NEAR.contains(&deviation_us);
         if !is_quiet || !self.quiet.takes(scan, before_us) {
             self.quiet.put(&mut self.out);
-            // An empty run takes any quiet scan.
+            // An empty run accepts every quiet scan.
             let _ = is_quiet && self.quiet.takes(scan, before_us);
         }
         let out = &mut self.out;
@@ -231,7 +231,7 @@ impl EntryWriter {
     fn call(&mut self, call: EngineCall) {
         let by_bit = |value, off, on| if value == 0 { off } else { on };
         match call {
-            // With the entry after it.
+            // It is written with the entry after it.
             EngineCall::Begin { .. } => {}
             EngineCall::Execute => self.out.push(code::EXECUTE),
             EngineCall::Start { now_ns } => self.numbered(code::START, now_ns),

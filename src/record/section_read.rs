@@ -1,6 +1,6 @@
-//! A section's entries of its bytes: the way back of `section`.
+//! Reads the entries of a section from its bytes: the inverse of `section`.
 //!
-//! Bytes from outside never panic, and the result has at most `ENTRIES_MAX` entries.
+//! Bytes from outside never cause a panic, and the result has at most `ENTRIES_MAX` entries.
 
 use super::bytes::ByteSource;
 use super::codes::{ENTRIES_MAX, code, scan_flag};
@@ -13,7 +13,7 @@ use crate::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
 use crate::runtime::{Origin, TapeEntry};
 
 impl SectionBody {
-    /// Reads a section that takes all of `bytes`; `None`: these bytes are no section.
+    /// Reads a section that fills all of `bytes`; `None`: these bytes are not a section.
     pub fn read(bytes: &[u8]) -> Option<SectionBody> {
         let mut bytes = ByteSource(bytes);
         let mode = mode(&mut bytes)?;
@@ -66,7 +66,7 @@ fn mode(bytes: &mut ByteSource<'_>) -> Option<Mode> {
     })
 }
 
-/// A time, if it is before the end of time.
+/// A time, if it is less than `TIME_END_NS`.
 fn time_ns(time_ns: u64) -> Option<u64> {
     (time_ns < TIME_END_NS).then_some(time_ns)
 }

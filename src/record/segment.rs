@@ -1,27 +1,28 @@
 //! A segment as bytes: a program, then blocks. A recording is a sequence of segments.
 //!
-//! `recent` and the store append segments and blocks; `segment_read` is the way back. The layout is
-//! described in `docs/record-format.md`, *Segments* and *Blocks*. Every byte is under a checksum.
+//! `recent` and the store append segments and blocks; `segment_read` reads them.
+//! `docs/record-format.md` describes the layout under *Segments* and *Blocks*. A checksum covers
+//! every byte.
 
 use super::block::{BlockHead, RecordBlock};
 use super::program::RecordedProgram;
 
-/// How a segment begins.
+/// The first bytes of a segment.
 pub(super) const MAGIC: &[u8; 16] = b"rungd record\r\n\x1A\n";
 
 /// The version of the format.
 pub const VERSION: u32 = 1;
 
-/// The bytes of a segment before its program.
+/// The number of bytes of a segment before its program.
 pub(super) const SEGMENT_HEAD_BYTES: usize = 32;
 
-/// How a block begins.
+/// The first bytes of a block.
 pub(super) const BLOCK_MARK: &[u8; 4] = b"BLCK";
 
-/// The bytes of a block before its base image.
+/// The number of bytes of a block before its base image.
 pub(super) const BLOCK_HEAD_BYTES: usize = 76;
 
-/// The most bytes of a base image before it is packed.
+/// The maximum number of bytes of a base image before packing.
 pub(super) const BASE_BYTES_MAX: usize = 1 << 26;
 
 /// The flags of a block.
@@ -35,8 +36,8 @@ pub(super) mod block_flag {
 pub struct SegmentStart {
     /// Its head and its program.
     pub bytes: Vec<u8>,
-    /// The checksum of its head. Those of its blocks go on from it, so that no block is taken for
-    /// one of another program.
+    /// The checksum of its head. The checksums of its blocks start from it, so that a block cannot
+    /// be taken for a block of a different program.
     pub sum: u32,
 }
 
@@ -57,7 +58,8 @@ impl SegmentStart {
 }
 
 impl RecordBlock {
-    /// Appends the block, with its base image or without it. `segment_sum`: of its segment's start.
+    /// Appends the block, with its base image or without it. `segment_sum`: the checksum of the
+    /// start of its segment.
     pub fn write(&self, segment_sum: u32, with_base: bool, out: &mut Vec<u8>) {
         let base = self.base.as_deref().filter(|_| with_base).unwrap_or_default();
         let mut sum = crc32fast::Hasher::new();
@@ -72,7 +74,7 @@ impl RecordBlock {
         out.extend_from_slice(&self.section);
     }
 
-    /// The bytes that [`RecordBlock::write`] appends.
+    /// The number of bytes that [`RecordBlock::write`] appends.
     pub fn bytes(&self, with_base: bool) -> usize {
         let base = self.base.as_ref().filter(|_| with_base).map_or(0, Vec::len);
         BLOCK_HEAD_BYTES + base + self.section.len()

@@ -1,9 +1,9 @@
-//! What lies in a file of segments: its programs and the heads of its blocks, found by hopping from
-//! block to block; then single blocks, on demand.
+//! Reads a file of segments: its programs and the heads of its blocks, by a jump from block to
+//! block. Reads single blocks on demand.
 //!
-//! `recording` keeps the index. Nothing is taken whose checksum is wrong. Behind a damaged place
-//! the reader looks for the next whole head; the end of a file that a power cut tore is told from
-//! damage.
+//! `recording` keeps the index. Data with a wrong checksum is not used. After a damaged place, the
+//! reader searches the next whole head. It distinguishes damage from the end of a file that was cut
+//! off by a power failure.
 
 use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -20,7 +20,7 @@ use super::segment::{
 use super::zip::unpacked;
 use crate::engine::EngineState;
 
-/// The bytes that are read at a time behind a damaged place.
+/// The number of bytes that are read at a time after a damaged place.
 const SEARCH_BYTES: u64 = 1 << 16;
 
 /// The index of a file.
@@ -28,7 +28,7 @@ const SEARCH_BYTES: u64 = 1 << 16;
 pub struct FileIndex {
     /// The blocks, in the order of the file.
     pub blocks: Vec<IndexedBlock>,
-    /// What is wrong with the file, in its order.
+    /// The flaws of the file, in the order of the file.
     pub flaws: Vec<Flaw>,
 }
 
@@ -47,13 +47,13 @@ pub struct IndexedBlock {
     sum: u32,
 }
 
-/// The program that was read last, with its packed bytes: bytes that come again are not unpacked
-/// again. For who asks for the newest part of a recording over and over.
+/// The program that was read last, with its packed bytes. The same bytes are not unpacked again.
+/// Used for repeated reads of the newest part of a recording.
 #[derive(Clone, Debug, Default)]
 pub struct LastProgram(Option<(Vec<u8>, Arc<RecordedProgram>)>);
 
 impl LastProgram {
-    /// The program that is packed in these bytes; `None`: they are none.
+    /// The program that is packed in these bytes; `None`: the bytes are not a program.
     fn read(&mut self, packed: Vec<u8>) -> Option<Arc<RecordedProgram>> {
         if let Some((_, program)) = self.0.as_ref().filter(|(bytes, _)| *bytes == packed) {
             return Some(Arc::clone(program));
@@ -64,17 +64,17 @@ impl LastProgram {
     }
 }
 
-/// Something wrong with a file.
+/// A flaw of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flaw {
-    /// It ends within a segment's beginning or a block, as after a power cut.
+    /// It ends within the beginning of a segment or within a block, as after a power cut.
     Torn {
-        /// Where that part begins, bytes from the start of the file.
+        /// The start of that part, in bytes from the start of the file.
         at: u64,
     },
-    /// These bytes are not what was written.
+    /// Bytes have changed since they were written.
     Damaged {
-        /// Where they begin, bytes from the start of the file.
+        /// The start of these bytes, in bytes from the start of the file.
         at: u64,
     },
     /// A segment of a later version of the format.
@@ -105,15 +105,15 @@ enum HeadedPart {
 /// Reads programs and heads.
 ///
 /// # Errors
-/// The source's. What is wrong with its bytes is among the index's flaws.
+/// The error of the source. Errors in its bytes are in the flaws of the index.
 pub fn index(source: &mut (impl Read + Seek)) -> io::Result<FileIndex> {
     index_newest(source, &mut LastProgram::default())
 }
 
-/// As [`index`]; a program that is known is not read again.
+/// As [`index`]; a program that is in `last` is not unpacked again.
 ///
 /// # Errors
-/// The source's.
+/// The error of the source.
 pub(super) fn index_newest(
     source: &mut (impl Read + Seek),
     last: &mut LastProgram,
@@ -131,13 +131,13 @@ struct Indexer<'s, S> {
     source: &'s mut S,
     size: u64,
     at: u64,
-    /// The program of the segment, and the checksum of its head; `None` where they are unknown.
+    /// The program of the segment, and the checksum of its head; `None` if they are unknown.
     segment: Option<(Arc<RecordedProgram>, u32)>,
     last: &'s mut LastProgram,
 }
 
 impl<S: Read + Seek> Indexer<'_, S> {
-    /// Reads the part at `at`, and goes behind it.
+    /// Reads the part at `at`, and moves `at` to its end.
     fn part(&mut self, index: &mut FileIndex) -> io::Result<()> {
         let rest = self.size - self.at;
         let mut head = vec![0; rest.min(BLOCK_HEAD_BYTES as u64) as usize];
@@ -190,7 +190,7 @@ impl<S: Read + Seek> Indexer<'_, S> {
         Ok(())
     }
 
-    /// Goes to the next whole head.
+    /// Moves `at` to the next whole head.
     fn behind_damage(&mut self, head: &[u8], index: &mut FileIndex) -> io::Result<()> {
         let (at, is_short) = (self.at, self.size - self.at < whole_head_bytes(head) as u64);
         let mut only_zeros = head.iter().all(|byte| *byte == 0);
@@ -203,25 +203,25 @@ impl<S: Read + Seek> Indexer<'_, S> {
             let sum = self.segment_sum();
             let place = (0..bytes.len()).find(|place| part(&bytes[*place..], sum).is_some());
             found = place.map(|place| from + place as u64);
-            // A head may lie across the end of these bytes.
+            // A head may cross the end of these bytes.
             let is_last = from + bytes.len() as u64 == self.size;
             from += if is_last { SEARCH_BYTES } else { SEARCH_BYTES - BLOCK_HEAD_BYTES as u64 };
         }
-        // What a power cut leaves: a part of a head, or bytes that were never written.
+        // A power cut leaves a part of a head, or bytes that were never written.
         let is_torn = found.is_none() && (only_zeros || is_short);
         let flaw = if is_torn { Flaw::Torn { at } } else { Flaw::Damaged { at } };
         self.flaw(flaw, found.unwrap_or(self.size), index)
     }
 }
 
-/// The bytes that a head has which begins like this.
+/// The number of bytes of a head with this beginning.
 fn whole_head_bytes(head: &[u8]) -> usize {
     let count = head.len().min(4);
     if head[..count] == MAGIC[..count] { SEGMENT_HEAD_BYTES } else { BLOCK_HEAD_BYTES }
 }
 
-/// The head that bytes begin with, if it is whole: of a segment, or of a block in the segment with
-/// this checksum.
+/// The head at the beginning of bytes, if it is whole: the head of a segment, or of a block in the
+/// segment with this checksum.
 fn part(bytes: &[u8], segment_sum: Option<u32>) -> Option<HeadedPart> {
     let mark = bytes.get(..4)?;
     if mark == BLOCK_MARK { block_head(bytes, segment_sum?) } else { segment_head(bytes) }
@@ -273,7 +273,7 @@ impl IndexedBlock {
     /// The block's base image, if it has one, and its section; `None`: the block is damaged.
     ///
     /// # Errors
-    /// The source's.
+    /// The error of the source.
     pub fn read(
         &self,
         source: &mut (impl Read + Seek),
@@ -296,10 +296,10 @@ impl IndexedBlock {
         Some((state, SectionBody::read(&unpacked(section, SECTION_BYTES_MAX)?)?))
     }
 
-    /// The block's bytes as they lie in the file, its head included.
+    /// The bytes of the block in the file, with its head.
     ///
     /// # Errors
-    /// The source's.
+    /// The error of the source.
     pub fn bytes(&self, source: &mut (impl Read + Seek)) -> io::Result<Vec<u8>> {
         let parts: usize = self.lengths.iter().map(|length| *length as usize).sum();
         let mut bytes = vec![0; BLOCK_HEAD_BYTES + parts];

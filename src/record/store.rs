@@ -1,10 +1,10 @@
-//! The store: blocks into files of segments, in a folder that keeps its limits.
+//! The store: writes blocks into files of segments, and keeps their folder within its limits.
 //!
-//! The daemon's thread puts every block in, and hears once of a disk that fails, and once of one
-//! that works again. A file is never written behind a failure, nor one of an earlier process: what
-//! is next begins a new file. Only this controller's files are deleted, the oldest first; while
-//! another process owns those of the name, nothing is written.
-//! Deliberately absent: threads, clocks, the log.
+//! The daemon's thread passes it every block. The store reports once that the disk has failed, and
+//! once that it works again. After a failure, and at the start of a process, it begins a new file;
+//! it never appends to an older one. It deletes only files of this controller, the oldest first.
+//! While another process owns the files of this name, nothing is written. Deliberately absent:
+//! threads, clocks, and the log of the daemon.
 
 use std::io;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use super::segment::SegmentStart;
 
 const SECOND_NS: u64 = 1_000_000_000;
 
-/// The pauses before the store tries again: the first one, and the longest.
+/// The pauses before the store tries again: the first pause, and the longest.
 const PAUSES_NS: (u64, u64) = (SECOND_NS, 60 * SECOND_NS);
 
 /// The time between two base images in a file.
@@ -27,27 +27,27 @@ const BASE_EVERY_NS: u64 = 60 * SECOND_NS;
 /// The time between two syncs.
 const SYNC_EVERY_NS: u64 = SECOND_NS;
 
-/// What the store keeps, and how.
+/// The settings of the store.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StoreSettings {
     /// The controller's name, with which its files begin.
     pub controller: String,
-    /// A file whose last scan is older is deleted, ns.
+    /// A file is deleted when its last scan is older than this, ns.
     pub keep_ns: i64,
-    /// The most bytes of all files.
+    /// The maximum number of bytes of all files.
     pub bytes_max: u64,
-    /// The longest time that goes into one file, ns.
+    /// The maximum time in one file, ns.
     pub file_ns: u64,
-    /// The most bytes of one file. A quarter of `bytes_max` is enough.
+    /// The maximum number of bytes of one file. A quarter of `bytes_max` is the upper limit.
     pub file_bytes: u64,
 }
 
-/// Something that the store says once.
+/// A message that the store returns once.
 #[derive(Debug)]
 pub enum StoreNews {
-    /// Nothing is recorded any more, and why. The store goes on trying.
+    /// Nothing is recorded any more, with the reason. The store continues to try.
     Stopped(io::Error),
-    /// It records again.
+    /// The store records again.
     Resumed {
         /// The blocks that were not written.
         lost_blocks: u64,
@@ -59,11 +59,11 @@ pub enum StoreNews {
 pub struct StoreStatus {
     /// The files.
     pub files: usize,
-    /// Their bytes.
+    /// The bytes of the files.
     pub bytes: u64,
-    /// When the oldest of them was begun, ns since 1970 (UTC).
+    /// The start time of the oldest file, ns since 1970 (UTC).
     pub begun_ns: Option<i64>,
-    /// Why nothing is recorded at present.
+    /// The reason why nothing is recorded at present.
     pub trouble: Option<String>,
     /// The blocks that were not written since the start.
     pub lost_blocks: u64,
@@ -75,11 +75,11 @@ pub struct Store<F> {
     settings: StoreSettings,
     /// This controller's files, the oldest first.
     files: Vec<StoredFile>,
-    /// Whether `files` is what is in the folder.
+    /// Whether `files` agrees with the folder.
     is_known: bool,
     open: Option<OpenFile>,
     trouble: Option<Trouble>,
-    /// How long the store waited after the last failure, and when it worked again.
+    /// The pause after the last failure, and the time at which the store worked again.
     last_trouble: (u64, u64),
     lost_blocks: u64,
 }
@@ -90,7 +90,7 @@ struct StoredFile {
     bytes: u64,
 }
 
-/// The file that is written.
+/// The file that is open for writing.
 struct OpenFile {
     name: String,
     program: Arc<RecordedProgram>,
@@ -100,13 +100,13 @@ struct OpenFile {
     synced_ns: u64,
     is_synced: bool,
     bytes: u64,
-    /// The last whole block's sequence.
+    /// The sequence number of the last whole block.
     sequence: Option<u64>,
 }
 
 struct Trouble {
     error: String,
-    /// The blocks lost before it.
+    /// The number of blocks lost before the failure.
     lost_before: u64,
     retry_ns: u64,
     pause_ns: u64,
@@ -118,7 +118,7 @@ fn now_ns(clock: TapeClock) -> u64 {
 }
 
 impl<F: Folder> Store<F> {
-    /// A store in a folder. Nothing is touched before the first block.
+    /// A store in a folder. The folder is not touched before the first block.
     pub fn new(folder: F, settings: StoreSettings) -> Store<F> {
         Store {
             folder,
@@ -140,7 +140,7 @@ impl<F: Folder> Store<F> {
             return None;
         }
         let written = self.write(block, clock).and_then(|written| {
-            // A disk in trouble works again when a block is durable.
+            // A failed disk counts as working again when a block is durable.
             let is_tried = written && self.trouble.is_some();
             if is_tried { self.sync(now_ns) } else { self.sync_if_due(now_ns) }.map(|()| written)
         });
@@ -158,7 +158,7 @@ impl<F: Folder> Store<F> {
         }
     }
 
-    /// Makes durable what is due. Call it at least once a second.
+    /// Syncs the open file if a sync is due. Call it at least once a second.
     pub fn tick(&mut self, clock: TapeClock) -> Option<StoreNews> {
         let now_ns = now_ns(clock);
         let open = self.open.as_ref()?;
@@ -170,7 +170,7 @@ impl<F: Folder> Store<F> {
         self.fail(error, now_ns)
     }
 
-    /// Makes everything durable, before the process ends.
+    /// Makes all blocks durable, before the process ends.
     pub fn finish(&mut self, clock: TapeClock) -> Option<StoreNews> {
         let error = self.sync(now_ns(clock)).err()?;
         self.fail(error, now_ns(clock))
@@ -196,7 +196,7 @@ impl<F: Folder> Store<F> {
     fn fail(&mut self, error: io::Error, now_ns: u64) -> Option<StoreNews> {
         self.folder.close();
         self.is_known = false;
-        // A file in which there is nothing whole goes, if that is possible.
+        // A file without a whole block is deleted, if that is possible.
         if let Some(open) = self.open.take().filter(|open| open.sequence.is_none()) {
             let _ = self.folder.remove(&open.name);
         }
@@ -216,7 +216,8 @@ impl<F: Folder> Store<F> {
         before.is_none().then_some(StoreNews::Stopped(error))
     }
 
-    /// Writes a block; false if it cannot be used, since a base image is missing.
+    /// Writes a block; returns false if a base image is missing, or the block does not fit within
+    /// the limits.
     fn write(&mut self, block: &RecordBlock, clock: TapeClock) -> io::Result<bool> {
         let now_ns = now_ns(clock);
         self.look()?;
@@ -249,7 +250,7 @@ impl<F: Folder> Store<F> {
         Ok(true)
     }
 
-    /// The bytes with which a file begins. The one before it is closed.
+    /// The first bytes of a new file. Closes the file before it.
     fn first(&mut self, block: &RecordBlock, clock: TapeClock) -> io::Result<Vec<u8>> {
         self.sync(now_ns(clock))?;
         self.open = None;
@@ -271,7 +272,7 @@ impl<F: Folder> Store<F> {
         bytes
     }
 
-    /// Looks which files there are.
+    /// Reads the list of this controller's files.
     fn look(&mut self) -> io::Result<()> {
         if self.is_known {
             return Ok(());
@@ -288,8 +289,8 @@ impl<F: Folder> Store<F> {
         Ok(())
     }
 
-    /// Deletes the oldest files, until so many bytes more are within the limits; false if they
-    /// never are.
+    /// Deletes the oldest files until this number of additional bytes is within the limits; returns
+    /// false if that is impossible.
     fn make_room(&mut self, bytes: u64, clock: TapeClock) -> io::Result<bool> {
         let files = &mut self.files;
         let open = self.open.as_ref().map(|open| &open.name);
@@ -297,10 +298,10 @@ impl<F: Folder> Store<F> {
         if open_bytes.saturating_add(bytes) > self.settings.bytes_max {
             return Ok(false);
         }
-        // The open one is the last one, unless the clock was set back.
+        // The open file is the last one, unless the clock was set back.
         while let Some(oldest) = files.iter().position(|file| Some(&file.name) != open) {
             let used: u64 = files.iter().map(|file| file.bytes).sum();
-            // Its last scan is not after the first one of the next.
+            // The last scan of a file is not after the first scan of the next file.
             let ended_ns = files.get(oldest + 1).map_or(i64::MAX, |next| next.begun_ns);
             let is_old = ended_ns < clock.unix_ns.saturating_sub(self.settings.keep_ns);
             if !is_old && used.saturating_add(bytes) <= self.settings.bytes_max {
@@ -329,7 +330,7 @@ impl<F: Folder> Store<F> {
         if let Err(error) = &created
             && error.kind() == io::ErrorKind::AlreadyExists
         {
-            // Of another process: it is left alone.
+            // The file belongs to another process: it is left alone.
             return created;
         }
         files.push(StoredFile { name: name.clone(), begun_ns, bytes: 0 });

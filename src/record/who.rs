@@ -1,17 +1,17 @@
-//! Who stands behind an origin, until a section has it.
+//! Keeps the names of the senders for origins, until a section takes them.
 //!
-//! `recorder` asks when a section ends. A note may come before its entry or after it: one that
-//! comes after is written with the next section.
+//! `recorder` takes the notes when a section ends. A note may come before its entry or after it; a
+//! later note is written with the next section.
 
 use std::collections::{HashSet, VecDeque};
 
 use super::section::numbered;
 use crate::runtime::{Origin, TapeEntry};
 
-/// The most notes that wait for their entry; the oldest goes first.
+/// The maximum number of notes that wait for their entry; the oldest note is dropped first.
 const NOTES_MAX: usize = 1024;
 
-/// The most bytes of a note.
+/// The maximum number of bytes of a note.
 const WHO_BYTES_MAX: usize = 256;
 
 /// The notes that wait.
@@ -33,8 +33,8 @@ impl WhoNotes {
         self.notes.push_back((origin, who));
     }
 
-    /// The notes about the origins of a section that ends, and late ones about those of the section
-    /// before it.
+    /// The notes about the origins of a section that ends, and late notes about the origins of the
+    /// section before it.
     pub fn of_section(&mut self, entries: &[TapeEntry]) -> Vec<(Origin, String)> {
         let own: HashSet<_> = entries.iter().filter_map(origin).map(numbered).collect();
         let mut found = Vec::new();
@@ -51,7 +51,7 @@ impl WhoNotes {
     }
 }
 
-/// Whether an origin comes only once.
+/// Whether an origin occurs only once.
 fn is_passing(origin: Origin) -> bool {
     match origin {
         Origin::Batch(_) | Origin::Command(_) => true,

@@ -1,6 +1,6 @@
-//! zlib, within a limit: what headers, entries and base images are packed with.
+//! zlib with a size limit. It packs programs, sections and base images.
 //!
-//! Bytes from outside may promise any size; the reader stops at the limit.
+//! Bytes from outside may unpack to any size; the reader stops at the limit.
 
 use std::io::{Read, Write};
 
@@ -15,8 +15,8 @@ pub(super) fn packed(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().expect("a Vec takes all")
 }
 
-/// Unpacks bytes; `None`: they are not packed bytes, bytes are left over, or they are more than
-/// `limit` unpacked.
+/// Unpacks bytes; `None`: they are not packed bytes, bytes are left over, or the result is longer
+/// than `limit`.
 pub(super) fn unpacked(bytes: &[u8], limit: usize) -> Option<Vec<u8>> {
     let mut out = Vec::new();
     let mut decoder = ZlibDecoder::new(bytes);

@@ -1,9 +1,9 @@
-//! Field devices in virtual time.
+//! The field devices of a rig, in virtual time.
 //!
-//! The scan's side is `runtime::field`, as in the daemon. This module is the other side: it calls
-//! the driver at each multiple of `poll` and when an output has changed, as `io::device` does. A
-//! simulated plant answers; every other device is silent until a test restores it, and then reports
-//! the values that the test gives its inputs.
+//! The side of the scan is `runtime::field`, as in the daemon. This module is the other side: it
+//! exchanges with a device at each multiple of `poll` and when an output has changed, as
+//! `io::device` does. A simulated plant answers. Every other device is silent until a test restores
+//! it; then it reports the values that the test gives its inputs.
 
 use super::mode::{MS_NS, RigMode};
 use super::program::{RigProgram, UnwiredBits};
@@ -23,11 +23,12 @@ pub(super) struct RigField {
     unwired: Vec<UnwiredDevice>,
 }
 
-/// A device that the ladder names without a controller file. It is well until a test loses it.
+/// A device that the ladder names, without a controller file. Its `.Ok` is ON until a test loses
+/// it.
 struct UnwiredDevice {
     bits: UnwiredBits,
     is_there: bool,
-    /// Whether its bits are to be written.
+    /// Whether its bits must be written in the next scan.
     is_due: bool,
 }
 
@@ -37,27 +38,27 @@ struct RigDevice {
     outputs: Vec<Source>,
     poll_ns: u64,
     next_ns: u64,
-    /// The outputs that it was given last.
+    /// The outputs that were last passed to it.
     offered: Vec<i32>,
-    /// Outputs and inputs of the exchange under way.
+    /// The outputs of the exchange in progress, and the last inputs.
     given: Vec<i32>,
     read: Vec<Option<i32>>,
     peer: Peer,
     /// Whether it can be reached.
     is_there: bool,
-    /// Whether it could ever be reached: then its inputs are its own.
+    /// Whether it could be reached at any time. Then only the device writes its inputs.
     was_there: bool,
 }
 
-/// What a device is connected to.
+/// The peer of a device.
 enum Peer {
-    /// A simulated plant, and its inputs as it gave them last.
+    /// A simulated plant, with the inputs that it last returned.
     Plant(Box<Model>, Vec<i32>),
-    /// Nothing but what a test says.
+    /// No plant: a test sets the inputs.
     Silent,
 }
 
-/// What goes out: in RUN the image of the last scan, else the safe values.
+/// The outputs to write: in RUN the image of the last scan, otherwise the safe values.
 #[derive(Clone, Copy)]
 pub(super) struct Driven<'a> {
     pub image: &'a Image,
@@ -79,7 +80,7 @@ impl<'a> Driven<'a> {
         Driven { image, safe: &program.safe, first_output: first.0, runs, has_begun }
     }
 
-    /// An output as driven.
+    /// The state of an output that is written to devices.
     pub fn output(&self, y: u32) -> bool {
         let in_memory = self.image.bit(BitCell(self.first_output + y));
         match self.safe.get(y as usize) {
@@ -101,7 +102,8 @@ impl<'a> Driven<'a> {
 }
 
 impl RigField {
-    /// The devices at the start of the first process: plants are there, all others are silent.
+    /// The devices at the start of the first process: simulated plants can be reached, all other
+    /// devices are silent.
     pub fn new(program: &RigProgram) -> RigField {
         let (field, ends) = scan_side(program, 0);
         let settings = &program.controller.devices;
@@ -134,7 +136,7 @@ impl RigField {
         RigField { field, devices: devices.map(device).collect(), unwired: unwired.collect() }
     }
 
-    /// A new process: the scan's side begins anew, the peers go on.
+    /// Begins a new process: the side of the scan starts again, the peers continue.
     pub fn begin_process(&mut self, program: &RigProgram, now_ns: u64) {
         let (field, ends) = scan_side(program, now_ns);
         self.field = field;
@@ -146,7 +148,7 @@ impl RigField {
         self.unwired.iter_mut().for_each(|device| device.is_due = true);
     }
 
-    /// A reload: cells may have moved. Its devices are the same.
+    /// Takes the cells of a reloaded program. The devices stay the same.
     pub fn adopt(&mut self, program: &RigProgram) {
         for (device, wiring) in self.devices.iter_mut().zip(&program.wirings) {
             device.outputs.clone_from(&wiring.outputs);
@@ -154,13 +156,13 @@ impl RigField {
         }
     }
 
-    /// Whether a device moves this X at every scan.
+    /// Whether a device writes this X in every scan.
     pub fn moves(&self, x: u32) -> bool {
         let word = self.field.moved().get(x as usize / 64);
         word.is_some_and(|word| word & (1 << (x % 64)) != 0)
     }
 
-    /// The input step.
+    /// The input step of a scan.
     pub fn bring_in(&mut self, machine: &mut Taped, (now_ns, scan): (u64, u64)) {
         self.field.bring_in(machine, (now_ns, scan), |_| {});
         for device in self.unwired.iter_mut().filter(|device| device.is_due) {
@@ -171,7 +173,7 @@ impl RigField {
         }
     }
 
-    /// Exchanges with every device whose `poll` is over, up to the time of a scan.
+    /// Exchanges with every device whose `poll` is due, up to the time of a scan.
     pub fn poll(&mut self, now_ns: u64, driven: Driven) {
         for device in &mut self.devices {
             while device.next_ns <= now_ns {
@@ -182,17 +184,17 @@ impl RigField {
         }
     }
 
-    /// Hands changed outputs over, after a scan.
+    /// Passes changed outputs to the devices, after a scan.
     pub fn drive(&mut self, now_ns: u64, driven: Driven) {
         self.devices.iter_mut().for_each(|device| device.drive(now_ns, driven));
     }
 
-    /// Gives the input of a silent device a value.
+    /// Sets the input of a silent device.
     pub fn set(&mut self, x: u32, value: i32, now_ns: u64) {
         self.set_target(value, now_ns, |target| *target == WiringTarget::Input(x));
     }
 
-    /// Gives the input of a silent device a value; true if the device hands it on.
+    /// Sets the input of a silent device; returns true if the device writes the cell itself.
     pub fn set_cell(&mut self, cell: Cell, value: i32, now_ns: u64) -> bool {
         self.set_target(value, now_ns, |target| match (*target, cell) {
             (WiringTarget::Bit(of), Cell::Bit(bit)) => of == bit,
@@ -219,7 +221,7 @@ impl RigField {
         false
     }
 
-    /// A device cannot be reached any more.
+    /// From now on a device cannot be reached.
     pub fn lose(&mut self, DeviceId(at): DeviceId) {
         if let Some(device) = self.devices.get_mut(at as usize) {
             device.is_there = false;
@@ -229,7 +231,7 @@ impl RigField {
         }
     }
 
-    /// A device can be reached: it exchanges before the next scan.
+    /// From now on a device can be reached. It exchanges before the next scan.
     pub fn restore(&mut self, DeviceId(at): DeviceId, now_ns: u64) {
         if let Some(device) = self.devices.get_mut(at as usize) {
             (device.is_there, device.was_there) = (true, true);
@@ -240,7 +242,7 @@ impl RigField {
     }
 }
 
-/// The scan's side of all devices. Every device exchanges beside the scan here.
+/// The side of the scan of all devices. On the rig, every device exchanges outside of the scan.
 fn scan_side(program: &RigProgram, now_ns: u64) -> (Field, Vec<InputEnd>) {
     let beside = |wiring: &Wiring| Wiring { local_budget_ns: None, ..wiring.clone() };
     let wirings: Vec<Wiring> = program.wirings.iter().map(beside).collect();
@@ -259,7 +261,7 @@ impl RigDevice {
     /// An exchange at `poll`.
     fn exchange(&mut self, now_ns: u64, driven: Driven) {
         if !self.is_there {
-            // The plant goes on with the outputs that it has.
+            // The plant continues with its last outputs.
             if let Peer::Plant(model, inputs) = &mut self.peer {
                 let _ = model.step(now_ns / MS_NS, &self.given, inputs);
             }
@@ -286,7 +288,7 @@ impl RigDevice {
         self.end.well(now_ns);
     }
 
-    /// An exchange because an output has changed: inputs are not looked at.
+    /// An exchange because an output has changed: inputs are not read.
     fn drive(&mut self, now_ns: u64, driven: Driven) {
         if !self.is_there || self.outputs.is_empty() {
             return;

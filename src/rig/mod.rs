@@ -1,14 +1,14 @@
-//! A controller in virtual time: what `rungd run` does to an engine, without a clock, a thread, a
-//! socket or a file.
+//! A controller in virtual time: executes an engine as `rungd run` does, without a clock, a thread,
+//! a socket or a file.
 //!
-//! Called by `testing` for test files, and by `rungd sim CONTROLLER.toml`. The scan's side of field
-//! devices, the tape, the plan of a reload and the content of retentive memory are the daemon's
-//! own; this module decides the times at which they act. Field devices of kind `simulated`, and the
-//! rules of `[[simulated-device]]`, are stepped as `run` steps them; all others are silent until
-//! they are [restored](Rig::restore_device).
+//! Called by `testing` for test files, and by `rungd sim CONTROLLER.toml`. The side of the scan of
+//! field devices, the tape, the plan of a reload and the content of retentive memory are the same
+//! code as in the daemon; this module decides the times at which they act. Field devices of kind
+//! `simulated`, and the rules of `[[simulated-device]]`, are stepped as `run` steps them; all other
+//! devices are silent until they are [restored](Rig::restore_device).
 //!
-//! A scan has two halves: [`Rig::scan`] ends before the passes of a last scan, so that its caller
-//! sees memory at the end of every scan; [`Rig::end_scan`] does the rest.
+//! A scan has two halves. [`Rig::scan`] ends before the passes of a last scan, so that its caller
+//! sees memory at the end of every scan. [`Rig::end_scan`] does the rest.
 
 mod field;
 mod mode;
@@ -37,10 +37,10 @@ use tape::RigTape;
 
 const S_NS: u64 = 1_000_000_000;
 
-/// How a rig is set up.
+/// The settings of a rig.
 #[derive(Clone, Debug, Default)]
 pub struct RigSetup {
-    /// Memory before the first scan, as a cold start leaves it but for these cells.
+    /// The cells whose memory before the first scan differs from a cold start, with their values.
     pub set: Vec<(Cell, i32)>,
     /// The levels of inputs from the first scan on: the number of the X, and ON or OFF.
     pub inputs: Vec<(u32, bool)>,
@@ -48,7 +48,7 @@ pub struct RigSetup {
     pub clock_s: i64,
     /// Whether images of retentive memory are kept, for [`Rig::restart`] and [`Rig::power_cut`].
     pub keeps_images: bool,
-    /// Whether all that comes in is kept, for [`Rig::sections`].
+    /// Whether all inputs are kept, for [`Rig::sections`].
     pub is_taped: bool,
 }
 
@@ -63,23 +63,23 @@ pub struct Rig {
     rules_ms: u64,
     mode: RigMode,
     period_ns: u64,
-    /// The time of the next scan; of the first one 0.
+    /// The time of the next scan; 0 for the first scan.
     next_ns: u64,
-    /// Complete scans of this process.
+    /// The number of complete scans of this process.
     scans: u64,
-    /// The levels of inputs, by X, of those that were ever given one.
+    /// The levels of the inputs that were ever set, by X.
     levels: Vec<(u32, bool)>,
     /// Queued writes for the next scan, each with the number of its batch.
     writes: Vec<(Cell, i32, Ticket)>,
     forces: Vec<Cell>,
-    /// Local time, and the virtual time at which it was so.
+    /// A local time, and the virtual time at which it was valid.
     clock: (i64, u64),
     retained: Option<Retained>,
     generation: u32,
 }
 
 impl Rig {
-    /// A cold start, in RUN, before the first scan.
+    /// A rig after a cold start, in RUN, before the first scan.
     pub fn new(program: &Arc<RigProgram>, setup: &RigSetup) -> Rig {
         let engine = Engine::new(program.code.clone());
         let (mut machine, tape) = match setup.is_taped {
@@ -141,12 +141,12 @@ impl Rig {
         self.next_ns
     }
 
-    /// Complete scans since the process started.
+    /// The number of complete scans since the process started.
     pub fn scans(&self) -> u64 {
         self.scans
     }
 
-    /// The first half of a scan, in RUN: steps 1 to 7. True if it is the last scan.
+    /// The first half of a scan, in RUN: steps 1 to 7. Returns true if it is the last scan.
     pub fn scan(&mut self) -> bool {
         let now_ns = self.next_ns;
         self.settle_images();
@@ -186,19 +186,19 @@ impl Rig {
         self.next_ns += self.period_ns;
     }
 
-    /// A period passes in STOP: field devices and the clock go on.
+    /// Lets one period pass in STOP: field devices and the clock continue.
     pub fn tick(&mut self) {
         self.settle_images();
         self.move_world(self.next_ns);
         self.next_ns += self.period_ns;
     }
 
-    /// The next scan is the last one.
+    /// Makes the next scan the last one.
     pub fn request_stop(&mut self) {
         self.machine.request_stop();
     }
 
-    /// STOP → RUN, with memory as it is.
+    /// STOP → RUN, with memory unchanged.
     pub fn start(&mut self) {
         self.machine.start(self.next_ns);
         self.enter(RigMode::Run);
@@ -212,13 +212,14 @@ impl Rig {
         });
     }
 
-    /// Gives an input a level, from the next scan on.
+    /// Sets the level of an input, from the next scan on.
     pub fn set_input(&mut self, x: u32, on: bool) {
         self.field.set(x, i32::from(on), self.next_ns);
         put_level(&mut self.levels, (x, on));
     }
 
-    /// One queued write in the next scan. `ticket`: by which [`Rig::sections`] name its origin.
+    /// Adds a queued write to the next scan. `ticket`: the number of its origin in
+    /// [`Rig::sections`].
     pub fn write(&mut self, cell: Cell, value: i32, ticket: Ticket) {
         if !self.field.set_cell(cell, value, self.next_ns) {
             self.writes.push((cell, value, ticket));
@@ -234,7 +235,7 @@ impl Rig {
         }
     }
 
-    /// Ends a force; false if there is none.
+    /// Ends a force; returns false if there is none.
     pub fn release(&mut self, cell: Cell, ticket: Ticket) -> bool {
         let Some(at) = self.forces.iter().position(|forced| *forced == cell) else { return false };
         self.forces.remove(at);
@@ -243,17 +244,17 @@ impl Rig {
         true
     }
 
-    /// The field device is gone.
+    /// From now on the field device cannot be reached.
     pub fn lose_device(&mut self, device: DeviceId) {
         self.field.lose(device);
     }
 
-    /// The field device is there.
+    /// From now on the field device can be reached.
     pub fn restore_device(&mut self, device: DeviceId) {
         self.field.restore(device, self.next_ns);
     }
 
-    /// The local time jumps: the next scan has this one.
+    /// Sets the local time of the next scan.
     pub fn set_clock(&mut self, clock_s: i64) {
         self.clock = (clock_s, self.next_ns);
     }
@@ -294,12 +295,13 @@ impl Rig {
         self.settle();
     }
 
-    /// All that came in since the process started, of a rig that is taped.
+    /// All inputs since the process started, if the rig is taped.
     pub fn sections(&self) -> Vec<Arc<TapeSection>> {
         self.tape.as_ref().map_or_else(Vec::new, RigTape::sections)
     }
 
-    /// Hands the tape to a listener from now on, instead of keeping it. Of a rig that is taped.
+    /// Passes the tape to a listener from now on, instead of keeping it. Works only if the rig is
+    /// taped.
     pub fn listen(&mut self, listener: Box<dyn TapeListener>) {
         if let Some(tape) = &mut self.tape {
             tape.listen(&self.program, listener);
@@ -313,20 +315,20 @@ impl Rig {
         }
     }
 
-    /// Moves field devices and rules up to the time of a scan, which sees their inputs.
+    /// Steps field devices and rules up to the time of a scan, so that the scan reads their inputs.
     fn move_world(&mut self, now_ns: u64) {
         self.step_rules(now_ns / MS_NS);
         let driven = Driven::of(&self.machine, &self.program, (self.mode, self.scans));
         self.field.poll(now_ns, driven);
     }
 
-    /// Hands outputs that have changed to field devices.
+    /// Passes changed outputs to field devices.
     fn drive(&mut self, now_ns: u64) {
         let driven = Driven::of(&self.machine, &self.program, (self.mode, self.scans));
         self.field.drive(now_ns, driven);
     }
 
-    /// Steps the rules of `[[simulated-device]]`, once a millisecond.
+    /// Steps the rules of `[[simulated-device]]` once for each millisecond.
     fn step_rules(&mut self, now_ms: u64) {
         let Rig { rules, rules_ms, machine, program, mode, levels, scans, .. } = self;
         if program.controller.rules.is_empty() {
@@ -374,7 +376,7 @@ fn put(machine: &mut Taped, cell: Cell, value: i32) {
     }
 }
 
-/// Gives an input, by its X, a level.
+/// Sets the level of an input, by its X.
 fn put_level(levels: &mut Vec<(u32, bool)>, (x, on): (u32, bool)) {
     match levels.iter_mut().find(|(of, _)| *of == x) {
         Some(level) => level.1 = on,

@@ -1,4 +1,4 @@
-//! The end of a process and the start of the next one: with what retentive memory holds.
+//! The end of a process and the start of the next one, with the content of retentive memory.
 //!
 //! Field devices and the levels of inputs stay as they are: the plant does not restart with its
 //! controller. Forces and queued writes end.
@@ -20,8 +20,8 @@ impl Rig {
         self.begin_process(0);
     }
 
-    /// A new process after a crash: it finds an image of retentive memory that is older than the
-    /// newest one by so much.
+    /// A new process after a crash. It finds an image of retentive memory that is at least
+    /// `lose_ms` older than the newest one.
     pub fn power_cut(&mut self, lose_ms: u32) {
         self.settle_images();
         self.begin_process(u64::from(lose_ms) * MS_NS);

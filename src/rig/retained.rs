@@ -1,7 +1,8 @@
-//! Retentive memory in virtual time: the images that would be durable, and when.
+//! Retentive memory in virtual time: the images that would be durable, and their times.
 //!
-//! As the daemon's thread does: the first image after the first scan, then one at each multiple of
-//! `interval`, one at the end of RUN. Each is the image of the last scan that was complete then.
+//! Images are kept at the same times as by the daemon's thread: the first image after the first
+//! scan, then one at each multiple of `interval`, and one at the end of RUN. Each is the image of
+//! the last scan that was complete at that time.
 
 use std::collections::VecDeque;
 
@@ -22,16 +23,16 @@ pub(super) struct Retained {
 
 /// An image that is durable.
 struct KeptImage {
-    /// When it was due.
+    /// The time at which it was due.
     at_ns: u64,
-    /// Whether the passes of a stop had run.
+    /// Whether the passes of a stop had been executed.
     is_final: bool,
     content: Vec<u8>,
 }
 
-/// What a new process finds.
+/// The memory that a new process finds.
 pub(super) enum FoundMemory {
-    /// Cells and their values; `is_final`: the passes of a stop have run over them.
+    /// Cells and their values; `is_final`: the passes of a stop have been executed on them.
     Image { puts: Vec<(Cell, i32)>, is_final: bool },
     /// Nothing: a cold start.
     Nothing,
@@ -51,12 +52,12 @@ impl Retained {
         }
     }
 
-    /// A reload takes the ranges of the new program; the interval needs a restart.
+    /// A reload takes the ranges of the new program; a change of the interval needs a restart.
     pub fn adopt(&mut self, program: &RigProgram) {
         self.plan = program.plan.clone();
     }
 
-    /// Keeps the image that was due before the next scan, if one was.
+    /// Keeps the image that was due before the next scan, if an image was due.
     pub fn settle(&mut self, image: &Image, (next_ns, is_final): (u64, bool)) {
         if self.due_ns >= next_ns {
             return;
@@ -77,8 +78,8 @@ impl Retained {
         self.images.push_back(KeptImage { at_ns, is_final, content });
     }
 
-    /// A new process of a program begins, with that program's settings. It finds the newest image,
-    /// or one that is older by so much; later ones are lost.
+    /// Begins a new process of a program, with the settings of that program. The process finds the
+    /// newest image, or the newest that is at least `lost_ns` older; later images are lost.
     pub fn begin(&mut self, program: &RigProgram, now_ns: u64, lost_ns: u64) -> FoundMemory {
         let images = std::mem::take(&mut self.images);
         *self = Retained { images, ..Retained::new(program, now_ns) };

@@ -1,8 +1,8 @@
 //! A simulation: ladders alone, or a controller with its simulated devices, in virtual time.
 //!
-//! Called by `rungd sim` and by the editor's simulation. `sim` runs ladders alone. Of a controller,
-//! field devices that are not simulated are silent: their `.Ok` is OFF, until a stimulus turns it
-//! ON. The caller has read the stimulus, and gives the trace.
+//! Called by `rungd sim` and by the editor's simulation. `sim` runs ladders alone. In a controller,
+//! field devices that are not simulated are silent: their `.Ok` is OFF until a stimulus turns it
+//! ON. The caller has read the stimulus, and passes the trace.
 
 use std::collections::HashMap;
 use std::io;
@@ -20,16 +20,16 @@ use crate::sim::stimulus::{Change, Stimulus, StimulusTarget};
 use crate::sim::trace::{RowName, Trace, Watched};
 use crate::sim::{self, Plan};
 
-/// The time between two scans where nothing says it, ms.
+/// The default time between two scans, ms.
 pub(crate) const DEFAULT_PERIOD_MS: u32 = 10;
 
-/// The number of scans where nothing says it.
+/// The default number of scans.
 pub(crate) const DEFAULT_SCANS: u64 = 100;
 
-/// The most elements of an array in a trace of all operands.
+/// The maximum number of elements of an array in a trace of all operands.
 pub(crate) const ELEMENTS_MAX: usize = 64;
 
-/// How much is simulated.
+/// The settings of a simulation.
 pub(crate) struct Simulation {
     /// The time between two scans, ms.
     pub period_ms: u32,
@@ -41,16 +41,16 @@ pub(crate) struct Simulation {
     pub clock_s: i64,
 }
 
-/// What a stimulus may change in a controller.
+/// The operands that a stimulus may change in a controller.
 pub(crate) struct ControllerTargets<'a> {
     scope: Scope,
     symbols: &'a Symbols,
-    /// What moves an address at every scan.
+    /// The addresses that are written in every scan, each with its writer.
     moved: HashMap<Address, String>,
 }
 
 impl<'a> ControllerTargets<'a> {
-    /// Of a controller and its program.
+    /// The targets in a controller with its program.
     pub fn of(program: &Program, lowered: &'a RigProgram) -> ControllerTargets<'a> {
         ControllerTargets {
             scope: Scope::of(program),
@@ -78,12 +78,12 @@ impl<'a> ControllerTargets<'a> {
 pub(crate) enum LoweredSimulation {
     /// Ladders alone.
     Ladder(Box<engine::Program>, Box<Symbols>),
-    /// With a controller file.
+    /// Ladders with a controller file.
     Controller(Arc<RigProgram>),
 }
 
 impl LoweredSimulation {
-    /// Of a program, with the settings of its controller file, if there is one.
+    /// Lowers a program, with the settings of its controller file, if there is one.
     pub fn of(program: &Program, controller: Option<Controller>) -> LoweredSimulation {
         match controller {
             Some(controller) => {
@@ -105,10 +105,10 @@ impl LoweredSimulation {
         }
     }
 
-    /// Runs it and traces it. An orderly stop adds the row `stop`.
+    /// Runs the simulation and traces it. An orderly stop adds the row `stop`.
     ///
     /// # Errors
-    /// The trace cannot be written.
+    /// The error of writing the trace.
     pub fn run(
         &self,
         program: &Program,
@@ -127,7 +127,7 @@ impl LoweredSimulation {
     }
 }
 
-/// All operands that the ladder names, of arrays the first [`ELEMENTS_MAX`] elements.
+/// All operands that the ladder names; for arrays, the first [`ELEMENTS_MAX`] elements.
 pub(crate) fn all_named(program: &Program, symbols: &Symbols) -> Vec<Watched> {
     let watched = program.named(ELEMENTS_MAX).into_iter().filter_map(|operand| {
         let cell = symbols.layout.cell(operand.address)?;
@@ -136,7 +136,7 @@ pub(crate) fn all_named(program: &Program, symbols: &Symbols) -> Vec<Watched> {
     watched.collect()
 }
 
-/// The `.Ok` of every field device that the ladder names: a device is lost only by a stimulus.
+/// The `.Ok` of every field device that the ladder names: only a stimulus loses a device.
 fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
     let ids = (0..program.devices.len() as u32).map(DeviceId);
     ids.map(|id| symbols.layout.bit(Bit::Device(id, Health::Ok))).collect()

@@ -1,6 +1,6 @@
-//! The tape of a rig: all that came into the engine of the present process.
+//! The tape of a rig: all inputs of the engine in the current process.
 //!
-//! It is kept as sections, for `why`, or handed to a listener, for coverage.
+//! It is kept as sections, for `why`, or passed to a listener, for coverage.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -9,16 +9,17 @@ use super::program::RigProgram;
 use crate::engine::{Engine, EngineState};
 use crate::runtime::{Origin, SectionStart, TapeEntry, TapeReader, TapeSection, Taped, tape};
 
-/// The most sections that are kept: a quarter of an hour. The oldest go first.
+/// The maximum number of sections that are kept: a quarter of an hour. The oldest sections are
+/// dropped first.
 const SECTIONS_MAX: usize = 900;
 
-/// Hears the tape of a rig, entry by entry.
+/// Receives the tape of a rig, entry by entry.
 pub trait TapeListener {
-    /// An entry, and the state that belongs to it; `program`: the one that runs now.
+    /// Receives an entry, and the state that belongs to it; `program`: the current program.
     fn hear(&mut self, program: &Arc<RigProgram>, entry: TapeEntry, state: Option<&EngineState>);
 }
 
-/// The tape, and the sections that it has given so far.
+/// The tape, and the sections made from it so far.
 pub(super) struct RigTape {
     reader: TapeReader,
     listener: Option<Box<dyn TapeListener>>,
@@ -36,7 +37,7 @@ impl RigTape {
         (machine, RigTape { reader, listener, sections, now, who, lost: 0 })
     }
 
-    /// The engine of a new process, with a tape that begins anew.
+    /// The engine of a new process, with a new tape.
     pub fn begin_process(&mut self, engine: Engine) -> Taped {
         let listener = self.listener.take();
         let (machine, tape) = RigTape::of(engine);
@@ -44,7 +45,7 @@ impl RigTape {
         machine
     }
 
-    /// Takes what the last step has handed over.
+    /// Takes the entries of the last step from the tape.
     pub fn drain(&mut self, program: &Arc<RigProgram>) {
         while let Some((entry, state)) = self.reader.take() {
             if let Some(listener) = &mut self.listener {
@@ -58,7 +59,7 @@ impl RigTape {
         }
     }
 
-    /// Hands over what is kept, and all that comes.
+    /// Passes the kept sections, and all later entries, to a listener.
     pub fn listen(&mut self, program: &Arc<RigProgram>, mut listener: Box<dyn TapeListener>) {
         for section in self.sections() {
             let SectionStart { generation, number, mode, .. } = section.start;
@@ -91,7 +92,7 @@ impl RigTape {
         self.who.push((origin, who.to_owned()));
     }
 
-    /// The section under way ends.
+    /// Ends the current section.
     fn cut(&mut self) {
         let Some(section) = self.now.take() else { return };
         if self.sections.len() == SECTIONS_MAX {

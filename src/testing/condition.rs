@@ -1,7 +1,8 @@
 //! A condition of a test: contacts as in a ladder, with arithmetic in compares.
 //!
-//! `reading` makes it of a resolved condition; `runner` evaluates it on the image at the end of a
-//! scan, where nothing is allocated and no name is looked up. Its form is in `docs/testing.md`.
+//! `reading` makes it from a resolved condition. `runner` evaluates it on the image at the end of a
+//! scan; the evaluation allocates nothing and looks up no name. `docs/testing.md` describes its
+//! form.
 
 use super::quantity::{ElementCells, Quantity};
 use crate::engine::{BitCell, Cell, Image, Layout};
@@ -12,19 +13,19 @@ use crate::source::contact::{Comparison, Edge};
 /// A condition with its operands.
 #[derive(Clone, Debug)]
 pub struct Condition {
-    /// As it is written.
+    /// The text of the condition.
     pub text: String,
-    /// Its operands, each once, in the order in which they are written: name and cell. Of
-    /// `recipe[step]` it is `step`; [`Condition::elements`] has the element.
+    /// Its operands, each once, in the order in which they are written: name and cell. The operand
+    /// of `recipe[step]` is `step`; [`Condition::elements`] returns the element.
     pub operands: Vec<(String, Cell)>,
-    /// The number of edges in it: `rise(…)`, `fall(…)`.
+    /// The number of its edges: `rise(…)`, `fall(…)`.
     pub edges: usize,
-    /// The elements that words select, by the names that they are written with.
+    /// The elements that words select, with their names as they are written.
     selected: Vec<(String, ElementCells)>,
     judge: Judge,
 }
 
-/// A boolean over cells.
+/// A boolean expression over cells.
 #[derive(Clone, Debug)]
 enum Judge {
     Bit(BitCell),
@@ -32,7 +33,7 @@ enum Judge {
     Not(Box<Judge>),
     All(Box<[Judge]>),
     Any(Box<[Judge]>),
-    /// An edge: its number, and what is inside.
+    /// An edge: its number, and the expression inside.
     Edge(Edge, usize, Box<Judge>),
     Compare(Quantity, Comparison, Quantity),
 }
@@ -58,14 +59,15 @@ impl Condition {
         }
     }
 
-    /// Whether it is true on an image. `edges`: what was inside each edge at the end of the scan
-    /// before (OFF before the first scan after a start); afterwards, what is inside now.
+    /// Whether it is true on an image. `edges`: the value inside each edge at the end of the scan
+    /// before (OFF before the first scan after a start). The call replaces them by the values of
+    /// this image.
     pub fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
         self.judge.is_true(image, edges)
     }
 
-    /// The operands that decide its present value: where an `&` is false the parts that are false,
-    /// where an `|` is true those that are true. Each once, in the order of `operands`.
+    /// The operands that decide its current value: for a false `&`, those of its false parts; for a
+    /// true `|`, those of its true parts. Each once, in the order of `operands`.
     pub(super) fn deciding(&self, image: &Image) -> Vec<Cell> {
         let mut cells = Vec::new();
         self.judge.deciding(image, &mut cells);
@@ -78,8 +80,8 @@ impl Condition {
         self.selected.iter().map(|(written, _)| written.as_str())
     }
 
-    /// The elements that words select on an image, as `recipe[3]`; none for an index outside of
-    /// its array.
+    /// The elements that words select on an image, as `recipe[3]`. An index outside of its array
+    /// has no element.
     pub fn elements(&self, image: &Image) -> Vec<(String, Cell)> {
         let element = |(written, of): &(String, ElementCells)| {
             let name = written.split('[').next().unwrap_or(written);
@@ -112,7 +114,7 @@ impl Judge {
         }
     }
 
-    /// What it is; `None` of what depends on an edge.
+    /// Its value; `None` if the value depends on an edge.
     fn known(&self, image: &Image) -> Option<bool> {
         match self {
             Judge::Edge(..) => None,
@@ -144,7 +146,8 @@ impl Judge {
         }
     }
 
-    /// Evaluates every part, whatever its neighbours say: edges see each scan.
+    /// Evaluates every part, even if the result is already known: edges need the value of each
+    /// scan.
     fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
         match self {
             Judge::Bit(cell) => image.bit(*cell),
@@ -176,7 +179,7 @@ impl Judge {
     }
 }
 
-/// The value of a series, of which one part that is `decides` decides alone.
+/// The value of a series in which a single part with the value `decides` decides the result.
 fn series(items: &[Judge], image: &Image, decides: bool) -> Option<bool> {
     let mut known = Some(!decides);
     for item in items {

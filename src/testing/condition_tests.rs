@@ -13,7 +13,7 @@ use crate::resolve::LoadOptions;
 use crate::resolve::program::Program;
 use crate::source::span::{FileId, Span};
 
-/// The ladder of `tests/suites`, and a memory for it.
+/// The ladder of `tests/suites`, with its memory.
 struct TestPlant {
     program: Program,
     controller: Controller,
@@ -39,7 +39,7 @@ impl TestPlant {
             .map_err(|all| all.into_iter().map(|finding| finding.message).collect())
     }
 
-    /// Writes `name=value` pairs: contents of cells, of reals their numbers.
+    /// Writes `name=value` pairs: contents of cells; for reals, their numbers.
     fn write(&mut self, memory: &str) {
         for pair in memory.split_whitespace() {
             let (name, value) = pair.split_once('=').expect("a pair");
@@ -58,7 +58,7 @@ impl TestPlant {
     }
 }
 
-/// Each row on memory that a row `memory` writes over what was there.
+/// Checks each row. The memory of a row is written over the memory of the rows before.
 fn check(rows: &[(&str, &str, bool)]) {
     let mut plant = TestPlant::new();
     for (memory, text, expected) in rows {
@@ -112,7 +112,7 @@ fn arithmetic_is_that_of_math() {
             true,
         ),
         ("", "shift * shift * shift > 0 & 0 - shift * shift * shift - shift < 0", true),
-        // One real makes an operator real; the other ones stay whole.
+        // One real operand makes an operator real; the other operators stay integer.
         ("shift=7", "shift / 2 * 1.5 == 4.5 & shift / 2.0 == 3.5 & 1.5 * shift / 2 == 5.25", true),
         ("level=12.5", "level == 12.5 & level * 2 == 25 & level - 0.5 == 12", true),
         ("", "level / 0 == 0 & level % 5 == 2.5 & 0.0 - level < 0", true),
@@ -147,13 +147,14 @@ fn edges_compare_with_the_scan_before() {
         plant.write(memory);
         (plant.is_true(&rise, &mut seen.0), plant.is_true(&nested, &mut seen.1))
     };
-    // Before the first scan everything inside is OFF: what is ON there rises at once.
+    // Before the first scan all values inside edges are OFF, so a value that is ON in the first
+    // scan rises.
     assert_eq!(scan("shift=6 pusher=1 bottle=1"), (true, true));
     assert_eq!(scan(""), (false, false));
     assert_eq!(scan("pusher=0"), (false, false));
     assert_eq!(scan("pusher=1"), (true, false));
     assert_eq!(scan("shift=5 full_lamp=1"), (false, true));
-    // An edge sees every scan, whatever stands beside it.
+    // An edge is evaluated in every scan, whatever the values next to it are.
     assert_eq!(scan("shift=6 pusher=0 full_lamp=0"), (true, false));
     assert_eq!(scan("full_lamp=1"), (false, false));
     assert_eq!(scan("pusher=1"), (true, false));

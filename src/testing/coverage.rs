@@ -1,7 +1,7 @@
-//! What the tests of a file have executed, as text and as JSON.
+//! The coverage of test files, as text and as JSON.
 //!
-//! Each scenario is played with a tape, which `observe` executes again and watches. Random tests
-//! are not part of it: what they reach by chance, no one has thought of.
+//! Each scenario is played with a tape, which `observe` executes again. Random tests do not count:
+//! they reach a rung by chance, not because an author thought of it.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
@@ -23,7 +23,7 @@ pub struct Coverage {
     files: Vec<(String, LadderCoverage)>,
 }
 
-/// The coverage of one program under way; those of reloads are not watched.
+/// Collects the coverage of one program. The programs of reloads are not observed.
 struct Listener {
     program: Arc<RigProgram>,
     run: Rc<RefCell<CoverageRun>>,
@@ -51,7 +51,7 @@ impl TapeListener for Listener {
     }
 }
 
-/// Hands the tape over when a scenario begins.
+/// Passes the tape to the listener when a scenario begins.
 struct CoverageSeat(Option<Box<dyn TapeListener>>);
 
 impl Spectator for CoverageSeat {
@@ -65,7 +65,7 @@ impl Spectator for CoverageSeat {
 }
 
 impl Coverage {
-    /// Plays the scenarios of a suite whose names contain the filter, and adds what they execute.
+    /// Plays the scenarios of a suite whose names contain the filter, and adds their coverage.
     pub fn add(&mut self, suite: &Suite, programs: &[Arc<RigProgram>], filter: Option<&str>) {
         let stage = LoweredSuite { suite, programs };
         let of = &suite.programs[0];
@@ -79,12 +79,12 @@ impl Coverage {
         self.files.push((suite.name.clone(), run.borrow().coverage()));
     }
 
-    /// For people: the counts, and what was not seen both ways.
+    /// The coverage for people: the counts, and the parts that were not seen both ways.
     pub fn text(&self) -> String {
         self.files.iter().map(|(name, of)| file_text(name, of)).collect()
     }
 
-    /// The same, and all that was seen.
+    /// The coverage as JSON: the same, with all states that were seen.
     pub fn json(&self) -> Value {
         let ways = |seen: TwoWays| json!({ "on": seen.on, "off": seen.off });
         let named = |(name, seen): &(String, TwoWays)| json!({ "name": name, "seen": ways(*seen) });
@@ -156,7 +156,7 @@ fn file_text(name: &str, of: &LadderCoverage) -> String {
     text
 }
 
-/// What was not seen of a part.
+/// The states of a part that were not seen.
 fn missing(part: &PartCoverage) -> Vec<String> {
     let state = |seen: TwoWays| match (seen.on, seen.off) {
         (true, true) => None,

@@ -1,8 +1,8 @@
-//! Explains a failed test: the operands of its condition with their values, since when, their last
-//! changes, and why.
+//! Explains a failed test: the operands of its condition with their values, the age of the values,
+//! their last changes, and the reasons.
 //!
-//! The scenario is played again with a tape: it comes to the same end, and `observe` finds the
-//! reasons on the tape. `report` makes text of a [`Failure`].
+//! The scenario is played again with a tape. It fails in the same way, and `observe` finds the
+//! reasons on the tape. `report` makes text from a [`Failure`].
 
 use std::sync::Arc;
 
@@ -17,32 +17,32 @@ use crate::observe::{At, Limits, Subject};
 use crate::rig::{Rig, RigMode};
 use crate::source::wording::counted;
 
-/// How far the explanation of an operand goes.
+/// The limits of the explanation of an operand.
 const WHY: Limits = Limits { depth: 2, nodes: 8, change: false };
 
-/// The most operands that are explained.
+/// The maximum number of operands that are explained.
 const EXPLAINED_MAX: usize = 3;
 
 /// A failed test.
 #[derive(Clone, Debug)]
 pub struct Failure {
-    /// The step that failed: its number from 1, and how many there are. `None`: of a random test.
+    /// The step that failed: its number from 1, and the number of steps. `None` for a random test.
     pub step: Option<(usize, usize)>,
     /// The line and column of that step, or of the test; from 1.
     pub place: (u32, u32),
-    /// The step as it is written.
+    /// The text of the step.
     pub text: String,
-    /// What was wrong, in a sentence.
+    /// The reason of the failure, in a sentence.
     pub what: String,
     /// The number of the last scan of its process, from 1; 0: none.
     pub scan: u64,
-    /// Its time, ns since the begin of the test.
+    /// The time of that scan, ns since the start of the test.
     pub now_ns: u64,
     /// The operands of the condition.
     pub operands: Vec<SeenOperand>,
-    /// Why they have their values: the answers of `rungd why`.
+    /// The reasons of their values: the answers of `rungd why`.
     pub why: Vec<String>,
-    /// A random run as a scenario to paste.
+    /// A random run as a scenario to paste into a test file.
     pub scenario: Option<String>,
     /// The findings of a refused `reload`.
     pub findings: Option<String>,
@@ -66,7 +66,7 @@ pub struct SeenOperand {
 pub struct SeenChange {
     /// The scan, from 1 in its process; 0: before the first scan.
     pub scan: u64,
-    /// Its time, ns since the begin of the test.
+    /// The time of that scan, ns since the start of the test.
     pub now_ns: u64,
     /// The new value as text.
     pub value: String,
@@ -120,7 +120,7 @@ pub(super) fn failure_of_run(
     test: &RandomTest,
     (broken, run): (&BrokenRun, u32),
 ) -> Failure {
-    // A bit that the ladder holds ON takes no pulse: then the changes stand one by one.
+    // A bit that the ladder holds ON cannot be pulsed: then the changes are separate steps.
     let breaks = |run: PastedRun| {
         let failed = play(stage, &run.scenario, false, &mut Nobody).0.failed?;
         matches!(failed.why, FailedWhy::Always(_)).then_some((run, Some(failed)))
@@ -149,7 +149,7 @@ pub(super) fn failure_of_run(
     }
 }
 
-/// The condition that was judged.
+/// The condition that is false.
 fn judged<'a>(
     stage: LoweredSuite<'a>,
     scenario: &'a Scenario,
@@ -204,7 +204,7 @@ fn ordinal(number: u64) -> String {
     format!("{number}{ending}")
 }
 
-/// Plays the scenario again with a tape, and asks for the operands of its condition.
+/// Plays the scenario again with a tape, and explains the operands of its condition.
 fn explain(
     stage: LoweredSuite,
     scenario: &Scenario,
@@ -215,7 +215,7 @@ fn explain(
     let mut history = History::new(Arc::clone(program), condition, failed.scans);
     let (_, rig) = play(stage, scenario, true, &mut history);
     if failed.scans == 0 || !matches!(failed.why, FailedWhy::Always(_)) {
-        // Steps that take no scan may have changed memory since.
+        // Steps without a scan may have changed memory since the last scan.
         history.deciding = condition.deciding(rig.image());
     }
     let layout = &program.symbols.layout;
@@ -241,7 +241,8 @@ fn explain(
             }
         })
         .collect();
-    // What a moving element is now; its changes would be those of several cells.
+    // The current value of a selected element. It has no list of changes, because they would be
+    // changes of several cells.
     let element = |(name, cell): (String, Cell)| SeenOperand {
         name,
         value: text(cell, super::happened::value_in(rig.image(), cell)),
@@ -254,7 +255,7 @@ fn explain(
     failure.why = why(stage, failed.program, (&rig, history.deciding), at);
 }
 
-/// Why the operands of a condition have their values.
+/// The reasons for the values of the operands of a condition.
 fn why(
     stage: LoweredSuite,
     program: ProgramId,

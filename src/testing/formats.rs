@@ -1,4 +1,4 @@
-//! Verdicts for programs: JUnit's XML, which every CI reads, and JSON.
+//! Verdicts in formats for programs: JUnit XML, which every CI reads, and JSON.
 
 use std::fmt::Write as _;
 
@@ -10,13 +10,13 @@ use super::runner::Verdict;
 /// The verdicts of one test file.
 #[derive(Clone, Debug)]
 pub struct FileVerdicts {
-    /// The file as it is shown.
+    /// The displayed name of the file.
     pub file: String,
     /// The verdicts, in file order.
     pub verdicts: Vec<Verdict>,
 }
 
-/// JUnit's XML. Its times are virtual, so that the same tests give the same bytes.
+/// The verdicts as JUnit XML. Its times are virtual, so that the same tests give the same bytes.
 pub fn junit(files: &[FileVerdicts]) -> String {
     let count = |of: &dyn Fn(&FileVerdicts) -> usize| files.iter().map(of).sum::<usize>();
     let (tests, failed) = (count(&|of| of.verdicts.len()), count(&FileVerdicts::failed));
@@ -48,7 +48,7 @@ fn case(file: &str, verdict: &Verdict) -> String {
     format!("{head}>\n      <failure message=\"{message}\">{text}</failure>\n    </testcase>\n")
 }
 
-/// A text within XML. Characters that XML does not have become `?`.
+/// A text for XML. Characters that XML does not allow become `?`.
 fn xml(text: &str) -> String {
     let mut escaped = String::new();
     for c in text.chars() {
@@ -65,7 +65,7 @@ fn xml(text: &str) -> String {
     escaped
 }
 
-/// JSON: one object for all files.
+/// The verdicts as JSON: one object for all files.
 pub fn json(files: &[FileVerdicts]) -> Value {
     let of_file = |of: &FileVerdicts| {
         let tests: Vec<Value> = of.verdicts.iter().map(of_verdict).collect();

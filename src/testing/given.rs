@@ -1,7 +1,8 @@
-//! The values that a test gives: of a word of a step, or of TOML.
+//! Reads the values in a test: a word of a step, or a value of TOML.
 //!
-//! Called by `steps` and `random`. A value has the form that its operand takes: a bit ON or OFF, a
-//! word a whole number or a duration, a real any number; and it lies within the operand's limits.
+//! Called by `steps` and `random`. A value must have the form of its operand: ON or OFF for a bit,
+//! a whole number or a duration for a word, any number for a real. It must be within the limits of
+//! the operand.
 
 use super::names::TestTarget;
 use super::step_words::StepWord;
@@ -101,7 +102,7 @@ fn shown(given: Constant) -> String {
     }
 }
 
-/// The finding for a value of another form.
+/// The finding for a value of the wrong form.
 fn wrong(target: &TestTarget, given: &str, span: Span) -> Finding {
     let name = &target.operand.name;
     let (kind, takes, help) = match target.takes {

@@ -1,31 +1,34 @@
-//! What happened, scan by scan, on a grid of virtual time.
+//! The scans of a recording, on a grid of virtual time.
 //!
-//! A test runs in virtual time, one scan a period. Each recorded scan gets the place on that grid
-//! that is nearest to its time: where scans were skipped, more of them run in the test.
+//! A test runs in virtual time, with one scan in each period. Each recorded scan gets the place on
+//! that grid that is nearest to its time. If the recording skipped scans, the test runs additional
+//! scans.
 
 use crate::engine::{Cell, Engine, EngineCall, Image};
 use crate::runtime::{TapeEntry, TapeSection};
 
-/// The most scans between the recorded ones that a test runs: almost three hours at 10 ms. Beyond
-/// them one recorded scan follows the other, so that no time of a recording makes a test endless.
+/// The maximum number of additional scans between the recorded scans: almost three hours at 10 ms.
+/// After that number, each recorded scan follows the one before directly, so that no recorded time
+/// makes a test endless.
 const IDLE_MAX: u64 = 1_000_000;
 
-/// A scan as it was recorded.
+/// A recorded scan.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HappenedScan {
-    /// Its place in virtual time: scans since the first one.
+    /// Its place in virtual time: the number of scans since the first scan.
     pub at: u64,
-    /// What came in before it: inputs, queued writes, forces.
+    /// The calls before it: inputs, queued writes, forces.
     pub calls: Vec<EngineCall>,
-    /// An orderly stop was asked for: it is the last of its RUN.
+    /// Whether an orderly stop was requested before it, so that it is the last scan of its RUN.
     pub is_last: bool,
-    /// RUN begins with it, and it is not the first.
+    /// Whether RUN begins with it, and it is not the first scan.
     pub begins_run: bool,
-    /// The watched cells behind it, before any passes.
+    /// The values of the watched cells at its end, before any passes.
     pub values: Vec<i32>,
 }
 
-/// Follows sections from their first state on, and notes the watched cells behind each scan.
+/// Executes sections from their first state on, and notes the watched cells at the end of each
+/// scan.
 pub(super) fn happened(
     mut engine: Engine,
     sections: &[TapeSection],
@@ -63,7 +66,7 @@ pub(super) fn happened(
             EngineCall::Write(..) | EngineCall::Force(..) | EngineCall::Release(_) => {
                 next.calls.push(call);
             }
-            // Its start was not recorded.
+            // The start of this scan was not recorded.
             EngineCall::Execute if !begun => {}
             EngineCall::Execute => {
                 begun = false;
@@ -76,12 +79,12 @@ pub(super) fn happened(
     scans
 }
 
-/// A bit (0 or 1) or a word.
+/// The value of a bit (0 or 1) or of a word.
 pub(super) fn value(engine: &Engine, cell: Cell) -> i32 {
     value_in(engine.image(), cell)
 }
 
-/// A bit (0 or 1) or a word of an image.
+/// The value of a bit (0 or 1) or of a word in an image.
 pub(super) fn value_in(image: &Image, cell: Cell) -> i32 {
     match cell {
         Cell::Bit(bit) => image.bit(bit).into(),

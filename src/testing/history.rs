@@ -9,7 +9,7 @@ use super::player::Spectator;
 use crate::engine::Cell;
 use crate::rig::{Rig, RigProgram};
 
-/// The most changes of an operand that are kept. The oldest go first.
+/// The maximum number of changes of an operand that are kept. The oldest changes are dropped first.
 const CHANGES_MAX: usize = 12;
 
 /// A change of an operand, or its first value.
@@ -26,15 +26,15 @@ pub(super) struct OperandChange {
 pub(super) struct History<'a> {
     program: Arc<RigProgram>,
     condition: &'a Condition,
-    /// The operands that decide its value at the last scan.
+    /// The operands that decide the value of the condition at the last scan.
     pub deciding: Vec<Cell>,
-    /// The scan at which to end, in all processes.
+    /// The last scan to note, counted over all processes.
     until: u64,
     changes: Vec<VecDeque<OperandChange>>,
 }
 
 impl<'a> History<'a> {
-    /// Of a condition over a program's cells, up to a scan.
+    /// The history of a condition over a program's cells, up to a scan.
     pub fn new(program: Arc<RigProgram>, condition: &'a Condition, until: u64) -> History<'a> {
         let changes = vec![VecDeque::new(); condition.operands.len()];
         History { program, condition, deciding: Vec::new(), until, changes }

@@ -1,8 +1,8 @@
-//! Tests of ladders: test files and their scenarios in virtual time; and a test made of a
+//! Tests of ladders: runs test files and their scenarios in virtual time, and makes a test from a
 //! recording.
 //!
-//! `cli` hands over paths of test files, or sections of a recording. `reading` makes a [`Suite`] of
-//! a file; `runner` runs it; `mutation` asks how good it is. No clock.
+//! `cli` passes paths of test files, or sections of a recording. `reading` makes a [`Suite`] from a
+//! file; `runner` runs it; `mutation` measures its quality. Nothing here reads a clock.
 
 mod condition;
 #[cfg(test)]

@@ -1,14 +1,14 @@
-//! The mutants of a ladder: small slips that its author might have made, one a mutant. A suite
-//! of tests is good if it fails for each of them.
+//! The mutants of a ladder: each contains one small mistake that its author might have made. A
+//! suite of tests is good if it fails for each mutant.
 //!
-//! `rungd mutate` runs the suite for each. This module changes the resolved program, never a text;
-//! the result is lowered as any other program. It runs nothing, and does not judge.
+//! `rungd mutate` runs the suite for each mutant. This module changes the resolved program, never a
+//! text; the result is lowered as any other program. It runs nothing, and does not judge.
 //!
-//! What is no mutant: what no test could show (a duration changed by less than a scan, `$On`
-//! inverted, a level in place of `rise()` where a counter sees edges alone), and what another
-//! mutant does already. `initial`, limits, retention and texts are not changed. Of a template with
-//! several uses a slip is in all of them. Files of the library are not changed, unless the program
-//! has no rung of another file.
+//! Two kinds of changes are not made: changes that no test could show (a duration changed by less
+//! than a scan, `$On` inverted, a level instead of `rise()` on a leg that only reacts to edges),
+//! and changes with the same effect as a different mutant. `initial`, limits, retention and texts
+//! are not changed. A change in a template is made in all its uses. Files of the library are not
+//! changed, unless all rungs of the program are in the library.
 
 mod contacts;
 mod formula;
@@ -30,26 +30,26 @@ use crate::source::span::{SourceFile, Span};
 use ground::{Found, Ground};
 use mutation::{Mutation, RungIndex, without_lone_groups};
 
-/// A ladder with one slip.
+/// A ladder with one mistake.
 #[derive(Clone, Debug)]
 pub struct Mutant {
-    /// What it changes.
+    /// The kind of the change.
     pub kind: MutantKind,
-    /// The place of what it changes, in a file of the load.
+    /// The place of the change, in a file of the load.
     pub span: Span,
-    /// The rung for people: `Main, rung count-bottles`, `Drain.Open, rung 3, branch 1`; of a
-    /// template, in its first use.
+    /// The name of the rung: `Main, rung count-bottles`, `Drain.Open, rung 3, branch 1`; for a
+    /// template, the rung in its first use.
     pub rung: String,
     /// The change in one line, with both texts: ``contact `!jam` is `jam` ``.
     pub what: String,
-    /// The mutations in all uses of a template, the last of the program first.
+    /// The mutations in all uses of a template, the last one in the program first.
     mutations: Vec<(RungIndex, Mutation)>,
-    /// Whether uses have different constants there.
+    /// Whether the uses have different constants at this place.
     differs: bool,
 }
 
-/// All mutants of a program, in file order. `files`: of its load, by the numbers that its places
-/// have. `period_ms`: of a scan, by which durations are changed.
+/// All mutants of a program, in file order. `files`: the loaded files; places refer to them by
+/// index. `period_ms`: the scan period, by which durations are changed.
 pub fn mutants(program: &Program, files: &[SourceFile], period_ms: u32) -> Vec<Mutant> {
     let ground = Ground::new(program, files, period_ms);
     let mut mutants: Vec<Mutant> = Vec::new();
@@ -92,7 +92,7 @@ pub fn mutants(program: &Program, files: &[SourceFile], period_ms: u32) -> Vec<M
 }
 
 impl Mutant {
-    /// The program with the slip.
+    /// The program with the mistake.
     pub fn apply(&self, program: &Program) -> Program {
         let mut mutated = program.clone();
         for (index, mutation) in &self.mutations {
@@ -130,7 +130,7 @@ fn found(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<Found> {
     found
 }
 
-/// A rung for people.
+/// The name of a rung.
 fn name(part: ProgramPart, (at, rung): (usize, &Rung), branch: Option<usize>) -> String {
     let element = match part.stage {
         Some(stage) => format!("{}.{}", part.block.name, stage.name),

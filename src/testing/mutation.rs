@@ -1,7 +1,7 @@
-//! How good a suite is: the mutants of its ladder that it notices.
+//! The quality of a suite: the mutants of its ladder for which it fails.
 //!
-//! `rungd mutate` calls it. Each mutant takes the place of the suite's first program, and the tests
-//! run until one fails. Programs of `reload` steps are not changed.
+//! Called by `rungd mutate`. Each mutant replaces the first program of the suite, and the tests run
+//! until one fails. Programs of `reload` steps are not changed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -12,20 +12,21 @@ use super::random_run;
 use super::suite::Suite;
 use crate::rig::RigProgram;
 
-/// The runs of a random test that each mutant is tried with.
+/// The maximum number of runs of a random test for each mutant.
 const RUNS_MAX: u32 = 10;
 
-/// How mutants are judged.
+/// The options for judging mutants.
 pub struct MutateOptions<'a> {
-    /// Threads; at least 1.
+    /// The number of threads; at least 1.
     pub jobs: usize,
-    /// Only these kinds; empty: all.
+    /// The kinds of mutants to judge; empty: all.
     pub kinds: &'a [MutantKind],
-    /// Called when a mutant is judged, with how many are and how many there are.
+    /// Called when a mutant has been judged, with the number of judged mutants and the number of
+    /// all mutants.
     pub progress: &'a (dyn Fn(u64, u64) + Sync),
 }
 
-/// A mutant, and the test that noticed it first.
+/// A mutant, and the first test that failed for it.
 #[derive(Clone, Debug)]
 pub struct JudgedMutant {
     /// The mutant.
@@ -36,7 +37,7 @@ pub struct JudgedMutant {
 
 /// The first test of a suite that fails with its own ladder.
 ///
-/// A suite that fails says nothing about mutants.
+/// A suite that fails with its own ladder cannot judge mutants.
 pub fn first_failure(suite: &Suite) -> Option<String> {
     let programs = super::runner::programs(suite);
     failing(LoweredSuite { suite, programs: &programs }, u32::MAX)

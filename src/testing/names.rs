@@ -1,8 +1,9 @@
-//! The names of a program under test: what a step may set, force, wait for or lose.
+//! The names of a program under test: the operands and devices that a step may set, force, wait for
+//! or lose.
 //!
-//! Made by `programs`, one for each program of a test file; used by `steps` and `random`. Whether
-//! an operand may be written is the simulator's rule ([`StimulusTarget::at`]), whether it may be
-//! forced the operator's ([`crate::isa::Bit::forcible`]).
+//! Made by `programs`, one for each program of a test file; used by `steps` and `random`. A test
+//! may write the same operands as the simulator ([`StimulusTarget::at`]), and force the same bits
+//! as an operator ([`crate::isa::Bit::forcible`]).
 
 use std::collections::HashMap;
 
@@ -23,16 +24,16 @@ use crate::source::finding::{Code, Finding};
 use crate::source::nearest::KnownNames;
 use crate::source::span::Span;
 
-/// The names of a program, and the cells behind them.
+/// The names of a program, and their cells.
 pub(super) struct TestNames<'a> {
     conditions: ConditionNames<'a>,
     symbols: Symbols,
-    /// What moves an address at every scan: `device `plant``.
+    /// The addresses that are written in every scan, each with its writer: `device `plant``.
     moved: HashMap<Address, String>,
     devices: KnownNames,
 }
 
-/// An operand that a test writes or forces, and what it takes.
+/// An operand that a test writes or forces, and the values that it takes.
 #[derive(Clone, Debug)]
 pub(super) struct TestTarget {
     pub operand: TestOperand,
@@ -56,7 +57,7 @@ impl<'a> TestNames<'a> {
     /// A condition over the program's cells.
     ///
     /// # Errors
-    /// Its mistakes.
+    /// The findings about it.
     pub fn condition(&mut self, written: &WrittenCondition) -> Result<Condition, Vec<Finding>> {
         let resolved = self.conditions.resolve(&written.contact)?;
         Ok(Condition::new(&written.text, resolved, &self.symbols.layout))
@@ -80,7 +81,7 @@ impl<'a> TestNames<'a> {
         Err(finding(format!("no device is called `{name}`")).help(help).near(name, &self.devices))
     }
 
-    /// The bit or word that a word of a test names.
+    /// The address of a name in a test.
     fn address(&self, name: &str, span: Span) -> Result<Address, Finding> {
         let scope = self.conditions.scope();
         match scope.look_up(name) {
@@ -101,7 +102,7 @@ impl<'a> TestNames<'a> {
         }
     }
 
-    /// What a queued write or an input may change. `step` is the word for a help.
+    /// An operand that a queued write or an input may change.
     pub fn written(&self, name: &str, span: Span) -> Result<TestTarget, Finding> {
         let address = self.address(name, span)?;
         let finding = |message: String| Finding::new(Code::TestStep, span, message);
@@ -134,7 +135,7 @@ impl<'a> TestNames<'a> {
         Ok(self.target(name, address, takes))
     }
 
-    /// What may be forced.
+    /// An operand that may be forced.
     pub fn forced(&self, name: &str, span: Span) -> Result<TestTarget, Finding> {
         let address = self.address(name, span)?;
         let takes = match address {

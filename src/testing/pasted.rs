@@ -1,4 +1,4 @@
-//! A random run as a scenario: to be played again, and as text to paste into a test file.
+//! A random run as a scenario that can be played again, and as text to paste into a test file.
 
 use super::player::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent};
@@ -12,8 +12,8 @@ pub(super) struct PastedRun {
     pub text: String,
 }
 
-/// Makes a scenario of a run that broke a line of `always`; with equal pulses as one step, if they
-/// shall be.
+/// Makes a scenario from a run that broke a line of `always`. `has_pulses`: equal pulses become one
+/// step.
 pub(super) fn pasted(
     stage: LoweredSuite,
     test: &RandomTest,
@@ -53,7 +53,7 @@ pub(super) fn pasted(
     PastedRun { scenario, text }
 }
 
-/// Makes one step of equal pulses: a bit goes ON and OFF again, at least twice.
+/// Replaces equal pulses (a bit goes ON and OFF again, at least twice) by one step.
 fn pulses(steps: Vec<TestStep>, period_ms: u32) -> Vec<TestStep> {
     let mut short = Vec::new();
     let mut rest = &steps[..];
@@ -80,7 +80,8 @@ fn pulses(steps: Vec<TestStep>, period_ms: u32) -> Vec<TestStep> {
     short
 }
 
-/// A pulse at the begin of steps: its bit, and the scans for which it is ON, and OFF.
+/// A pulse at the beginning of steps: its bit, the number of scans for which it is ON, and then
+/// OFF.
 fn pulse(steps: &[TestStep]) -> Option<(&TestOperand, u64, u64)> {
     match steps {
         [
@@ -94,7 +95,7 @@ fn pulse(steps: &[TestStep]) -> Option<(&TestOperand, u64, u64)> {
     }
 }
 
-/// The steps that a run is made of.
+/// The text of a step. A run contains only a few kinds of steps.
 fn step_text(step: &TestStep, layout: &Layout) -> String {
     match step {
         TestStep::Set(operand, value) => {

@@ -1,7 +1,7 @@
 //! Plays a scenario on a rig: step by step, scan by scan.
 //!
 //! `runner` calls it for the verdict; `failure` plays a failed scenario again with a tape and a
-//! [`Spectator`] that notes what happened. No text is made here, and nothing is read or written.
+//! [`Spectator`] that notes the changes. No text is made here, and no file is read or written.
 
 use std::sync::Arc;
 
@@ -21,10 +21,10 @@ pub(super) struct LoweredSuite<'a> {
     pub programs: &'a [Arc<RigProgram>],
 }
 
-/// What a played scenario came to.
+/// The result of a played scenario.
 #[derive(Clone, Debug)]
 pub(super) struct Played {
-    /// Scans in all processes.
+    /// The number of scans in all processes.
     pub scans: u64,
     /// The virtual time that passed, ns.
     pub virtual_ns: u64,
@@ -32,46 +32,46 @@ pub(super) struct Played {
     pub failed: Option<Failed>,
 }
 
-/// A failure, as data.
+/// A failure as data.
 #[derive(Clone, Debug)]
 pub(super) struct Failed {
-    /// The step, by its place in the scenario.
+    /// The index of the step in the scenario.
     pub step: usize,
     pub why: FailedWhy,
-    /// The program that ran.
+    /// The program that was running.
     pub program: ProgramId,
     /// The number of the last scan of the process, from 1; 0: none.
     pub scan: u64,
-    /// Its time, ns since the scenario's begin.
+    /// The time of that scan, ns since the start of the scenario.
     pub now_ns: u64,
-    /// Scans in all processes.
+    /// The number of scans in all processes.
     pub scans: u64,
 }
 
 /// Why a step failed.
 #[derive(Clone, Debug)]
 pub(super) enum FailedWhy {
-    /// `expect`, or the first part of another step's meaning, is not so.
+    /// The condition of `expect` is false.
     Unmet,
-    /// `within`: not so in any of these scans.
+    /// `within`: the condition was false in this number of scans.
     Never(u64),
-    /// `hold`: not so at the end of this one of its scans, from 1.
+    /// `hold`: the condition was false at the end of a scan; its number in the step, from 1.
     NotHeld(u64),
-    /// This line of `always` is not so.
+    /// A line of `always` was false; its index.
     Always(usize),
-    /// The step needs the other mode.
+    /// The step needs this mode, but the controller is in the other one.
     Mode(RigMode),
-    /// `pulse` of a bit that is ON already.
+    /// `pulse` of a bit that is already ON.
     AlreadyOn(TestOperand),
     /// `unforce` without a force.
     NotForced(TestOperand),
-    /// The files of `reload` are refused, with this text.
+    /// The files of `reload` are refused; the text of the findings.
     Refused(String),
 }
 
-/// Looks at memory at the end of every scan, before the passes of a last one.
+/// Observes memory at the end of every scan, before the passes of a last scan.
 pub(super) trait Spectator {
-    /// A scan has executed.
+    /// A scan has been executed.
     fn scanned(&mut self, rig: &Rig, scans: u64);
 
     /// The scenario begins: before the first scan.
@@ -81,32 +81,33 @@ pub(super) trait Spectator {
     fn begins(&mut self, _rig: &Rig) {}
 }
 
-/// Looks away.
+/// A spectator that notes nothing.
 pub(super) struct Nobody;
 
 impl Spectator for Nobody {
     fn scanned(&mut self, _: &Rig, _: u64) {}
 }
 
-/// A scenario while it is played.
+/// A scenario that is being played.
 struct Player<'a, S> {
     stage: LoweredSuite<'a>,
     scenario: &'a Scenario,
     rig: Rig,
     program: ProgramId,
-    /// By line of `always`: what was inside its edges.
+    /// By line of `always`: the last values inside its edges.
     always: Vec<Vec<bool>>,
-    /// Steps whose conditions have edges.
+    /// The steps whose conditions have edges.
     edged: Vec<EdgedStep>,
     beats: Vec<Beat<'a>>,
     step: usize,
     scans: u64,
-    /// Scans since the last start.
+    /// The number of scans since the last start.
     since_start: u64,
     spectator: &'a mut S,
 }
 
-/// The edges of a step's condition, at the end of the last scan and of the scan before.
+/// The values inside the edges of a step's condition, at the end of the last scan and of the scan
+/// before.
 struct EdgedStep {
     step: usize,
     before: Vec<bool>,
@@ -118,7 +119,7 @@ struct Beat<'a> {
     operand: &'a TestOperand,
     on: u64,
     every: u64,
-    /// Scans since its begin.
+    /// The number of scans since its start.
     passed: u64,
     ticket: Ticket,
 }
@@ -285,7 +286,7 @@ impl<'a, S: Spectator> Player<'a, S> {
         }
     }
 
-    /// The scans of a time: rounded up, at least one.
+    /// The number of scans of a time: rounded up, at least one.
     fn scans_of(&self, time: TestTime) -> u64 {
         match time {
             TestTime::Ms(ms) => (u64::from(ms) * MS_NS).div_ceil(self.rig.period_ns()).max(1),
@@ -306,7 +307,7 @@ impl<'a, S: Spectator> Player<'a, S> {
         Ok(())
     }
 
-    /// An X gets a level, everything else a queued write.
+    /// Sets the level of an X, or makes a queued write for any other operand.
     fn give(&mut self, operand: &TestOperand, value: i32, ticket: Ticket) {
         match operand.input {
             Some(x) => self.rig.set_input(x, value != 0),
@@ -381,13 +382,13 @@ impl<'a, S: Spectator> Player<'a, S> {
         Ok(())
     }
 
-    /// The last scan.
+    /// Stops the controller: executes the last scan.
     fn stop(&mut self) -> Result<(), FailedWhy> {
         self.rig.request_stop();
         self.scan()
     }
 
-    /// One scan, and what must hold at its end.
+    /// Executes one scan, and checks `always` at its end.
     fn scan(&mut self) -> Result<(), FailedWhy> {
         self.beat();
         let is_last = self.rig.scan();
@@ -413,7 +414,7 @@ impl<'a, S: Spectator> Player<'a, S> {
         broken.map_or(Ok(()), |at| Err(FailedWhy::Always(at)))
     }
 
-    /// What pulses in the background, before a scan or a tick.
+    /// Steps the pulses in the background, before a scan or a tick.
     fn beat(&mut self) {
         let runs = self.rig.mode() == RigMode::Run;
         let mut beats = std::mem::take(&mut self.beats);
@@ -436,7 +437,7 @@ impl<'a, S: Spectator> Player<'a, S> {
         self.rig.reload(&self.stage.programs[program.0]);
         self.program = program;
         self.look_at_program(self.step + 1);
-        // What was so at the end of the last scan is so in the new program's cells.
+        // The edges start with the values at the end of the last scan, in the new cells.
         if self.since_start > 0 {
             let image = self.rig.image();
             let always = self.stage.suite.always[program.0].iter();
@@ -458,7 +459,7 @@ impl<'a, S: Spectator> Player<'a, S> {
         self.note_steps();
     }
 
-    /// Before the first scan after a start nothing was ON.
+    /// Resets the edges: before the first scan after a start, all values inside them are OFF.
     fn begins_run(&mut self) {
         self.since_start = 0;
         self.always.iter_mut().for_each(|edges| edges.fill(false));
@@ -468,8 +469,8 @@ impl<'a, S: Spectator> Player<'a, S> {
         }
     }
 
-    /// The edges of the conditions that are resolved for the program that runs: those of the steps
-    /// from `first` until the next reload.
+    /// Sets up the edges of the conditions for the current program: those of `always`, and those of
+    /// the steps from `first` until the next reload.
     fn look_at_program(&mut self, first: usize) {
         let always = &self.stage.suite.always[self.program.0];
         self.always = always.iter().map(|of| vec![false; of.edges]).collect();
@@ -486,7 +487,7 @@ impl<'a, S: Spectator> Player<'a, S> {
         self.note_steps();
     }
 
-    /// Names the steps for `why`.
+    /// Passes the texts of the steps to the rig, for `why`.
     fn note_steps(&mut self) {
         self.rig.note(Ticket(0), "`set` of the test");
         let text = &self.stage.suite.file.text;

@@ -1,7 +1,8 @@
-//! The programs of a test file: the one that scenarios begin with, and those of `reload` steps.
+//! The programs of a test file: the program with which scenarios begin, and the programs of
+//! `reload` steps.
 //!
-//! Called by `reading`. Each list of files is loaded once. What a reload of the daemon refuses is
-//! refused here (`daemon::reload::ready`).
+//! Called by `reading`. Each list of files is loaded once. Files that a reload of the daemon
+//! refuses are refused here too (`daemon::reload::ready`).
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -20,30 +21,30 @@ use crate::source::finding::{Code, Finding};
 use crate::source::render::{Style, render};
 use crate::source::span::FileId;
 
-/// The most programs of a test file.
+/// The maximum number of programs of a test file.
 const PROGRAMS_MAX: usize = 100;
 
-/// The files of a program: whether one of them is a controller file, and their identities.
+/// The files of a program: their kind (a controller file, or ladders), and their identities.
 type FileList = (InputKind, Vec<PathBuf>);
 
-/// The outcome of a load, once for each list of files.
+/// The result of a load, one for each list of files.
 #[derive(Clone, Debug)]
 pub(super) enum ProgramLoad {
-    /// It runs.
+    /// The program can run.
     Ready(ProgramId),
-    /// It is refused, with this text.
+    /// The files are refused, with this text.
     Refused(String),
 }
 
-/// The settings around the ladders of scenarios.
+/// The settings for the ladders of scenarios.
 pub(super) enum BenchSettings {
-    /// Those of the test file.
+    /// The settings of the test file.
     Test(Box<WrittenController>),
-    /// Those of a controller file.
+    /// The settings of a controller file.
     Controller,
 }
 
-/// All programs that are loaded so far.
+/// All programs that have been loaded so far.
 pub(super) struct Programs<'a> {
     /// The test file.
     pub path: &'a Path,
@@ -53,12 +54,12 @@ pub(super) struct Programs<'a> {
     pub programs: Vec<TestProgram>,
     pub names: Vec<TestNames<'a>>,
     loads: Vec<(FileList, ProgramLoad)>,
-    /// The kinds of the files that are named so far, by their identities.
+    /// The kinds of the files that have been named so far, by their identities.
     kinds: HashMap<PathBuf, InputKind>,
 }
 
 impl<'a> Programs<'a> {
-    /// With the program that scenarios begin with.
+    /// The list with only the program with which scenarios begin.
     pub fn new(
         (path, texts): (&'a Path, &'a OpenTexts),
         settings: BenchSettings,
@@ -91,10 +92,10 @@ impl<'a> Programs<'a> {
         ProgramId(self.programs.len() - 1)
     }
 
-    /// What a reload of these files leads to.
+    /// The result of a reload of these files.
     ///
     /// # Errors
-    /// The files cannot be read, or are no list for a reload.
+    /// The files cannot be read, or cannot be reloaded together.
     pub fn reload(&mut self, files: &[StepWord]) -> Result<ProgramLoad, Finding> {
         let list = self.list(files)?;
         if let Some((_, known)) = self.loads.iter().find(|(known, _)| *known == list) {
@@ -183,7 +184,7 @@ impl<'a> Programs<'a> {
         }
     }
 
-    /// Why a reload refuses files; `None`: it does not.
+    /// The reason why a reload refuses files; `None`: it accepts them.
     fn refusal(&self, loaded: &Loaded) -> Option<String> {
         let (Some(program), Some(_)) = (&loaded.program, &loaded.controller) else {
             return Some(told(loaded));
@@ -202,7 +203,7 @@ fn told(loaded: &Loaded) -> String {
     render(&loaded.findings, &loaded.files, Style::default())
 }
 
-/// The program of a load; the load, if it has errors.
+/// The program of a load.
 pub(super) fn test_program(loaded: Loaded) -> Result<TestProgram, Box<Loaded>> {
     match loaded {
         Loaded { files, program: Some(program), controller: Some(controller), .. } => {

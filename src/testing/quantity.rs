@@ -1,7 +1,8 @@
-//! What a compare of a condition compares: a constant, a word, an element, or a sum of them.
+//! A side of a compare in a condition: a constant, a bit, a word, an element, or a sum of these.
 //!
 //! The arithmetic is that of MATH (`docs/semantics.md`, section 8): integers of 64 bits that stay
-//! at their limits, reals in binary64; one real makes an operator real. No status bit is touched.
+//! at their limits, reals in binary64; one real operand makes an operator real. No status bit is
+//! written.
 
 use crate::engine::{BitCell, Cell, Image, Layout, Mishaps, WordCell, integer, real};
 use crate::isa::{Bit, Real, Word};
@@ -11,7 +12,8 @@ use crate::resolve::program::Value;
 use crate::source::contact::Comparison;
 use crate::source::contact_sum::SumSign;
 
-/// The most operands that wait in a sum: two for each of 32 parentheses, and three outside of them.
+/// The maximum number of operands that wait in a sum: two for each of 32 parentheses, and three
+/// outside of them.
 const WAITING_MAX: usize = 72;
 
 /// A number of a compare.
@@ -21,7 +23,7 @@ pub(super) enum SumNumber {
     Real(f64),
 }
 
-/// A number that is read on an image.
+/// A number that is read from an image.
 #[derive(Clone, Debug)]
 pub(super) enum Quantity {
     Constant(SumNumber),
@@ -29,16 +31,16 @@ pub(super) enum Quantity {
     RealWord(WordCell),
     Bit(BitCell),
     Element(ElementCells),
-    /// In postfix order.
+    /// A sum: its steps in postfix order.
     Sum(Box<[SumStep]>),
 }
 
 /// A step of a sum.
 #[derive(Clone, Debug)]
 pub(super) enum SumStep {
-    /// Reads an operand; never a sum.
+    /// Reads an operand, which is never a sum.
     Read(Quantity),
-    /// Computes with the two operands that were read last.
+    /// Computes a result from the last two operands.
     Compute(SumSign),
 }
 
@@ -49,7 +51,7 @@ pub(super) struct ElementCells {
     first: Cell,
     is_real: bool,
     count: u32,
-    /// The word with the number of the element.
+    /// The word that contains the number of the element.
     pub index: WordCell,
 }
 
@@ -60,7 +62,7 @@ impl ElementCells {
         ElementCells { first, is_real, count, index: layout.word(element.index) }
     }
 
-    /// The cell of the element that is selected now; `None`: it is outside of the array.
+    /// The cell of the currently selected element; `None`: the index is outside of the array.
     pub fn cell(&self, image: &Image) -> Option<Cell> {
         let at = u32::try_from(image.word(self.index)).ok().filter(|at| *at < self.count)?;
         Some(match self.first {
@@ -97,7 +99,7 @@ impl Quantity {
         Quantity::Bit(layout.bit(bit))
     }
 
-    /// The cells that it reads; of an element the one that selects it.
+    /// The cells that it reads; for an element, the cell of its index.
     pub fn cells(&self, into: &mut Vec<Cell>) {
         match self {
             Quantity::Constant(_) => {}

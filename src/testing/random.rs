@@ -1,6 +1,6 @@
-//! Resolves what changes in a random test: operands, probabilities, limits and steps.
+//! Resolves the changes of a random test: operands, probabilities, limits and steps.
 //!
-//! Called by `reading`. Nothing is drawn here.
+//! Called by `reading`. No random numbers are drawn here.
 
 use super::names::TestTarget;
 use super::programs::Programs;
@@ -13,7 +13,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
-/// The changes of a random test, and its findings.
+/// The changes of a random test. Adds findings about them.
 pub(super) fn changes(
     programs: &Programs<'_>,
     written: &WrittenRandom,
@@ -68,7 +68,7 @@ fn resolve(target: TestTarget, change: &WrittenChange) -> Result<RandomChange, F
             Err(finding.help(format!("write `{name} = \"1%\"`")))
         }
         WrittenChange::Moves { span, walk, jump, step, chance: written } => {
-            // A chance that is absent has its finding.
+            // A missing chance already has a finding.
             let chance = written.as_ref().map_or(Ok(Chance(0)), chance)?;
             let motion = match (walk, jump, step) {
                 (Some(walk), None, Some(step)) => {
@@ -179,7 +179,7 @@ fn step_of(target: &TestTarget, text: &Text) -> Result<f64, Finding> {
     }
 }
 
-/// A number that the operand can take by its form: of a word a whole one.
+/// A number in the form of the operand: a whole number for a word.
 fn number(target: &TestTarget, text: &str) -> Option<f64> {
     if let Ok(whole) = text.parse::<i32>() {
         return Some(whole.into()).filter(|_| !text.starts_with('+'));

@@ -1,8 +1,8 @@
 //! Random tests: many runs of random changes, judged by `always`.
 //!
-//! The generator is SplitMix64. Run n of a test begins with the n-th number of the generator that
-//! its `seed` starts, so every run can be made again alone. A run is a list of [`RandomEvent`]s;
-//! `shrink` makes a failing list short.
+//! The generator is SplitMix64. The seed of run n is the n-th number of a generator that starts
+//! with the `seed` of the test, so every run can be repeated alone. A run is a list of
+//! [`RandomEvent`]s; `shrink` makes a failing list short.
 
 use super::player::LoweredSuite;
 use super::suite::{RandomChange, RandomMotion, RandomTest, TestOperand};
@@ -18,7 +18,7 @@ use crate::runtime::exchange::Ticket;
 pub(super) struct RandomEvent {
     /// The scan, from 0.
     pub scan: u64,
-    /// Which of the test's changes.
+    /// The index of the change in the test.
     pub change: usize,
     /// The new content of the cell.
     pub value: i32,
@@ -28,20 +28,20 @@ pub(super) struct RandomEvent {
 #[derive(Clone, Debug)]
 pub(super) struct BrokenRun {
     pub events: Vec<RandomEvent>,
-    /// The scan that broke it, from 0.
+    /// The scan in which the line broke, from 0.
     pub scan: u64,
-    /// The line.
+    /// The index of the line.
     pub always: usize,
 }
 
-/// The generator of a run, from 0.
+/// The generator of a run. Runs count from 0.
 fn generator(seed: u64, run: u32) -> SplitMix64 {
     let mut seeds =
         SplitMix64(seed.wrapping_add(u64::from(run).wrapping_mul(0x632b_e59b_d9b4_e019)));
     SplitMix64(seeds.next())
 }
 
-/// Makes one run of a test, from 0. Returns its scans too.
+/// Makes one run of a test. Runs count from 0. Also returns the number of its scans.
 pub(super) fn run(stage: LoweredSuite, test: &RandomTest, run: u32) -> (u64, Option<BrokenRun>) {
     let layout = &stage.programs[0].symbols.layout;
     let mut random = generator(test.seed, run);
@@ -60,7 +60,7 @@ pub(super) fn run(stage: LoweredSuite, test: &RandomTest, run: u32) -> (u64, Opt
     (scans, broken.map(|(scan, always)| BrokenRun { events, scan, always }))
 }
 
-/// Plays events; the scan at which a line of `always` breaks first, and the line.
+/// Plays events. Returns the first scan in which a line of `always` breaks, and the line.
 pub(super) fn replay(
     stage: LoweredSuite,
     test: &RandomTest,
@@ -75,8 +75,8 @@ pub(super) fn replay(
     })
 }
 
-/// Scans until a line of `always` breaks. `changes`: fills in what changes before a scan, from its
-/// number and the image of the scan before.
+/// Executes scans until a line of `always` breaks. `changes`: adds the changes before a scan, from
+/// the number of the scan and the image of the scan before.
 fn drive(
     stage: LoweredSuite,
     test: &RandomTest,
@@ -97,7 +97,7 @@ fn drive(
     let mut now = Vec::new();
     for scan in 0..scans {
         if rig.mode() == RigMode::Stop {
-            // The ladder has stopped the controller: nothing can break any more.
+            // The ladder has stopped the controller, so no line can break any more.
             return None;
         }
         now.clear();
@@ -143,7 +143,7 @@ fn moved(
             (if up { now + step } else { now - step }).clamp(low, high)
         }
         RandomMotion::Jump { low, high } if is_real => {
-            // 53 bits: every number of a binary64 from 0 to 1 that is as fine.
+            // 53 random bits: the precision of a binary64 between 0 and 1.
             low + (high - low) * ((random.next() >> 11) as f64 / (1_u64 << 53) as f64)
         }
         RandomMotion::Jump { low, high } => {

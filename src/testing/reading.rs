@@ -1,8 +1,8 @@
 //! Reads a test file: its keys, its steps and conditions, and the files that it names.
 //!
-//! `cli` calls [`read_suite`] and shows the findings; `runner` gets the [`Suite`]. The file has the
-//! number 0, the ladder or controller files follow. Their errors are told too, their warnings not:
-//! `rungd check` tells them.
+//! `cli` calls [`read_suite`] and prints the findings; `runner` gets the [`Suite`]. The test file
+//! has the number 0, the ladder or controller files follow. Errors in these files are findings too,
+//! but their warnings are not: `rungd check` reports them.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -24,10 +24,11 @@ use crate::source::lost::LostTexts;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, SourceFile, Span};
 
-/// What a test file reads as.
+/// The result of reading a test file.
 #[derive(Debug)]
 pub struct ReadSuite {
-    /// The test file, and the files of the program that its scenarios begin with, by their numbers.
+    /// The test file, and the files of the program with which its scenarios begin, in the order of
+    /// their numbers.
     pub files: Vec<SourceFile>,
     /// All findings, in order of place.
     pub findings: Vec<Finding>,
@@ -36,7 +37,7 @@ pub struct ReadSuite {
 }
 
 impl ReadSuite {
-    /// The paths of all files that were read, those of `reload` steps too. Files of the library
+    /// The paths of all files that were read, with those of `reload` steps. Files of the library
     /// are not among them.
     pub fn paths(&self) -> Vec<String> {
         let programs = self.suite.iter().flat_map(|suite| &suite.programs);
@@ -65,7 +66,7 @@ pub fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> R
     read_among(path, (file, undecoded), &OpenTexts::default())
 }
 
-/// As [`read_text`], with some texts in place of the files on disk.
+/// As [`read_text`], with texts that replace files on disk.
 pub fn read_among(
     path: &Path,
     (file, undecoded): (SourceFile, Option<Finding>),
@@ -93,7 +94,7 @@ struct Reading {
     lost: LostTexts,
 }
 
-/// A scenario whose steps are read, but not resolved.
+/// A scenario whose steps have been read, but not resolved.
 type ReadScenario = (WrittenScenario, Vec<Located<WrittenStep>>);
 
 impl Reading {
@@ -121,7 +122,7 @@ impl Reading {
         })
     }
 
-    /// Finds tests of one name.
+    /// Adds findings for tests with the same name.
     fn names(&mut self, scenarios: &[WrittenScenario], randoms: &[WrittenRandom]) {
         let mut seen: HashMap<&str, Span> = HashMap::new();
         let names = scenarios.iter().map(|of| &of.name).chain(randoms.iter().map(|of| &of.name));
@@ -164,7 +165,7 @@ impl Reading {
         (scenario, steps)
     }
 
-    /// The program that scenarios begin with, and the names of its files.
+    /// The settings, the program with which scenarios begin, and the names of its files.
     fn bench(
         &mut self,
         path: &Path,
@@ -197,7 +198,7 @@ impl Reading {
         Some((settings, test_program(loaded).ok()?, names))
     }
 
-    /// Adds the files and findings of a load, whose files have numbers that are less by `shift`.
+    /// Adds the files and findings of a load. `shift`: added to the file numbers of the load.
     fn add(&mut self, loaded: &Loaded, shift: u32) {
         let new = if shift == 0 { 1 } else { 0 };
         self.files.extend(loaded.files[new..].iter().cloned());
@@ -212,7 +213,7 @@ impl Reading {
     }
 }
 
-/// What the names of the tests resolve to.
+/// The tests with their names resolved.
 struct Resolution {
     findings: Vec<Finding>,
     always: Vec<Vec<Condition>>,
@@ -275,7 +276,7 @@ impl Resolution {
         set
     }
 
-    /// Resolves `always` for the programs that are new; `steps`: those that loaded them.
+    /// Resolves `always` for the new programs; `steps`: the steps that loaded them.
     fn always(
         &mut self,
         programs: &mut Programs<'_>,
@@ -298,7 +299,7 @@ impl Resolution {
     }
 }
 
-/// The findings about an `always` line in the program of a `reload` step, at that step.
+/// The findings about a line of `always` in the program of a `reload` step, placed at that step.
 fn behind_reload(
     steps: &[Located<super::suite::TestStep>],
     id: usize,

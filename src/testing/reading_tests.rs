@@ -1,4 +1,4 @@
-//! Test files as they read: the resolved tests, or the findings.
+//! Reads test files and checks the result: the resolved tests, or the findings.
 
 use std::path::Path;
 
@@ -88,7 +88,7 @@ fn shown(step: &TestStep) -> String {
     }
 }
 
-/// Checks the steps of a scenario, one a line.
+/// Checks the steps of a scenario; each line is a step.
 fn check(steps: &str, expected: Expect) {
     let steps: Vec<String> =
         steps.lines().map(|step| format!("    {:?},\n", step.trim())).collect();

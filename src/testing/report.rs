@@ -1,7 +1,7 @@
 //! Verdicts as text for people.
 //!
 //! A failure shows the step with its place, the operands of its condition, their last changes as a
-//! timing diagram, and why they have their values.
+//! timing diagram, and the reasons of their values.
 
 use std::fmt::Write as _;
 
@@ -9,14 +9,14 @@ use super::failure::{Failure, SeenOperand};
 use super::runner::Verdict;
 use crate::source::wording::counted;
 
-/// The most columns of a timing diagram.
+/// The maximum number of columns of a timing diagram.
 const COLUMNS_MAX: usize = 9;
 
-/// The least width of a column.
+/// The minimum width of a column.
 const COLUMN_WIDTH: usize = 8;
 
 impl Verdict {
-    /// One line: the result, the name, how much was scanned.
+    /// One line: the result, the name, the number of scans and the time.
     pub fn line_text(&self) -> String {
         let word = if self.failure.is_some() { "FAILED" } else { "ok" };
         let runs = if self.runs > 1 { format!("{} runs, ", self.runs) } else { String::new() };
@@ -26,7 +26,8 @@ impl Verdict {
 }
 
 impl Failure {
-    /// The failure in full, without the name of the test; `file`: the test file as it is shown.
+    /// The complete failure, without the name of the test; `file`: the displayed name of the test
+    /// file.
     pub fn text(&self, file: &str) -> String {
         let mut text = String::new();
         let (line, column) = self.place;
@@ -72,7 +73,7 @@ impl Failure {
     }
 }
 
-/// Since when an operand has its value.
+/// The age of an operand's value.
 fn since_text(operand: &SeenOperand, now_ns: u64) -> String {
     match operand.changes.as_slice() {
         [] => String::new(),
@@ -87,7 +88,8 @@ fn since_text(operand: &SeenOperand, now_ns: u64) -> String {
     }
 }
 
-/// The last changes of the operands: a column from each change to the next.
+/// The last changes of the operands as a timing diagram, with a column from each change to the
+/// next.
 fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
     let mut moments: Vec<u64> =
         operands.iter().flat_map(|of| of.changes.iter().map(|change| change.now_ns)).collect();
@@ -115,7 +117,7 @@ fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
         let _ = write!(text, "    {:<names$}  ", operand.name);
         for (column, cell) in row.iter().enumerate() {
             let width = width(column);
-            // A number stands where it comes.
+            // A number is written only in the column in which it changes.
             let is_new = column == 0 || row[column - 1] != *cell;
             match (operand.is_bit, cell.as_str()) {
                 (true, "ON") => text += &"#".repeat(width),
@@ -130,7 +132,7 @@ fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
     text
 }
 
-/// The times of the columns, as short as they still differ.
+/// The times of the columns, in the short form if all of them differ.
 fn heads(moments: &[u64]) -> Vec<String> {
     let short: Vec<String> = moments.iter().map(|ns| time_text(*ns)).collect();
     if short.windows(2).all(|two| two[0] != two[1]) {
@@ -143,7 +145,7 @@ fn heads(moments: &[u64]) -> Vec<String> {
     moments.iter().map(long).collect()
 }
 
-/// An operand's value at each of these moments; empty before its first known value.
+/// The value of an operand at each of these moments; empty before its first known value.
 fn cells(operand: &SeenOperand, moments: &[u64]) -> Vec<String> {
     let value = |at: &u64| {
         let known = operand.changes.iter().rev().find(|change| change.now_ns <= *at);

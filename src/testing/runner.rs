@@ -1,7 +1,7 @@
-//! Runs suites: every scenario, every run of a random test, on as many threads as are wanted.
+//! Runs suites: every scenario, and every run of a random test, on several threads.
 //!
-//! `cli` hands over suites and gets a [`Verdict`] for each test, in file order. The verdicts are
-//! the same with any number of threads: a random test fails by its first failing run.
+//! `cli` passes suites and gets a [`Verdict`] for each test, in file order. The verdicts do not
+//! depend on the number of threads: the verdict of a random test is that of its first failing run.
 
 use std::sync::Arc;
 use std::sync::Mutex;
@@ -14,45 +14,46 @@ use super::shrink::shrink;
 use super::suite::Suite;
 use crate::rig::RigProgram;
 
-/// The most random runs that one thread takes at a time.
+/// The maximum number of random runs that one thread takes at a time.
 const RUNS_AT_ONCE: u32 = 8;
 
-/// What a test came to.
+/// The result of a test.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// The test's name.
     pub name: String,
     /// The line of the test in its file.
     pub line: u32,
-    /// Its scans; of a random test all runs.
+    /// The number of its scans; for a random test, of all runs.
     pub scans: u64,
     /// The virtual time that passed, ns.
     pub virtual_ns: u64,
-    /// Runs of a random test; 1 for a scenario.
+    /// The number of runs of a random test; 1 for a scenario.
     pub runs: u32,
     /// The failure; `None`: it passed.
     pub failure: Option<Box<Failure>>,
 }
 
-/// How tests are run.
+/// The options for running tests.
 pub struct RunOptions<'a> {
-    /// Threads; at least 1.
+    /// The number of threads; at least 1.
     pub jobs: usize,
-    /// Only tests whose names contain this text.
+    /// Runs only tests whose names contain this text.
     pub filter: Option<&'a str>,
-    /// Called when a test or a part of one is done, with how many are done and how many there are.
+    /// Called when a test or a part of a test is done, with the number of parts that are done and
+    /// the number of all parts.
     pub progress: &'a (dyn Fn(u64, u64) + Sync),
 }
 
-/// A piece of work.
+/// A piece of work for a thread.
 #[derive(Clone, Copy)]
 enum Work {
     Scenario(usize),
-    /// Runs of a random test, from the first on.
+    /// Runs of a random test: its index, the first run, and the run after the last one.
     Runs(usize, u32, u32),
 }
 
-/// What a scenario came to, and its failure explained.
+/// The result of a scenario, with its failure explained.
 type JudgedScenario = (Played, Option<Box<Failure>>);
 
 /// The results, filled in by all threads.
@@ -61,7 +62,7 @@ struct Results {
     randoms: Vec<RandomResult>,
 }
 
-/// Of a random test.
+/// The results of a random test.
 struct RandomResult {
     scans: AtomicU64,
     /// The first run known to fail.
@@ -123,7 +124,7 @@ impl RandomResult {
         }
     }
 
-    /// Notes a run that has failed, if none before it has.
+    /// Notes a run that has failed, unless a run with a lower number has failed.
     fn fails(&self, run: u32, broken: BrokenRun) {
         let mut known = locked(&self.broken);
         if known.as_ref().is_none_or(|(first, _)| run < *first) {
@@ -181,7 +182,7 @@ impl Results {
             let broken = taken(result.broken);
             let (mut scans, mut runs) = (result.scans.into_inner(), test.runs);
             let failure = broken.map(|(run, broken)| {
-                // How many runs after it were made depends on the threads.
+                // The number of later runs depends on the threads, so they do not count.
                 (runs, scans) = (run + 1, u64::from(run) * test.scans + broken.scan + 1);
                 let short = shrink(stage, test, broken);
                 Box::new(failure_of_run(stage, test, (&short, run)))

@@ -1,9 +1,9 @@
-//! A stretch of a recording as the text of a test file.
+//! Writes a part of a recording as the text of a test file.
 //!
-//! The scenario is tried in virtual time before it is handed out: an expectation stands in the file
-//! only if the trial meets it. A scenario begins with a cold start: where the recording does not,
-//! `set` brings memory to what it was, and timers, counters, histories and Stages begin anew, which
-//! the file says.
+//! The scenario is first tried in virtual time: the file contains an expectation only if the trial
+//! meets it. A scenario begins with a cold start. If the recording does not, `set` restores the
+//! values of bits and words, but timers, counters, histories and Stages begin again; a comment in
+//! the file says so.
 
 use std::fmt::Write as _;
 
@@ -15,10 +15,10 @@ use crate::isa::{Bit, BitSpace, Word, WordSpace};
 use crate::observe::Subject;
 use crate::runtime::{TapeEntry, TapeSection};
 
-/// The most operands that one line expects.
+/// The maximum number of operands in one `expect` line.
 const OPERANDS_MAX: usize = 12;
 
-/// What a scenario is made of.
+/// The source of a scenario.
 #[derive(Debug)]
 pub struct ScenarioOf<'a> {
     /// The program.
@@ -29,7 +29,7 @@ pub struct ScenarioOf<'a> {
     pub period_ms: u32,
     /// Sections without a gap, at least one.
     pub sections: &'a [TapeSection],
-    /// Its name.
+    /// The name of the scenario.
     pub name: String,
 }
 
@@ -85,7 +85,7 @@ fn head(of: &ScenarioOf, set: &[(Cell, i32)], first: &TapeSection) -> String {
     text
 }
 
-/// The bits that the program drives: outputs, and the bits of alarms.
+/// The outputs that the program writes, and the bits of alarms.
 fn outputs(subject: &Subject) -> Vec<Cell> {
     let symbols = subject.symbols();
     let layout = &symbols.layout;
@@ -114,7 +114,7 @@ fn set(subject: &Subject, state: &EngineState) -> Vec<(Cell, i32)> {
     bits.chain(words).filter(differs).map(|cell| (cell, state.value(cell))).collect()
 }
 
-/// The watched cells behind each scan of the scenario, tried in virtual time.
+/// The watched cells at the end of each scan of the scenario, in a trial in virtual time.
 fn trial(
     subject: &Subject,
     (set, scans): (&[(Cell, i32)], &[HappenedScan]),
@@ -124,7 +124,7 @@ fn trial(
     let mut engine = Engine::new(subject.code().clone());
     let period_ns = u64::from(of.period_ms) * 1_000_000;
     let local_s = clock(subject, of.sections).unwrap_or(LocalTime::SIMULATED_S);
-    // Of field devices the test says nothing else: they are well.
+    // The test does not change field devices, so their `.Ok` bits are ON.
     let well = subject.well();
     set.iter().for_each(|(cell, value)| put(&mut engine, *cell, *value));
     engine.apply(EngineCall::Start { now_ns: 0 });
@@ -195,7 +195,7 @@ fn steps(
     lines
 }
 
-/// Lets the scans run that have nothing to say.
+/// Adds a `run` line for the scans without changes.
 fn run(lines: &mut Vec<String>, pending: &mut u64) {
     match std::mem::take(pending) {
         0 => {}
@@ -204,7 +204,7 @@ fn run(lines: &mut Vec<String>, pending: &mut u64) {
     }
 }
 
-/// What comes in before a scan.
+/// Adds the lines for the calls before a scan.
 fn step_in(subject: &Subject, lines: &mut Vec<String>, scan: &HappenedScan) {
     if scan.begins_run {
         lines.push("\"start\",".to_owned());
@@ -231,7 +231,8 @@ fn step_in(subject: &Subject, lines: &mut Vec<String>, scan: &HappenedScan) {
     }
 }
 
-/// The outputs that are not as they were told last; in a comment, if the trial has others.
+/// Adds the outputs that have changed since the last `expect`. If the value in the trial differs,
+/// the line is a comment.
 fn expect(
     subject: &Subject,
     lines: &mut Vec<String>,

@@ -1,17 +1,18 @@
-//! Makes a failing random run short: the fewest changes that still break a line of `always`, then
-//! the shortest times between them.
+//! Makes a failing random run short: first the fewest changes that still break a line of `always`,
+//! then the shortest times between them.
 //!
-//! Called by `runner` with a run that broke a line; `scenario_text` prints the result. Each try
-//! plays the run again, so the result breaks a line for certain. The number of tries is limited.
+//! Called by `runner` with a run that broke a line; `pasted` prints the result. Each attempt plays
+//! the run again, so the result is known to break a line. The number of scans of all attempts is
+//! limited.
 
 use super::player::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent, replay};
 use super::suite::RandomTest;
 
-/// The most scans of all tries together.
+/// The maximum number of scans of all attempts together.
 const SCANS_MAX: u64 = 4_000_000;
 
-/// A search under way.
+/// A search in progress.
 struct Shrinking<'a> {
     stage: LoweredSuite<'a>,
     test: &'a RandomTest,
@@ -19,7 +20,7 @@ struct Shrinking<'a> {
     scans_left: u64,
 }
 
-/// The shortest failing run that is found.
+/// The shortest failing run that was found.
 pub(super) fn shrink(stage: LoweredSuite, test: &RandomTest, broken: BrokenRun) -> BrokenRun {
     let mut search = Shrinking { stage, test, best: broken, scans_left: SCANS_MAX };
     loop {
@@ -33,7 +34,7 @@ pub(super) fn shrink(stage: LoweredSuite, test: &RandomTest, broken: BrokenRun) 
 }
 
 impl Shrinking<'_> {
-    /// Plays a run; if it breaks a line, it is the best one.
+    /// Plays a run; if it breaks a line, it becomes the best run. Returns whether it does.
     fn attempt(&mut self, events: Vec<RandomEvent>) -> bool {
         let scans = self.best.scan + 1;
         if self.scans_left < scans {
@@ -47,11 +48,11 @@ impl Shrinking<'_> {
         true
     }
 
-    /// Leaves out changes: halves, then quarters …, then one by one.
+    /// Removes changes: halves, then quarters …, then one by one.
     fn drop_events(&mut self) {
         let mut size = self.best.events.len().max(1);
         loop {
-            // From the end: what comes late depends on what comes early.
+            // From the end, because late changes depend on early changes.
             let mut end = self.best.events.len();
             while end > 0 {
                 let from = end.saturating_sub(size);
@@ -67,7 +68,7 @@ impl Shrinking<'_> {
         }
     }
 
-    /// Moves each change as close to the one before as it goes; all later ones move with it.
+    /// Moves each change as close to the change before as possible; all later changes move with it.
     fn close_gaps(&mut self) {
         let mut at = 0;
         while at < self.best.events.len() {
@@ -79,7 +80,7 @@ impl Shrinking<'_> {
         }
     }
 
-    /// Finds a short gap before a change by halving.
+    /// Finds a short gap before a change by bisection.
     fn close_gap(&mut self, at: usize, gap: u64) {
         let (mut low, mut high) = (0, gap);
         while low < high && at < self.best.events.len() {

@@ -1,5 +1,5 @@
-//! The steps of a test: name, form, meaning. `step_text` names the form in its findings, an editor
-//! shows both.
+//! The steps of a test: name, form, meaning. `step_text` names the form in its findings; an editor
+//! shows form and meaning.
 
 /// The names of the steps, each with its form and its meaning.
 pub(crate) const FORMS: [(&str, &str, &str); 17] = [

@@ -1,7 +1,7 @@
 //! A step as written: one string, split into its parts, each with its place.
 //!
-//! [`parse`] is called by `reading`; it knows the forms of all steps, and no name of the ladder.
-//! `steps` resolves the names. Every mistake has a help that can be written as it stands.
+//! `reading` calls [`parse`]. It parses the forms of all steps; `steps` resolves the names of the
+//! ladder. The help for a mistake can be copied into the file.
 
 use super::step_forms::{FORMS, step_form};
 use super::step_words::{StepWord, StepWords};
@@ -24,7 +24,7 @@ pub(super) struct WrittenCondition {
 }
 
 impl WrittenCondition {
-    /// The warnings about it: `&` and `|` side by side without parentheses.
+    /// The warnings about it: `&` and `|` next to each other without parentheses.
     pub fn doubts(&self) -> Vec<Finding> {
         let mut found = Vec::new();
         doubts(&self.contact, &mut found);
@@ -79,7 +79,7 @@ pub(super) enum WrittenStep {
 
 type ParsedStep<T> = Result<T, Box<Finding>>;
 
-/// Words of other test languages, with the form here.
+/// Words of other test languages, each with the form of this language.
 const HABITS: [(&str, &str); 16] = [
     ("wait", "run 2s"),
     ("sleep", "run 2s"),
@@ -119,7 +119,7 @@ fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
         let finding = error(span, "an empty step");
         return Err(finding.help("take it away, or write `run 2s`").into());
     };
-    // `expect:` and `expect :` are read alike.
+    // `expect:` and `expect :` are the same.
     let name = first.value.split(':').next().unwrap_or_default().to_owned();
     let Some((form, _)) = step_form(&name) else {
         return Err(unknown(&first, &name).into());
@@ -163,7 +163,7 @@ fn unknown(first: &StepWord, name: &str) -> Finding {
     }))
 }
 
-/// A step behind its name.
+/// The rest of a step after its name.
 struct StepParser<'t> {
     words: StepWords<'t>,
     name: String,
@@ -227,7 +227,7 @@ impl StepParser<'_> {
         Box::new(error(place, message).help(format!("write it as `{}`", self.form)))
     }
 
-    /// The next word; `what` it stands for.
+    /// The next word; `what`: the meaning of the word.
     fn word(&mut self, what: &str) -> ParsedStep<StepWord> {
         self.words.next().ok_or_else(|| {
             let (what, which) = what.split_once(": ").unwrap_or((what, ""));
@@ -236,7 +236,7 @@ impl StepParser<'_> {
         })
     }
 
-    /// Nothing else may follow.
+    /// Checks that no more words follow.
     fn end(&mut self) -> ParsedStep<()> {
         let Some(word) = self.words.next() else { return Ok(()) };
         let place = word.span.to(self.words.end());
@@ -433,14 +433,14 @@ impl StepParser<'_> {
     }
 }
 
-/// Whether a text begins with a duration that no `:` follows.
+/// Whether a text begins with a duration without a `:` after it.
 fn lacks_colon(text: &str) -> bool {
     let text = text.trim_start();
     let word = text.split(char::is_whitespace).next().unwrap_or_default();
     duration::parse(word).is_ok() && !text[word.len()..].trim_start().starts_with(':')
 }
 
-/// The place of the `:` behind a duration, which has some itself in the vendor's form.
+/// The place of the `:` after a duration. In the vendor's form, the duration itself contains `:`.
 fn colon(text: &str) -> Option<usize> {
     let colons = || text.match_indices(':').map(|(at, _)| at);
     let first = colons().next()?;

@@ -5,7 +5,7 @@ use crate::source::span::{Located, Span};
 /// A word of a step.
 pub(super) type StepWord = Located<String>;
 
-/// The words of a step that are not read yet; spaces separate them.
+/// The words of a step that have not been read yet; spaces separate them.
 pub(super) struct StepWords<'t> {
     text: &'t str,
     span: Span,
@@ -18,7 +18,7 @@ impl<'t> StepWords<'t> {
         StepWords { text, span, at: 0 }
     }
 
-    /// The place behind the last byte.
+    /// The place after the last byte.
     pub fn end(&self) -> Span {
         Span { start: self.span.end, ..self.span }
     }

@@ -1,7 +1,8 @@
-//! Resolves the steps of a scenario: names become cells of the program that runs at that step.
+//! Resolves the steps of a scenario: names become cells of the program that is running at that
+//! step.
 //!
-//! Called by `reading`. After a `reload` step it is the new program, for the rest of the scenario.
-//! Whether the controller is in RUN or in STOP is not known here: `runner` says it.
+//! Called by `reading`. After a `reload` step, the new program is running for the rest of the
+//! scenario. The mode of the controller, RUN or STOP, is not known here; `player` checks it.
 
 use super::given;
 use super::names::TestTarget;
@@ -19,13 +20,13 @@ use crate::source::span::{Located, Span};
 pub(super) struct StepResolver<'p, 'a> {
     pub programs: &'p mut Programs<'a>,
     pub findings: Vec<Finding>,
-    /// The program that runs at the next step.
+    /// The program that is running at the next step.
     current: ProgramId,
-    /// How long the scenario lasts up to the next step, ns.
+    /// The duration of the scenario up to the next step, ns.
     lasts_ns: u128,
 }
 
-/// Whether a scenario goes on behind a step.
+/// Whether a scenario continues after a step.
 enum Behind {
     GoesOn,
     Ends,
@@ -193,7 +194,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         Ok(TestStep::Pulse { operand, on, every, times })
     }
 
-    /// Finds pulses between which no scan is OFF.
+    /// Refuses pulses without an OFF scan between them.
     fn goes_off(&self, on_ms: u32, every: Located<u32>) -> Result<(), Finding> {
         let [on, from_one] = [on_ms, every.value].map(|ms| self.scans(TestTime::Ms(ms)));
         if from_one > on {
@@ -211,7 +212,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         self.programs.programs[self.current.0].controller.period_ms
     }
 
-    /// The scans that a time takes.
+    /// The number of scans of a time.
     fn scans(&self, time: TestTime) -> u128 {
         match time {
             TestTime::Ms(ms) => u128::from(ms.div_ceil(self.period_ms()).max(1)),
@@ -219,7 +220,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         }
     }
 
-    /// Adds the time of a step, and finds one beyond what can be counted.
+    /// Adds the time of a step; refuses a total time that cannot be counted.
     fn passes(&mut self, time: TestTime, times: u32, span: Span) -> Result<(), Finding> {
         let period_ns = u128::from(self.period_ms()) * MS_NS;
         self.lasts_ns += self.scans(time) * u128::from(times) * period_ns;

@@ -1,7 +1,7 @@
-//! A test file, resolved: its programs, what must always hold, its scenarios and random tests.
+//! A resolved test file: its programs, its `always` conditions, its scenarios and random tests.
 //!
-//! `reading` makes it of the files; `player` executes it. The form of the file is in
-//! `docs/testing.md`. No file is read here, and nothing runs.
+//! `reading` makes it from the files; `player` executes it. `docs/testing.md` describes the form of
+//! the file. No file is read here, and nothing runs.
 
 use std::sync::Arc;
 
@@ -15,13 +15,13 @@ use crate::source::span::{Located, SourceFile, Span};
 /// A test file that can be executed.
 #[derive(Debug)]
 pub struct Suite {
-    /// The test file, as its caller named it.
+    /// The name of the test file, as the caller wrote it.
     pub name: String,
-    /// Its text, by which places are shown. Places of steps are places in this file.
+    /// The test file with its text. Places of steps are places in this file.
     pub file: SourceFile,
-    /// The program that scenarios begin with, then those of `reload` steps.
+    /// The program with which scenarios begin, then the programs of `reload` steps.
     pub programs: Vec<TestProgram>,
-    /// `always`, for each of `programs` in the same order.
+    /// The conditions of `always`, for each of `programs` in the same order.
     pub always: Vec<Vec<Condition>>,
     /// `[[scenario]]`, in file order.
     pub scenarios: Vec<Scenario>,
@@ -46,19 +46,19 @@ impl Suite {
     }
 }
 
-/// A program under test, with the settings around it.
+/// A program under test, with its settings.
 #[derive(Clone, Debug)]
 pub struct TestProgram {
     /// The ladder.
     pub program: Arc<Program>,
-    /// The settings: those of a controller file, or `period` and `[retain]` of the test file.
+    /// The settings of a controller file, or `period` and `[retain]` of the test file.
     pub controller: Arc<Controller>,
-    /// All files of its load, by the numbers that places in `program` have.
+    /// All files of its load; places in `program` refer to them by index.
     pub files: Vec<SourceFile>,
 }
 
 impl TestProgram {
-    /// A place in its files, for people: `plant.toml:12`.
+    /// A place in its files, as text: `plant.toml:12`.
     pub fn place(&self, span: Span) -> String {
         let span = self.program.layers.in_file(span);
         let Some(file) = self.files.get(span.file.0 as usize) else { return String::new() };
@@ -83,30 +83,30 @@ pub struct Scenario {
     pub steps: Vec<Located<TestStep>>,
 }
 
-/// A bit or word, by the name that the file gives it.
+/// A bit or word, with its name in the test file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TestOperand {
     /// Its name.
     pub name: String,
-    /// Its cell, in the program that runs when it is used.
+    /// Its cell, in the program that is running when the operand is used.
     pub cell: Cell,
-    /// The number of an X, an input; `None` for everything else.
+    /// The number of the X, for an input; `None` for any other operand.
     pub input: Option<u32>,
 }
 
 /// A time of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TestTime {
-    /// A duration, ms: that many scans, rounded up, at least one.
+    /// A duration, ms. It is rounded up to scans, at least one.
     Ms(u32),
-    /// Scans; at least one.
+    /// A number of scans; at least one.
     Scans(u64),
 }
 
-/// A step of a scenario. Its meaning is in `docs/testing.md`.
+/// A step of a scenario. `docs/testing.md` describes its meaning.
 #[derive(Clone, Debug)]
 pub enum TestStep {
-    /// `set OP VALUE`: an X holds it, everything else is written once.
+    /// `set OP VALUE`: an X keeps the value; any other operand is written once.
     Set(TestOperand, i32),
     /// `force OP VALUE`
     Force(TestOperand, i32),
@@ -116,20 +116,20 @@ pub enum TestStep {
     Pulse {
         /// A bit that is OFF.
         operand: TestOperand,
-        /// How long it is ON.
+        /// The time for which it is ON.
         on: TestTime,
-        /// From one pulse to the next; as long as `on` if not given.
+        /// The time from one pulse to the next; equal to `on` if not given.
         every: TestTime,
         /// The number of pulses; at least 1.
         times: u32,
     },
-    /// `beat OP D every D`: pulses in the background, until OP is set.
+    /// `beat OP D every D`: pulses in the background, until a `set` of OP.
     Beat {
         /// A bit.
         operand: TestOperand,
-        /// How long it is ON.
+        /// The time for which it is ON.
         on: TestTime,
-        /// From one pulse to the next.
+        /// The time from one pulse to the next.
         every: TestTime,
     },
     /// `run D`, `run N scans`
@@ -140,16 +140,16 @@ pub enum TestStep {
     Within(TestTime, Condition),
     /// `hold D: CONTACTS`
     Hold(TestTime, Condition),
-    /// `stop`: the last scan, then STOP.
+    /// `stop`: executes the last scan, then STOP.
     Stop,
     /// `start`: from STOP to RUN.
     Start,
     /// `restart`: an orderly stop and a new process.
     Restart,
     /// `power-cut [lose D]`: a new process with an image of retentive memory that is D older than
-    /// the newest; ms.
+    /// the newest image.
     PowerCut {
-        /// How much older than the newest image, ms.
+        /// D: the age of the image relative to the newest image, ms.
         lose_ms: u32,
     },
     /// `reload FILE…`
@@ -162,13 +162,13 @@ pub enum TestStep {
     Clock(i64),
 }
 
-/// What a `reload` step leads to.
+/// The result of a `reload` step.
 #[derive(Clone, Debug)]
 pub enum Reload {
     /// The program that is swapped in.
     To(ProgramId),
-    /// `rungd reload` refuses these files: the text of the findings. The scenario has no further
-    /// steps.
+    /// `rungd reload` refuses these files, with the text of the findings. The scenario has no
+    /// further steps.
     Refused(String),
 }
 
@@ -181,24 +181,24 @@ pub struct RandomTest {
     pub span: Span,
     /// The number of runs.
     pub runs: u32,
-    /// The scans of each run.
+    /// The number of scans of each run.
     pub scans: u64,
     /// The seed.
     pub seed: u64,
     /// Memory before the first scan of each run.
     pub set: Vec<(TestOperand, i32)>,
-    /// What changes, in file order.
+    /// The random changes, in file order.
     pub changes: Vec<RandomChange>,
 }
 
-/// How an operand changes at random.
+/// A random change of an operand.
 #[derive(Clone, Debug)]
 pub struct RandomChange {
     /// The operand.
     pub operand: TestOperand,
     /// The probability of a change in a scan.
     pub chance: Chance,
-    /// How it changes.
+    /// The kind of the change.
     pub motion: RandomMotion,
 }
 
@@ -206,25 +206,25 @@ pub struct RandomChange {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chance(pub u32);
 
-/// How an operand changes at random.
+/// The kind of a random change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RandomMotion {
     /// A bit toggles.
     Toggle,
     /// A word goes up or down by a step, within limits.
     Walk {
-        /// The least value.
+        /// The minimum.
         low: f64,
-        /// The greatest value.
+        /// The maximum.
         high: f64,
-        /// How far it goes.
+        /// The size of a step.
         step: f64,
     },
-    /// A word gets any value within limits: a whole number, for a real any number.
+    /// A word gets any value within limits: a whole number; for a real, any number.
     Jump {
-        /// The least value.
+        /// The minimum.
         low: f64,
-        /// The greatest value.
+        /// The maximum.
         high: f64,
     },
 }

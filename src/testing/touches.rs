@@ -1,6 +1,7 @@
-//! The names that tests touch: each step, condition and random change with the operands in it.
+//! The operands that tests use: each step, condition and random change with the names of its
+//! operands.
 //!
-//! `draw::xref` lists the tests of an operand by it.
+//! `draw::xref` lists the tests of an operand from this list.
 
 use super::condition::Condition;
 use super::suite::{Suite, TestOperand, TestStep};
@@ -9,19 +10,19 @@ use crate::source::span::Span;
 /// A part of a test file that names operands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TestTouch {
-    /// The test file, as it was named.
+    /// The name of the test file, as the caller wrote it.
     pub file: String,
     /// The line, from 1.
     pub line: u32,
     /// The test; `None`: `always`.
     pub test: Option<String>,
-    /// The part as it is written.
+    /// The text of the part.
     pub text: String,
     /// The names in it.
     pub names: Vec<String>,
 }
 
-/// What a test file touches, in its order.
+/// The parts of a test file that name operands, in file order.
 pub fn touches(suite: &Suite) -> Vec<TestTouch> {
     let mut list = TouchList { suite, all: Vec::new() };
     for condition in suite.always.first().into_iter().flatten() {
@@ -68,7 +69,8 @@ impl TouchList<'_> {
     }
 }
 
-/// Where a condition of `always` stands: it is a key of the root, so no step is before it.
+/// The place of a condition of `always`. Its text is the first match in the file: `always` is a key
+/// of the root, so no step comes before it.
 fn place_of(suite: &Suite, condition: &Condition) -> Span {
     let start = suite.file.text.find(&condition.text).unwrap_or(0) as u32;
     Span { start, end: start, ..Span::default() }

@@ -8,7 +8,7 @@ use super::suite::Suite;
 use crate::rig::{Rig, RigProgram};
 use crate::sim::trace::{RowName, Trace};
 
-/// Hands rows to a trace.
+/// Passes rows to a trace.
 struct Tracer<'a> {
     trace: &'a mut dyn Trace,
     program: &'a Arc<RigProgram>,
@@ -17,7 +17,7 @@ struct Tracer<'a> {
 
 impl Spectator for Tracer<'_> {
     fn scanned(&mut self, rig: &Rig, scans: u64) {
-        // After a reload cells may be others.
+        // After a reload the cells may differ.
         if self.failed.is_none() && Arc::ptr_eq(rig.program(), self.program) {
             let row = self.trace.row(RowName::Scan(scans), rig.next_ns() / 1000, rig.image());
             self.failed = row.err();
@@ -25,11 +25,11 @@ impl Spectator for Tracer<'_> {
     }
 }
 
-/// Plays a scenario, by its place in the suite, and hands each scan to a trace, until its program
-/// is reloaded. Scans are counted from 1, as a failure counts them, and on over restarts.
+/// Plays a scenario, by its index in the suite, and passes each scan to a trace, until a `reload`
+/// step. Scans are counted from 1, as in a failure, but a restart does not reset the count.
 ///
 /// # Errors
-/// The trace's.
+/// The error of writing the trace.
 pub fn trace(
     suite: &Suite,
     programs: &[Arc<RigProgram>],

@@ -1,7 +1,7 @@
-//! A test file as its author wrote it: its keys, with the place of every part.
+//! A test file as written: its keys, with the place of every part.
 //!
-//! [`read`] takes the file's text. Steps and conditions are texts here: `step_text` and the parser
-//! of contacts read them; `steps` and `random` resolve the names.
+//! [`read`] parses the text of the file. Steps and conditions are texts here: `step_text` and the
+//! parser of contacts read them; `steps` and `random` resolve the names.
 
 use crate::controller::bench;
 use crate::controller::written::WrittenController;
@@ -12,15 +12,15 @@ use crate::source::reader::{self, Constant, Table, Text, TextOrTable};
 use crate::source::shape::Shape;
 use crate::source::span::{FileId, Located, Span};
 
-/// The most tests of a file.
+/// The maximum number of tests of a file.
 const TESTS_MAX: usize = 10_000;
-/// The most steps of a file.
+/// The maximum number of steps of a file.
 const STEPS_MAX: usize = 100_000;
 
 /// A test file.
 #[derive(Debug)]
 pub(super) struct WrittenSuite {
-    /// What it tests; `None` after a mistake.
+    /// The ladders or controller under test; `None` after an error.
     pub bench: Option<WrittenBench>,
     /// `always`.
     pub always: Vec<Text>,
@@ -28,11 +28,11 @@ pub(super) struct WrittenSuite {
     pub scenarios: Vec<WrittenScenario>,
     /// `[[random]]`.
     pub randoms: Vec<WrittenRandom>,
-    /// What is missing, if the file is not TOML as a whole.
+    /// The missing parts, if a part of the file is not TOML.
     pub lost: Option<LostText>,
 }
 
-/// What a test file tests.
+/// The ladders or controller that a test file tests.
 #[derive(Debug)]
 pub(super) enum WrittenBench {
     /// `ladder`, `period`, `[retain]`.
@@ -80,7 +80,8 @@ pub(super) enum WrittenChange {
     },
 }
 
-/// Exactly one of `ladder` and `controller`; `period` and `[retain]` belong to the first.
+/// A JSON Schema: exactly one of `ladder` and `controller`; `period` and `[retain]` only with
+/// `ladder`.
 const ONE_OF_BOTH: &str = r#"{
     "not": { "required": ["ladder", "controller"] },
     "anyOf": [
@@ -88,7 +89,7 @@ const ONE_OF_BOTH: &str = r#"{
         { "required": ["controller"], "properties": { "period": false, "retain": false } }
     ]
 }"#;
-/// Exactly one of `walk`, which has a step, and `jump`.
+/// A JSON Schema: exactly one of `walk`, which has a step, and `jump`.
 const WALK_OR_JUMP: &str = r#"{
     "not": { "required": ["walk", "jump"] },
     "anyOf": [
@@ -102,7 +103,7 @@ const CHANCE: &str = r#"{"pattern":"^[0-9]+([.][0-9]+)?%$"}"#;
 /// A JSON Schema: two limits.
 const LIMITS: &str = r#"{"pattern":"^-?[0-9].*[.][.]-?[0-9]"}"#;
 
-/// Reads a test file. It is `None` when the text is not TOML.
+/// Reads a test file; `None` if the text is not TOML.
 pub(super) fn read(source: &str, file: FileId) -> (Option<WrittenSuite>, Vec<Finding>) {
     reader::document(source, file, |root| read_root(root, file))
 }
@@ -224,9 +225,9 @@ fn read_random(mut table: Table<'_>) -> WrittenRandom {
     WrittenRandom { span, name, runs, scans, seed, set, changes }
 }
 
-/// The most runs of a random test.
+/// The maximum number of runs of a random test.
 const RUNS_MAX: i64 = 1_000_000;
-/// The most scans of a run.
+/// The maximum number of scans of a run.
 const SCANS_MAX: i64 = 1_000_000_000;
 
 fn read_name(table: &mut Table<'_>) -> Option<Text> {
@@ -275,7 +276,7 @@ fn read_changes(mut table: Table<'_>) -> Vec<(Text, WrittenChange)> {
     entries.collect()
 }
 
-/// `[prove]` is a name that is kept free.
+/// `[prove]` is a reserved name.
 fn read_prove(root: &mut Table<'_>) {
     root.table(key("prove", "Not there yet.").refused(), "`[prove]`");
     if let Some(place) = root.key_span("prove") {
@@ -284,7 +285,7 @@ fn read_prove(root: &mut Table<'_>) {
     }
 }
 
-/// Finds a file without tests, and one with too many.
+/// Refuses a file without tests, and a file with too many tests or steps.
 fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRandom]) {
     let tests = scenarios.len() + randoms.len();
     let steps = scenarios.iter().map(|of| of.steps.len()).sum::<usize>();
@@ -307,7 +308,7 @@ fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRan
     }
 }
 
-/// The texts whose every part has a place.
+/// The texts in which every part has a place.
 fn plain(table: &Table<'_>, texts: Vec<Text>, code: Code, one: &str) -> Vec<Text> {
     texts.into_iter().filter(|text| table.doc().is_plain(text, code, one)).collect()
 }

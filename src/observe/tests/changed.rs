@@ -1,4 +1,5 @@
-//! An operand that the last scan only wrote again: when and why it changed, then what keeps it so.
+//! An operand that the last scan wrote without a change: when and why it changed, then the reason
+//! that it keeps its value.
 
 use expect_test::expect;
 

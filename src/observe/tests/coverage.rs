@@ -1,4 +1,4 @@
-//! The walk as a coverage uses it: the states of every contact, the powers of every leg.
+//! The walk as coverage uses it: the states of every contact, the powers of every leg.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::observe::subject::Subject;
 use crate::observe::walk::{Witness, walk};
 use crate::runtime::TapeEntry;
 
-/// What was seen of each part: of every contact whether it was OFF, ON; of the legs too.
+/// For each part: whether every contact was OFF, and was ON; the same for the legs.
 struct Coverage<'s> {
     subject: &'s Subject,
     contacts: BTreeMap<u32, Vec<[bool; 2]>>,
@@ -67,7 +67,7 @@ fn a_coverage_is_a_witness() {
     let first = &coverage.contacts[&0];
     assert_eq!(first[..], [[true, true], [true, false], [true, false]]);
     assert_eq!(coverage.legs[&0], [true, true]);
-    // The second rung sees what the first has written.
+    // The second rung reads the bit that the first rung has written.
     assert_eq!(coverage.contacts[&1], [[true, true]]);
     assert_eq!(coverage.instructions, 6);
 }

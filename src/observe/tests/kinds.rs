@@ -1,4 +1,4 @@
-//! What wrote: instructions by their rule, inputs, writes, devices, forces, memory.
+//! The kinds of writers: instructions by their rule, inputs, writes, devices, forces, memory.
 
 use expect_test::expect;
 

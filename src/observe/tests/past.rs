@@ -1,4 +1,4 @@
-//! The tape: where it ends, where it is torn, which scan is meant.
+//! The tape: its end, its gaps, and the scan of a question.
 
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ fn the_first_scan_of_a_process_has_the_number_one() {
         plc.subject.why(&mut past, plc.cell("C0"), asked).map(|answer| answer.root.write.cause)
     };
     assert_eq!(cause(false), Ok(Cause::Initial));
-    // In memory, what is older was given up.
+    // The memory has dropped the older sections.
     assert_eq!(cause(true), Ok(Cause::Older(TapeEnd::Oldest)));
 }
 

@@ -1,5 +1,5 @@
-//! A slice beside the whole program: every cell that the slice knows is the same in both, after
-//! every call, in all shipped ladders with random inputs, writes, forces, stops and starts.
+//! Compares a slice with the whole program: after every call, every cell of the slice has the same
+//! value in both. All shipped ladders run with random inputs, writes, forces, stops and starts.
 
 use super::tape::ladder;
 use crate::engine::{BitCell, Cell, Engine, EngineCall, ScanTimes, WordCell};
@@ -11,7 +11,7 @@ use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::span::SourceFile;
 use std::sync::Arc;
 
-/// The cells of a ladder that get a slice, and the scans.
+/// The number of cells of a ladder that get a slice, and the number of scans.
 const CELLS: usize = 40;
 const SCANS: u64 = 150;
 
@@ -118,7 +118,8 @@ when = ["$DivideByZero"]
 do = ["SET Y6"]
 "#;
 
-/// The public cells; those that are written, some of them; those that can be written from outside.
+/// The public cells; some of the cells that the program writes; the cells that can be written from
+/// outside.
 fn cells(subject: &Subject, random: &mut Random) -> [Vec<Cell>; 3] {
     let layout = &subject.symbols.layout;
     let (bits, words) = (layout.bit_count(), layout.word_count());
@@ -142,7 +143,7 @@ fn cells(subject: &Subject, random: &mut Random) -> [Vec<Cell>; 3] {
 
 /// The calls of a scan before its execution.
 fn calls(scan: u64, was_last: bool, named: &[Cell], random: &mut Random) -> Vec<EngineCall> {
-    // Of three scans two come within the same millisecond.
+    // Two of three scans begin within the same millisecond.
     let now_ns = scan / 3 * 30_000_000 + scan % 3 * 300_000;
     let mut calls = Vec::new();
     if was_last {
@@ -170,7 +171,8 @@ fn calls(scan: u64, was_last: bool, named: &[Cell], random: &mut Random) -> Vec<
     calls
 }
 
-/// A slice in two engines: one that executes all of it, and one that leaves out what it may.
+/// A slice in two engines: one executes all operations, the other leaves out those that would
+/// change nothing.
 struct Beside<'s> {
     of: Cell,
     engine: Engine,
@@ -185,7 +187,7 @@ impl Beside<'_> {
     }
 }
 
-/// Compares a slice of each of some cells with the whole program, call by call.
+/// Compares the slices of some cells with the whole program, call by call.
 fn compare(name: &str, subject: &Subject, random: &mut Random) {
     let [all, written, named] = cells(subject, random);
     let sliced: Vec<_> = written.iter().map(|of| (*of, subject.seen.slice(&[*of]))).collect();

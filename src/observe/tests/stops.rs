@@ -1,4 +1,4 @@
-//! Blocks and Stages: passes, turns, what does not run.
+//! Blocks and Stages: passes, turns, and blocks and Stages that do not run.
 
 use expect_test::expect;
 

@@ -1,4 +1,4 @@
-//! A tape for tests: an engine in virtual time, and all calls that it got.
+//! A tape for tests: an engine in virtual time, and all calls that were made to it.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub struct Tape {
     pub now_ns: u64,
 }
 
-/// A started controller with rungs of Main, and what stands behind them.
+/// A started controller. `main`: the rungs of Main, and the rest of the file.
 pub fn tape(main: &str) -> Tape {
     let mut tape = ladder(&format!("[[program]]\nname = \"Main\"\n{main}\n"));
     tape.call(EngineCall::Start { now_ns: 0 });
@@ -110,7 +110,7 @@ impl Tape {
         self.asked(name, (at, Limits::default()))
     }
 
-    /// The answer of now with limits.
+    /// The answer for the current time, with limits.
     pub fn limited(&self, name: &str, limits: Limits) -> Explanation {
         self.asked(name, (At::Now, limits))
     }
@@ -122,7 +122,7 @@ impl Tape {
         answer.unwrap_or_else(|refusal| panic!("{refusal:?}"))
     }
 
-    /// The answer of now, as text.
+    /// The answer for the current time, as text.
     pub fn why(&self, name: &str) -> String {
         self.answer(name, At::Now).text()
     }
@@ -147,7 +147,7 @@ impl Tape {
     }
 }
 
-/// The answer of now, as text.
+/// Checks the answer for the current time, as text.
 pub fn check(plc: &Tape, name: &str, expected: Expect) {
     expected.assert_eq(&plc.why(name));
 }

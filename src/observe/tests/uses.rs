@@ -1,5 +1,5 @@
-//! The readers that a cross-reference lists are those of the engine's operations. `draw::xref` has
-//! the test, with every ladder that is shipped.
+//! Checks that a cross-reference lists the same readers as the engine's operations have. The test
+//! is in `draw::xref`, with every shipped ladder.
 
 use std::collections::BTreeSet;
 
@@ -14,15 +14,15 @@ fn cells(of: &Stretches) -> impl Iterator<Item = Cell> + '_ {
     bits.map(|at| Cell::Bit(BitCell(at))).chain(words.map(|at| Cell::Word(WordCell(at))))
 }
 
-/// Compares, for each named cell, the parts of rungs that read it: by the operations, and as they
-/// are listed. An operation may read what it writes, to keep it, and a reset looks at the preset of
-/// the counter that it resets: these are no uses.
+/// Compares, for each named cell, the parts of rungs whose operations read it with the listed
+/// parts. Two kinds of reads are no uses: an operation may read the cell that it writes, to keep
+/// its value, and a reset reads the preset of its counter.
 pub(crate) fn compare(subject: &Subject, name: &str) -> usize {
     let uses = subject.uses();
     let read = subject.code().read_by_batches();
     let mut compared = 0;
     for named in subject.program().named(usize::MAX) {
-        // Operations read `$On` and `$Off` in place of a leg that is not there.
+        // Operations read `$On` and `$Off` in place of a missing leg.
         let Ok(cell) = subject.cell(&named.name) else { continue };
         if matches!(named.name.as_str(), "$On" | "$Off") {
             continue;

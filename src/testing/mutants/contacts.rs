@@ -1,7 +1,7 @@
-//! The mutations of contacts: of a leg, or of a branch.
+//! The mutations of the contacts of a leg or branch.
 //!
-//! A contact for this purpose is what an author adds or forgets as one: a bit, a compare, an edge,
-//! each with its `!`. Groups are walked through. `$On` and `$Off` are no slips.
+//! A contact here is a unit that an author adds or forgets: a bit, a compare or an edge, each with
+//! its `!`. The members of groups are mutated one by one. `$On` and `$Off` are not mutated.
 
 use crate::isa::{Bit, BitSpace, LegName, Mnemonic, Structure, Word, status::st};
 use crate::resolve::program::{
@@ -31,7 +31,7 @@ pub(super) fn contacts(ground: &Ground, rung: &Rung) -> Vec<Found> {
     found
 }
 
-/// Whether nothing but the rising edges of a leg has an effect.
+/// Whether only the rising edges of a leg have an effect.
 fn sees_edges_only(rung: &Rung, leg: LegName) -> bool {
     let of = |instruction: &Instruction| {
         matches!(instruction.mnemonic, Mnemonic::Pd | Mnemonic::Ponoff | Mnemonic::Restart)
@@ -63,7 +63,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         ContactSearch { ground, series, is_alone, sees_edges_only: false, number: 0, found }
     }
 
-    /// Walks a contact. `is_part`: its `!` or edge is mutated in its place.
+    /// Walks a contact. `is_part`: the `!` or edge around the contact is mutated instead of it.
     fn contact(&mut self, contact: &Contact, is_part: bool) {
         let number = self.number;
         self.number += 1;
@@ -196,7 +196,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         }
     }
 
-    /// The text of a compare with another sign.
+    /// The text of a compare with a different sign.
     fn compared(&self, span: Span, how: Comparison) -> String {
         let [a, b] = self.sides(span);
         format!("{a} {} {b}", how.sign())
@@ -233,7 +233,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
     }
 }
 
-/// A compare whose border is on the other side of its number. `==` and `!=` have none.
+/// The compare with its border on the other side of its number. `==` and `!=` have no border.
 fn border_moved(how: Comparison) -> Option<Comparison> {
     match how {
         Comparison::Lt => Some(Comparison::Le),
@@ -244,7 +244,8 @@ fn border_moved(how: Comparison) -> Option<Comparison> {
     }
 }
 
-/// The neighbour of a whole constant that has the effect of the moved border.
+/// The direction in which the neighbour of a whole constant has the same effect as the moved
+/// border.
 fn border_as_constant(how: Comparison, is_left: bool) -> Option<Direction> {
     match (how, is_left) {
         (Comparison::Ge | Comparison::Lt, false) | (Comparison::Le | Comparison::Gt, true) => {
@@ -257,7 +258,7 @@ fn border_as_constant(how: Comparison, is_left: bool) -> Option<Direction> {
     }
 }
 
-/// Whether it is a bit, a compare or an edge, with `!` or without.
+/// Whether a contact is a bit, a compare or an edge, with or without `!`.
 fn is_single(contact: &Contact) -> bool {
     match contact {
         Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) | Contact::Compare(..) => true,
@@ -270,7 +271,8 @@ fn is_group(contact: &Contact) -> bool {
     matches!(contact, Contact::All(..) | Contact::Any(..))
 }
 
-/// Whether it is `$On` or `$Off`, or an edge of these: an argument that a use does not need.
+/// Whether a contact is `$On` or `$Off`, or an edge of these. A use of a template passes them for
+/// arguments that it does not need.
 fn is_fixed(contact: &Contact) -> bool {
     match contact {
         Contact::Bit(Bit::Space(BitSpace::St, n), _) => [st::ON, st::OFF].contains(n),
@@ -283,7 +285,8 @@ fn is_fixed(contact: &Contact) -> bool {
     }
 }
 
-/// The text within the parentheses around the whole of it, if it has any.
+/// The text within a pair of parentheses that encloses the whole text; `None` if there is no such
+/// pair.
 fn inside(text: &str) -> Option<&str> {
     let within = text.strip_prefix('(')?.strip_suffix(')')?;
     let mut depth = 0;

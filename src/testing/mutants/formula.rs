@@ -1,7 +1,7 @@
 //! The mutations of MATH: its operators, functions, signs and constants.
 //!
-//! A resolved expression has no places. The text of the instruction is parsed again: its parts
-//! stand in the same order, unless it names whole arrays; then the whole instruction is the place.
+//! A resolved expression has no places, so the text of the instruction is parsed again. Its parts
+//! are in the same order, unless it names whole arrays; then the place is the whole instruction.
 
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ use super::kind::MutantKind;
 use super::mutation::{FormulaOf, InstructionIndex, Mutation};
 use super::values::{ConstantStep, Direction, near};
 
-/// All mutations of a MATH; of other instructions none.
+/// All mutations of a MATH; none for other instructions.
 pub(super) fn formulas(
     ground: &Ground,
     (instruction, index): (&Instruction, InstructionIndex),
@@ -44,7 +44,7 @@ pub(super) fn formulas(
     found
 }
 
-/// Whether the parts of both stand for each other.
+/// Whether the resolved and the written expression have the same parts.
 fn is_alike(formula: &Formula, written: &expression::Expression) -> bool {
     let is_same = |(part, written): (&Part, &PartKind)| match (part, written) {
         (Part::Unary(a, _), PartKind::Unary(b)) => a == b,
@@ -121,9 +121,9 @@ impl FormulaSearch<'_, '_> {
     }
 
     fn sign(&mut self, at: usize, sign: Unary, of: NumberType) {
-        // Without it, a `!` of a real would not be an integer.
+        // A real without its `!` would not be an integer.
         let keeps_type = sign == Unary::Minus || of == NumberType::Integer;
-        // 2147483648 stands behind a `-` only.
+        // 2147483648 is allowed only after a `-`.
         let before = at.checked_sub(1).map(|before| self.formula.parts[before]);
         let is_too_great = matches!(before, Some(Part::Integer(n)) if i32::try_from(n).is_err());
         if keeps_type && !is_too_great {
@@ -133,7 +133,8 @@ impl FormulaSearch<'_, '_> {
     }
 
     fn operator(&mut self, at: usize, operator: Binary, of: NumberType) {
-        // `x + 0` is `x - 0`, `x * 1` is `x / 1`, and a bit is 1, or 0: 0 is what `x / 0` gives.
+        // Exchanges without an effect: `x + 0` is `x - 0`, `x * 1` is `x / 1`. A bit is 1 or 0, and
+        // `x / 0` gives 0 as `x * 0` does.
         let is_sum = matches!(operator, Binary::Add | Binary::Subtract);
         let is_product = matches!(operator, Binary::Multiply | Binary::Divide);
         let is_neutral = match at.checked_sub(1).map(|before| self.formula.parts[before]) {
@@ -181,7 +182,7 @@ impl FormulaSearch<'_, '_> {
         what: String,
         new: Option<Part>,
     ) {
-        // At one place stand several parts if there is no better one.
+        // Several parts share one place if their own places are unknown.
         let variant = variant + 2 * at as u32;
         let mutation = Mutation::Part(self.index, self.which, at, new);
         let branch = self.index.branch.map(|at| at + 1);
@@ -190,11 +191,11 @@ impl FormulaSearch<'_, '_> {
     }
 }
 
-/// The integer constants beside a compare of integers, with the neighbour that has the effect of
-/// its moved border.
+/// The integer constants at a compare of integers, each with the direction of the neighbour that
+/// has the same effect as the moved border.
 fn borders(parts: &[Part]) -> HashMap<usize, Direction> {
     let mut borders = HashMap::new();
-    // Where the operands that wait for their operator begin.
+    // The starts of the operands that wait for their operator.
     let mut begins: Vec<usize> = Vec::new();
     for (at, part) in parts.iter().enumerate() {
         let count = match part {
@@ -222,8 +223,8 @@ fn borders(parts: &[Part]) -> HashMap<usize, Direction> {
     borders
 }
 
-/// Of an ordering: the neighbour of a constant on its right, and of one on its left, that has the
-/// effect of the moved border.
+/// The neighbours with the same effect as the moved border of an ordering: of a constant on its
+/// right side, and of a constant on its left side.
 fn beside(operator: Binary) -> Option<(Direction, Direction)> {
     let grows = matches!(operator, Binary::AtLeast | Binary::Less);
     let left_grows = matches!(operator, Binary::AtMost | Binary::Greater);
@@ -231,7 +232,7 @@ fn beside(operator: Binary) -> Option<(Direction, Direction)> {
     operator.is_ordering().then(|| (direction(grows), direction(left_grows)))
 }
 
-/// The operator that stands for a slip.
+/// The operator that an author might confuse with this one.
 fn other_operator(operator: Binary) -> Binary {
     match operator {
         Binary::Power => Binary::Multiply,
@@ -254,7 +255,7 @@ fn other_operator(operator: Binary) -> Binary {
     }
 }
 
-/// The function that stands for a slip.
+/// The function that an author might confuse with this one.
 fn other_function(function: Function) -> Option<Function> {
     match function {
         Function::Min => Some(Function::Max),

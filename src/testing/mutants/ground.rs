@@ -1,6 +1,6 @@
-//! What the search for mutants knows of a program: its texts, limits and scan period.
+//! The data for the search for mutants of a program: its texts, limits and scan period.
 //!
-//! Made once for a program; the other files of this folder ask it.
+//! Made once for a program; used by the other files of this folder.
 
 use std::collections::HashMap;
 
@@ -12,16 +12,16 @@ use crate::source::span::{SourceFile, Span};
 use super::kind::MutantKind;
 use super::mutation::Mutation;
 
-/// The program whose mutants are sought.
+/// The program that is searched for mutants.
 pub(super) struct Ground<'a> {
     /// The program.
     pub program: &'a Program,
     files: &'a [SourceFile],
     /// The scan period, ms.
     pub period_ms: u32,
-    /// Whether files of the library are under test: there is no other ladder.
+    /// Whether all rungs are in files of the library; then these files are under test.
     has_library_only: bool,
-    /// The limits of the words whose tags have any.
+    /// The limits of the words whose tags have limits.
     limits: HashMap<Word, (i32, i32)>,
 }
 
@@ -31,11 +31,11 @@ pub(super) struct Found {
     pub kind: MutantKind,
     /// Its place, in a file.
     pub place: Span,
-    /// What distinguishes it from others of its kind at its place.
+    /// A number that distinguishes it from other mutations of its kind at its place.
     pub variant: u32,
-    /// What is changed, in one line.
+    /// The change, in one line.
     pub what: String,
-    /// The branch that it is about, from 1.
+    /// The number of its branch, from 1.
     pub branch: Option<usize>,
     /// The mutation.
     pub mutation: Mutation,
@@ -59,19 +59,19 @@ impl<'a> Ground<'a> {
         file.is_some_and(|file| self.has_library_only || !file.name.starts_with(LIBRARY))
     }
 
-    /// The place of contacts or an instruction in a file: where their author wrote them, for all
-    /// uses of a template alike.
+    /// The place in a file at which the author wrote contacts or an instruction; it is the same for
+    /// all uses of a template.
     pub fn place(&self, span: Span) -> Span {
         let layers = &self.program.layers;
         layers.in_file(layers.text(span))
     }
 
-    /// The place of a constant in a file: of one that a use gives, in the use.
+    /// The place of a constant in a file; for an argument of a template, the place in the use.
     pub fn constant_place(&self, span: Span) -> Span {
         self.program.layers.in_file(span)
     }
 
-    /// The text of a place of a file; of a whole string without its quotes.
+    /// The text at a place of a file; a whole string is without its quotes.
     pub fn text(&self, place: Span) -> &'a str {
         let text = self.files.get(place.file.0 as usize).map_or("", |file| file.text.as_str());
         let text = text.get(place.start as usize..place.end as usize).unwrap_or("").trim();
@@ -83,7 +83,7 @@ impl<'a> Ground<'a> {
         self.text(self.place(span))
     }
 
-    /// The text of contacts as it stands in others: of contacts that a use gives, the name of the
+    /// The text of contacts within other contacts; for an argument of a template, the name of the
     /// parameter.
     pub fn text_within(&self, part: Span, whole: Span) -> &'a str {
         let layers = &self.program.layers;
@@ -93,7 +93,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The least and greatest content of a word's cell.
+    /// The minimum and maximum content of a word's cell.
     pub fn limits(&self, word: Word) -> (i32, i32) {
         self.limits.get(&word).copied().unwrap_or(word.range())
     }
@@ -113,8 +113,8 @@ fn limits(program: &Program) -> HashMap<Word, (i32, i32)> {
     limits
 }
 
-/// A constant and its neighbour, for people: of a literal `80 is 81`, of a name `` `limit` (80) is
-/// 81``.
+/// The text for a constant and its neighbour: `80 is 81` for a literal, `` `limit` (80) is 81`` for
+/// a name.
 pub(super) fn change_of_constant(written: &str, (old, new): (&str, &str)) -> String {
     let is_name = written.starts_with(|char: char| char.is_ascii_alphabetic());
     match is_name {

@@ -1,6 +1,7 @@
-//! The mutations of instructions, and of rungs and branches as a whole.
+//! The mutations of instructions, and of whole rungs and branches.
 //!
-//! An instruction that is alone in its rung or branch is left out with it.
+//! An instruction that is alone in its rung or branch has no `instruction-out`: the mutant without
+//! the rung or branch is the same.
 
 use crate::isa::{Bit, BitSpace, Mnemonic, StageId, status::st};
 use crate::resolve::instruction::{Coil, Source, WordPlace};
@@ -13,7 +14,7 @@ use super::kind::MutantKind;
 use super::mutation::{InstructionIndex, Mutation};
 use super::values::{ConstantStep, values_mut};
 
-/// The rung left out, and each of its branches.
+/// The mutations that leave out the rung, or one of its branches.
 pub(super) fn wholes(ground: &Ground, rung: &Rung) -> Vec<Found> {
     let place = ground.place(rung.extent);
     let rung_out = |what: &str| Found {
@@ -89,7 +90,8 @@ impl InstructionSearch<'_, '_> {
         self.push(key, what, Mutation::Instruction(self.index, None));
     }
 
-    /// The instruction as its opposite. An OUT that is always ON is no other than a SET.
+    /// Replaces the instruction by its opposite. An OUT that is always ON has the same effect as a
+    /// SET.
     fn opposite(&mut self, stays_on: bool) {
         let new = match &self.instruction.action {
             Action::Coil { coil, bit } => {
@@ -145,7 +147,7 @@ impl InstructionSearch<'_, '_> {
         self.new_action(key, what, (mnemonic, action));
     }
 
-    /// Each Stage that the instruction turns ON, exchanged for the next one of its Program.
+    /// Exchanges each Stage that the instruction turns ON for the next Stage of its Program.
     fn stages(&mut self, part: ProgramPart) {
         match &self.instruction.action {
             Action::Jump { stages } => {
@@ -196,7 +198,7 @@ impl InstructionSearch<'_, '_> {
         self.new_action(key, what, (self.instruction.mnemonic, of));
     }
 
-    /// The neighbours of the constants that the instruction reads.
+    /// Exchanges the constants that the instruction reads for their neighbours.
     fn values(&mut self) {
         let mnemonic = self.instruction.mnemonic;
         let mut action = self.instruction.action.clone();
@@ -231,7 +233,7 @@ impl InstructionSearch<'_, '_> {
         }
     }
 
-    /// Whether MOVE stores both numbers as the same limit of its word.
+    /// Whether MOVE limits both numbers to the same value of its word.
     fn is_stored_alike(&self, old: Value, new: Value) -> bool {
         let Action::Store { source: Source::Value(_), to } = &self.instruction.action else {
             return false;
@@ -242,8 +244,8 @@ impl InstructionSearch<'_, '_> {
         !word.is_real() && old.clamp(low, high) == new.clamp(low, high)
     }
 
-    /// Whether the instruction would store what its word holds, as `ADD D0 0 to=D0`: it might as
-    /// well be left out.
+    /// Whether the instruction would store the value that its word already has, as `ADD D0 0
+    /// to=D0`. That is the same as the instruction left out.
     fn stores_nothing_new(&self, number: usize, new: Value) -> bool {
         let Action::Store { source, to } = &self.instruction.action else { return false };
         let WordPlace::Word(word) = to.value else { return false };
@@ -255,7 +257,8 @@ impl InstructionSearch<'_, '_> {
         is_zero(new) && other.value == Value::Word(word)
     }
 
-    /// Whether another instruction gives its Sensaphone counter the same preset: they never differ.
+    /// Whether a second instruction sets the preset of the same Sensaphone counter: both presets
+    /// must be equal.
     fn is_shared_preset(&self) -> bool {
         let constant = |action: &Action| {
             let Action::Sensaphone { n, preset: Some(preset), .. } = action else { return None };
@@ -299,7 +302,8 @@ fn is_zero(value: Value) -> bool {
     value.constant() == Some(0.0)
 }
 
-/// The Stage behind another one in its Program, the first one behind the last; none of these.
+/// The Stage after a Stage in its Program; after the last Stage, the first one. Skips the Stages in
+/// `but`.
 fn next(part: ProgramPart, of: Located<StageId>, but: &[Located<StageId>]) -> Option<StageId> {
     let stages = &part.block.stages;
     let at = stages.iter().position(|stage| stage.id == of.value)?;

@@ -2,12 +2,12 @@
 
 macro_rules! kinds {
     ($($kind:ident $name:literal $doc:literal;)*) => {
-        /// What a mutant changes.
+        /// The kind of the change in a mutant.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum MutantKind { $(#[doc = $doc] $kind),* }
 
         impl MutantKind {
-            /// All kinds, in the order in which the mutants of one place come.
+            /// All kinds, in the order of the mutants at one place.
             pub const ALL: &[MutantKind] = &[$(MutantKind::$kind),*];
 
             /// Its name.
@@ -15,7 +15,7 @@ macro_rules! kinds {
                 match self { $(MutantKind::$kind => $name),* }
             }
 
-            /// What it changes, in one sentence.
+            /// Its description, in one sentence.
             pub fn doc(self) -> &'static str {
                 match self { $(MutantKind::$kind => $doc),* }
             }

@@ -1,9 +1,9 @@
-//! One mutation of one rung, and how it is made in a program.
+//! One mutation of one rung, and the code that makes it in a program.
 //!
-//! A mutation names the part that it changes by numbers: a contact by its place in a walk over its
-//! leg, an operand by its place in its instruction. So a rung with many mutants is not stored for
-//! each. What the resolver guarantees stays true: a leg is never empty, and a group has two members
-//! or more.
+//! A mutation identifies the part that it changes by numbers: a contact by its place in a walk over
+//! its leg, an operand by its place in its instruction. So a mutant does not need a copy of its
+//! rung. The guarantees of the resolver stay true: a leg is never empty, and a group has two or
+//! more members.
 
 use crate::isa::{Bit, BitSpace, status::st};
 use crate::resolve::formula::{Formula, Part};
@@ -12,7 +12,7 @@ use crate::source::span::Span;
 
 use super::values::values_mut;
 
-/// Where a rung stands in a program. Sorts as the rungs stand.
+/// The place of a rung in a program. Sorts in the order of the rungs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct RungIndex {
     /// The index of the block.
@@ -24,7 +24,7 @@ pub(super) struct RungIndex {
 }
 
 impl RungIndex {
-    /// The rungs among which it stands.
+    /// The list of rungs that contains the rung.
     fn rungs(self, program: &mut Program) -> &mut Vec<Rung> {
         let block = &mut program.blocks[self.block];
         match self.stage {
@@ -48,7 +48,7 @@ pub(super) enum ContactSeries {
     Branch(usize),
 }
 
-/// Where an instruction stands in its rung.
+/// The place of an instruction in its rung.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct InstructionIndex {
     /// The branch; `None`: `do` of the rung.
@@ -57,7 +57,7 @@ pub(super) struct InstructionIndex {
     pub at: usize,
 }
 
-/// Which formula of a MATH.
+/// A formula of a MATH.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum FormulaOf {
     /// The expression.
@@ -73,20 +73,20 @@ pub(super) enum Mutation {
     RungOut,
     /// The branch is left out.
     BranchOut(usize),
-    /// The contact with this number in a walk over the series, each before those in it, is
-    /// another one, or left out.
+    /// A contact is replaced or left out: the contact with this number in a walk over the series,
+    /// in which each contact comes before the contacts in it.
     Contact(ContactSeries, u32, Option<Contact>),
-    /// The instruction is another one, or left out.
+    /// The instruction is replaced or left out.
     Instruction(InstructionIndex, Option<Box<Instruction>>),
-    /// The value with this number among those of the instruction is another one.
+    /// The value with this number among the values of the instruction is replaced.
     Value(InstructionIndex, usize, Value),
-    /// The part of a formula with this index is another one, or left out.
+    /// The part of a formula with this index is replaced or left out.
     Part(InstructionIndex, FormulaOf, usize, Option<Part>),
 }
 
 impl Mutation {
-    /// What orders mutations of one rung: the later ones are made first, so that no number of
-    /// the earlier ones changes.
+    /// The key that orders the mutations of one rung. Later mutations are made first, so that the
+    /// numbers in earlier ones stay valid.
     pub fn order(&self) -> (u8, usize, usize, usize) {
         let instruction = |at: &InstructionIndex| (at.branch.map_or(0, |branch| branch + 1), at.at);
         match self {
@@ -178,14 +178,14 @@ pub(super) fn always_on(span: Span) -> Contact {
 
 /// Replaces one contact in a walk.
 struct ContactWalk {
-    /// The contacts before it.
+    /// The number of contacts before it.
     left: u32,
-    /// `None`: it is left out.
+    /// The new contact; `None`: the contact is left out.
     new: Option<Contact>,
 }
 
 impl ContactWalk {
-    /// Whether the contact was in this series.
+    /// Replaces the contact if it is in this series; returns whether it was.
     fn series(&mut self, contacts: &mut Vec<Contact>, around: Span) -> bool {
         for at in 0..contacts.len() {
             if self.left == 0 && self.new.is_none() {
@@ -202,7 +202,7 @@ impl ContactWalk {
         false
     }
 
-    /// Whether the contact was this one, or in it.
+    /// Replaces the contact if it is this one or in it; returns whether it was.
     fn one(&mut self, contact: &mut Contact) -> bool {
         if self.left == 0 {
             *contact = self.new.take().unwrap_or_else(|| always_on(contact.span()));
@@ -220,7 +220,7 @@ impl ContactWalk {
     }
 }
 
-/// Puts groups with one member right: the member alone.
+/// Replaces groups with one member by the member.
 pub(super) fn without_lone_groups(contacts: &mut [Contact]) {
     for contact in contacts {
         match contact {

@@ -1,4 +1,4 @@
-//! The numbers of an instruction, and their neighbours: what a slip of the author's would be.
+//! The numbers of an instruction, and the neighbours that an author might have written by mistake.
 
 use crate::isa::{Mnemonic, OperandKind, Real, duration};
 use crate::resolve::instruction::{Filling, Source};
@@ -16,7 +16,7 @@ pub(super) struct ReadValue<'a> {
     pub value: &'a mut Value,
 }
 
-/// The numbers that an instruction reads, to be changed.
+/// The numbers that an instruction reads, as mutable references.
 pub(super) fn values_mut(action: &mut Action) -> Vec<ReadValue<'_>> {
     match action {
         Action::Counter { preset, counts: _, ct: _ }
@@ -64,32 +64,32 @@ fn any<'a>(
     of.iter_mut().map(move |of| read(operand, of))
 }
 
-/// The step from a constant to its neighbours, and the range in which they lie.
+/// The step from a constant to its neighbours, and the range of the neighbours.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ConstantStep {
-    /// Of a number of ms the scan period.
+    /// The step; for a number of ms, the scan period.
     pub step: i32,
-    /// The least constant that the place takes.
+    /// The minimum constant at this place.
     pub least: i32,
-    /// The greatest one.
+    /// The maximum constant at this place.
     pub most: i32,
     /// Whether it is a number of ms.
     pub is_time: bool,
 }
 
 impl ConstantStep {
-    /// A count.
+    /// The step for a count.
     pub fn count(least: i32, most: i32) -> ConstantStep {
         ConstantStep { step: 1, least, most, is_time: false }
     }
 
-    /// A duration.
+    /// The step for a duration.
     pub fn time(period_ms: u32, least: i32) -> ConstantStep {
         let step = i32::try_from(period_ms).unwrap_or(i32::MAX).max(1);
         ConstantStep { step, least, most: i32::MAX, is_time: true }
     }
 
-    /// Of an operand of an instruction. `to_bits`: FILL writes bits.
+    /// The step for an operand of an instruction. `to_bits`: FILL writes bits.
     pub fn of(
         (mnemonic, operand): (Mnemonic, &str),
         written: Option<Written>,
@@ -99,7 +99,7 @@ impl ConstantStep {
         match mnemonic.spec().operand(operand)?.kind {
             OperandKind::Value(least, most) => Some(ConstantStep::count(least, most)),
             OperandKind::Duration => time(0),
-            // 0 and less mean every scan, as every interval up to the period does.
+            // 0 and less mean every scan, as does every interval up to the period.
             OperandKind::Interval => time(1),
             OperandKind::Filling if to_bits => Some(ConstantStep::count(0, 1)),
             OperandKind::Number | OperandKind::Filling => match written {
@@ -123,7 +123,7 @@ impl ConstantStep {
         }
     }
 
-    /// The neighbours of a constant: the greater one, then the lesser one.
+    /// The neighbours of a constant: the greater one, then the smaller one.
     pub fn neighbours(self, value: Value) -> Vec<(Direction, Value)> {
         match value {
             Value::Const(n, written) => {
@@ -157,13 +157,13 @@ impl ConstantStep {
 /// The side of a constant on which its neighbour lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Direction {
-    /// It is greater.
+    /// The neighbour is greater.
     More,
-    /// It is less.
+    /// The neighbour is smaller.
     Less,
 }
 
-/// The neighbours of a real: 1 % of it away; of 0, 1 away.
+/// The neighbours of a real: they differ by 1 % of it; for 0, they differ by 1.
 pub(super) fn near(real: Real) -> Vec<(Direction, Real)> {
     let number = f64::from(real);
     let step = if number == 0.0 { 1.0 } else { number.abs() / 100.0 };

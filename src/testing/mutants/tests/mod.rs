@@ -1,6 +1,6 @@
-//! The mutants of small ladders as lists, and those of the ladders that are shipped.
+//! The mutants of small ladders as lists, and the mutants of the shipped ladders.
 //!
-//! Each is tried: it differs from its ladder and from each other mutant, and it runs.
+//! Each mutant is tried: it differs from its ladder and from every other mutant, and it runs.
 
 mod blocks;
 mod contacts;
@@ -35,7 +35,7 @@ fn load(files: &[(&str, &str)]) -> (Program, Vec<SourceFile>) {
     (program.unwrap_or_else(|| panic!("{findings:#?}")), files)
 }
 
-/// The mutants of ladder files; each runs, and no two are the same.
+/// Checks the list of the mutants of ladder files. Each mutant runs, and no two are the same.
 fn check(files: &[(&str, &str)], expected: Expect) {
     let (program, files) = load(files);
     let mutants = mutants(&program, &files, PERIOD_MS);
@@ -64,7 +64,7 @@ fn check_main(rungs: &str, expected: Expect) {
     check(&[("ladder.toml", &text)], expected);
 }
 
-/// Runs every mutant; each differs from the ladder and from each other one.
+/// Runs every mutant. Each differs from the ladder and from every other mutant.
 fn try_all(program: &Program, mutants: &[Mutant]) {
     let mut seen = HashMap::from([(digest(&lower(program).0), "the ladder itself".to_owned())]);
     let mut same = Vec::new();

@@ -1,4 +1,4 @@
-//! All mutants of the ladders that are shipped.
+//! All mutants of the shipped ladders.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ fn files(folder: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Tries all mutants of a program that is shipped; says how many there are.
+/// Tries all mutants of a shipped program; returns their number as text.
 fn count(name: &Path, program: &Program, files: &[SourceFile]) -> String {
     let all = mutants(program, files, PERIOD_MS);
     let again = mutants(program, files, PERIOD_MS);

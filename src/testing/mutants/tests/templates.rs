@@ -1,4 +1,4 @@
-//! Mutants of templates and of what their uses give.
+//! Mutants of templates and of the arguments in their uses.
 
 use expect_test::expect;
 
