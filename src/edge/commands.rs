@@ -1,28 +1,28 @@
-//! What a command asks for: a rebirth, or writes to listed tags. Everything else is refused.
+//! What a command requests: a rebirth, or writes to listed tags. Everything else is refused.
 //!
-//! Bytes of a stranger come in here. Nothing is written by itself: `node` hands writes on, a few a
-//! second, and the controller judges each as it judges an operator's.
+//! The commands come from strangers. This module writes nothing: `node` passes on a few writes per
+//! second, and the controller checks each write like a write of an operator.
 
 use super::journal::LineKind;
 use super::tags::{TagMetric, given};
 use crate::operator::protocol::GivenValue;
 use crate::sparkplug::{DataType, Metric, MetricValue, Payload, ValueFault, vocabulary};
 
-/// The most metrics of a command that are looked at.
+/// The maximum number of metrics of a command that are read.
 const METRICS_MAX: usize = 100;
 
-/// What a metric of a command asks for.
+/// The request of a metric of a command.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum AskedCommand {
-    /// All births again.
+    /// A new birth of the node.
     Rebirth,
-    /// A write.
+    /// A write of this value to the tag with this name.
     Write(String, GivenValue),
-    /// It is refused: why, for the journal.
+    /// A refused request, with the reason for the journal.
     Refused(LineKind, String),
 }
 
-/// What a command asks for, metric by metric.
+/// The requests of a command, metric by metric.
 pub(super) fn asked(payload: &Payload, tags: &[TagMetric]) -> Vec<AskedCommand> {
     let mut asked: Vec<AskedCommand> =
         payload.metrics.iter().take(METRICS_MAX).filter_map(|metric| one(metric, tags)).collect();
@@ -34,7 +34,7 @@ pub(super) fn asked(payload: &Payload, tags: &[TagMetric]) -> Vec<AskedCommand> 
     asked
 }
 
-/// `None`: nothing is asked.
+/// The request of one metric; `None`: it requests nothing.
 fn one(metric: &Metric, tags: &[TagMetric]) -> Option<AskedCommand> {
     if metric.name.as_deref() == Some(vocabulary::REBIRTH) {
         let read = metric.content.as_ref().map(|content| DataType::Boolean.read(content));
@@ -46,10 +46,10 @@ fn one(metric: &Metric, tags: &[TagMetric]) -> Option<AskedCommand> {
     })
 }
 
-/// The tag that a metric asks to write, and the value.
+/// The tag that a metric writes, and the value.
 ///
 /// # Errors
-/// Why it is refused, for the journal.
+/// The reason for the refusal, for the journal.
 fn write(metric: &Metric, tags: &[TagMetric]) -> Result<(String, GivenValue), (LineKind, String)> {
     let tag = meant(metric, tags).map_err(|why| (LineKind::UnknownTag, why))?;
     let name = &tag.metric.name;
@@ -84,10 +84,10 @@ fn write(metric: &Metric, tags: &[TagMetric]) -> Result<(String, GivenValue), (L
     }
 }
 
-/// The tag that a metric means, by its name, its alias, or both.
+/// The tag that a metric refers to by its name, its alias, or both.
 ///
 /// # Errors
-/// There is none, or there are two.
+/// The metric has neither, no published tag has it, or the two belong to different tags.
 fn meant<'a>(metric: &Metric, tags: &'a [TagMetric]) -> Result<&'a TagMetric, String> {
     let name = metric.name.as_deref().filter(|name| !name.is_empty());
     let named = name.map(|name| tags.iter().find(|of| of.metric.name == name));
@@ -110,29 +110,29 @@ fn meant<'a>(metric: &Metric, tags: &'a [TagMetric]) -> Result<&'a TagMetric, St
     }
 }
 
-/// A stranger's name, short enough for a line of the log.
+/// A name from a stranger, shortened for a line of the log.
 fn shown(name: &str) -> String {
     let short: String = name.chars().take(60).collect();
     format!("`{short}`")
 }
 
-/// So many writes in a second, and a few at once.
+/// The limit on the number of writes per second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CommandPace {
     left: u32,
     since_ms: u64,
 }
 
-/// The most writes in a second.
+/// The maximum number of writes per second.
 const WRITES_MAX: u32 = 10;
 
 impl CommandPace {
-    /// At the start.
+    /// The limit at the start, with all writes left.
     pub fn new() -> CommandPace {
         CommandPace { left: WRITES_MAX, since_ms: 0 }
     }
 
-    /// Whether one more write may go.
+    /// Whether one more write is allowed. An allowed write is counted.
     pub fn take(&mut self, now_ms: u64) -> bool {
         if now_ms.abs_diff(self.since_ms) >= 1000 {
             *self = CommandPace { left: WRITES_MAX, since_ms: now_ms };

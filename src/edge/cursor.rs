@@ -1,8 +1,8 @@
-//! What an edge node keeps over its own restarts: the place in the log up to which a broker has
+//! What an edge node stores across its restarts: the log position up to which a broker has
 //! everything, and the number of its last birth.
 //!
-//! A cursor, not a store: two small files, exchanged as a whole. What cannot be read is as if it
-//! were not there.
+//! It stores no values, only two small files, each replaced as a whole. A file that cannot be read
+//! counts as missing.
 
 use std::fs;
 use std::io;
@@ -20,7 +20,7 @@ pub(super) struct NodeCursor {
     kept: Option<LogPosition>,
 }
 
-/// A position, as its file has it.
+/// A position in the format of its file.
 #[derive(Debug, Serialize, Deserialize)]
 struct KeptPosition {
     process_start_ns: i64,
@@ -32,12 +32,12 @@ const POSITION: &str = "position";
 const BIRTH: &str = "bdseq";
 
 impl NodeCursor {
-    /// The files in a folder; `None`: nothing outlives the process.
+    /// The files in a folder; `None`: nothing is stored.
     pub fn new(dir: Option<PathBuf>) -> NodeCursor {
         NodeCursor { dir, kept: None }
     }
 
-    /// The place up to which a broker has everything.
+    /// The log position up to which a broker has everything.
     pub fn position(&mut self) -> Option<LogPosition> {
         let text = fs::read_to_string(self.dir.as_ref()?.join(POSITION)).ok()?;
         let KeptPosition { process_start_ns, scan, unix_ns } = serde_json::from_str(&text).ok()?;
@@ -45,17 +45,17 @@ impl NodeCursor {
         self.kept
     }
 
-    /// The number of the last birth; of a first start the one before 0.
+    /// The number of the last birth; at a first start, the number before 0.
     pub fn last_birth(&self) -> Sequence {
         let read = |dir: &PathBuf| fs::read_to_string(dir.join(BIRTH)).ok()?.trim().parse().ok();
         let number = self.dir.as_ref().and_then(read).unwrap_or(255);
         Sequence::of(number).unwrap_or_default()
     }
 
-    /// Keeps a position, if it is a new one.
+    /// Stores a position, if it is new.
     ///
     /// # Errors
-    /// The system's.
+    /// The system's error.
     pub fn keep(&mut self, position: LogPosition) -> io::Result<()> {
         if self.kept == Some(position) {
             return Ok(());
@@ -69,17 +69,17 @@ impl NodeCursor {
         Ok(())
     }
 
-    /// Keeps the number of a birth.
+    /// Stores the number of a birth.
     ///
     /// # Errors
-    /// The system's.
+    /// The system's error.
     pub fn keep_birth(&self, birth: Sequence) -> io::Result<()> {
         let Some(dir) = &self.dir else { return Ok(()) };
         put(dir, BIRTH, &birth.number().to_string())
     }
 }
 
-/// Exchanges a file as a whole.
+/// Replaces a file as a whole.
 fn put(dir: &Path, name: &str, text: &str) -> io::Result<()> {
     let new = dir.join(format!("{name}.new"));
     fs::write(&new, format!("{text}\n"))?;

@@ -1,7 +1,7 @@
-//! What a node tells of its controller beside the tags: version, mode, ladder, forces, alarms, the
-//! state of its own history.
+//! What a node publishes about its controller beside the tags: version, mode, ladder, forces,
+//! alarms, and the state of the node's history.
 //!
-//! `log_thread` makes them of a status and of the alarms' book; `node` tells those that changed.
+//! `log_thread` makes these facts from a status and the alarm book; `node` publishes the changes.
 
 use serde_json::{Value, json};
 
@@ -27,16 +27,16 @@ const FACTS: [(&str, DataType); 15] = [
     (vocabulary::REBIRTH, DataType::Boolean),
 ];
 
-/// The most alarms in their list.
+/// The maximum number of alarms in the list.
 const ALARMS_MAX: usize = 100;
 
-/// The aliases of facts are these numbers and below; those of tags lie above.
+/// The aliases of facts are below this number; those of tags start with it.
 pub(super) const ALIASES: u64 = 100;
 
-/// A fact, by its name.
+/// A fact: its name and its value.
 pub(super) type NodeFact = (&'static str, MetricValue);
 
-/// What is known, and what was told of it.
+/// The known facts, and the facts as last published.
 #[derive(Debug, Default)]
 pub(super) struct FactTable {
     known: [Option<MetricValue>; FACTS.len()],
@@ -44,7 +44,7 @@ pub(super) struct FactTable {
 }
 
 impl FactTable {
-    /// Notes a fact.
+    /// Sets a fact.
     pub fn set(&mut self, name: &str, value: MetricValue) {
         let place = FACTS.iter().position(|(known, _)| *known == name);
         if let Some(known) = place.and_then(|at| self.known.get_mut(at)) {
@@ -52,15 +52,15 @@ impl FactTable {
         }
     }
 
-    /// All, as they stand in a birth; then they are told.
+    /// All facts for a birth. They count as published afterwards.
     pub fn born(&mut self, now_ms: u64) -> Vec<Metric> {
         self.told = self.known.clone();
         let born = FACTS.iter().zip(&self.known).enumerate();
         born.map(|(at, (of, value))| metric(at, of).born(value.as_ref(), now_ms)).collect()
     }
 
-    /// Those that have changed since they were told; the last scan alone is no news. `all_scans`:
-    /// the last scan is told in any case.
+    /// The facts that have changed since they were last published. A change of the last scan alone
+    /// is not published. `all_scans`: the last scan is included in any case.
     pub fn news(&mut self, now_ms: u64, all_scans: bool) -> Vec<Metric> {
         let is_scan = |at: usize| FACTS[at].0 == vocabulary::SCAN;
         let differs = |at: &usize| self.known[*at] != self.told[*at];
@@ -79,12 +79,12 @@ impl FactTable {
 fn metric(at: usize, (name, datatype): &(&str, DataType)) -> BornMetric {
     let is_command = *name == vocabulary::REBIRTH;
     let properties = MetricProperties::default();
-    // A command is sent by name, so that a host that knows no birth can send it.
+    // A command is sent by name, so that a host without the birth can send it.
     let alias = (!is_command).then_some(at as u64);
     BornMetric { name: (*name).to_owned(), alias, datatype: *datatype, properties }
 }
 
-/// The facts of a status and of the alarms' book.
+/// The facts of a status and of the alarm book.
 pub(super) fn of_controller(status: &Status, alarms: &AlarmList) -> Vec<NodeFact> {
     let count = |count: usize| MetricValue::Signed(i64::try_from(count).unwrap_or(i64::MAX));
     let text = |text: &str| MetricValue::Text(text.to_owned());
@@ -110,7 +110,7 @@ pub(super) fn of_controller(status: &Status, alarms: &AlarmList) -> Vec<NodeFact
     ]
 }
 
-/// The alarms' book, without what changes while nothing happens.
+/// The alarm book, without the fields that change while nothing happens.
 fn listed(alarms: &AlarmList) -> String {
     let alarm = |alarm| {
         let mut listed = serde_json::to_value(alarm).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The past that is being told: which parts of it wait, and how its tags are called now.
+//! The past that is being published: the waiting parts, and the present numbers of its tags.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -7,56 +7,58 @@ use super::throttle::{Throttle, ToldChanges};
 use crate::live::{HistorySpan, LogPosition, LoggedChange};
 use crate::sparkplug::DataType;
 
-/// The parts of the past that are still to be told; the first one is being told.
+/// The parts of the past that are still to be published; the first part is under way.
 #[derive(Debug, Default)]
 pub(super) struct TellsHistory {
     spans: VecDeque<HistorySpan>,
-    /// Of the first one: up to here it is told.
+    /// The log position up to which the first part is published.
     at: Option<LogPosition>,
-    /// The tags of the program that the past is about.
+    /// The tags of the past program.
     names: Vec<(String, DataType)>,
-    /// By tag of the past: its number now.
+    /// The present number of each tag of the past program; `None`: the tag does not exist any more.
     places: Vec<Option<usize>>,
     throttle: Throttle,
-    /// Values of tags that the present program does not have.
+    /// The number of values of tags that the present program does not have.
     unplaced: u64,
 }
 
 impl TellsHistory {
-    /// Whether something is to be told.
+    /// Whether a part is still to be published.
     pub fn is_under_way(&self) -> bool {
         !self.spans.is_empty()
     }
 
-    /// Up to here all is told, while something is.
+    /// The log position up to which everything is published; `None`: no part is under way.
     pub fn position(&self) -> Option<LogPosition> {
         self.spans.front().map(|span| self.at.unwrap_or(span.from))
     }
 
-    /// Forgets all: what is to be told begins anew.
+    /// Forgets all parts.
     pub fn clear(&mut self) {
         *self = TellsHistory::default();
     }
 
-    /// Adds a part of the past; gives it, if it is the one to be told now.
+    /// Adds a part of the past; returns it if it is to be read now.
     pub fn add(&mut self, span: HistorySpan) -> Option<HistorySpan> {
         self.spans.push_back(span);
         (self.spans.len() == 1).then_some(span)
     }
 
-    /// The first part is told; gives the next one, and the number of values that had no place.
+    /// Removes the first part, which is published. Returns the next part, and the number of values
+    /// whose tags do not exist any more.
     pub fn done(&mut self) -> (Option<HistorySpan>, u64) {
         self.spans.pop_front();
         self.at = None;
         (self.spans.front().copied(), std::mem::take(&mut self.unplaced))
     }
 
-    /// All is told up to a place.
+    /// Notes that everything is published up to a log position.
     pub fn told(&mut self, at: LogPosition) {
         self.at = Some(at);
     }
 
-    /// The past goes on with this program; `tags`: those of the present one.
+    /// Takes `past`, the tags of the program that ran next in the past; `tags`: those of the
+    /// present program.
     pub fn begins(&mut self, past: &[TagMetric], tags: &[TagMetric]) {
         self.names = past.iter().map(|of| (of.metric.name.clone(), of.metric.datatype)).collect();
         self.place(tags);
@@ -65,7 +67,7 @@ impl TellsHistory {
         }
     }
 
-    /// The present program is another one.
+    /// Takes the tags of a new present program.
     pub fn replaced(&mut self, tags: &[TagMetric]) {
         self.place(tags);
         self.throttle = Throttle::new(tags.len());
@@ -80,7 +82,7 @@ impl TellsHistory {
         self.places = self.names.iter().map(place).collect();
     }
 
-    /// Takes a change of the past; adds what is to be told.
+    /// Takes a change of the past; adds the changes to be published to `out`.
     pub fn take(&mut self, change: LoggedChange, tags: &[TagMetric], out: &mut ToldChanges) {
         let place = self.places.get(change.cell as usize).copied().flatten();
         match place.and_then(|at| Some((at, tags.get(at)?))) {

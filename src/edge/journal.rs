@@ -1,8 +1,8 @@
-//! What `rungd edge` tells on standard error, for the journal.
+//! The lines that `rungd edge` prints to standard error, for the journal.
 //!
-//! A line that a stranger can cause has a kind, and each kind a limit of its own: a flood of one
-//! kind hides no other. What was left out is told later, also when nothing more of its kind comes.
-//! `shell` and `log_thread` say lines; nothing here decides what is worth one.
+//! A line that a stranger can cause has a kind, and each kind has its own limit: a flood of one
+//! kind hides no other. The number of withheld lines is printed later, even if no further line of
+//! that kind follows. `shell` and `log_thread` decide which lines to print.
 
 use std::io::Write as _;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,20 +11,20 @@ use std::time::Instant;
 use crate::events::limit::{Limiter, LineLimit, WithheldLines};
 use crate::source::wording::is_obeyed;
 
-/// The characters of a line: what comes from a stranger may be longer.
+/// The maximum number of characters of a line: text from a stranger may be longer.
 const LINE_CHARS_MAX: usize = 1000;
 
 /// The limit of each kind.
 const LIMIT: LineLimit = LineLimit::CLIENTS;
 
-/// What a line that a stranger can cause is about.
+/// The subject of a line that a stranger can cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum LineKind {
-    /// The state of a host is none.
+    /// The state of a host cannot be read.
     HostState,
-    /// The bytes of a command are none.
+    /// A command cannot be read.
     UnreadCommand,
-    /// A command is kept by the broker.
+    /// A command is retained by the broker.
     RetainedCommand,
     /// A command is for a tag that is not published.
     UnknownTag,
@@ -34,22 +34,22 @@ pub(super) enum LineKind {
     WrongValue,
     /// There are too many writes.
     FastCommand,
-    /// A command is handed to the controller, which takes it.
+    /// The controller carries out a write.
     Write,
-    /// The controller refuses it.
+    /// The controller refuses a write.
     RefusedWrite,
-    /// It has waited too long for its turn.
+    /// A write has waited too long for its turn.
     OldWrite,
-    /// A message of another topic.
+    /// A message has a topic that was not subscribed to.
     UnaskedMessage,
-    /// A message that is too long.
+    /// A message is too long.
     LongMessage,
     /// The folder of the state cannot be written.
     Unkept,
 }
 
 impl LineKind {
-    /// What the lines of this kind are about, for people.
+    /// The subject of the lines of this kind, for people.
     fn name(self) -> &'static str {
         match self {
             LineKind::HostState => "states of hosts that cannot be read",
@@ -69,13 +69,13 @@ impl LineKind {
     }
 }
 
-/// A line on standard error, for the journal. If nobody reads it, it is lost.
+/// Prints a line to standard error, for the journal. If nobody reads it, it is lost.
 pub(super) fn say(text: &str) {
     let line = format!("rungd edge: {}\n", shown(text));
     let _ = std::io::stderr().lock().write_all(line.as_bytes());
 }
 
-/// One line, short enough, that a terminal shows as it is.
+/// The text as one short line, without characters that a terminal would obey.
 fn shown(text: &str) -> String {
     let plain = |c: char| if is_obeyed(c) { '?' } else { c };
     let mut line: String = text.chars().take(LINE_CHARS_MAX).map(plain).collect();
@@ -93,19 +93,19 @@ pub(super) struct LimitedLines {
 }
 
 impl LimitedLines {
-    /// Nothing is said yet.
+    /// The state before the first line.
     pub fn new() -> LimitedLines {
         LimitedLines { began: Instant::now(), kinds: Arc::default() }
     }
 
-    /// Says a line, or counts it.
+    /// Prints a line, or counts it as withheld.
     pub fn say(&self, kind: LineKind, text: &str) {
         if self.with(|kinds, now_ns| kinds.take(kind, now_ns)) {
             say(text);
         }
     }
 
-    /// Says what was left out, when it is time to; `all`: at the end.
+    /// Prints the numbers of withheld lines that are due; `all`: all of them, at the end.
     pub fn tell(&self, all: bool) {
         self.with(|kinds, now_ns| kinds.told(now_ns, all)).iter().for_each(|line| say(line));
     }
@@ -154,7 +154,7 @@ mod tests {
         assert!((20..=25).contains(&said), "{said}");
         assert!(kinds.take(LineKind::UnlistedTag, flood(5000)));
         assert_eq!(kinds.told(flood(5000), false), [""; 0]);
-        // Nothing more comes: it is told all the same.
+        // The number is printed even if no further line follows.
         let told = kinds.told(flood(5000) + 10 * SECOND_NS, false);
         let lines = 5000 - said as u64;
         let [told] = &told[..] else { panic!("{told:?}") };

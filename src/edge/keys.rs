@@ -1,4 +1,4 @@
-//! EDGE.toml: its keys, each with its explanation, and what is wrong with their values.
+//! EDGE.toml: its keys with their explanations, and the checks of their values.
 //!
 //! Called by `cli`, which shows the findings, and by `rungd schema`.
 
@@ -15,18 +15,18 @@ use crate::source::shape::Shape;
 use crate::source::span::{FileId, Located, SourceFile, Span};
 use crate::sparkplug::check_name;
 
-/// What an EDGE.toml reads as.
+/// The result of reading an EDGE.toml.
 #[derive(Debug)]
 pub struct ReadEdge {
     /// The file.
     pub file: SourceFile,
-    /// All findings, in order of place.
+    /// All findings, in the order of their places.
     pub findings: Vec<Finding>,
     /// The settings; `None` if a finding is an error.
     pub settings: Option<EdgeSettings>,
 }
 
-/// The limits of times, ms: the shortest, the longest, the default.
+/// The limits of a time, ms: the minimum, the maximum, the default.
 struct TimeLimits(i32, i32, i32);
 
 const KEEPALIVE: TimeLimits = TimeLimits(1000, 3_600_000, 15_000);
@@ -34,10 +34,10 @@ const INTERVAL: TimeLimits = TimeLimits(10, 60_000, 100);
 const MARGIN: TimeLimits = TimeLimits(0, 3_600_000, 30_000);
 const EVERY: TimeLimits = TimeLimits(0, 86_400_000, 0);
 
-/// The most patterns or tags of a list.
+/// The maximum number of patterns or tags in a list.
 const LIST_MAX: usize = 10_000;
 
-/// Reads EDGE.toml. `path`: of the file, to which its paths are relative.
+/// Reads EDGE.toml. `path`: the path of the file. Paths in the file are relative to its folder.
 pub fn read_edge(path: &Path, bytes: &[u8]) -> ReadEdge {
     let (text, undecoded) = decode(bytes, FileId(0));
     let file = SourceFile { name: path.display().to_string(), text };
@@ -304,7 +304,7 @@ mod tests {
         let settings = read(&text).settings.expect("it is right");
         let rule = settings.rule("abc").expect("it is named");
         assert_eq!((rule.deadband, rule.every), (0.5, Duration::from_secs(60)));
-        // What waits for its time is within the margin.
+        // The margin covers a value that waits for the end of its `every`.
         assert!(settings.rule("b").is_none() && settings.margin_ns() == 60_000_000_000);
     }
 

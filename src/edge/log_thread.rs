@@ -1,5 +1,6 @@
-//! The thread that asks the controller: the changes of its tags, its status, its past; and that
-//! hands it what commands write. It blocks, and so is no part of `shell`, which it serves.
+//! The thread that calls the controller. It requests the changes of tags, the status and the past,
+//! and passes on the writes of commands. Its calls block, so it is separate from `shell`, which
+//! uses it.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -22,56 +23,56 @@ use crate::operator::protocol::{AlarmList, GivenValue, Request, Status};
 use crate::operator::socket_of_environment;
 use crate::sparkplug::{MetricValue, vocabulary};
 
-/// The time between two questions for the status.
+/// The time between two requests for the status.
 const STATUS_EVERY: Duration = Duration::from_secs(1);
-/// The time between two looks at a controller that does not answer.
+/// The time between two requests to a controller that does not answer.
 const RETRY: Duration = Duration::from_secs(1);
 /// The longest wait for an answer.
 const ANSWER_MAX: Duration = Duration::from_secs(5);
-/// A write that has waited so long for its turn is not done any more: its sender does not expect
-/// it.
+/// A write that has waited longer than this is refused: its sender does not expect it any more.
 const WRITE_WAIT_MAX: Duration = Duration::from_secs(2);
-/// What it has told waits in a queue of this length.
+/// The length of the queue of reports.
 const QUEUE: usize = 16;
-/// The user that the controller's log names for a command.
+/// The user that the controller logs for a command.
 const COMMANDER: &str = "sparkplug";
 
-/// What the thread is asked for.
+/// A request to the thread.
 #[derive(Debug)]
 pub(super) enum LogAsk {
-    /// Begin to read this part of the past, and forget the one before. Answers have its number.
+    /// Begin to read this part of the past, and forget the previous part. The reports have this
+    /// number.
     Replay(u64, HistorySpan),
-    /// The next piece of it.
+    /// Read the next piece of this part.
     Next,
-    /// Write a tag, as asked for at this time.
+    /// Write a tag. The time is that of the request.
     Write(String, GivenValue, Instant),
 }
 
-/// What the thread tells.
+/// A report of the thread.
 #[derive(Debug)]
 pub(super) enum LogTold {
-    /// What happened up to a scan.
+    /// The events up to a scan.
     Live(Vec<LogEvent>, LogPosition),
-    /// What the controller says of itself.
+    /// Facts about the controller.
     Facts(Vec<NodeFact>),
-    /// A piece of the past of this number, up to a place.
+    /// A piece of the past with this number, up to a log position.
     Past(u64, Vec<LogEvent>, LogPosition),
-    /// The past of this number has no more.
+    /// The past with this number is complete.
     PastDone(u64),
-    /// The past of this number cannot be read now; ask again later.
+    /// The past with this number cannot be read now. It is to be requested again later.
     PastFailed(u64),
 }
 
-/// The thread's two ends.
+/// The two channels of the thread.
 pub(super) struct LogThread {
-    /// What it is asked for.
+    /// The requests to the thread.
     pub asks: Sender<LogAsk>,
-    /// What it tells.
+    /// The reports of the thread.
     pub told: mpsc::Receiver<LogTold>,
 }
 
 impl LogThread {
-    /// Starts the thread. It ends with this value.
+    /// Starts the thread. It ends when this value is dropped.
     ///
     /// # Errors
     /// The system cannot start a thread.
@@ -108,17 +109,17 @@ struct LogWorker {
     interval: Duration,
     choose: ChooseCells,
     follower: ChangeFollower,
-    /// The past that is read, with its number.
+    /// The past that is being read, with its number.
     history: (u64, Option<ChangeHistory>),
     folder: Option<RecordedFolder>,
     tell: mpsc::Sender<LogTold>,
     was_seen: Option<bool>,
-    /// Why the past could not be read, as it was said.
+    /// The last logged line about a past that could not be read.
     unread: Option<String>,
     lines: LimitedLines,
 }
 
-/// The other end is gone.
+/// The receiver of the reports is gone.
 struct Abandoned;
 
 impl LogWorker {
@@ -154,7 +155,7 @@ impl LogWorker {
         self.tell.blocking_send(told).map_err(|_| Abandoned)
     }
 
-    /// Looks at the changes; whether the controller was seen.
+    /// Requests the changes and reports them. Returns whether the request succeeded.
     fn look(&mut self) -> Result<bool, Abandoned> {
         let looked = self.follower.look(&self.socket);
         let is_seen = looked.is_ok();
@@ -191,8 +192,9 @@ impl LogWorker {
         self.told(LogTold::Facts(of_controller(&status, &alarms)))
     }
 
-    /// Does what is asked for, and what waits behind it: a look may take long, and a command would
-    /// be old after it. A piece of the past lets the present go first.
+    /// Carries out a request and the requests that wait behind it. A request for changes may take
+    /// long, and a waiting command would be too old after it. After a piece of the past, the
+    /// changes of the present come first.
     fn obey_all(&mut self, first: LogAsk, inbox: &Receiver<LogAsk>) -> Result<(), Abandoned> {
         let mut next = Some(first);
         while let Some(ask) = next {
@@ -231,7 +233,7 @@ impl LogWorker {
             }
             Err(failure) => {
                 let line = format!("the past cannot be read yet: {}", self.why(&failure));
-                // It is asked for again and again.
+                // The request is repeated; the same line is logged only once.
                 if self.unread.as_ref() != Some(&line) {
                     say(&line);
                 }
@@ -280,7 +282,7 @@ impl LogWorker {
         }
     }
 
-    /// Why the controller does not answer, in the words of EDGE.toml.
+    /// The reason why the controller does not answer, in terms of the keys of EDGE.toml.
     fn why(&self, failure: &LookFailure) -> String {
         let LookFailure::Call(CallFailure::NotRunning(path, error)) = failure else {
             return failure.to_string();
@@ -301,7 +303,8 @@ impl LogWorker {
     }
 }
 
-/// The folder in which the controller records, as its process names it.
+/// The folder in which the controller records. A relative path is resolved in the controller's
+/// working directory.
 fn folder(status: &Status) -> Option<RecordedFolder> {
     let disk = status.record.disk.as_ref()?;
     let controller = Path::new(&status.controller).file_stem()?.to_string_lossy().into_owned();

@@ -1,9 +1,9 @@
 //! `rungd edge`: the Sparkplug B edge node of a controller.
 //!
-//! A process of its own, and a client of the operator's socket: the daemon opens no connection to a
-//! broker. `settings` reads EDGE.toml. `node` decides what is published, without I/O and without a
-//! clock. `log_thread` reads the scan log and the status, `shell` speaks with the broker, `cursor`
-//! keeps the place up to which a broker has everything. Called by `cli::edge`.
+//! It is a separate process and a client of the operator's socket: the daemon opens no connection
+//! to a broker. `keys` reads EDGE.toml. `node` decides what is published, without I/O and without a
+//! clock. `log_thread` reads the scan log and the status, `shell` talks to the broker, `cursor`
+//! stores the log position up to which a broker has everything. Called by `cli::edge`.
 
 mod commands;
 mod cursor;

@@ -1,8 +1,8 @@
-//! The edge node as a state machine: what it publishes, and when. Without I/O, clock and threads.
+//! The edge node as a state machine without I/O, clock and threads: what it publishes, and when.
 //!
-//! `shell` tells it what happens, with the time, and does what it hands out: [`NodeOut`]. Values of
-//! the present go out as they come, beside those of the past, which have a flag. Each stream is in
-//! the order of scans.
+//! `shell` passes in each event with its time, and carries out the actions that the node returns
+//! ([`NodeOut`]). Present values are published as they arrive. Past values are published in
+//! between, with a flag. Each of these two streams is in the order of scans.
 
 use std::collections::VecDeque;
 
@@ -22,25 +22,25 @@ use crate::sparkplug::{
     HostState, MessageKind, Metric, MetricValue, Payload, Sequence, Topic, metric_of, vocabulary,
 };
 
-/// The longest silence of a node that is born.
+/// The time between two heartbeats, which publish the last scan even if nothing has changed.
 const HEARTBEAT_MS: u64 = 10_000;
 
-/// The shortest time between two births that hosts ask for.
+/// The minimum time between two births that hosts request.
 const REBIRTH_MS: u64 = 1000;
 
-/// The most metrics of a message of data.
+/// The maximum number of metrics in a data message.
 const METRICS_MAX: usize = 1000;
 
-/// What is to be done.
+/// An action for `shell`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum NodeOut {
-    /// Publish this, unretained, with QoS 0.
+    /// Publish this payload on this topic, unretained, with QoS 0.
     Publish(String, Vec<u8>),
     /// Read this part of the past.
     Replay(HistorySpan),
     /// Write a tag.
     Write(String, GivenValue),
-    /// Leave the broker, with a death.
+    /// Publish a death and leave the broker, for this reason.
     Leave(String),
     /// A line for the journal.
     Say(String),
@@ -48,12 +48,12 @@ pub(super) enum NodeOut {
     SayLimited(LineKind, String),
 }
 
-/// How the node stands to its host.
+/// The state of the node towards its host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum NodeState {
-    /// There is no broker.
+    /// No broker is connected.
     Away,
-    /// The primary host is not there.
+    /// The node waits for its primary host.
     Waits,
     /// A birth was published.
     Born,
@@ -69,19 +69,19 @@ pub(super) struct EdgeNode {
     values: Vec<i32>,
     throttle: Throttle,
     facts: FactTable,
-    /// The last scan whose changes are told, or need not be.
+    /// The last scan whose changes were received from the controller.
     live_at: Option<LogPosition>,
-    /// Up to here a broker has everything.
+    /// The log position up to which a broker has everything.
     confirmed: Option<LogPosition>,
     history: TellsHistory,
-    /// The past is to be told as soon as the present is known.
+    /// Whether the past is to be published as soon as the present is known.
     owes_history: bool,
     lost: u64,
     host: PrimaryHost,
     wants_rebirth: bool,
-    /// When a host's request for a birth was last answered.
+    /// The time at which a host's request for a birth was last answered.
     reborn_ms: Option<u64>,
-    /// The first birth for a host: its time, and the place from which the past was told.
+    /// The first birth for a host: its time, and the log position from which the past followed.
     began: (u64, Option<LogPosition>),
     beat_ms: u64,
     pace: CommandPace,
@@ -89,7 +89,7 @@ pub(super) struct EdgeNode {
 }
 
 impl EdgeNode {
-    /// A node whose last birth and confirmed place are these.
+    /// A node with the number of its last birth and the confirmed log position.
     pub fn new(settings: EdgeSettings, birth: Sequence, confirmed: Option<LogPosition>) -> Self {
         let mut facts = FactTable::default();
         for name in [vocabulary::CONTROLLER, vocabulary::HISTORY_REPLAYING, vocabulary::REBIRTH] {
@@ -120,37 +120,37 @@ impl EdgeNode {
         }
     }
 
-    /// What is to be done next.
+    /// The next action.
     pub fn take_out(&mut self) -> Option<NodeOut> {
         self.out.pop_front()
     }
 
-    /// Begins a connection: the number of the birth that its will speaks of.
+    /// Increments and returns the number of the birth, for the will of a new connection.
     pub fn next_birth(&mut self) -> Sequence {
         self.birth = self.birth.next();
         self.birth
     }
 
-    /// The death, as the will of a connection and as its last message.
+    /// The topic and payload of the death: the will of a connection, and its last message.
     pub fn death(&self, now_ms: u64) -> (String, Vec<u8>) {
         let metrics = vec![self.birth_number(now_ms)];
         let payload = Payload { timestamp: Some(now_ms), metrics, seq: None };
         (self.topic(MessageKind::NodeDeath), payload.bytes())
     }
 
-    /// The topics that it listens to.
+    /// The topic filters that the node subscribes to.
     pub fn filters(&self) -> Vec<String> {
         let host = self.settings.primary_host.clone();
         let state = host.map(|host| Topic::HostState { host }.to_string());
         [self.topic(MessageKind::NodeCommand)].into_iter().chain(state).collect()
     }
 
-    /// The primary host, while it waits for it.
+    /// The primary host, while the node waits for it.
     pub fn awaited(&self) -> Option<&str> {
         self.settings.primary_host.as_deref().filter(|_| self.state == NodeState::Waits)
     }
 
-    /// Up to here all is published, in the order in which it was handed out.
+    /// The log position up to which everything is published after the actions so far.
     pub fn published(&self) -> Option<LogPosition> {
         if self.state != NodeState::Born || self.owes_history {
             return None;
@@ -158,12 +158,12 @@ impl EdgeNode {
         self.history.position().or(self.live_at)
     }
 
-    /// A broker has everything up to a place.
+    /// Notes that a broker has everything up to a log position.
     pub fn confirm(&mut self, at: LogPosition) {
         self.confirmed = Some(at);
     }
 
-    /// A broker is there, and knows what the node listens to.
+    /// Notes that a broker is connected and has the node's subscriptions.
     pub fn connected(&mut self, now_ms: u64) {
         self.host.forget();
         match self.settings.primary_host {
@@ -172,21 +172,21 @@ impl EdgeNode {
         }
     }
 
-    /// The broker is gone: nothing is published or kept.
+    /// Notes that the broker is gone. Nothing is published, and waiting actions are dropped.
     pub fn disconnected(&mut self) {
         (self.state, self.wants_rebirth, self.owes_history) = (NodeState::Away, false, false);
         self.history.clear();
         self.out.clear();
     }
 
-    /// Is born, and tells what the host may have missed.
+    /// Publishes the first birth for a host, and then what the host may have missed.
     fn begin(&mut self, now_ms: u64) {
         self.state = NodeState::Born;
         self.began = (now_ms, None);
         self.tell_all(now_ms);
     }
 
-    /// The present, as a birth, and then the past.
+    /// Publishes the present as a birth, and then the past.
     fn tell_all(&mut self, now_ms: u64) {
         self.history.clear();
         self.owes_history = true;
@@ -194,7 +194,7 @@ impl EdgeNode {
         self.bear(now_ms);
     }
 
-    /// Asks for the past, as soon as the present is known.
+    /// Requests the past, if it is still due and the present is known.
     fn owe(&mut self) {
         let (Some(until), true) = (self.live_at, self.owes_history) else { return };
         self.owes_history = false;
@@ -257,7 +257,7 @@ impl EdgeNode {
         }
     }
 
-    /// What was told to be published, as data.
+    /// Publishes changes as data, in the order of their times.
     fn tell(&mut self, mut told: ToldChanges, is_historical: bool, now_ms: u64) {
         told.sort_by_key(|(_, change)| change.unix_ns);
         let metric = |(at, change): &(usize, crate::live::LoggedChange)| {
@@ -278,7 +278,7 @@ impl EdgeNode {
         }
     }
 
-    /// What happened in the controller up to a scan.
+    /// Takes the events of the controller up to a scan.
     pub fn live(&mut self, events: Vec<LogEvent>, at: LogPosition, now_ms: u64) {
         let mut told = ToldChanges::new();
         for event in events {
@@ -309,7 +309,7 @@ impl EdgeNode {
         }
         self.throttle.release(&self.tags, at.unix_ns, &mut told);
         self.live_at = Some(at);
-        // At the very first start nobody waits for what was before.
+        // At the very first start, no host waits for the past before this scan.
         self.confirmed.get_or_insert(at);
         let scan = i64::try_from(at.scan).unwrap_or(i64::MAX);
         self.facts.set(vocabulary::SCAN, MetricValue::Signed(scan));
@@ -320,7 +320,7 @@ impl EdgeNode {
         self.tell_facts(now_ms, false);
     }
 
-    /// The controller goes on with a program.
+    /// Takes the tags and values of the program that the controller now runs.
     fn run_on(&mut self, program: &LoggedProgram, values: Vec<i32>, at: LogPosition) {
         self.tags = tags::metrics(&self.settings, program, ALIASES);
         self.values = values;
@@ -336,13 +336,13 @@ impl EdgeNode {
         }
     }
 
-    /// What the controller says of itself.
+    /// Takes facts about the controller.
     pub fn facts(&mut self, facts: Vec<NodeFact>, now_ms: u64) {
         facts.into_iter().for_each(|(name, value)| self.facts.set(name, value));
         self.tell_facts(now_ms, false);
     }
 
-    /// A part of the past, up to a place.
+    /// Takes a piece of the past, up to a log position.
     pub fn past(&mut self, events: Vec<LogEvent>, at: LogPosition, now_ms: u64) {
         if self.state != NodeState::Born || !self.history.is_under_way() {
             return;
@@ -365,7 +365,7 @@ impl EdgeNode {
         self.tell_facts(now_ms, false);
     }
 
-    /// The part of the past that was asked for is told.
+    /// Notes that the requested part of the past is complete.
     pub fn past_done(&mut self, now_ms: u64) {
         if !self.history.is_under_way() {
             return;
@@ -396,7 +396,7 @@ impl EdgeNode {
         self.out.push_back(NodeOut::Say(format!("lost: {scans} from {from}Z to {to}Z: {why}")));
     }
 
-    /// Time passes.
+    /// Publishes a requested birth or a heartbeat, if it is due.
     pub fn tick(&mut self, now_ms: u64) {
         if self.state != NodeState::Born {
             return;
@@ -408,7 +408,7 @@ impl EdgeNode {
         }
     }
 
-    /// Is born again for a host that knows no alias, and tells the past again: once a second.
+    /// Publishes a birth and the past again if a host lacks the aliases, at most once a second.
     fn answer_request(&mut self, now_ms: u64) {
         let is_soon = self.reborn_ms.is_some_and(|last| now_ms.abs_diff(last) < REBIRTH_MS);
         if !self.wants_rebirth || is_soon {
@@ -418,7 +418,7 @@ impl EdgeNode {
         if std::mem::take(&mut self.host.is_owed) {
             return self.begin(now_ms);
         }
-        // What was told since the first birth may lie behind the margin in the log.
+        // The host may have missed values since the first birth, further back than the margin.
         let (begun_ms, from) = self.began;
         if u128::from(now_ms.abs_diff(begun_ms)) <= self.settings.whole_margin().as_millis() {
             self.confirmed = from.or(self.confirmed);
@@ -426,7 +426,7 @@ impl EdgeNode {
         self.tell_all(now_ms);
     }
 
-    /// A message of the broker.
+    /// Takes a message from the broker.
     pub fn message(&mut self, topic: &str, payload: &[u8], now_ms: u64) {
         match Topic::read(topic) {
             Some(Topic::HostState { host })
@@ -455,7 +455,7 @@ impl EdgeNode {
         }
     }
 
-    /// The primary host says whether it is there.
+    /// Takes a state of the primary host.
     fn host(&mut self, state: HostState, now_ms: u64) {
         match (self.state, self.host.hear(state)) {
             (NodeState::Waits, HostNews::Came | HostNews::Still) => self.begin(now_ms),
@@ -494,7 +494,7 @@ impl EdgeNode {
     }
 }
 
-/// A time as Sparkplug has it.
+/// A time in the unit of Sparkplug: ms since 1970 (UTC).
 fn ms(unix_ns: i64) -> u64 {
     (unix_ns / 1_000_000).try_into().unwrap_or(0)
 }

@@ -1,4 +1,4 @@
-//! What the node publishes, told what happens: without a broker, a controller and a clock.
+//! What the node publishes for given events: tests without a broker, a controller or a clock.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -80,7 +80,7 @@ fn outs(node: &mut EdgeNode) -> Vec<NodeOut> {
     std::iter::from_fn(|| node.take_out()).collect()
 }
 
-/// What is published: kind of message, payload.
+/// The published messages: kind and payload.
 fn published(node: &mut EdgeNode) -> Vec<(String, Payload)> {
     let message = |out: NodeOut| match out {
         NodeOut::Publish(topic, payload) => {
@@ -177,17 +177,17 @@ fn without_the_primary_host_nothing_is_said() {
     assert_eq!(node.published(), None);
     node.message(topic, &state(true, 70), 2300);
     let all = outs(&mut node);
-    // What happened since the start is told too.
+    // The changes since the start are published too.
     let span = HistorySpan { from: at(1), margin_ns: 30_000_000_000, until: at(5) };
     assert!(all.contains(&NodeOut::Replay(span)), "{all:?}");
     assert!(all.iter().any(|out| matches!(out, NodeOut::Publish(..))));
-    // An older word, and one that is known, change nothing.
+    // An older state and an already known state change nothing.
     node.message(topic, &state(false, 69), 2400);
     node.message(topic, &state(true, 70), 2400);
     assert_eq!(outs(&mut node), []);
     node.message(topic, &state(false, 70), 2500);
     assert!(matches!(&outs(&mut node)[..], [NodeOut::Leave(_)]));
-    // At another broker the host has another time.
+    // At a different broker, the host's state has a different time.
     node.disconnected();
     node.connected(2600);
     node.message(topic, &state(true, 40), 2600);
@@ -204,7 +204,8 @@ fn a_host_that_comes_anew_in_a_flood_gets_a_birth_once_a_second() {
         node.tick(5000 + at);
         births += published(&mut node).iter().filter(|(kind, _)| kind == "NBIRTH").count();
     }
-    // The first is for a node that waited; none is forgotten.
+    // The first birth ends the node's wait. The last state still requests a birth, which follows
+    // later.
     assert!((4..=5).contains(&births), "{births}");
     node.tick(9000);
     assert_eq!(published(&mut node).len(), 1);
@@ -224,7 +225,7 @@ fn the_past_is_told_with_a_flag_and_the_present_goes_on() {
     let span = HistorySpan { from: at(1), margin_ns: 30_000_000_000, until: at(9) };
     assert!(all.contains(&NodeOut::Replay(span)), "{all:?}");
     assert_eq!(node.published(), Some(at(1)), "nothing of the past is told yet");
-    // The present goes out beside it.
+    // The present is published at the same time.
     node.live(vec![changed(&program, "start", (12, 0))], at(12), 4100);
     assert_eq!(published(&mut node)[0].1.metrics[0].is_historical, None);
     let past = vec![began(&program, 0), changed(&program, "start", (5, 1))];
@@ -283,7 +284,7 @@ fn a_reload_is_a_birth_and_a_jump_asks_for_the_past() {
     node.live(vec![LogEvent::Jumped { from: at(7), to: at(50) }], at(51), 3100);
     let span = HistorySpan { from: at(7), margin_ns: 0, until: at(50) };
     assert_eq!(outs(&mut node)[0], NodeOut::Replay(span));
-    // Of the past, tags are known by their names and types; others have no place.
+    // Past values are assigned to tags by name and type; values without such a tag are dropped.
     let past = vec![
         began(&program, 7),
         changed(&program, "level", (8, 1)),
@@ -308,12 +309,12 @@ fn commands_are_refused_unless_listed() {
     node.message(topic, &ncmd(vec![level(7)]), 3000);
     let write = NodeOut::Write("level".to_owned(), GivenValue::Number(7));
     assert_eq!(outs(&mut node), std::slice::from_ref(&write));
-    // By its alias, as hosts send it.
+    // Hosts address a tag by its alias.
     let alias = metric(&birth, "level").alias;
     let by_alias = Metric { alias, name: None, datatype: None, ..level(7) };
     node.message(topic, &ncmd(vec![by_alias]), 3000);
     assert_eq!(outs(&mut node), std::slice::from_ref(&write));
-    // By both, and by an integer of a different width.
+    // A command may have both name and alias, and an integer of a different width.
     let wide = named("level", DataType::Int64, MetricValue::Signed(7));
     node.message(topic, &ncmd(vec![Metric { alias, ..wide }]), 3000);
     assert_eq!(outs(&mut node), [write]);
@@ -329,7 +330,7 @@ fn commands_are_refused_unless_listed() {
         Metric { content: Some(MetricContent::Int((1 << 32) + 5)), ..level(1) },
         named("level", DataType::Double, MetricValue::Real(1.0)),
         named("level", DataType::UInt64, MetricValue::Unsigned(u64::MAX)),
-        // Its name, and the alias of a different tag or of none.
+        // Name and alias belong to different tags, or no tag has the alias.
         Metric { alias: metric(&birth, "on").alias, ..level(1) },
         Metric { alias: Some(9999), ..level(1) },
         Metric { alias: Some(9999), name: None, ..level(1) },
@@ -339,7 +340,7 @@ fn commands_are_refused_unless_listed() {
         let all = outs(&mut node);
         assert!(matches!(&all[..], [NodeOut::SayLimited(..)]), "{refused:?}: {all:?}");
     }
-    // A flood of one kind hides no other.
+    // Each refusal has its own kind of line, so that a flood of one kind hides no other.
     let mut kinds = Vec::new();
     for refused in [
         named("on", DataType::Boolean, MetricValue::Bool(true)),
@@ -354,7 +355,7 @@ fn commands_are_refused_unless_listed() {
     node.message("spBv1.0/g/NCMD/other", &ncmd(vec![level(7)]), 5000);
     node.message(topic, &[0xff; 30], 5000);
     assert!(outs(&mut node).iter().all(|out| matches!(out, NodeOut::SayLimited(..))));
-    // A flood: ten in a second.
+    // In a flood, ten writes per second are passed on.
     for _ in 0..20 {
         node.message(topic, &ncmd((0..5).map(level).collect()), 9000);
     }
@@ -377,8 +378,8 @@ fn a_rebirth_is_sent_once_a_second() {
     assert!(births.iter().all(|(kind, payload)| kind == "NBIRTH" && payload.seq == Some(0)));
 }
 
-/// Whoever asks for a birth has understood nothing of late, perhaps not even what was told since
-/// the first birth, whose place in the log may be far behind the confirmed one.
+/// A host that requests a birth may have understood nothing since the first birth. The log position
+/// of that birth may be far before the confirmed one.
 #[test]
 fn a_rebirth_tells_the_past_again() {
     let rebirth =

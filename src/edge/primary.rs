@@ -1,20 +1,21 @@
-//! The primary host, as its STATE tells of it: which words count, and which are old.
+//! The primary host and its STATE messages: which of them count, and which are old.
 //!
-//! Pure, and without the node's state: `node` decides what follows. A broker of several hosts, or a
-//! stranger, may say anything: the time of a state orders them.
+//! This module is pure and does not use the node's state: `node` decides what follows from a state.
+//! A broker with several hosts, or a stranger, may send any states in any order, so they are
+//! ordered by their times.
 
 use crate::sparkplug::HostState;
 
-/// What a state tells.
+/// What a state changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HostNews {
-    /// It is older than what is known.
+    /// The state is older than the known one.
     Old,
-    /// It is there, as was known.
+    /// The host is online, as was already known.
     Still,
-    /// It is there, for the first time or anew.
+    /// The host is online, for the first time or again.
     Came,
-    /// It is gone.
+    /// The host is offline.
     Gone,
 }
 
@@ -23,12 +24,12 @@ pub(super) enum HostNews {
 pub(super) struct PrimaryHost {
     /// The time of its last birth.
     born_ms: Option<u64>,
-    /// It came while the node was born, and has no birth yet.
+    /// The host came online while the node was born, and has no birth yet.
     pub is_owed: bool,
 }
 
 impl PrimaryHost {
-    /// At another broker it has a time of its own.
+    /// Forgets the known time: it is different at a different broker.
     pub fn forget(&mut self) {
         *self = PrimaryHost::default();
     }

@@ -1,5 +1,6 @@
-//! The promise of an edge node, in virtual time: over links that break at any message, reloads and
-//! new starts, a host gets every change, each with one value, and each stream in its order.
+//! Tests the promise of an edge node in virtual time: a host receives every change with one value,
+//! and each stream in its order. Links break at any message; the program is reloaded; the
+//! controller restarts.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -14,15 +15,16 @@ use crate::sparkplug::{DataType, MetricValue, Payload, Sequence};
 const EDGE: &str = "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = [\"mqtt://h\"]\n\
                     [history]\nmargin = \"2s\"\n";
 
-/// The bytes of memory: a little, so that the past is on disk too.
+/// The bytes of the log in memory: few, so that a part of the past is on disk.
 const MEMORY: usize = 1 << 16;
 
-/// A host: what it knows of each tag and time.
+/// A host with the received value of each tag and time.
 #[derive(Default)]
 struct KnowingHost {
     names: HashMap<u64, (String, DataType)>,
     values: BTreeMap<(String, u64), i64>,
-    /// The last time of the present, and of the past since the last birth.
+    /// The last time in the stream of the present, and in the stream of the past since the last
+    /// birth.
     last: [u64; 2],
 }
 
@@ -70,7 +72,7 @@ struct LinkedNode {
     history: Option<ChangeHistory>,
     settings: super::settings::EdgeSettings,
     is_linked: bool,
-    /// What was published, and has not arrived.
+    /// The messages that were published and have not arrived.
     under_way: Vec<(String, Vec<u8>)>,
     host: KnowingHost,
     now_ms: u64,
@@ -100,7 +102,7 @@ impl LinkedNode {
         self.send();
     }
 
-    /// A piece of the past.
+    /// Publishes a piece of the past.
     fn past(&mut self) {
         let Some(history) = &mut self.history else { return };
         match history.next_section() {
@@ -127,7 +129,7 @@ impl LinkedNode {
         }
     }
 
-    /// The broker has read all.
+    /// Delivers all messages and confirms them.
     fn confirm(&mut self) {
         let published: Option<LogPosition> = self.node.published();
         for (topic, payload) in std::mem::take(&mut self.under_way) {
@@ -136,7 +138,7 @@ impl LinkedNode {
         published.into_iter().for_each(|at| self.node.confirm(at));
     }
 
-    /// The link breaks, after some of the messages.
+    /// Breaks the link after some of the messages have arrived.
     fn cut(&mut self) {
         let arrived = self.plant.random.next() as usize % (self.under_way.len() + 1);
         for (topic, payload) in std::mem::take(&mut self.under_way).into_iter().take(arrived) {
@@ -194,7 +196,7 @@ fn a_host_gets_every_change_whatever_the_link_does() {
         linked.confirm();
         let mut compared = 0;
         for ((process, scan, name), value) in &linked.plant.changes {
-            // What a reload or a new start changes stands in the birth.
+            // The birth contains the changes by a reload or a restart.
             let time = linked.plant.times.get(&(*process, *scan));
             let Some(time) = time.filter(|_| *process > 1 || *scan > first) else { continue };
             if linked.plant.swaps.contains(&(*process, *scan)) {

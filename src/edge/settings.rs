@@ -1,4 +1,4 @@
-//! The settings of an edge node, as `keys` makes them of EDGE.toml.
+//! The settings of an edge node, as `keys` reads them from EDGE.toml.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -12,19 +12,19 @@ pub struct EdgeSettings {
     pub group: String,
     /// The name of the node.
     pub name: String,
-    /// The operator's socket of the controller; `None`: the usual places, looked at anew each time.
+    /// The operator's socket of the controller; `None`: the usual places, searched each time.
     pub socket: Option<PathBuf>,
-    /// Where it keeps its place in the log; `None`: `$STATE_DIRECTORY`, if that is set.
+    /// The folder for the node's log position; `None`: `$STATE_DIRECTORY`, if that is set.
     pub state_dir: Option<PathBuf>,
     /// The brokers.
     pub broker: BrokerKeys,
-    /// The host that everything is for: nothing is sent while it is away.
+    /// The primary host: nothing is sent while it is offline.
     pub primary_host: Option<String>,
-    /// Changes are collected so long.
+    /// The time over which changes are collected.
     pub interval: Duration,
-    /// So much before the confirmed place is sent again.
+    /// The time before the confirmed log position whose changes are sent again.
     pub margin: Duration,
-    /// What is published; the first rule that names a tag counts.
+    /// The rules for publishing; the first rule that names a tag applies.
     pub publish: Vec<PublishRule>,
     /// The tags that commands may write.
     pub commands: Vec<String>,
@@ -33,17 +33,17 @@ pub struct EdgeSettings {
 /// `[broker]`.
 #[derive(Clone, Debug)]
 pub struct BrokerKeys {
-    /// As `mqtts://host:port`; tried in turn.
+    /// The addresses, as `mqtts://host:port`; tried in turn.
     pub addresses: Vec<String>,
     /// MQTT 5 rather than 3.1.1.
     pub is_v5: bool,
-    /// The longest silence.
+    /// The longest silence of the broker.
     pub keepalive: Duration,
     /// The user.
     pub user: Option<String>,
     /// The file with the password.
     pub password_file: Option<PathBuf>,
-    /// The certificates by which brokers are known, PEM; `None`: the system's.
+    /// The certificates that verify brokers, PEM; `None`: the system's.
     pub ca: Option<PathBuf>,
     /// The node's own certificate and its key, PEM.
     pub certificate: Option<(PathBuf, PathBuf)>,
@@ -52,11 +52,11 @@ pub struct BrokerKeys {
 /// `[[publish]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PublishRule {
-    /// Patterns of the names.
+    /// The patterns of the tags' names.
     pub tags: Vec<String>,
-    /// A number is sent when it differs by so much from the one that was sent last.
+    /// A number is sent if it differs by at least this from the last sent number.
     pub deadband: f64,
-    /// At most one value of a tag in this time.
+    /// At most one value of a tag is sent in this time.
     pub every: Duration,
 }
 
@@ -66,12 +66,12 @@ impl EdgeSettings {
         self.publish.iter().find(|rule| rule.tags.iter().any(|pattern| fits(pattern, name)))
     }
 
-    /// So much before the confirmed place is sent again: a value that waits for its turn too.
+    /// The whole margin, ns.
     pub(super) fn margin_ns(&self) -> i64 {
         i64::try_from(self.whole_margin().as_nanos()).unwrap_or(i64::MAX)
     }
 
-    /// The margin, at least as long as a value may be held back.
+    /// The margin, but at least the longest time for which a value may be held back.
     pub(super) fn whole_margin(&self) -> Duration {
         let longest = self.publish.iter().map(|rule| rule.every).max().unwrap_or_default();
         self.margin.max(longest)

@@ -1,8 +1,8 @@
 //! The shell around the node: the broker, the clock, the end of the process.
 //!
-//! It tries the brokers in turn, tells the node what happens, and does what it hands out. A Pong
-//! confirms: the broker has read all that was published before its question. Nothing is decided
-//! here about what is published.
+//! It tries the brokers in turn, passes events to the node, and carries out the node's actions. A
+//! Pong confirms that the broker has read everything that was published before the Ping. The node
+//! alone decides what is published.
 
 use std::collections::VecDeque;
 use std::future::pending;
@@ -26,41 +26,43 @@ use crate::mqtt::{
 };
 use crate::sparkplug::Topic;
 
-/// The time between two looks at the clock.
+/// The time between two ticks of the node.
 const TICK: Duration = Duration::from_millis(100);
-/// The time between two looks at lines that were left out, without a broker.
+/// The time between two checks for withheld lines, while no broker is connected.
 const TELL_EVERY: Duration = Duration::from_secs(1);
-/// The time between two confirmations.
+/// The time between two Pings, each of which requests a confirmation.
 const CONFIRM_EVERY: Duration = Duration::from_secs(1);
-/// The time between two writes of the confirmed place: it spares a flash card, and a node that is
-/// killed sends so much more again.
+/// The time between two writes of the confirmed log position. Few writes spare a flash card; after
+/// a kill, the node repeats the data of at most this time.
 const KEEP_EVERY: Duration = Duration::from_secs(5);
 /// The shortest and the longest pause before a broker is tried again.
 const PAUSES: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(30));
-/// A node with several brokers looks for its primary host at each of them so long; one with a
-/// single broker says then that it waits.
+/// The time that a node waits for its primary host. Then it tries the next broker; if there is only
+/// one broker, it logs that it waits.
 const HOST_WAIT: Duration = Duration::from_secs(10);
-/// The longest wait for a broker at the end.
+/// The maximum time for publishing the death and closing the session.
 const END_MAX: Duration = Duration::from_secs(2);
-/// A second of the past is sent in this time at least: what is live goes on beside it.
+/// The minimum time between two pieces of the past, each a second of the log. It leaves time for
+/// live data.
 const PAST_PACE: Duration = Duration::from_millis(10);
-/// The pause before a past that could not be read is asked for again.
+/// The pause before a part of the past that could not be read is requested again.
 const PAST_RETRY: Duration = Duration::from_secs(2);
-/// The variable in which systemd names the folder of a service's state.
+/// The environment variable with which systemd passes the folder of a service's state.
 const STATE_VARIABLE: &str = "STATE_DIRECTORY";
 
 /// Whether a text is the address of a broker.
 ///
 /// # Errors
-/// Why it is none.
+/// The reason why the text is no address.
 pub(super) fn judged_address(text: &str) -> Result<(), String> {
     BrokerAddress::parse(text).map(|_| ())
 }
 
-/// Publishes until the process is told to end.
+/// Publishes until the process receives a signal to end.
 ///
 /// # Errors
-/// The settings' files cannot be read; the system refuses a thread.
+/// A file of the settings cannot be read, the state folder cannot be created, or the system refuses
+/// a thread.
 pub fn run(settings: &EdgeSettings) -> Result<()> {
     let state = settings.state_dir.clone();
     let state = state.or_else(|| std::env::var_os(STATE_VARIABLE).map(PathBuf::from));
@@ -95,7 +97,7 @@ pub fn run(settings: &EdgeSettings) -> Result<()> {
     runtime.context("an event loop")?.block_on(shell.serve())
 }
 
-/// The settings of the client of MQTT.
+/// The settings of the MQTT client.
 fn broker(settings: &EdgeSettings) -> Result<BrokerSettings> {
     let BrokerKeys { addresses, is_v5, keepalive, .. } = &settings.broker;
     let addresses = addresses.iter().map(|text| BrokerAddress::parse(text));
@@ -119,7 +121,7 @@ fn broker(settings: &EdgeSettings) -> Result<BrokerSettings> {
     Ok(broker)
 }
 
-/// Whether a topic is that of a command, and not of a host's state.
+/// Whether a topic is that of a command, rather than that of a host's state.
 fn is_command(topic: &str) -> bool {
     matches!(Topic::read(topic), Some(Topic::Node { .. }))
 }
@@ -130,26 +132,27 @@ struct EdgeShell {
     log: LogThread,
     cursor: NodeCursor,
     lines: LimitedLines,
-    /// The place up to which a broker has everything, and when it was kept last.
+    /// The log position up to which a broker has everything, and the time at which it was last
+    /// stored.
     confirmed: Option<LogPosition>,
     kept: Option<Instant>,
     /// The number of tries to reach a broker: each takes the next address.
     tried: usize,
-    /// The number of the past that was asked for last; 0: none is wanted.
+    /// The number of the last request for the past; 0: none yet.
     past: u64,
-    /// The part of the past that was asked for last.
+    /// The part of the past that was requested last.
     span: Option<HistorySpan>,
-    /// It could not be read, and is to be asked for again.
+    /// The part of the past that could not be read and is to be requested again.
     unread: Option<HistorySpan>,
-    /// When the next piece of the past is asked for.
+    /// The time at which the next piece of the past is requested.
     next_past: Option<Instant>,
 }
 
-/// Why a time with a broker is over.
+/// The reason for the end of a connection.
 enum EndedTime {
-    /// The process is told to end; what became of the death.
+    /// The process received a signal to end. The text reports whether the death was published.
     Told(String),
-    /// The broker is gone, or is left.
+    /// The broker is gone or was left, for this reason.
     Broker(String),
 }
 
@@ -163,7 +166,8 @@ impl EdgeShell {
         Ok(())
     }
 
-    /// Tries brokers until the process is told to end; gives what became of the death.
+    /// Tries brokers until the process receives a signal to end. Returns a text about whether the
+    /// death was published.
     async fn work(&mut self, ends: &mut [Signal; 2]) -> Result<String> {
         let mut pause = Duration::ZERO;
         loop {
@@ -190,7 +194,7 @@ impl EdgeShell {
         }
     }
 
-    /// A pause without a broker; true: the process is to end.
+    /// Waits without a broker; true: the process is to end.
     async fn wait(&mut self, pause: Duration, ends: &mut [Signal; 2]) -> Result<bool> {
         let mut over = pin!(sleep(pause));
         let mut tells = interval(TELL_EVERY);
@@ -205,7 +209,7 @@ impl EdgeShell {
         }
     }
 
-    /// Reaches the next broker; `None`: the process is to end.
+    /// Connects to the next broker; `None`: the process is to end.
     async fn connect(
         &mut self,
         ends: &mut [Signal; 2],
@@ -233,7 +237,7 @@ impl EdgeShell {
         }
     }
 
-    /// A time with a broker.
+    /// Serves a connection until its end.
     async fn converse(
         &mut self,
         mut session: MqttSession,
@@ -288,7 +292,8 @@ impl EdgeShell {
         }
     }
 
-    /// A session has failed: two nodes of one name end each other's.
+    /// The reason for a failed session. It includes the client's id if the broker ended the
+    /// session: two nodes with the same name end each other's sessions.
     fn broken(&self, failure: &MqttFailure) -> EndedTime {
         let id = &self.broker.client_id;
         let is_ended = matches!(failure.cause, MqttCause::Closed | MqttCause::Ended(_));
@@ -299,10 +304,10 @@ impl EdgeShell {
         })
     }
 
-    /// What the broker says.
+    /// Handles an event from the broker.
     fn hear(&mut self, event: MqttEvent, asked: &mut VecDeque<(u64, LogPosition)>) {
         match event {
-            // A command that the broker keeps would be done again at each connection.
+            // A retained command would be carried out again at each connection.
             MqttEvent::Message { topic, retained: true, .. } if is_command(&topic) => {
                 let line = format!(
                     "a retained command is left out: it would be done at each connection (an \
@@ -321,8 +326,8 @@ impl EdgeShell {
         }
     }
 
-    /// Why the broker is left for the next one, if the primary host is not there in time. With one
-    /// broker it is only said.
+    /// The reason to leave for the next broker, if the primary host is not at this broker in time.
+    /// If there is only one broker, the reason is only logged.
     fn missed_host(&self, until: &mut Option<Instant>) -> Option<String> {
         let host = self.node.awaited()?;
         if until.is_none_or(|until| Instant::now() < until) {
@@ -337,7 +342,7 @@ impl EdgeShell {
         None
     }
 
-    /// Does what the node hands out; gives why it wants to leave the broker.
+    /// Carries out the node's actions. Returns the reason if the node leaves the broker.
     async fn send(&mut self, session: &mut MqttSession) -> Result<Option<String>, MqttFailure> {
         while let Some(out) = self.node.take_out() {
             match out {
@@ -357,14 +362,15 @@ impl EdgeShell {
         Ok(None)
     }
 
-    /// Asks for a part of the past; what was asked for before is not wanted any more.
+    /// Requests a part of the past. Replaces the previous request.
     fn replay(&mut self, span: HistorySpan) {
         (self.past, self.span) = (self.past + 1, Some(span));
         (self.next_past, self.unread) = (None, None);
         let _ = self.log.asks.send(LogAsk::Replay(self.past, span));
     }
 
-    /// Nobody hears what is published; the journal hears its lines.
+    /// Drops the node's actions, because no broker is connected. Lines for the journal are still
+    /// printed.
     fn drop_out(&mut self) {
         while let Some(out) = self.node.take_out() {
             match out {
@@ -378,10 +384,10 @@ impl EdgeShell {
         }
     }
 
-    /// What the log's thread tells.
+    /// Handles a report of the log thread.
     ///
     /// # Errors
-    /// It tells nothing any more.
+    /// The log thread has ended.
     fn take(&mut self, told: Option<LogTold>) -> Result<()> {
         let Some(told) = told else {
             bail!("the thread that asks the controller has ended: what it said stands before this")
@@ -400,13 +406,13 @@ impl EdgeShell {
                 self.next_past = Some(Instant::now() + PAST_RETRY);
                 self.unread = self.span;
             }
-            // Of a connection before.
+            // Reports for an earlier request.
             LogTold::Past(..) | LogTold::PastDone(_) | LogTold::PastFailed(_) => {}
         }
         Ok(())
     }
 
-    /// The broker has read all before this question.
+    /// Notes that the broker has read everything that was published before this Ping.
     fn confirm(&mut self, count: u64, asked: &mut VecDeque<(u64, LogPosition)>) {
         while let Some((_, at)) = asked.front().copied().filter(|(of, _)| *of <= count) {
             asked.pop_front();
@@ -418,7 +424,7 @@ impl EdgeShell {
         }
     }
 
-    /// Keeps the place that is confirmed.
+    /// Stores the confirmed log position.
     fn keep(&mut self) {
         self.kept = Some(Instant::now());
         let kept = self.confirmed.map_or(Ok(()), |at| self.cursor.keep(at));
@@ -428,14 +434,15 @@ impl EdgeShell {
         }
     }
 
-    /// Leaves a broker that may be well.
+    /// Leaves a broker that may still work.
     async fn leave(&mut self, session: MqttSession, why: &str) -> EndedTime {
         let broker = session.broker().clone();
         let death = self.farewell(session).await;
         EndedTime::Broker(format!("it leaves {broker}: {why}; {death}"))
     }
 
-    /// Says that the node dies, and closes the session in order; gives what became of the death.
+    /// Publishes the death and closes the session in order. Returns a text about whether the death
+    /// was published.
     async fn farewell(&mut self, mut session: MqttSession) -> String {
         self.keep();
         let (topic, payload) = self.node.death(now_ms());
@@ -467,13 +474,13 @@ async fn at(time: Option<Instant>) {
     }
 }
 
-/// Now, ms since 1970 (UTC).
+/// The present time, ms since 1970 (UTC).
 fn now_ms() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
 }
 
-/// 0 to 1, another one for each node: so that a hundred nodes do not come back at once.
+/// A number from 0 to 1, different for each node, so that a hundred nodes do not reconnect at once.
 fn jitter() -> f64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let seed = u64::from(since.subsec_nanos()) ^ u64::from(std::process::id()) << 32;

@@ -1,7 +1,7 @@
-//! The tags of a program as metrics: which are published, their types, units, limits.
+//! The tags of a program as metrics: which are published, with their types, units and limits.
 //!
-//! The same choice is made for the log's reader (cells by name) and for a birth (metrics), from the
-//! same program, so that both have the same numbers.
+//! The log's reader (cells by name) and the birth (metrics) use the same choice from the same
+//! program, so that both have the same numbers.
 
 use std::sync::Arc;
 
@@ -17,9 +17,9 @@ use crate::sparkplug::{BornMetric, DataType, MetricProperties, MetricValue};
 /// A published tag.
 #[derive(Clone, Debug)]
 pub(super) struct TagMetric {
-    /// As it is born. Its alias is its own among all tags.
+    /// The metric in a birth. Its alias is unique among all tags.
     pub metric: BornMetric,
-    /// The rule by which it is published.
+    /// The rule for its publishing.
     pub rule: PublishRule,
     /// Whether commands may write it.
     pub may_write: bool,
@@ -34,7 +34,8 @@ pub(super) fn chooser(settings: &EdgeSettings) -> ChooseCells {
     })
 }
 
-/// The published tags of a program, in the order of its chosen cells. `first_alias`: of the first.
+/// The published tags of a program, in the order of its chosen cells. `first_alias`: the alias of
+/// the first tag.
 pub(super) fn metrics(
     settings: &EdgeSettings,
     logged: &LoggedProgram,
@@ -64,7 +65,7 @@ pub(super) fn metrics(
 
 type ChosenTag<'a> = (String, Address, Cell, &'a Tag, &'a PublishRule);
 
-/// The tags with a rule; of a structure its members.
+/// The tags with a rule. A structure is replaced by its members.
 fn all<'a>(
     settings: &'a EdgeSettings,
     program: &'a Program,
@@ -90,7 +91,7 @@ fn all<'a>(
     all
 }
 
-/// The type of an operand: as many bits as it has.
+/// The type of an operand, chosen by the operand's range of values.
 fn datatype(address: Address, cell: Cell, symbols: &Symbols) -> DataType {
     match (address, cell) {
         (_, Cell::Bit(_)) => DataType::Boolean,
@@ -127,7 +128,7 @@ pub(super) fn value(datatype: DataType, content: i32) -> MetricValue {
     }
 }
 
-/// A value as a number; `None`: it is a bit or a text.
+/// A value as a number; `None`: the value is a bit or a text.
 pub(super) fn number(value: &MetricValue) -> Option<f64> {
     match value {
         MetricValue::Signed(value) => Some(*value as f64),
@@ -137,11 +138,11 @@ pub(super) fn number(value: &MetricValue) -> Option<f64> {
     }
 }
 
-/// A value that a command brings, as an operator gives one: a bit for a bit, an integer of any
-/// width for an integer, a real for a real.
+/// The value of a command, in the form in which an operator gives a value: a bit for a bit, an
+/// integer of any width for an integer, a real for a real.
 ///
 /// # Errors
-/// It is not of the metric's kind: why, as a clause.
+/// The value is not of the metric's kind. The text is the reason, as a clause.
 pub(super) fn given(datatype: DataType, value: &MetricValue) -> Result<GivenValue, String> {
     let is_real = matches!(datatype, DataType::Float | DataType::Double);
     let wrong = || format!("the tag is of type {}, and {} is not", datatype.name(), shown(value));

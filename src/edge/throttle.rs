@@ -1,21 +1,21 @@
-//! How often a tag is told: its deadband, and at most one value in a time.
+//! How often a tag is published: its deadband, and at most one value in a given time.
 //!
-//! It goes by the times of scans alone, so that the same part of the log gives the same values,
-//! whenever it is read. A value that has to wait is told at the end of its wait, with that time.
+//! The result depends only on the times of scans, so that the same part of the log always gives the
+//! same values. A value that has to wait is published at the end of its wait, with that time.
 
 use super::tags::{TagMetric, number, value};
 use crate::live::LoggedChange;
 
-/// What was told of a tag.
+/// The publishing state of a tag.
 #[derive(Clone, Copy, Debug, Default)]
 struct ToldTag {
-    /// The content that was told last, and when, ns since 1970 (UTC).
+    /// The last published content and its time, ns since 1970 (UTC).
     last: Option<(i32, i64)>,
     /// A change that waits.
     waits: Option<LoggedChange>,
 }
 
-/// What was told of all tags.
+/// The publishing state of all tags.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Throttle {
     tags: Vec<ToldTag>,
@@ -24,12 +24,12 @@ pub(super) struct Throttle {
 }
 
 impl Throttle {
-    /// Nothing is told yet of so many tags.
+    /// The state for this number of tags before their first values.
     pub fn new(tags: usize) -> Throttle {
         Throttle { tags: vec![ToldTag::default(); tags], any_waits: false }
     }
 
-    /// All tags were told, by a birth.
+    /// Notes that a birth published all tags.
     pub fn born(&mut self, values: &[i32], unix_ns: i64) {
         for (tag, value) in self.tags.iter_mut().zip(values) {
             *tag = ToldTag { last: Some((*value, unix_ns)), waits: None };
@@ -37,7 +37,7 @@ impl Throttle {
         self.any_waits = false;
     }
 
-    /// Takes a change of the tag with this number; adds what is to be told.
+    /// Takes a change of the tag with this number; adds the changes to be published to `out`.
     pub fn take(
         &mut self,
         (at, of): (usize, &TagMetric),
@@ -77,7 +77,7 @@ impl Throttle {
     }
 }
 
-/// What is to be told: the number of a tag, and its change.
+/// The changes to be published, each with the number of its tag.
 pub(super) type ToldChanges = Vec<(usize, LoggedChange)>;
 
 impl ToldTag {
@@ -96,7 +96,7 @@ impl ToldTag {
     }
 }
 
-/// Whether a content differs from the known one by the deadband.
+/// Whether a content differs from the known one by at least the deadband.
 fn differs(of: &TagMetric, known: i32, now: i32) -> bool {
     let number = |content| number(&value(of.metric.datatype, content));
     match number(known).zip(number(now)) {
@@ -121,7 +121,7 @@ mod tests {
         TagMetric { metric, rule, may_write: false }
     }
 
-    /// What is told of changes (ms, value), and until when nothing more comes.
+    /// The values that are published for these changes (ms, value) up to a time.
     fn told(of: &TagMetric, changes: &[(i64, i32)], until_ms: i64) -> Vec<(i64, i32)> {
         let (mut throttle, mut out) = (Throttle::new(1), Vec::new());
         for (ms, value) in changes {
@@ -150,7 +150,7 @@ mod tests {
         let changes = [(0, 1), (10, 2), (20, 3), (150, 4), (400, 5)];
         let expected = [(0, 1), (100, 3), (200, 4), (400, 5)];
         assert_eq!(told(&tag(0.0, 100), &changes, 1000), expected);
-        // A value that comes back within its time is no news.
+        // A value that returns to the published one within the time is not published.
         assert_eq!(told(&tag(0.0, 100), &[(0, 1), (10, 2), (20, 1)], 1000), [(0, 1)]);
         assert_eq!(told(&tag(0.0, 100), &[(0, 1), (10, 2)], 99), [(0, 1)]);
     }

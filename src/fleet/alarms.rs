@@ -1,6 +1,6 @@
-//! The alarms that a node tells: JSON in one metric, as `rungd alarms --json` has them.
+//! The alarms that a node publishes: JSON in one metric, in the format of `rungd alarms --json`.
 //!
-//! The text comes from outside: what cannot be read is counted, and each list has an end.
+//! The text comes from outside: entries that cannot be read are counted, and each list has a limit.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -9,9 +9,9 @@ use super::heard::NodeName;
 use super::limits::{FleetCounts, cut};
 use crate::operator::protocol::Alarm;
 
-/// The most alarms of a node.
+/// The maximum number of alarms of a node.
 const ALARMS_MAX: usize = 100;
-/// The most alarms in all.
+/// The maximum number of alarms of all nodes.
 const ALL_ALARMS_MAX: usize = 10_000;
 
 /// An alarm of a node.
@@ -20,8 +20,8 @@ pub(crate) struct FleetAlarm {
     /// The node.
     #[serde(flatten)]
     pub node: NodeName,
-    /// The node's present state: [`super::report::NodeReport::state`]. The alarms of a node that is
-    /// not online are those of its last word.
+    /// The node's present state: [`super::report::NodeReport::state`]. For a node that is not
+    /// online, the alarms are those that it last published.
     pub state: String,
     /// The alarm.
     pub alarm: Alarm,
@@ -30,16 +30,16 @@ pub(crate) struct FleetAlarm {
 /// The alarms of all nodes; the answer of `rungd fleet alarms`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct FleetAlarmList {
-    /// How many nodes were heard of.
+    /// The number of known nodes.
     pub nodes: usize,
-    /// Those that stand, and those that wait for an acknowledgement; node by node.
+    /// The alarms that are ON or wait for an acknowledgement, node by node.
     pub alarms: Vec<FleetAlarm>,
     /// Nodes whose alarms are not known.
     pub unknown: Vec<UnknownAlarms>,
-    /// Nodes of which some alarms are left out.
+    /// Nodes with alarms that are left out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cut: Vec<CutAlarms>,
-    /// What came in, and what of it was left out.
+    /// The counts of messages, and of messages that were left out.
     pub counts: FleetCounts,
 }
 
@@ -52,17 +52,17 @@ pub(crate) struct UnknownAlarms {
     pub why: &'static str,
 }
 
-/// A node of which some alarms are left out.
+/// A node with alarms that are left out.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct CutAlarms {
     #[serde(flatten)]
     pub node: NodeName,
-    /// How many: they cannot be read, or are beyond the limits.
+    /// The number of alarms that cannot be read, or are beyond the limits.
     pub left_out: u64,
 }
 
 impl FleetAlarmList {
-    /// Adds what a node tells: the text of its list.
+    /// Adds the alarms of a node from the text of its list.
     pub(super) fn add(&mut self, (node, state): (&NodeName, &str), text: &str) {
         let Some((mut alarms, mut left_out)) = alarms_of(text) else {
             let why = "its alarm list cannot be read";
@@ -83,7 +83,7 @@ impl FleetAlarmList {
     }
 }
 
-/// The alarms of a text, and how many of its entries cannot be read. `None`: it is no list.
+/// The alarms of a text, and the number of entries that are left out. `None`: the text is no list.
 pub(super) fn alarms_of(text: &str) -> Option<(Vec<Alarm>, u64)> {
     let list: Value = serde_json::from_str(text).ok()?;
     let list = match list {
@@ -104,7 +104,7 @@ pub(super) fn alarms_of(text: &str) -> Option<(Vec<Alarm>, u64)> {
     Some((alarms, unread))
 }
 
-/// An alarm whose texts have an end.
+/// An alarm whose texts are cut to the limit.
 fn short(mut alarm: Alarm) -> Alarm {
     alarm.tag = cut(&alarm.tag);
     alarm.text = cut(&alarm.text);

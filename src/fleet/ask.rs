@@ -1,6 +1,7 @@
-//! The one command that `rungd fleet` can send: a request for a birth (specification, 5.17).
+//! The only command that `rungd fleet` can send: a request for a birth (specification, 5.17).
 //!
-//! Only `--rebirth` sends it. It changes no value of a controller, but the node sends all it has.
+//! It is sent only with `--rebirth`. It changes no value of a controller, but the node sends all
+//! its values.
 
 use super::heard::NodeName;
 use crate::sparkplug::{

@@ -1,8 +1,9 @@
-//! The ladders that a folder says should run: a checkout of git, a folder for each node.
+//! The ladders that should run according to a folder: a git checkout with a folder for each node.
 //!
-//! `DIR/GROUP/NODE/controller.toml`, or `DIR/NODE/controller.toml`. The hash is the one by which
-//! the log and `rungd status` name a ladder: SHA-256 of the ladder files' texts, one behind the
-//! other. The names of nodes come from a broker: none of them leads out of the folder.
+//! The file of a node is `DIR/GROUP/NODE/controller.toml` or `DIR/NODE/controller.toml`. The hash
+//! is the one that the log and `rungd status` have for a ladder: the SHA-256 of the concatenated
+//! texts of the ladder files. The names of nodes come from a broker: no name can lead out of the
+//! folder.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -30,12 +31,12 @@ pub(crate) struct ExpectedLadders {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "verdict", rename_all = "kebab-case")]
 pub(crate) enum LadderVerdict {
-    /// The node runs what the folder has.
+    /// The node runs the ladder of the folder.
     Same {
         /// The folder's file.
         file: String,
     },
-    /// The node runs something else.
+    /// The node runs a different ladder.
     Differs {
         /// The folder's file.
         file: String,
@@ -51,12 +52,12 @@ pub(crate) enum LadderVerdict {
         /// The reason.
         why: String,
     },
-    /// It is not known what the node runs.
+    /// The ladder of the node is not known.
     Untold {
         /// The folder's file.
         file: String,
     },
-    /// The folder has a file, and the node was not heard of.
+    /// The folder has a file, but no message came from the node.
     Missing {
         /// The folder's file.
         file: String,
@@ -64,7 +65,7 @@ pub(crate) enum LadderVerdict {
 }
 
 impl LadderVerdict {
-    /// Whether the node is as the folder says.
+    /// Whether the node runs the ladder of the folder.
     pub fn is_same(&self) -> bool {
         match self {
             LadderVerdict::Same { .. } => true,
@@ -78,10 +79,10 @@ impl LadderVerdict {
 }
 
 impl ExpectedLadders {
-    /// A folder.
+    /// The ladders of a folder.
     ///
     /// # Errors
-    /// It cannot be listed, or has no file of a node: whatever runs would be as it says.
+    /// The folder cannot be listed, or has no file of a node and so nothing to compare with.
     pub fn of(folder: &Path) -> Result<ExpectedLadders> {
         let place = folder.display();
         fs::read_dir(folder).with_context(|| {
@@ -113,7 +114,8 @@ impl ExpectedLadders {
         }
     }
 
-    /// The files whose node is none of `heard`: group, if the layout tells it, node, file.
+    /// The files whose nodes are not in `heard`: the group, if the path has one, the node, and the
+    /// verdict.
     pub fn missing(&self, heard: &[NodeName]) -> Vec<(Option<String>, String, LadderVerdict)> {
         let judged: BTreeSet<PathBuf> = heard.iter().filter_map(|node| self.file(node)).collect();
         let is_file = |path: &PathBuf| path.is_file();
@@ -133,7 +135,7 @@ impl ExpectedLadders {
         missing.into_iter().map(told).collect()
     }
 
-    /// The file of a node, if there is one: in the folder of its group first.
+    /// The file of a node, if it exists; the folder of its group comes first.
     fn file(&self, node: &NodeName) -> Option<PathBuf> {
         if !is_folder_name(&node.node) {
             return None;
@@ -145,12 +147,12 @@ impl ExpectedLadders {
     }
 }
 
-/// Whether a name of a node can be the name of one folder.
+/// Whether the name of a node can be the name of a single folder.
 fn is_folder_name(name: &str) -> bool {
     !matches!(name, "" | "." | "..") && !name.contains(['/', '\\', '\0'])
 }
 
-/// The folders in a folder; those whose names begin with a point are not for nodes.
+/// The folders in a folder. Folders whose names begin with a dot are not for nodes.
 fn folders(folder: &Path) -> Vec<(String, PathBuf)> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let named = entries.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry)));

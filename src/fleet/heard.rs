@@ -1,4 +1,4 @@
-//! A message as it is heard, and the name of the node that it is of.
+//! A received message, and the name of its node.
 
 use std::fmt;
 
@@ -26,6 +26,6 @@ pub struct HeardMessage<'m> {
     pub topic: &'m str,
     /// Its bytes.
     pub payload: &'m [u8],
-    /// The broker had kept it from before the subscription.
+    /// Whether the broker had retained it from before the subscription.
     pub is_retained: bool,
 }

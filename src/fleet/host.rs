@@ -1,12 +1,13 @@
-//! The state of this host application, with `--host-id`: what it publishes of itself, and when
+//! The state of this host application, with `--host-id`: what it publishes about itself, and when
 //! (specification, 4.2.3 and 5.13).
 //!
-//! Edge nodes with a `primary-host` hold back what they have while that host is away. One session
-//! is one connection: its will and its birth have one time. Pure; `listen` sends what it says.
+//! Edge nodes with a `primary-host` hold back their values while that host is offline. A session is
+//! one connection: its will and its birth have the same time. This module is pure; `listen` sends
+//! the messages.
 
 use crate::sparkplug::{HostState, Topic};
 
-/// The shortest time between two answers to a death of ours that somebody else published, ms.
+/// The minimum time between two answers to deaths of this host that somebody else published, ms.
 const REPEAT_MS: u64 = 200;
 
 /// The state of a host in one connection.
@@ -17,11 +18,12 @@ pub(crate) struct HostSession {
     /// Whether the birth is published.
     is_born: bool,
     repeated_ms: Option<u64>,
-    /// A death by somebody else came too soon after the last answer, and is not answered.
+    /// Whether a death by somebody else still has no answer, because it came too soon after the
+    /// last answer.
     owes: bool,
 }
 
-/// What it publishes: QoS 1, kept by the broker.
+/// A state to publish: with QoS 1, retained by the broker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct StateMessage {
     pub topic: String,
@@ -29,19 +31,19 @@ pub(crate) struct StateMessage {
 }
 
 impl HostSession {
-    /// A connection is about to be opened. `host` is a name that [`crate::sparkplug::check_name`]
-    /// takes.
+    /// The state before a connection is opened. `host` is a name that
+    /// [`crate::sparkplug::check_name`] accepts.
     pub fn new(host: &str, now_ms: u64) -> HostSession {
         let topic = Topic::of_host(host).to_string();
         HostSession { topic, began_ms: now_ms, is_born: false, repeated_ms: None, owes: false }
     }
 
-    /// The topic of its state, to which it subscribes too.
+    /// The topic of the state, to which this host subscribes too.
     pub fn topic(&self) -> &str {
         &self.topic
     }
 
-    /// The will: what the broker publishes if the connection breaks.
+    /// The will, which the broker publishes if the connection breaks.
     pub fn will(&self) -> StateMessage {
         self.state(false, self.began_ms)
     }
@@ -52,13 +54,13 @@ impl HostSession {
         self.state(true, self.began_ms)
     }
 
-    /// A message came; what to publish at once, if it is a death of this host by somebody else: by
-    /// the will of a connection before.
+    /// Takes a message. Returns the birth to publish at once, if the message is a death of this
+    /// host by somebody else (the will of an earlier connection).
     pub fn hear(&mut self, topic: &str, payload: &[u8], now_ms: u64) -> Option<StateMessage> {
         if topic != self.topic || !self.is_born {
             return None;
         }
-        // The last word counts: the broker keeps it.
+        // The last state counts, because the broker retains it.
         let state = HostState::read(payload).ok()?;
         self.owes = !state.online;
         self.due(now_ms)

@@ -1,8 +1,8 @@
-//! How much of what a broker sends is kept, and the counts of what is not.
+//! The limits of what is kept of a broker's messages, and the counts of what is left out.
 
 use serde::Serialize;
 
-/// The most that a view keeps. Whatever is beyond is counted, and not kept.
+/// The limits of a view. Anything beyond them is counted, but not kept.
 #[derive(Clone, Copy, Debug)]
 pub struct FleetLimits {
     /// Nodes.
@@ -11,7 +11,7 @@ pub struct FleetLimits {
     pub metrics_max: usize,
     /// Bytes of a metric's name, and of its unit.
     pub name_bytes_max: usize,
-    /// Bytes of a text as a value.
+    /// Bytes of a text value.
     pub text_bytes_max: usize,
     /// Bytes of all names and values.
     pub bytes_max: usize,
@@ -32,14 +32,14 @@ impl Default for FleetLimits {
     }
 }
 
-/// What came in, and what of it is not kept.
+/// The counts of messages, and of messages that are not kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct FleetCounts {
     /// Messages in all.
     pub messages: u64,
-    /// Messages on topics that are none of Sparkplug B 3.0.
+    /// Messages on topics that do not belong to Sparkplug B 3.0.
     pub foreign_topics: u64,
-    /// Messages that the broker kept: they say nothing of now.
+    /// Messages that the broker retained: they do not show the present.
     pub kept_by_broker: u64,
     /// Messages larger than the limit.
     pub too_large: u64,
@@ -49,18 +49,18 @@ pub(crate) struct FleetCounts {
     pub nodes_refused: u64,
     /// States of hosts beyond the limit.
     pub hosts_refused: u64,
-    /// Commands to nodes, of other hosts.
+    /// Commands to nodes from other hosts.
     pub commands: u64,
 }
 
 impl FleetCounts {
-    /// What was left out, for people; empty if nothing was.
+    /// The left-out messages, for people; empty if there are none.
     pub fn left_out(&self) -> Vec<String> {
         let told = self.rows().into_iter().filter(|(count, _)| *count > 0);
         told.map(|(count, what)| format!("{count} {} {what}", messages(count))).collect()
     }
 
-    /// What is left out for the first time, if `before` is how it stood.
+    /// The kinds of messages that were left out for the first time since `before`.
     pub fn begun(&self, before: &FleetCounts) -> Vec<&'static str> {
         let rows = self.rows().into_iter().zip(before.rows());
         let begun = rows.filter(|((now, _), (before, _))| *now > 0 && *before == 0);
@@ -79,11 +79,11 @@ impl FleetCounts {
     }
 }
 
-/// The most bytes of a text in an answer. One node is not to fill the answer of all: control
-/// characters take six bytes of JSON each.
+/// The maximum number of bytes of a text in an answer. One node must not fill the answer for all
+/// nodes: a control character takes six bytes of JSON.
 const SHOWN_BYTES_MAX: usize = 512;
 
-/// A text for an answer: its beginning, if it is long.
+/// A text for an answer; a long text is cut to its beginning.
 pub(super) fn cut(text: &str) -> String {
     if text.len() <= SHOWN_BYTES_MAX {
         return text.to_owned();

@@ -1,9 +1,9 @@
-//! Listens to a broker for a while, or until it is told to end: the shell around [`FleetView`].
+//! Listens to a broker for a time, or until a signal: the shell around [`FleetView`].
 //!
-//! One session at a time. If it breaks, every node is stale and the next address is tried, later
-//! and later. Called by `cli::fleet`, which gets every change and every word about the
-//! link, and prints them. Nothing is published but what the options ask for: the state of this host
-//! (`--host-id`), and requests for births (`--rebirth`).
+//! There is one session at a time. If it breaks, every node becomes stale and the next address is
+//! tried, with growing pauses. Called by `cli::fleet`, which receives and prints every change and
+//! every event of the link. Only the messages that the options request are published: the state of
+//! this host (`--host-id`), and requests for births (`--rebirth`).
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -22,16 +22,18 @@ use crate::mqtt::{
 };
 use crate::sparkplug::MessageKind;
 
-/// How often it looks whether births are to be asked for, and its own state is to be told again.
+/// The time between two checks whether births are to be requested and the host's own state is to be
+/// published again.
 const ASK_EVERY: Duration = Duration::from_millis(500);
 /// The first and the longest wait before the next attempt to connect.
 const AGAIN: Duration = Duration::from_secs(1);
 const AGAIN_MAX: Duration = Duration::from_secs(30);
-/// The longest that it reads on after the end has come: a broker that floods it holds up no end.
+/// The maximum time of reading after the end has come, so that a flood by the broker does not hold
+/// up the end.
 const REST_MAX: Duration = Duration::from_secs(1);
-/// How long a broker may take to close the connection, if nothing depends on it.
+/// The maximum wait for the broker to close the connection, if nothing depends on it.
 const CLOSE_MAX: Duration = Duration::from_secs(1);
-/// What nodes and their devices send.
+/// The kinds of message that nodes and their devices send.
 const HEARD: [MessageKind; 6] = [
     MessageKind::NodeBirth,
     MessageKind::NodeData,
@@ -41,53 +43,53 @@ const HEARD: [MessageKind; 6] = [
     MessageKind::DeviceDeath,
 ];
 
-/// Whom to listen to, and how.
+/// The options of listening.
 #[derive(Clone, Debug)]
 pub(crate) struct FleetOptions {
-    /// The brokers. One of them at a time.
+    /// The brokers, used one at a time.
     pub brokers: BrokerSettings,
-    /// One group; `None`: all.
+    /// The group to listen to; `None`: all groups.
     pub group: Option<String>,
-    /// The name of this host, if it tells its state.
+    /// The name of this host, if it publishes its state.
     pub host_id: Option<String>,
-    /// Whether it asks for the births that are missing.
+    /// Whether missing births are requested.
     pub asks_births: bool,
-    /// How long; `None`: until SIGINT or SIGTERM.
+    /// The time of listening; `None`: until SIGINT or SIGTERM.
     pub lasts: Option<Duration>,
 }
 
-/// What happens while it listens.
+/// An event during listening.
 #[derive(Debug)]
 pub(crate) enum FleetWord<'w> {
     /// A session with a broker has begun.
     Connected(&'w BrokerAddress),
-    /// There is none, or no longer one.
+    /// No session could begin, or the session has ended.
     Failed(&'w MqttFailure),
     /// The fleet has changed.
     Changed(&'w [FleetChange]),
-    /// Messages of a kind are left out; said when the first one comes.
+    /// Messages of a kind are left out; reported when the first of them comes.
     LeftOut(&'static str),
 }
 
-/// What is known in the end.
+/// The result of listening.
 #[derive(Debug)]
 pub(crate) struct FleetHeard {
     pub view: FleetView,
-    /// Why there is no session in the end.
+    /// The reason why there is no session at the end.
     pub failure: Option<MqttFailure>,
-    /// Whether there was one at all.
+    /// Whether there was a session at any time.
     pub was_connected: bool,
-    /// How long it listened.
+    /// The duration of listening.
     pub lasted: Duration,
 }
 
-/// Prints, or does whatever else with a word.
+/// Receives the events, for example to print them.
 pub(crate) type FleetEar<'e> = &'e mut dyn FnMut(FleetWord) -> Result<()>;
 
-/// Listens.
+/// Listens until the end.
 ///
 /// # Errors
-/// What `ear` fails with; the machine gives no thread.
+/// `ear` fails, or the system refuses a thread.
 pub(crate) fn listen(options: &FleetOptions, ear: FleetEar) -> Result<FleetHeard> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
@@ -107,11 +109,11 @@ pub(crate) fn now_ms() -> u64 {
     u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
 }
 
-/// Why a session is over.
+/// The reason for the end of a session.
 enum Over {
-    /// It is to end.
+    /// Listening is to end.
     Stopped,
-    /// It broke.
+    /// The session broke.
     Broken(MqttFailure),
 }
 
@@ -140,9 +142,9 @@ impl FleetListener<'_> {
             if is_ours {
                 break;
             }
-            // A session that lasted makes the next attempt early again.
+            // After a session that lasted, the next attempt is early again.
             wait = if began.elapsed() > AGAIN_MAX { AGAIN } else { wait };
-            // Another broker may be there now.
+            // The other addresses are tried first, without a pause.
             if number % addresses.len() != 0 && self.stop.is_going_on() {
                 continue;
             }
@@ -166,13 +168,13 @@ impl FleetListener<'_> {
         (self.heard.was_connected, self.heard.failure) = (true, None);
         let over = self.follow(&mut link, address).await;
         if !matches!(over, Ok(Over::Broken(_))) {
-            // Also if a change could not be printed: this host goes.
+            // Publishes the death of this host, even if a change could not be printed.
             end(link).await;
         }
         over
     }
 
-    /// What comes in a session, until it breaks or is to end.
+    /// Handles the events of a session, until it breaks or is to end.
     async fn follow(&mut self, link: &mut FleetLink, address: &BrokerAddress) -> Result<Over> {
         (self.ear)(FleetWord::Connected(address))?;
         let mut asks = interval(ASK_EVERY);
@@ -195,11 +197,11 @@ impl FleetListener<'_> {
         }
     }
 
-    /// What has come by the end, and was not read yet; a flood of it has an end.
+    /// Handles the events that came before the end and were not read yet, within a time limit.
     async fn take_rest(&mut self, link: &mut FleetLink) -> Result<()> {
         let end = Instant::now() + REST_MAX;
         while Instant::now() < end {
-            // Time for what is there already, and for nothing else.
+            // This timeout lets only data through that has already arrived.
             let Ok(Ok(event)) = timeout(Duration::ZERO, link.session.next()).await else { break };
             if self.take(link, event).await?.is_err() {
                 break;
@@ -208,7 +210,7 @@ impl FleetListener<'_> {
         Ok(())
     }
 
-    /// An event of the session.
+    /// Handles an event of the session.
     async fn take(
         &mut self,
         link: &mut FleetLink,
@@ -237,8 +239,8 @@ impl FleetListener<'_> {
         })
     }
 
-    /// Asks for the births that are missing, if it is to, and tells its state again, if that is
-    /// due.
+    /// Requests missing births, if the options say so, and publishes the host's own state again, if
+    /// that is due.
     async fn ask(&mut self, link: &mut FleetLink) -> Result<(), MqttFailure> {
         let now_ms = now_ms();
         if let Some(state) = link.host.as_mut().and_then(|host| host.due(now_ms)) {
@@ -255,13 +257,13 @@ impl FleetListener<'_> {
     }
 }
 
-/// A session, and what it tells of this host.
+/// A session, and the state of this host in it.
 struct FleetLink {
     session: MqttSession,
     host: Option<HostSession>,
 }
 
-/// Connects, subscribes, and tells the birth of this host.
+/// Connects, subscribes, and publishes the birth of this host.
 async fn begin(options: &FleetOptions, address: &BrokerAddress) -> Result<FleetLink, MqttFailure> {
     let mut host = options.host_id.as_ref().map(|id| HostSession::new(id, now_ms()));
     let will = host.as_ref().map(|host| last_will(host.will()));
@@ -276,7 +278,8 @@ async fn begin(options: &FleetOptions, address: &BrokerAddress) -> Result<FleetL
     Ok(FleetLink { session, host })
 }
 
-/// What is subscribed to. No two filters fit one topic: a broker could send it twice.
+/// The filters to subscribe to. No two filters match the same topic, because a broker could send
+/// its messages twice.
 fn filters(group: Option<&str>, host: Option<&HostSession>) -> Vec<String> {
     let group = group.unwrap_or("+");
     let of_nodes = HEARD.iter().map(|kind| {
@@ -295,8 +298,8 @@ fn last_will(state: StateMessage) -> LastWill {
     LastWill { topic: state.topic, payload: state.payload, qos: Qos::AtLeastOnce, retain: true }
 }
 
-/// Says that this host goes, and closes the session. What fails here changes nothing: the broker
-/// publishes the will.
+/// Publishes the death of this host, and closes the session. A failure has no consequence: the
+/// broker then publishes the will.
 async fn end(FleetLink { mut session, host }: FleetLink) {
     let Some(mut host) = host else {
         let _ = timeout(CLOSE_MAX, session.disconnect()).await;
@@ -307,7 +310,7 @@ async fn end(FleetLink { mut session, host }: FleetLink) {
     }
 }
 
-/// Whether the cause lies with the arguments: no other attempt ends otherwise.
+/// Whether the arguments are the cause, so that every further attempt would fail too.
 fn is_ours(failure: &MqttFailure) -> bool {
     let cause = &failure.cause;
     matches!(cause, MqttCause::File(..) | MqttCause::Settings(_) | MqttCause::NotSendable(_))

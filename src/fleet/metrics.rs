@@ -1,7 +1,7 @@
-//! The metrics of a node: what its birth told, and the newest value of each.
+//! The metrics of a node: their definitions in its birth, and the newest value of each.
 //!
-//! [`super::node`] decides which messages count. Here stand names, aliases and types: a value that
-//! its birth does not allow is refused, and so is what is beyond the limits.
+//! [`super::node`] decides which messages count. This module keeps names, aliases and types: it
+//! refuses values that do not fit the birth, and metrics beyond the limits.
 
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ pub(super) struct MetricTable {
     metrics: Vec<KnownMetric>,
     names: HashMap<String, usize>,
     aliases: HashMap<u64, usize>,
-    /// What all of it takes, roughly.
+    /// The bytes of the whole table, approximately.
     bytes: usize,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct KnownMetric {
     /// `None`: a type that rungd does not know. Its values are not read.
     datatype: Option<DataType>,
     pub unit: Option<String>,
-    /// `None`: the node says that there is none, or it cannot be read.
+    /// `None`: the node sent no value, or the value cannot be read.
     pub value: Option<MetricValue>,
 }
 
@@ -39,16 +39,16 @@ impl KnownMetric {
     }
 }
 
-/// Why a metric of a message was not taken.
+/// The reason why a metric of a message was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MetricFault {
     /// The birth has no such alias, or no such name.
     Unknown(Option<u64>),
-    /// It has neither a name nor an alias.
+    /// The metric has neither a name nor an alias.
     Nameless,
     /// The birth has the name or the alias twice.
     Twice,
-    /// It is beyond the limits.
+    /// The metric is beyond the limits.
     Limit,
     /// The value is not of the type of the birth.
     Value,
@@ -67,7 +67,7 @@ impl MetricTable {
         self.names.get(name).and_then(|at| self.metrics.get(*at))
     }
 
-    /// A metric of a birth. `room`: the bytes that the node may take in all.
+    /// Adds a metric of a birth. `room`: the bytes that the node may take in total.
     pub fn born(
         &mut self,
         metric: &Metric,
@@ -96,10 +96,10 @@ impl MetricTable {
         self.take(at, metric, (limits, room)).map(drop)
     }
 
-    /// The metric that a message names.
+    /// The position of the metric that a message refers to.
     pub fn find(&self, metric: &Metric) -> Result<usize, MetricFault> {
         match (&metric.name, metric.alias) {
-            // A name counts before an alias: it cannot be mistaken.
+            // A name takes precedence over an alias: it is not ambiguous.
             (Some(name), alias) => self.names.get(name).copied().ok_or(MetricFault::Unknown(alias)),
             (None, Some(alias)) => {
                 self.aliases.get(&alias).copied().ok_or(MetricFault::Unknown(Some(alias)))
@@ -112,7 +112,7 @@ impl MetricTable {
         &self.metrics[at]
     }
 
-    /// Takes a value; whether it differs from the one before.
+    /// Takes a value; returns whether it differs from the previous one.
     pub fn take(
         &mut self,
         at: usize,
@@ -124,7 +124,7 @@ impl MetricTable {
         let (old, new) = (text_bytes(known.value.as_ref()), text_bytes(value.as_ref()));
         let bytes = self.bytes - old + new;
         if new > limits.text_bytes_max || bytes > room {
-            // The old value would be taken for the present one.
+            // Otherwise the old value would be taken for the present one.
             (known.value, self.bytes) = (None, self.bytes - old);
             return Err(MetricFault::Limit);
         }
@@ -135,7 +135,7 @@ impl MetricTable {
     }
 }
 
-/// The value that a message has; `None`: it says that there is none.
+/// The value in a message; `None`: there is no value, or its type is not known.
 fn value(datatype: Option<DataType>, metric: &Metric) -> Result<Option<MetricValue>, MetricFault> {
     match (&metric.content, metric.is_null, datatype) {
         (None, ..) | (_, Some(true), _) | (.., None) => Ok(None),
@@ -145,8 +145,8 @@ fn value(datatype: Option<DataType>, metric: &Metric) -> Result<Option<MetricVal
     }
 }
 
-/// A metric that tells its name and its value without a birth: of a node that nobody has asked for
-/// one. The type is that of the message, or the widest of its field.
+/// A metric with a name and a value that is taken without a birth, because no birth was requested
+/// from its node. The type is that of the message, or the widest of its field.
 pub(super) fn told_by_name(metric: &Metric) -> Option<Metric> {
     let content = metric.content.as_ref()?;
     metric.name.as_ref()?;

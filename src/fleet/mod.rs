@@ -1,10 +1,11 @@
-//! `rungd fleet`: the controllers behind a broker, as their edge nodes tell of them.
+//! `rungd fleet`: the controllers behind a broker, as their edge nodes report them.
 //!
-//! A [`FleetView`] is a state machine without a clock or a socket: it is fed with messages and the
-//! time, keeps each node's birth, values and alarms, and notices what is missing. `listen` is the
+//! A [`FleetView`] is a state machine without a clock or a socket: it receives messages and the
+//! time, keeps each node's birth, values and alarms, and detects missing messages. `listen` is the
 //! thin shell around it, a client of `mqtt`; `report` is what commands print; `expect` compares the
-//! ladders that run with those of a folder. It reads: it writes no value anywhere. Two things are
-//! sent on demand alone: a request for a birth, and the state of a host. Called by `cli::fleet`.
+//! running ladders with those of a folder. This module only reads: it writes no value anywhere. It
+//! sends two kinds of message, and only on demand: requests for births, and the state of a host.
+//! Called by `cli::fleet`.
 
 mod alarms;
 mod ask;

@@ -1,4 +1,4 @@
-//! What a message changed: the lines of `rungd fleet watch`.
+//! The changes that a message causes: the lines of `rungd fleet watch`.
 
 use serde::Serialize;
 
@@ -8,8 +8,9 @@ use crate::sparkplug::MetricValue;
 /// A change.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FleetChange {
-    /// When it happened: of a value by the node's clock, if it tells; of everything else by this
-    /// machine's, because a will has the time of its connection. Ms since 1970.
+    /// The time of the change, ms since 1970. The time of a value is by the node's clock, if the
+    /// message has one. All other times are by this machine's clock, because a will has the time of
+    /// its connection.
     pub at_ms: u64,
     /// The node.
     #[serde(flatten)]
@@ -23,14 +24,14 @@ pub struct FleetChange {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "what", rename_all = "kebab-case")]
 pub enum FleetNews {
-    /// A node was heard of for the first time, and not its birth.
+    /// The first message from a node came, and it is not a birth.
     Heard,
-    /// A node told what it has.
+    /// A birth of a node came.
     Born {
-        /// How many metrics.
+        /// The number of metrics.
         metrics: usize,
     },
-    /// The broker or the node itself says that the node is gone.
+    /// The broker or the node itself reports the node's death.
     Died,
     /// From now on the node's values may be old.
     Stale {
@@ -41,25 +42,26 @@ pub enum FleetNews {
     Value {
         /// Its name.
         name: String,
-        /// Its value; `None`: there is none.
+        /// Its value; `None`: it has no value.
         #[serde(serialize_with = "plain_value")]
         value: Option<MetricValue>,
         /// Its unit.
         #[serde(skip_serializing_if = "Option::is_none")]
         unit: Option<String>,
-        /// It had the value in the past: the link was down then.
+        /// Whether the value is from the past, when the link was down.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         historical: bool,
-        /// It stood in a birth, and none before it is known: it may have had the value for long.
+        /// Whether the value is from a birth and no earlier value is known: the metric may have had
+        /// it for long.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         first: bool,
-        /// When it had the value, by the node's clock; ms since 1970.
+        /// The time of the value by the node's clock, ms since 1970.
         #[serde(skip)]
         told_ms: Option<u64>,
     },
 }
 
-/// A value as JSON has it: a number, a text, `true` or `null`.
+/// Writes a value as JSON: a number, a text, `true`, `false` or `null`.
 fn plain_value<S: serde::Serializer>(
     value: &Option<MetricValue>,
     serializer: S,
@@ -67,7 +69,7 @@ fn plain_value<S: serde::Serializer>(
     match value {
         Some(MetricValue::Signed(value)) => serializer.serialize_i64(*value),
         Some(MetricValue::Unsigned(value)) => serializer.serialize_u64(*value),
-        // JSON has no infinity: `null`.
+        // JSON has no infinity: it becomes `null`.
         Some(MetricValue::Real(value)) => serializer.serialize_f64(*value),
         Some(MetricValue::Bool(value)) => serializer.serialize_bool(*value),
         Some(MetricValue::Text(text)) => serializer.serialize_str(text),

@@ -1,22 +1,22 @@
-//! One edge node, as its messages tell of it: born, told, stale, dead.
+//! One edge node according to its messages: unborn, online, stale, offline.
 //!
-//! The rules are those of the specification, chapters 5.4 to 5.9 and 6.4: a birth begins a session
-//! with the sequence number of its message; each message of the node and of its devices has the
-//! next one; a death ends the session whose `bdSeq` it has. After a gap a birth may be missing, and
-//! aliases may mean something else: values by alias are not taken again before the next birth.
-//! [`super::view`] feeds it.
+//! The rules are those of the specification, chapters 5.4 to 5.9 and 6.4. A birth begins a session
+//! with the sequence number of its message. Each further message of the node and of its devices has
+//! the next number. A death ends the session with the same `bdSeq`. After a gap, a birth may be
+//! missing and aliases may have a different meaning: values by alias are not taken until the next
+//! birth. [`super::view`] passes in the messages.
 
 use super::limits::FleetLimits;
 use super::metrics::{KnownMetric, MetricFault, MetricTable, told_by_name};
 use super::news::FleetNews;
 use crate::sparkplug::{Metric, MetricContent, Payload, Sequence, vocabulary};
 
-/// What is known of a node's session.
+/// The state of a node's session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
-    /// Messages came, and no birth: what it has is not known.
+    /// Messages came, but no birth: the node's metrics are not known.
     Unborn,
-    /// Each message since its birth came.
+    /// All messages since its birth came.
     Online,
     /// Its values may be old.
     Stale(StaleReason),
@@ -24,16 +24,16 @@ pub(crate) enum Standing {
     Offline,
 }
 
-/// Why values may be old.
+/// The reason why values may be old.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum StaleReason {
-    /// Messages are missing: the number that was due, and the one that came.
+    /// Messages are missing: the expected number, and the received number.
     Gap { due: u64, came: Option<u64> },
-    /// A metric that the birth does not have.
+    /// A message has a metric that the birth does not have.
     Unknown(Option<u64>),
-    /// A message that is no payload.
+    /// A message is no payload.
     Garbage,
-    /// A message larger than the limit.
+    /// A message is larger than the limit.
     TooLarge,
     /// The link to the broker is down.
     LinkLost,
@@ -63,14 +63,14 @@ impl StaleReason {
 pub(super) struct NodeView {
     pub standing: Standing,
     pub metrics: MetricTable,
-    /// When its last message came, by this machine's clock; ms since 1970.
+    /// The time of its last message by this machine's clock, ms since 1970.
     pub heard_ms: u64,
-    /// When its last birth came.
+    /// The time of its last birth by this machine's clock.
     pub born_ms: Option<u64>,
-    /// When the node sent its last message, by its own clock, and when that one came.
+    /// The time of its last message by the node's clock, and by this machine's clock.
     pub told_ms: Option<(u64, u64)>,
     pub counts: NodeCounts,
-    /// When a birth was last asked for.
+    /// The time at which a birth was last requested.
     pub asked_ms: Option<u64>,
     bd_seq: Option<u64>,
     seq: Option<Sequence>,
@@ -82,27 +82,28 @@ pub(super) struct NodeCounts {
     pub messages: u64,
     pub births: u64,
     pub gaps: u64,
-    /// Deaths of sessions before the present one.
+    /// Deaths of earlier sessions.
     pub old_deaths: u64,
     /// Values of the past.
     pub historical: u64,
     /// Metrics beyond the limits.
     pub metrics_refused: u64,
-    /// Values that are not of the type of the birth, metrics without a name or told twice.
+    /// Values that are not of the birth's type, metrics without a name, and metrics that a birth
+    /// has twice.
     pub values_refused: u64,
 }
 
-/// A metric of a message, and when it had its value by the node's clock.
+/// A metric of a message, and the time of its value by the node's clock.
 type TimedMetric<'m> = (&'m Metric, Option<u64>);
 
-/// What a value says.
+/// The kind of a value.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum ValueKind {
-    /// It has changed.
+    /// The value has changed.
     Present,
-    /// It stood in a birth, and none before it is known.
+    /// The value is from a birth, and no earlier value is known.
     First,
-    /// It is one of the past.
+    /// The value is from the past.
     Past,
 }
 
@@ -112,7 +113,7 @@ impl ValueKind {
     }
 }
 
-/// What a node may take: the limits, and the bytes in all.
+/// The limits of a node, and the bytes that it may take in total.
 pub(super) type NodeRoom<'l> = (&'l FleetLimits, usize);
 
 impl NodeView {
@@ -130,7 +131,7 @@ impl NodeView {
         }
     }
 
-    /// A message came, whatever it is. `payload`: one that tells the node's time.
+    /// Notes a message of any kind. `payload`: that of a message with the node's present time.
     pub fn hear(&mut self, payload: Option<&Payload>, now_ms: u64) {
         self.counts.messages += 1;
         self.heard_ms = now_ms;
@@ -138,8 +139,7 @@ impl NodeView {
         self.told_ms = told.map(|told| (told, now_ms)).or(self.told_ms);
     }
 
-    /// NBIRTH: all is new. Values that differ from those before are told too, and those of which
-    /// nothing was known.
+    /// NBIRTH: replaces all metrics. Also returns the values that have changed or were not known.
     pub fn born(&mut self, payload: &Payload, now_ms: u64, room: NodeRoom) -> Vec<FleetNews> {
         let before = std::mem::take(&mut self.metrics);
         self.counts.births += 1;
@@ -171,7 +171,7 @@ impl NodeView {
     pub fn told(&mut self, payload: &Payload, room: NodeRoom) -> Vec<FleetNews> {
         let mut news: Vec<FleetNews> = self.follow(payload).into_iter().collect();
         for metric in &payload.metrics {
-            // One metric may raise the doubt that the next ones are under.
+            // A metric may make the node stale; the metrics after it then need names.
             let fits = self.standing == Standing::Online || metric.name.is_some();
             let told_ms = metric.timestamp.or(payload.timestamp);
             news.extend(fits.then(|| self.metric((metric, told_ms), room)).flatten());
@@ -179,12 +179,12 @@ impl NodeView {
         news
     }
 
-    /// A message of one of its devices: its number alone counts.
+    /// Takes a message of a device: only its sequence number counts.
     pub fn device_told(&mut self, payload: &Payload) -> Vec<FleetNews> {
         self.follow(payload).into_iter().collect()
     }
 
-    /// NDEATH: of this session, or of an older one.
+    /// NDEATH of this session, or of an older one.
     pub fn died(&mut self, payload: &Payload) -> Vec<FleetNews> {
         let is_born = self.born_ms.is_some();
         let number = bd_seq(payload);
@@ -198,15 +198,16 @@ impl NodeView {
         is_new.then_some(FleetNews::Died).into_iter().collect()
     }
 
-    /// Whether a death is of a session after the one whose birth was heard: messages are missing,
-    /// and that session's birth may be among them. Numbers rise by one, and begin again after 255.
+    /// Whether a death is that of a later session than the one whose birth is known. Messages are
+    /// missing, and the birth of that session may be among them. Numbers rise by one, and start
+    /// again after 255.
     fn is_of_missed_session(&self, number: Option<u64>) -> bool {
         let ahead = number.zip(self.bd_seq).map(|(theirs, ours)| theirs.wrapping_sub(ours) % 256);
         let is_doubted = matches!(self.standing, Standing::Stale(_));
         is_doubted && ahead.is_some_and(|ahead| (1..128).contains(&ahead))
     }
 
-    /// From now on its values may be old.
+    /// Notes that the values may be old from now on.
     pub fn doubt(&mut self, why: StaleReason) -> Vec<FleetNews> {
         match self.standing {
             Standing::Unborn | Standing::Offline | Standing::Stale(_) => Vec::new(),
@@ -218,10 +219,10 @@ impl NodeView {
         }
     }
 
-    /// The number of a message of this session.
+    /// Checks the sequence number of a message of this session.
     fn follow(&mut self, payload: &Payload) -> Option<FleetNews> {
         if self.standing == Standing::Offline {
-            // It lives: its birth was not heard.
+            // The node is alive, but its birth was missed.
             self.standing = Standing::Unborn;
             return Some(FleetNews::Heard);
         }
@@ -236,7 +237,7 @@ impl NodeView {
         self.doubt(StaleReason::Gap { due, came: payload.seq }).pop()
     }
 
-    /// A metric of data, with the time at which it had its value.
+    /// Takes a metric of data, with the time of its value.
     fn metric(&mut self, metric: TimedMetric, room: NodeRoom) -> Option<FleetNews> {
         let at = match self.metrics.find(metric.0) {
             Ok(at) => at,
@@ -256,7 +257,8 @@ impl NodeView {
         }
     }
 
-    /// A value of the past: told, counted, and not taken for the present one.
+    /// Takes a value of the past: it is reported and counted, but does not become the present
+    /// value.
     fn past(&mut self, at: usize, (metric, told_ms): TimedMetric) -> Option<FleetNews> {
         self.counts.historical += 1;
         let mut then = MetricTable::default();
@@ -275,7 +277,7 @@ impl NodeView {
         Some(value_news(&told, ValueKind::Past, told_ms))
     }
 
-    /// A metric that no birth told.
+    /// Takes a metric that the birth does not have.
     fn unknown(
         &mut self,
         (metric, told_ms): TimedMetric,
@@ -289,7 +291,7 @@ impl NodeView {
         if self.standing == Standing::Online {
             return self.doubt(StaleReason::Unknown(alias)).pop();
         }
-        // Without a birth, what has a name tells enough.
+        // Without a birth, a metric with a name is taken.
         let told = told_by_name(metric).filter(|_| metric.is_historical != Some(true))?;
         match self.metrics.born(&told, room.0, room.1) {
             Ok(()) => {
@@ -320,7 +322,7 @@ fn value_news(metric: &KnownMetric, kind: ValueKind, told_ms: Option<u64>) -> Fl
     FleetNews::Value { name, value, unit, historical, first, told_ms }
 }
 
-/// The number of the session that a birth or a death names.
+/// The session number in a birth or a death.
 fn bd_seq(payload: &Payload) -> Option<u64> {
     let of = |metric: &&Metric| metric.name.as_deref() == Some(vocabulary::BD_SEQ);
     match payload.metrics.iter().find(of)?.content.as_ref()? {

@@ -1,7 +1,7 @@
-//! The fleet at one moment, for people and programs: one row a node.
+//! The fleet at one moment, for people and programs: one row per node.
 //!
-//! Made of a [`FleetView`]; `cli::fleet_page` draws it, `--json` writes it as it is. The names of
-//! times end in their unit.
+//! The report is made from a [`FleetView`]; `cli::fleet_page` draws it, and `--json` writes it as
+//! it is. The names of times end in their unit.
 
 use serde::Serialize;
 
@@ -13,7 +13,8 @@ use super::node::{NodeView, Standing};
 use super::view::FleetView;
 use crate::sparkplug::{HostState, MetricValue, vocabulary};
 
-/// An edge node of rungd tells its scan every 10 s. After three of them it is silent.
+/// An edge node of rungd publishes its scan every 10 s. It is silent if three of these messages are
+/// missing.
 const SILENT_MS: u64 = 30_000;
 
 /// The fleet at one moment.
@@ -23,16 +24,16 @@ pub struct FleetReport {
     pub(crate) now_ms: u64,
     /// The nodes, by group and name.
     pub(crate) nodes: Vec<NodeReport>,
-    /// The folder's nodes that were not heard of (`--expect`).
+    /// The folder's nodes from which no message came (`--expect`).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) missing: Vec<MissingNode>,
-    /// The host applications that tell their state.
+    /// The host applications that publish their state.
     pub(crate) hosts: Vec<HostReport>,
-    /// What came in, and what of it was left out.
+    /// The counts of messages, and of messages that were left out.
     pub(crate) counts: FleetCounts,
 }
 
-/// A node. What it has not told is absent.
+/// A node. Facts that it has not published are absent.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct NodeReport {
     #[serde(flatten)]
@@ -41,43 +42,44 @@ pub(crate) struct NodeReport {
     pub state: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<String>,
-    /// Since its last message, ms.
+    /// The time since its last message, ms.
     pub age_ms: u64,
-    /// Since it was last asked for a birth (`--rebirth`), ms.
+    /// The time since a birth was last requested (`--rebirth`), ms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub asked_ms: Option<u64>,
-    /// By how much its clock is ahead of this machine's, ms; with the way of the message.
+    /// The lead of its clock over this machine's clock, ms, less the time that the message took.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clock_ahead_ms: Option<i64>,
-    /// Since its last birth, ms.
+    /// The time since its last birth, ms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub born_ms: Option<u64>,
-    /// Whether it tells what only rungd tells.
+    /// Whether it is an edge node of rungd.
     pub is_rungd: bool,
     #[serde(flatten)]
     pub told: ControllerReport,
-    /// Compared with a folder (`--expect`).
+    /// The result of the comparison with a folder (`--expect`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ladder_verdict: Option<LadderVerdict>,
-    /// Its metrics.
+    /// The number of its metrics.
     pub metrics: usize,
-    /// Messages of it.
+    /// The number of its messages.
     pub messages: u64,
-    /// Births of it.
+    /// The number of its births.
     pub births: u64,
-    /// How often messages were missing.
+    /// The number of gaps in its messages.
     pub gaps: u64,
-    /// Deaths of sessions before the present one.
+    /// The number of deaths of earlier sessions.
     pub old_deaths: u64,
-    /// Values of the past.
+    /// The number of values of the past.
     pub historical_values: u64,
-    /// Metrics beyond the limits.
+    /// The number of metrics beyond the limits.
     pub metrics_refused: u64,
-    /// Values that are not of their type, metrics without a name or told twice.
+    /// The number of values that are not of their type, metrics without a name, and metrics that a
+    /// birth has twice.
     pub values_refused: u64,
 }
 
-/// What a node of rungd tells of its controller.
+/// The facts that a node of rungd publishes about its controller.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct ControllerReport {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -109,10 +111,10 @@ pub(crate) struct ControllerReport {
     pub history_replaying: Option<bool>,
 }
 
-/// A node of the folder that was not heard of.
+/// A node of the folder from which no message came.
 #[derive(Debug, Serialize)]
 pub(crate) struct MissingNode {
-    /// Its group, if the folder tells it.
+    /// Its group, if the file's path has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     pub node: String,
@@ -128,7 +130,7 @@ pub(crate) struct HostReport {
 }
 
 impl FleetView {
-    /// The fleet at one moment: this machine's clock, ms since 1970.
+    /// The fleet at the time `now_ms`: this machine's clock, ms since 1970.
     pub fn report(&self, now_ms: u64) -> FleetReport {
         let nodes = self.nodes.iter().map(|(name, node)| node_report(name, node, now_ms));
         let host =
@@ -142,7 +144,7 @@ impl FleetView {
         }
     }
 
-    /// What was left out, for people: messages, and parts of those that were read.
+    /// The messages and the parts of messages that were left out, for people.
     pub(crate) fn left_out(&self) -> Vec<String> {
         let sum = |of: fn(&NodeView) -> u64| self.nodes.values().map(of).sum::<u64>();
         let rows = [
@@ -195,18 +197,19 @@ impl FleetReport {
         self.missing = missing.collect();
     }
 
-    /// Whether each node is known to run what the folder says, and none is missing.
+    /// Whether each node is known to run the ladder of the folder, and none is missing.
     pub(crate) fn is_as_expected(&self) -> bool {
         let mut verdicts = self.nodes.iter().filter_map(|node| node.ladder_verdict.as_ref());
         self.missing.is_empty() && self.is_whole() && verdicts.all(LadderVerdict::is_same)
     }
 
-    /// Whether no node is beyond the limit: such a node is not known to be as it should.
+    /// Whether no node is beyond the limit: the state of such a node is not known.
     fn is_whole(&self) -> bool {
         self.counts.nodes_refused == 0
     }
 
-    /// Whether there is a node, and each controller of rungd is known to be in RUN.
+    /// Whether there is a node, all nodes are online, and each controller of rungd is known to be
+    /// in RUN.
     pub(crate) fn all_run(&self) -> bool {
         let runs = |node: &NodeReport| {
             let is_there = node.state == "online" && node.told.controller != Some(false);
@@ -248,7 +251,7 @@ fn node_report(name: &NodeName, node: &NodeView, now_ms: u64) -> NodeReport {
     }
 }
 
-/// The state of a node in a word.
+/// The state of a node as a word.
 fn state_of(node: &NodeView, now_ms: u64) -> &'static str {
     let is_silent = is_rungd(node) && now_ms.saturating_sub(node.heard_ms) > SILENT_MS;
     match node.standing {

@@ -1,8 +1,8 @@
-//! What ends listening: a time, or SIGINT or SIGTERM.
+//! The end of listening: after a given time, or by SIGINT or SIGTERM.
 //!
-//! A thread of its own waits for signals: the thread that listens also prints, and a reader that
-//! has paused (`… | less`) holds it up. The first signal asks for the end, the second one ends the
-//! process at once. `listen` uses it.
+//! A separate thread waits for signals, because the listening thread also prints, and a reader that
+//! has paused (`… | less`) holds it up. The first signal requests the end, the second signal ends
+//! the process at once. Used by `listen`.
 
 use std::io;
 use std::time::Duration;
@@ -12,20 +12,22 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 
-/// The exit code of a process that a signal has ended: as shells have it.
+/// The exit code of a process that a signal has ended is this plus the signal's number, as in
+/// shells.
 const ENDED_BY: i32 = 128;
 
-/// What ends listening.
+/// The conditions that end listening.
 pub(super) struct StopSignals {
     asked: watch::Receiver<bool>,
     end: Option<Instant>,
 }
 
 impl StopSignals {
-    /// From now on signals end listening; so does `lasts`, if it is given.
+    /// From now on, signals end listening. If `lasts` is given, listening also ends after this
+    /// time.
     ///
     /// # Errors
-    /// The machine gives no thread, or does not tell of signals.
+    /// The system refuses a thread, or the handling of signals.
     pub fn new(lasts: Option<Duration>) -> io::Result<StopSignals> {
         let runtime = Builder::new_current_thread().enable_io().build()?;
         let both = {
@@ -45,7 +47,7 @@ impl StopSignals {
         !*self.asked.borrow() && self.end.is_none_or(|end| Instant::now() < end)
     }
 
-    /// Waits for the end. Whoever asks after it is answered at once.
+    /// Waits for the end. Returns at once if the end has already come.
     pub async fn wait(&mut self) {
         let end = self.end;
         let over = async {
@@ -64,7 +66,7 @@ impl StopSignals {
 fn obey(runtime: &Runtime, mut signals: [(SignalKind, Signal); 2], ask: &watch::Sender<bool>) {
     runtime.block_on(async {
         let _ = next(&mut signals).await;
-        // Listening may be over already.
+        // The listener may have ended already.
         let _ = ask.send(true);
         let last = next(&mut signals).await;
         std::process::exit(ENDED_BY + last.as_raw_value());

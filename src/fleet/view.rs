@@ -1,8 +1,9 @@
-//! The fleet as a broker's messages tell of it: a state machine without a clock or a socket.
+//! The fleet according to a broker's messages: a state machine without a clock or a socket.
 //!
-//! `listen` feeds it with every message and the time; commands make a [`super::FleetReport`] of it,
-//! or print the changes that each message gives. It believes nobody: a message is counted and left
-//! out if it is too large, no payload, kept by the broker, or of a node beyond the limits.
+//! `listen` passes in every message and the time; commands make a [`super::FleetReport`] of the
+//! view, or print the changes that each message causes. The view trusts nobody: a message is
+//! counted and left out if it is too large, no payload, retained by the broker, or from a node
+//! beyond the limits.
 
 use std::collections::BTreeMap;
 
@@ -13,14 +14,14 @@ use super::node::{NodeView, StaleReason, Standing};
 use crate::mqtt::LongMessage;
 use crate::sparkplug::{HostState, MessageKind, Payload, Topic};
 
-/// The most hosts whose state is kept.
+/// The maximum number of hosts whose state is kept.
 pub(super) const HOSTS_MAX: usize = 100;
-/// How long a node has for the birth that was asked for, ms.
+/// The time after which a missing birth is requested again, ms.
 const ASK_AGAIN_MS: u64 = 10_000;
-/// The most births that are asked for at once.
+/// The maximum number of births that are requested at once.
 const ASK_AT_ONCE: usize = 20;
 
-/// All nodes that were heard of.
+/// All known nodes.
 #[derive(Clone, Debug, Default)]
 pub struct FleetView {
     limits: FleetLimits,
@@ -32,12 +33,12 @@ pub struct FleetView {
 }
 
 impl FleetView {
-    /// Nothing has been heard yet. With a group, the other groups are left out.
+    /// A view before the first message. With a group, the other groups are left out.
     pub fn new(limits: FleetLimits, group: Option<String>) -> FleetView {
         FleetView { limits, group, ..FleetView::default() }
     }
 
-    /// A message. `now_ms`: this machine's clock, ms since 1970.
+    /// Takes a message. `now_ms`: this machine's clock, ms since 1970.
     pub fn hear(&mut self, message: HeardMessage, now_ms: u64) -> Vec<FleetChange> {
         self.counts.messages += 1;
         match Topic::read(message.topic) {
@@ -52,7 +53,8 @@ impl FleetView {
         Vec::new()
     }
 
-    /// A message that is too long to be taken: if it is of a known node, that one's values are old.
+    /// Notes a message that was too long to be received. If it is from a known node, the node's
+    /// values may be old from now on.
     pub fn miss(&mut self, message: &LongMessage, now_ms: u64) -> Vec<FleetChange> {
         self.counts.messages += 1;
         self.counts.too_large += 1;
@@ -70,7 +72,7 @@ impl FleetView {
         news.map(|news| change(&name, news, now_ms)).collect()
     }
 
-    /// The link to the broker is down: what happens now is not heard.
+    /// Notes that the link to the broker is down: messages from now on are missed.
     pub fn lose_link(&mut self, now_ms: u64) -> Vec<FleetChange> {
         let mut changes = Vec::new();
         for (name, node) in &mut self.nodes {
@@ -80,7 +82,7 @@ impl FleetView {
         changes
     }
 
-    /// The nodes that should be asked for a birth now; each is asked again after a while.
+    /// The nodes from which a birth is to be requested now. Each request is repeated after a while.
     pub fn wants_birth(&mut self, now_ms: u64) -> Vec<NodeName> {
         let is_due = |node: &NodeView| match node.standing {
             Standing::Unborn | Standing::Stale(_) => {
@@ -90,7 +92,8 @@ impl FleetView {
         };
         let mut due: Vec<(&NodeName, &mut NodeView)> =
             self.nodes.iter_mut().filter(|(_, node)| is_due(node)).collect();
-        // Who has waited longest: names that never answer are not to hold up the others.
+        // The nodes that have waited longest come first, so that names that never answer do not
+        // hold up the others.
         due.sort_by_key(|(_, node)| node.asked_ms);
         due.truncate(ASK_AT_ONCE);
         let ask = |(name, node): (&NodeName, &mut NodeView)| {
@@ -104,7 +107,7 @@ impl FleetView {
         self.group.as_ref().is_some_and(|own| own != group)
     }
 
-    /// The state of a host application.
+    /// Takes the state of a host application.
     fn hear_host(&mut self, host: String, payload: &[u8]) {
         let is_new = !self.hosts.contains_key(&host);
         if is_new && self.hosts.len() >= HOSTS_MAX {
@@ -117,7 +120,7 @@ impl FleetView {
         }
     }
 
-    /// A message of a node, or to one.
+    /// Takes a message from or to a node.
     fn hear_node(
         &mut self,
         (name, kind): (NodeName, MessageKind),
@@ -135,7 +138,7 @@ impl FleetView {
         }
         let payload = self.payload(bytes);
         if is_new && payload.is_err() {
-            // Garbage makes no node.
+            // Garbage does not create a node.
             return Vec::new();
         }
         let limits = self.limits;
@@ -143,7 +146,8 @@ impl FleetView {
         let own = node.metrics.bytes();
         let room = (&limits, own + limits.bytes_max.saturating_sub(self.bytes));
         let was = node.standing.clone();
-        // A death has the time of its connection, which says nothing of the node's clock.
+        // A death has the time of its connection, which is unrelated to the present time of the
+        // node's clock.
         let is_word = !matches!(kind, MessageKind::NodeDeath | MessageKind::DeviceDeath);
         node.hear(payload.as_ref().ok().filter(|_| is_word), now_ms);
         let mut news = match (payload, kind) {
@@ -164,7 +168,7 @@ impl FleetView {
         news.into_iter().map(|news| change(&name, news, now_ms)).collect()
     }
 
-    /// A message's payload, if it may be read.
+    /// The payload of a message, if it is within the limits and can be read.
     fn payload(&mut self, bytes: &[u8]) -> Result<Payload, StaleReason> {
         if bytes.len() > self.limits.payload_bytes_max {
             self.counts.too_large += 1;

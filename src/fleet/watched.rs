@@ -1,22 +1,22 @@
-//! Which metrics a reader wants to see: names, in which `*` stands for any characters.
-//! `cli::fleet` asks it before it prints a change.
+//! The metrics that a reader wants to see: names, in which `*` stands for any characters.
+//! `cli::fleet` uses this module before it prints a change.
 
 use super::news::FleetNews;
 use crate::sparkplug::{fits, vocabulary};
 
-/// Patterns; none of them: all but what says nothing of a plant.
+/// The patterns. Without a pattern, all metrics are wanted except `NO_NEWS`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WatchedMetrics {
     patterns: Vec<String>,
     wants_first: bool,
 }
 
-/// What every heartbeat or every birth changes.
+/// The metrics that every heartbeat or every birth changes.
 const NO_NEWS: [&str; 3] = [vocabulary::SCAN, vocabulary::BD_SEQ, vocabulary::REBIRTH];
 
 impl WatchedMetrics {
-    /// `asks_births`: the reader wants what the births tell, so the first values too. Who names
-    /// metrics wants them as well.
+    /// `asks_births`: the reader wants the contents of births, and so the first values too. A
+    /// reader who names metrics also wants first values.
     pub fn new(patterns: Vec<String>, asks_births: bool) -> WatchedMetrics {
         let wants_first = asks_births || !patterns.is_empty();
         WatchedMetrics { patterns, wants_first }

@@ -1,8 +1,8 @@
-//! A connection of HTTP/1 within limits: the bytes and the time of a request's head, and a peer
-//! that reads nothing.
+//! An HTTP/1 connection with limits: the bytes and the time of a request's head, and the time for
+//! which a peer may read nothing.
 //!
-//! Called by `web` and by `metrics` for each connection that they take in. What is answered, and
-//! how many connections there may be, is theirs.
+//! Called by `web` and by `metrics` for each connection that they accept. They make the answers and
+//! limit the number of connections.
 
 mod stall;
 
@@ -18,9 +18,9 @@ use tokio::io::{AsyncRead, AsyncWrite};
 
 use stall::NoStall;
 
-/// The time limit of a request's head; a connection without requests ends then too.
+/// The time limit of a request's head. A connection without requests ends after this time too.
 const HEAD_MAX: Duration = Duration::from_secs(5);
-/// The most bytes of a request's head, and its most headers.
+/// The maximum number of bytes of a request's head, and the maximum number of its headers.
 const HEAD_BYTES_MAX: usize = 16 * 1024;
 const HEADERS_MAX: usize = 64;
 
@@ -34,6 +34,6 @@ where
     let mut protocol = http1::Builder::new();
     protocol.timer(TokioTimer::new()).header_read_timeout(HEAD_MAX);
     protocol.max_buf_size(HEAD_BYTES_MAX).max_headers(HEADERS_MAX).half_close(true);
-    // What goes wrong on a connection is its peer's.
+    // An error on a connection concerns only its peer.
     let _ = protocol.serve_connection(TokioIo::new(NoStall::new(connection)), service).await;
 }

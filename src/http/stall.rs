@@ -1,5 +1,5 @@
-//! A connection that ends if its peer reads nothing for a while: a frozen browser, or one whose
-//! network is gone.
+//! A connection that ends if its peer reads nothing for a while: a frozen browser, or a browser
+//! whose network is gone.
 
 use std::io;
 use std::pin::Pin;
@@ -12,10 +12,10 @@ use tokio::time::{Instant, Sleep, sleep};
 /// The longest time for which a peer may read nothing while an answer waits for it.
 const STALL_MAX: Duration = Duration::from_secs(30);
 
-/// A connection whose writes may not stall.
+/// A connection whose writes fail if they wait for too long.
 pub(super) struct NoStall<S> {
     stream: S,
-    /// Runs while a write waits.
+    /// The timer, which runs while a write waits.
     limit: Pin<Box<Sleep>>,
     waits: bool,
 }
@@ -25,7 +25,7 @@ impl<S> NoStall<S> {
         NoStall { stream, limit: Box::pin(sleep(STALL_MAX)), waits: false }
     }
 
-    /// What a write gave; one that waits for too long is an error.
+    /// The result of a write; a write that waits for too long is an error.
     fn judged<T>(
         &mut self,
         written: Poll<io::Result<T>>,

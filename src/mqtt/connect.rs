@@ -1,4 +1,4 @@
-//! Opens TCP, and TLS where the address wants it. `session` uses it, within a deadline.
+//! Opens TCP, and TLS if the address requires it. `session` uses it, within a deadline.
 
 use std::io;
 
@@ -17,12 +17,12 @@ impl<S: AsyncRead + AsyncWrite + Unpin + Send> BrokerSocket for S {}
 /// Opens a connection.
 ///
 /// # Errors
-/// There is none, or it is not the broker that TLS wants.
+/// No connection could be opened, or TLS does not accept the broker.
 pub(super) async fn open(
     settings: &BrokerSettings,
     address: &BrokerAddress,
 ) -> Result<Box<dyn BrokerSocket>, MqttCause> {
-    // What is wrong with the settings is said before anybody hears of us.
+    // Faults of the settings are reported before a connection is opened.
     let secured = match (address.tls, &settings.tls) {
         (true, files) => Some(connector(files.as_ref().unwrap_or(&Default::default()))?),
         (false, None) => None,
@@ -35,7 +35,7 @@ pub(super) async fn open(
     };
     let stream = TcpStream::connect((address.host.as_str(), address.port)).await;
     let stream = stream.map_err(|error| MqttCause::Unreachable(error.to_string()))?;
-    // A message is not to wait for the next one.
+    // A message must not wait for the next one.
     let _ = stream.set_nodelay(true);
     let Some(secured) = secured else { return Ok(Box::new(stream)) };
     let Ok(name) = ServerName::try_from(address.host.clone()) else {

@@ -1,5 +1,5 @@
-//! Why a session ended, or never began: the place, the cause, and what to do, as texts for people.
-//! Callers print these; whether to connect again is theirs to decide.
+//! The failure of a session, at its beginning or later: the broker, the cause and a remedy, as
+//! texts for people. Callers print these texts, and decide whether to connect again.
 
 use std::error::Error;
 use std::fmt;
@@ -11,27 +11,28 @@ use super::reason::{of_version_3, of_version_5};
 use super::settings::{BrokerAddress, MqttVersion};
 use super::skip::LongMessage;
 
-/// Why a session ended, or never began. After one, a session gives nothing else.
+/// The failure of a session, at its beginning or later. After a failure, a session returns nothing
+/// else.
 #[derive(Clone, Debug)]
 pub struct MqttFailure {
     /// The broker.
     pub broker: BrokerAddress,
-    /// What went wrong.
+    /// The cause.
     pub cause: MqttCause,
 }
 
-/// What went wrong.
+/// The cause of a failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MqttCause {
     /// No TCP connection.
     Unreachable(String),
-    /// No answer to the beginning within this time.
+    /// No session within this time.
     Late(Duration),
-    /// A file for TLS.
+    /// A file for TLS cannot be used.
     File(PathBuf, String),
     /// The settings contradict themselves.
     Settings(&'static str),
-    /// TLS: another certificate, another name, or no TLS at all.
+    /// TLS failed: a wrong certificate, a wrong name, or a broker without TLS.
     Insecure(String),
     /// The broker refuses the session.
     Refused(MqttVersion, u8),
@@ -39,34 +40,34 @@ pub enum MqttCause {
     FilterRefused(MqttVersion, u8, String),
     /// The broker refuses a message (MQTT 5).
     MessageRefused(u8, u16),
-    /// The broker ends the session, and says why (MQTT 5).
+    /// The broker ends the session, with a reason (MQTT 5).
     Ended(u8),
-    /// The connection is at its end without a word.
+    /// The connection was closed without a reason.
     Closed,
     /// The connection broke.
     Broken(String),
-    /// Nothing comes, or nothing goes, for too long.
+    /// Nothing comes, or nothing can be sent, for too long.
     Silent(LinkSilence, Duration),
-    /// As silent, while a message that is too long was still coming.
+    /// Like `Silent`, but a message that is too long was still coming.
     Blocked(LongMessage, LinkSilence, Duration),
-    /// What came is not MQTT, or not what may come now.
+    /// The received bytes are not MQTT, or not allowed at this time.
     Garbage(String),
     /// A packet that is no message is longer than this many bytes.
     TooLong(u32),
-    /// What the caller wants to send cannot be sent.
+    /// The caller's data cannot be sent.
     NotSendable(String),
 }
 
-/// What is silent.
+/// The kind of silence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkSilence {
-    /// No byte comes after a question.
+    /// No byte comes after a PINGREQ.
     NoByte,
-    /// Bytes come, but never the answer to a question.
+    /// Bytes come, but no PINGRESP.
     NoPong,
     /// The broker or the link takes no byte.
     NoProgress,
-    /// The broker or the link takes bytes, but too slowly for what is to be sent.
+    /// The broker or the link takes bytes, but too slowly for the queued data.
     NoRoom,
     /// The broker does not answer a subscription.
     NoSubscription,
@@ -135,7 +136,7 @@ impl fmt::Display for MqttCause {
 }
 
 impl MqttCause {
-    /// Of a connection that was there.
+    /// The cause of an error on an open connection.
     pub(super) fn of_socket(error: &io::Error) -> MqttCause {
         if error.kind() == io::ErrorKind::UnexpectedEof {
             MqttCause::Closed
@@ -152,7 +153,7 @@ impl MqttCause {
             MqttVersion::V5 => of_version_5(code),
         };
         if let MqttCause::Refused(version, code) = self {
-            // Not a right to do something, but to come in.
+            // In a refused session, this code is about the login, not about a single action.
             let (why, remedy) = if *code == 0x87 { of_version_3(5) } else { words(version, *code) };
             write!(f, "the session is refused: {why} (code {code}): {remedy}")
         } else if let MqttCause::FilterRefused(version, code, filter) = self {

@@ -1,18 +1,19 @@
-//! An MQTT client for `rungd edge` and `rungd fleet`: one session with one broker, by MQTT 3.1.1
+//! An MQTT client for `rungd edge` and `rungd fleet`: one session with one broker, with MQTT 3.1.1
 //! or 5, over TCP or TLS.
 //!
-//! Silence is not health: a session asks the broker for a word (PINGREQ) when it has sent nothing
-//! for half of its keepalive, and fails when nothing comes for a keepalive, or when the broker or
-//! the link takes no byte for a keepalive. Whatever is queued has a limit of bytes; a message
-//! that is too long is read, thrown away and told.
+//! A session detects silence. It sends a PINGREQ if it has sent or received nothing for half of its
+//! keepalive. It fails if nothing comes for a keepalive after that, or if the broker or the link
+//! takes no byte for a keepalive. All queues are limited in bytes. A message that is too long is
+//! read, discarded and reported.
 //!
-//! `settings` says to whom and how; `connect` opens TCP and TLS (`tls`); `session` is what callers
-//! use, with its deadlines in `pulse`; `wire` is the protocol without sockets and time (its packets
-//! in `packets`; `skip` keeps giants from it), `probe` the part of fuzzing; `failure` says what
-//! went wrong in words for people, with `reason` for the broker's numbers.
+//! `settings` has the brokers and options; `connect` opens TCP and TLS (`tls`); `session` is the
+//! interface for callers, with its deadlines in `pulse`; `wire` is the protocol without sockets and
+//! time (its packets are in `packets`; `skip` keeps oversized messages from it); `probe` is the
+//! entry point for fuzzing; `failure` describes failures for people, with the broker's codes in
+//! `reason`.
 //!
-//! It connects once, logs nothing and has no thread: callers connect again, choose among addresses
-//! and say what happened. (A host's name is looked up by tokio's pool of blocking calls.)
+//! The client connects once, logs nothing and has no thread: callers connect again, choose among
+//! addresses and log events. (A host's name is looked up by tokio's pool of blocking calls.)
 
 mod connect;
 mod failure;

@@ -7,14 +7,14 @@ use mqtt_protocol_core::mqtt::result_code::{DisconnectReasonCode, MqttError};
 
 use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
 
-/// CONNECT, with a clean session: nothing of an earlier one is continued.
+/// CONNECT, with a clean session: no earlier session is continued.
 pub(super) fn connect(
     settings: &BrokerSettings,
     will: Option<&LastWill>,
 ) -> Result<Packet, MqttError> {
     let id = settings.client_id.as_str();
     let seconds = seconds(settings.keepalive);
-    // Both builders have the same methods, and no common trait.
+    // Both builders have the same methods, but no common trait.
     macro_rules! built {
         ($builder:expr) => {{
             let mut packet = $builder.client_id(id)?.clean_start(true).keep_alive(seconds);
@@ -35,7 +35,7 @@ pub(super) fn connect(
     }
 }
 
-/// The keepalive as MQTT has it: a whole number of seconds, and 0 would mean none.
+/// The keepalive for MQTT: a whole number of seconds, at least 1, because 0 means no keepalive.
 fn seconds(keepalive: Duration) -> u16 {
     let whole = keepalive.as_secs() + u64::from(keepalive.subsec_nanos() > 0);
     u16::try_from(whole).unwrap_or(u16::MAX).max(1)
@@ -49,7 +49,7 @@ pub(super) struct OutMessage<'m> {
     pub retain: bool,
 }
 
-/// PUBLISH; with QoS 1 it has a number.
+/// PUBLISH. With QoS 1, it has a number.
 pub(super) fn publish(
     version: MqttVersion,
     message: &OutMessage<'_>,
@@ -98,7 +98,7 @@ pub(super) fn subscribe(
     }
 }
 
-/// PUBACK: the answer to a message of QoS 1. Number 0 is none.
+/// PUBACK: the answer to a message of QoS 1. Number 0 is not valid.
 pub(super) fn acknowledgement(version: MqttVersion, number: u16) -> Result<Packet, MqttError> {
     match version {
         MqttVersion::V3 => v3_1_1::Puback::builder().packet_id(number).build().map(Packet::from),
@@ -114,7 +114,7 @@ pub(super) fn ping(version: MqttVersion) -> Result<Packet, MqttError> {
     }
 }
 
-/// DISCONNECT. `with_will`: the broker publishes the last will, which MQTT 5 alone can ask for.
+/// DISCONNECT. `with_will`: the broker publishes the last will, which only MQTT 5 can request.
 pub(super) fn disconnect(version: MqttVersion, with_will: bool) -> Result<Packet, MqttError> {
     match version {
         MqttVersion::V3 => v3_1_1::Disconnect::builder().build().map(Packet::from),

@@ -1,5 +1,5 @@
-//! What a hostile broker can send, for fuzzing: bytes into the protocol of a session, without a
-//! socket. `fuzz/` calls it.
+//! The entry point for fuzzing: passes the bytes of a hostile broker to the protocol of a session,
+//! without a socket. Called by `fuzz/`.
 
 use std::collections::VecDeque;
 
@@ -7,14 +7,15 @@ use super::packets::OutMessage;
 use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
 use super::wire::{BrokerWord, Wire};
 
-/// The longest packet that is taken in this conversation: so short that many messages are longer.
+/// The maximum packet length in this conversation: so short that many messages are longer.
 const PACKET_BYTES_MAX: u32 = 200;
 
-/// A conversation with a broker that says these bytes. The first byte chooses the version, and
-/// whether the session has begun, with a subscription, a message and a question under way.
+/// A conversation with a broker that sends these bytes. The first byte selects the version, the
+/// size of the parts, and whether the session has already begun, with a subscription, a message and
+/// a ping under way.
 ///
 /// # Panics
-/// More is kept than the bytes can be: that is what fuzzing looks for.
+/// More is kept than the bytes can account for: fuzzing searches for this.
 pub fn conversation(bytes: &[u8]) {
     let Some((choice, bytes)) = bytes.split_first() else { return };
     let mut settings = BrokerSettings::new(Vec::new(), "fuzz");
@@ -36,7 +37,7 @@ pub fn conversation(bytes: &[u8]) {
         wire.ping().expect("the session has begun");
     }
     let sent = wire.out().len();
-    // In parts of 1 to 64 bytes, so that frames are cut anywhere.
+    // The bytes come in parts of 1 to 64 bytes, so that frames are cut anywhere.
     for part in bytes.chunks(usize::from(choice >> 2) + 1) {
         if wire.receive(part, &mut heard).is_err() {
             break;

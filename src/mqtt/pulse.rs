@@ -1,5 +1,5 @@
-//! When a session must ask the broker for a word, and when its silence is too long. Times are
-//! arguments: `session` says what happened, and asks at the end of each step.
+//! When a session must send a PINGREQ, and when the broker's silence is too long. Times are
+//! arguments: `session` reports events, and requests a verdict at the end of each step.
 
 use std::time::Duration;
 
@@ -7,38 +7,38 @@ use tokio::time::Instant;
 
 use super::failure::LinkSilence;
 
-/// A silence is judged only when this time more has brought nothing: a process that was held, or
-/// busy, has not looked into its socket since.
+/// A silence counts only after this additional time without a byte: a process that was stopped or
+/// busy may not have read its socket since.
 const DOUBT: Duration = Duration::from_millis(50);
 
-/// An answer to a question may take so many keepalives while other bytes come.
+/// The maximum time for a PINGRESP while other bytes come, in keepalives.
 const PONG_KEEPALIVES: u32 = 4;
 
-/// What is to be done now.
+/// The next action of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PulseVerdict {
-    /// Nothing.
+    /// Nothing is to be done.
     Well,
-    /// A question is due.
+    /// A PINGREQ is due.
     Ask,
-    /// The session is at its end.
+    /// The session has failed.
     Silent(LinkSilence),
 }
 
-/// The times that decide.
+/// The times that decide the verdict.
 pub(super) struct Pulse {
     keepalive: Duration,
-    /// A packet was queued.
+    /// The time of the last queued packet.
     sent: Instant,
-    /// A byte came.
+    /// The time of the last received byte.
     heard: Instant,
-    /// The link took a byte, or there was none to take.
+    /// The last time at which the link took a byte, or no byte was waiting.
     taken: Instant,
-    /// A question is without an answer.
+    /// Whether a PINGREQ has no answer yet.
     questioned: bool,
-    /// It has left.
+    /// The time since which a sent PINGREQ has no answer.
     asked: Option<Instant>,
-    /// A silence seems too long.
+    /// The time since which a silence seems too long.
     doubted: Option<Instant>,
 }
 
@@ -59,7 +59,7 @@ impl Pulse {
         self.keepalive
     }
 
-    /// A broker of MQTT 5 may want a shorter one.
+    /// Shortens the keepalive: a broker of MQTT 5 may require a shorter one.
     pub fn shorten(&mut self, keepalive: Duration) {
         self.keepalive = self.keepalive.min(keepalive);
     }
@@ -76,24 +76,25 @@ impl Pulse {
         self.taken = now;
     }
 
-    /// A question is queued.
+    /// Notes that a PINGREQ was queued.
     pub fn questioned(&mut self, now: Instant) {
         (self.sent, self.questioned) = (now, true);
     }
 
-    /// A question has left our queue.
+    /// Notes that a PINGREQ has left the queue.
     pub fn asked(&mut self, now: Instant) {
         self.asked.get_or_insert(now);
     }
 
-    /// An answer came. `more`: questions are without one; `left`: one of these has left.
+    /// Notes a PINGRESP. `more`: other PINGREQs have no answer yet; `left`: one of them has left
+    /// the queue.
     pub fn answered(&mut self, more: bool, left: bool, now: Instant) {
         (self.questioned, self.asked) = (more, (more && left).then_some(now));
     }
 
-    /// What is to be done, when all that the socket has is read and all that it takes is written.
-    /// `waiting`: bytes wait to be sent. `reading`: our own queue has room, so that what the
-    /// broker says would be seen.
+    /// The verdict after the socket was read and written as far as possible. `waiting`: bytes wait
+    /// to be sent. `reading`: the receive queue has room, so that bytes from the broker would have
+    /// been read.
     pub fn judge(&mut self, waiting: bool, reading: bool, now: Instant) -> PulseVerdict {
         let Some(silence) = self.silence(waiting, reading, now) else {
             self.doubted = None;
@@ -104,7 +105,7 @@ impl Pulse {
         if now >= since + DOUBT { PulseVerdict::Silent(silence) } else { PulseVerdict::Well }
     }
 
-    /// When to judge again, if nothing happens.
+    /// The time of the next verdict, if nothing happens.
     pub fn next(&self, waiting: bool, reading: bool) -> Instant {
         if let Some(since) = self.doubted {
             return since + DOUBT;
@@ -113,8 +114,9 @@ impl Pulse {
         limits.into_iter().flatten().map(|(limit, _)| limit).fold(self.ask_at(), Instant::min)
     }
 
-    /// Something was heard and something was sent within half of a keepalive. What is heard
-    /// counts too: a link that swallows a steady stream would never be asked otherwise.
+    /// The time at which a PINGREQ is due: half of a keepalive after the last sent packet or the
+    /// last received byte, whichever is earlier. Received bytes count too: otherwise a link that
+    /// swallows a steady stream would never be checked.
     fn ask_at(&self) -> Instant {
         let quiet_since = if self.questioned { self.sent } else { self.sent.min(self.heard) };
         quiet_since + self.keepalive / 2

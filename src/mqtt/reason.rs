@@ -1,6 +1,6 @@
-//! The numbers by which a broker says why, in words, with what to do. `failure` prints them.
+//! The reason codes of a broker as texts for people, with remedies. `failure` prints them.
 
-/// What MQTT 5 calls a reason code: the words, and the remedy where there is one.
+/// A reason code of MQTT 5: its text, and a remedy.
 pub(super) fn of_version_5(code: u8) -> (&'static str, &'static str) {
     match code {
         0x80 => ("the broker gives no reason", "see the broker's log"),
@@ -39,7 +39,7 @@ pub(super) fn of_version_5(code: u8) -> (&'static str, &'static str) {
     }
 }
 
-/// The return code of a CONNACK of MQTT 3.1.1.
+/// A return code of MQTT 3.1.1 (CONNACK, SUBACK): its text, and a remedy.
 pub(super) fn of_version_3(code: u8) -> (&'static str, &'static str) {
     match code {
         1 => of_version_5(0x84),

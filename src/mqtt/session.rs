@@ -1,9 +1,9 @@
-//! One session with one broker: what callers of this module use.
+//! A session with a broker: the interface for callers of this module.
 //!
-//! Every call moves bytes in both directions as far as the socket goes without waiting, and judges
-//! the times (`pulse`); all that is under way is kept in the session, so any call may be dropped
-//! where it waits. A caller calls `next` whenever it has nothing else to do: the session asks and
-//! judges only while it is called.
+//! Every call moves bytes in both directions as far as possible without waiting, and checks the
+//! times (`pulse`). The session keeps all state, so any call may be dropped while it waits. A
+//! caller calls `next` whenever it has nothing else to do: the session sends pings and checks times
+//! only during a call.
 
 use std::collections::VecDeque;
 use std::future::{Future as _, poll_fn};
@@ -20,27 +20,28 @@ use super::pulse::{Pulse, PulseVerdict};
 use super::settings::{BrokerAddress, BrokerSettings, LastWill, Qos};
 use super::wire::{BrokerWord, MqttEvent, Wire};
 
-/// What is read at once.
+/// The maximum number of bytes of a read.
 const READ_BYTES: usize = 16 * 1024;
 
-/// While a subscription waits for its answer, so much may come before it: a broker sends retained
-/// messages first.
+/// The bytes that may come before the answer to a subscription: a broker sends retained messages
+/// first.
 const FLOOD_BYTES_MAX: usize = 16 << 20;
 
-/// A session with a broker. It ends with this value; the broker then publishes the last will,
-/// unless [`MqttSession::disconnect`] was called.
+/// A session with a broker. It ends when this value is dropped; the broker then publishes the last
+/// will, unless [`MqttSession::disconnect`] was called.
 pub struct MqttSession {
     broker: BrokerAddress,
     settings: BrokerSettings,
     socket: Box<dyn BrokerSocket>,
     wire: Wire,
     pulse: Pulse,
-    /// What the broker said, and the caller has not taken.
+    /// The received events that the caller has not taken yet.
     heard: VecDeque<BrokerWord>,
     heard_bytes: usize,
-    /// Bytes were written since the socket was flushed.
+    /// Whether bytes were written since the socket was flushed.
     flushing: bool,
-    /// The bytes that must leave before the oldest question without an answer has left.
+    /// The queued bytes up to the end of the oldest ping that has not been sent; `None`: all were
+    /// sent.
     before_question: Option<usize>,
     /// Wakes the caller when something is due.
     alarm: Pin<Box<Sleep>>,
@@ -48,11 +49,11 @@ pub struct MqttSession {
 }
 
 impl MqttSession {
-    /// Begins a session: TCP, TLS where the address wants it, CONNECT with a clean session. All of
-    /// it takes no longer than `answer_max`.
+    /// Begins a session: TCP, TLS if the address requires it, CONNECT with a clean session. The
+    /// whole takes at most `answer_max`.
     ///
     /// # Errors
-    /// There is no session. A broker may refuse one that it accepts a moment later.
+    /// No session could begin. A broker may refuse a session that it accepts a moment later.
     pub async fn connect(
         settings: &BrokerSettings,
         address: &BrokerAddress,
@@ -67,7 +68,7 @@ impl MqttSession {
         begun.map_err(|cause| MqttFailure { broker: address.clone(), cause })
     }
 
-    /// Begins a session on a socket that is open. It waits for the broker without an end.
+    /// Begins a session on an open socket. Waits for the broker without a time limit.
     pub(super) async fn begin(
         socket: Box<dyn BrokerSocket>,
         settings: &BrokerSettings,
@@ -100,12 +101,12 @@ impl MqttSession {
         &self.broker
     }
 
-    /// Queues a message; waits while too much is queued, or too many messages of QoS 1 are without
-    /// an acknowledgement. Gives the number that [`MqttEvent::Acknowledged`] has, with QoS 1.
-    /// Dropped while it waits, it sends nothing.
+    /// Queues a message. Waits while too much is queued, or while too many messages of QoS 1 have
+    /// no acknowledgement. With QoS 1, returns the number of the later [`MqttEvent::Acknowledged`].
+    /// If the call is dropped while it waits, nothing is sent.
     ///
     /// # Errors
-    /// It cannot be sent, or the session is at its end.
+    /// The message cannot be sent, or the session is at its end.
     pub async fn publish(
         &mut self,
         topic: &str,
@@ -127,8 +128,8 @@ impl MqttSession {
         self.queued(number).await
     }
 
-    /// Subscribes to filters, and waits for the broker's answer. Messages that come before it wait
-    /// for [`MqttSession::next`].
+    /// Subscribes to filters, and waits for the broker's answer. Messages that come before the
+    /// answer are kept for [`MqttSession::next`].
     ///
     /// # Errors
     /// A filter is refused, there is no answer, or the session is at its end.
@@ -143,8 +144,8 @@ impl MqttSession {
         answer.map_err(|cause| self.failure(cause))
     }
 
-    /// Asks the broker for a word, and gives the number of the question: the
-    /// [`MqttEvent::Pong`] of this number says that the broker has read everything sent before.
+    /// Sends a ping and returns its number. The [`MqttEvent::Pong`] with this number shows that the
+    /// broker has read everything that was sent before.
     ///
     /// # Errors
     /// The session is at its end.
@@ -154,26 +155,26 @@ impl MqttSession {
         self.queued(number).await
     }
 
-    /// What the broker says next. May be dropped while it waits: nothing is lost.
+    /// The next event from the broker. The call may be dropped while it waits: nothing is lost.
     ///
     /// # Errors
-    /// The session is at its end. What the broker said before is given first.
+    /// The session is at its end. Earlier events are returned first.
     pub async fn next(&mut self) -> Result<MqttEvent, MqttFailure> {
         let event = poll_fn(|cx| self.poll_next(cx)).await;
         event.map_err(|cause| self.failure(cause))
     }
 
-    /// Ends the session in order: the broker does not publish the last will. Waits until the
-    /// broker has closed the connection, because it has read everything then.
+    /// Ends the session in order: the broker does not publish the last will. Waits until the broker
+    /// has closed the connection: it has then read everything.
     ///
     /// # Errors
-    /// The broker has not done so within `answer_max`: it may publish the will.
+    /// The broker has not closed the connection within `answer_max`: it may publish the will.
     pub async fn disconnect(self) -> Result<(), MqttFailure> {
         self.end_in_order(false).await
     }
 
-    /// As [`MqttSession::disconnect`], and by MQTT 5 the broker publishes the last will: Sparkplug
-    /// 3.0 asks for that of edge nodes.
+    /// Like [`MqttSession::disconnect`], but with MQTT 5 the broker publishes the last will:
+    /// Sparkplug 3.0 requires this of edge nodes.
     ///
     /// # Errors
     /// The broker has not closed the connection within `answer_max`.
@@ -195,7 +196,7 @@ impl MqttSession {
         let broken = |error| MqttCause::of_socket(&error);
         let rest: Vec<u8> = self.wire.out().drain(..).collect();
         self.socket.write_all(&rest).await.map_err(broken)?;
-        // The broker may have closed it by now.
+        // The broker may have closed the connection by now.
         let _ = self.socket.shutdown().await;
         let mut unread = vec![0; READ_BYTES];
         // A broker that resets the connection has ended it as well.
@@ -203,7 +204,7 @@ impl MqttSession {
         Ok(())
     }
 
-    /// Sends what was queued, as far as it goes without waiting.
+    /// Sends the queued bytes, as far as possible without waiting.
     async fn queued<T>(&mut self, number: Result<T, MqttCause>) -> Result<T, MqttFailure> {
         let number = number.map_err(|cause| self.failure(cause))?;
         self.pulse.sent(Instant::now());
@@ -230,7 +231,7 @@ impl MqttSession {
         MqttFailure { broker: self.broker.clone(), cause }
     }
 
-    /// The session is at its end.
+    /// Ends the session with this cause.
     fn fail<T>(&mut self, cause: MqttCause) -> Result<T, MqttCause> {
         let cause = match (cause, self.wire.too_long()) {
             (MqttCause::Silent(what, longest), Some(message)) => {
@@ -267,7 +268,7 @@ impl MqttSession {
                 }
             }
             let moved = ready!(self.step(cx, self.settings.queue_bytes_max));
-            // What came before a failure is given first.
+            // Events before a failure are returned first.
             if self.heard.is_empty() {
                 moved?;
             }
@@ -300,14 +301,14 @@ impl MqttSession {
         }
     }
 
-    /// Moves bytes once in each direction, and judges the times. Ready when something came. Reads
-    /// no more while so many bytes wait for the caller.
+    /// Moves bytes once in each direction, and checks the times. Ready when bytes came. Reads
+    /// nothing while `limit` bytes wait for the caller.
     fn step(&mut self, cx: &mut Context<'_>, limit: usize) -> Poll<Result<(), MqttCause>> {
         if let Some(cause) = &self.failed {
             return Poll::Ready(Err(cause.clone()));
         }
         self.write(cx)?;
-        // Our answers to a broker that does not read them have a limit too.
+        // The answers to a broker that does not read them have a limit too.
         let answers = self.wire.out().len();
         let reading = self.heard_bytes < limit && answers <= self.settings.queue_bytes_max;
         if reading && self.read(cx)?.is_ready() {
@@ -333,7 +334,7 @@ impl MqttSession {
         }
     }
 
-    /// Writes what the socket takes.
+    /// Writes as many bytes as the socket takes.
     fn write(&mut self, cx: &mut Context<'_>) -> Result<(), MqttCause> {
         if self.wire.out().is_empty() && !self.flushing {
             self.pulse.taken(Instant::now());
@@ -372,7 +373,7 @@ impl MqttSession {
         }
     }
 
-    /// Reads once. Ready when something came.
+    /// Reads once. Ready when bytes came.
     fn read(&mut self, cx: &mut Context<'_>) -> Poll<Result<(), MqttCause>> {
         let mut bytes = [0; READ_BYTES];
         let mut buffer = ReadBuf::new(&mut bytes);

@@ -1,46 +1,46 @@
-//! To which brokers, and how. `connect`, `session` and `wire` read these; the settings of `edge`
-//! and `fleet` make them.
+//! The settings of a session. `connect`, `session` and `wire` read them; `edge` and `fleet` make
+//! them from their own settings.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use std::{fmt, fs, io};
 
-/// The longest packet that is taken from a broker, where nothing else is set.
+/// The default of the longest packet that is taken from a broker.
 const PACKET_BYTES_MAX: u32 = 1 << 20;
 
-/// What waits to be sent at most, where nothing else is set.
+/// The default of the bytes that may wait to be sent.
 const QUEUE_BYTES_MAX: usize = 1 << 20;
 
-/// How a session is to be.
+/// The settings of a session.
 #[derive(Clone, Debug)]
 pub struct BrokerSettings {
-    /// Where brokers are. A session is with one of them, which its caller chooses.
+    /// The addresses of the brokers. The caller chooses one of them for a session.
     pub addresses: Vec<BrokerAddress>,
     /// The version of the protocol.
     pub version: MqttVersion,
-    /// The name of this client, by which a broker knows it: two with one name throw each other
-    /// out.
+    /// The name of this client at the broker. Two clients with the same name end each other's
+    /// sessions.
     pub client_id: String,
-    /// The longest silence: of the broker after a question, and of a link that takes no byte.
+    /// The longest silence: of the broker after a PINGREQ, and of a link that takes no byte.
     pub keepalive: Duration,
-    /// The user, if the broker asks for one.
+    /// The user, if the broker requires one.
     pub login: Option<BrokerLogin>,
-    /// Files for TLS, only with addresses `mqtts://`. None: the system's authorities, no
+    /// Files for TLS, only for `mqtts://` addresses. `None`: the system's authorities, and no
     /// certificate of our own.
     pub tls: Option<TlsFiles>,
     /// The longest packet that is taken from the broker. A longer message is left out; anything
     /// else that is longer ends the session.
     pub packet_bytes_max: u32,
-    /// The bytes that may wait to be sent, or to be read by the caller. One message may be longer
-    /// than this.
+    /// The bytes that may wait to be sent, or to be read by the caller. A single message may be
+    /// longer than this.
     pub queue_bytes_max: usize,
     /// The longest wait for the broker's answer: to a connection (TCP, TLS and CONNACK together),
-    /// to a subscription, to a message when too many are without one.
+    /// to a subscription, to a message if too many messages have no answer.
     pub answer_max: Duration,
 }
 
 impl BrokerSettings {
-    /// MQTT 3.1.1, a keepalive of 30 s, no login, the system's authorities.
+    /// The defaults: MQTT 3.1.1, a keepalive of 30 s, no login, the system's authorities.
     pub fn new(addresses: Vec<BrokerAddress>, client_id: &str) -> BrokerSettings {
         BrokerSettings {
             addresses,
@@ -59,9 +59,9 @@ impl BrokerSettings {
 /// The version of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MqttVersion {
-    /// MQTT 3.1.1: every broker, and the only one of NATS.
+    /// MQTT 3.1.1: every broker has it, and NATS has no other version.
     V3,
-    /// MQTT 5: the broker gives reasons.
+    /// MQTT 5: the broker sends reasons.
     V5,
 }
 
@@ -96,7 +96,7 @@ impl BrokerLogin {
 }
 
 impl fmt::Debug for BrokerLogin {
-    /// Without the password.
+    /// Prints the login without the password.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("BrokerLogin").field("user", &self.user).finish_non_exhaustive()
     }
@@ -105,9 +105,9 @@ impl fmt::Debug for BrokerLogin {
 /// Files in PEM.
 #[derive(Clone, Debug, Default)]
 pub struct TlsFiles {
-    /// The authorities that may have signed the broker's certificate. None: those of the system.
+    /// The authorities that may have signed the broker's certificate. `None`: those of the system.
     pub ca: Option<PathBuf>,
-    /// Our own certificate, with those between it and its authority.
+    /// Our own certificate, with the intermediate certificates.
     pub certificate: Option<PathBuf>,
     /// The key of our certificate.
     pub key: Option<PathBuf>,
@@ -122,26 +122,26 @@ pub struct LastWill {
     pub payload: Vec<u8>,
     /// How often it arrives.
     pub qos: Qos,
-    /// Whether the broker keeps it for those who subscribe later.
+    /// Whether the broker retains it for later subscribers.
     pub retain: bool,
 }
 
-/// Where a broker is: `mqtt://host:port`, or `mqtts://host:port` with TLS.
+/// The address of a broker: `mqtt://host:port`, or `mqtts://host:port` with TLS.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct BrokerAddress {
-    /// A name or an address; of IPv6 without brackets.
+    /// A name or an IP address; an IPv6 address has no brackets here.
     pub host: String,
     /// The TCP port.
     pub port: u16,
-    /// Whether the connection is secured.
+    /// Whether the connection uses TLS.
     pub tls: bool,
 }
 
 impl BrokerAddress {
-    /// Reads one; without a port, 1883, or 8883 with TLS.
+    /// Reads an address. The default port is 1883, or 8883 with TLS.
     ///
     /// # Errors
-    /// Why it is none, as a sentence without its end.
+    /// The reason why the text is no address, as a sentence without its end.
     pub fn parse(text: &str) -> Result<BrokerAddress, String> {
         let scheme = |name: &str| text.strip_prefix(name);
         let (rest, tls) = match (scheme("mqtt://"), scheme("mqtts://")) {
@@ -176,7 +176,7 @@ impl BrokerAddress {
     }
 }
 
-/// Host and port of what stands behind the scheme.
+/// The host and the port in the text after the scheme.
 fn split<'t>(text: &str, rest: &'t str) -> Result<(&'t str, Option<&'t str>), String> {
     if let Some(inner) = rest.strip_prefix('[') {
         let closed = inner.split_once(']').filter(|(host, _)| host.contains(':'));

@@ -1,19 +1,20 @@
 //! Leaves out messages that are longer than allowed, before the library reads them.
 //!
-//! `wire` hands over every byte of the broker, and gets back what the library is to read, packet by
-//! packet. Of a PUBLISH that is too long only the beginning of its topic and its number are kept: a
-//! broker sends a retained message to each new session, so a session that failed at it would fail
-//! for ever. Any other packet passes, whatever its length: the library refuses that.
+//! `wire` passes in every byte from the broker, and gets back the bytes for the library, packet by
+//! packet. Of a PUBLISH that is too long, only the number and the beginning of the topic are kept.
+//! Such a message must not end the session: if it is retained, the broker sends it to each new
+//! session, and each session would fail. Any other packet passes, whatever its length: the library
+//! refuses it if it is too long.
 //!
-//! It answers nothing and has no time: `wire` acknowledges what was left out, and `session` judges
-//! how long it may take.
+//! This module sends no answers and has no clock: `wire` acknowledges the left-out messages, and
+//! `session` limits their time.
 
 use std::fmt;
 
-/// The first byte of a packet and a length of four bytes: what is more is no length.
+/// The longest head of a packet: its first byte and a length of up to four bytes.
 const HEAD_MAX: usize = 5;
 
-/// What is kept of a topic.
+/// The bytes of a topic that are kept.
 const TOPIC_MAX: usize = 200;
 
 /// A message that is too long.
@@ -21,16 +22,16 @@ const TOPIC_MAX: usize = 200;
 pub struct LongMessage {
     /// Its topic, or the beginning of it.
     pub topic: String,
-    /// Its length with all that belongs to the packet.
+    /// The length of its whole packet.
     pub bytes: u32,
-    /// The longest that is allowed.
+    /// The maximum length.
     pub bytes_max: u32,
-    /// Whether the broker keeps it, and sends it to each new session.
+    /// Whether the broker retains it, and sends it to each new session.
     pub retained: bool,
 }
 
 impl fmt::Display for LongMessage {
-    /// What it is, and what removes it, as a part of a sentence.
+    /// A description of the message and of its removal, as a part of a sentence.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let LongMessage { topic, bytes, bytes_max, retained } = self;
         write!(f, "a message of {bytes} bytes for `{topic}`, where {bytes_max} are the most")?;
@@ -44,31 +45,31 @@ impl fmt::Display for LongMessage {
     }
 }
 
-/// What comes out.
+/// A part of the sieve's output.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum SiftedBytes<'b> {
-    /// The beginning of a packet, for the library: so many of these bytes.
+    /// The head of a packet, for the library: the bytes, and how many of them count.
     Head([u8; HEAD_MAX], usize),
-    /// More of this packet.
+    /// Further bytes of this packet.
     Body(&'b [u8]),
-    /// The end of a message that was left out, and its number, with QoS 1.
+    /// The end of a message that was left out. With QoS 1, it has a number.
     LeftOut(LongMessage, Option<u16>),
 }
 
-/// Where in the stream of packets the broker is.
+/// The position in the broker's stream of packets.
 #[derive(Debug)]
 pub(super) struct PacketSieve {
     bytes_max: u32,
     head: [u8; HEAD_MAX],
-    /// How much of the head has come.
+    /// The number of bytes of the head that have come.
     has: usize,
-    /// How much of the packet behind its head is still to come.
+    /// The number of bytes after the head that are still to come.
     left: usize,
     long: Option<SkippedPacket>,
 }
 
 impl PacketSieve {
-    /// At the beginning of a packet.
+    /// A sieve at the beginning of a packet.
     pub fn new(bytes_max: u32) -> PacketSieve {
         PacketSieve { bytes_max, head: [0; HEAD_MAX], has: 0, left: 0, long: None }
     }
@@ -78,10 +79,10 @@ impl PacketSieve {
         self.long.as_ref().map(|long| long.message(self.bytes_max))
     }
 
-    /// The next part of these bytes, which are shortened by it. `None`: they are used up.
+    /// Removes the next part from these bytes and returns it. `None`: no bytes are left.
     ///
     /// # Errors
-    /// A message that is too long is not in order either: what is wrong.
+    /// A message that is too long is also malformed. The text describes the fault.
     pub fn next<'b>(
         &mut self,
         bytes: &mut &'b [u8],
@@ -108,7 +109,7 @@ impl PacketSieve {
         Ok(None)
     }
 
-    /// One more byte of a head: gives the head when it is whole and the packet is to be read.
+    /// Takes a byte of a head. Returns the head if it is complete and the packet is to be read.
     fn begin(&mut self, byte: u8) -> Result<Option<([u8; HEAD_MAX], usize)>, &'static str> {
         self.head[self.has] = byte;
         self.has += 1;
@@ -118,7 +119,7 @@ impl PacketSieve {
         }
         let (head, has) = (self.head, std::mem::take(&mut self.has));
         if !is_last {
-            // The library says that this is no length.
+            // The library refuses this length.
             return Ok(Some((head, has)));
         }
         let digits = head[1..has].iter().rev();
@@ -132,16 +133,16 @@ impl PacketSieve {
     }
 }
 
-/// What is known of a message while it is thrown away.
+/// The known parts of a message while it is discarded.
 #[derive(Debug)]
 struct SkippedPacket {
     retained: bool,
-    /// It has a number: its QoS is 1.
+    /// Whether it has a number: its QoS is 1.
     numbered: bool,
-    /// Of the packet with its head, and behind the head.
+    /// The lengths of the packet: with its head, and without it.
     bytes: usize,
     length: usize,
-    /// How many bytes behind the head have been read.
+    /// The number of bytes after the head that have been read.
     at: usize,
     topic_length: usize,
     topic: Vec<u8>,
@@ -168,7 +169,7 @@ impl SkippedPacket {
         })
     }
 
-    /// More of it: topic and number are at its beginning.
+    /// Reads further bytes. The topic and the number are at the beginning of the message.
     fn read(&mut self, bytes: &[u8]) -> Result<(), &'static str> {
         for byte in bytes {
             match self.at {

@@ -1,4 +1,4 @@
-//! Sessions with a broker that a test scripts, in virtual time.
+//! Tests of sessions with a scripted broker, in virtual time.
 
 mod giants;
 mod settings;
@@ -42,7 +42,7 @@ fn address() -> BrokerAddress {
     BrokerAddress::parse("mqtt://plant:1").unwrap()
 }
 
-/// Runs in virtual time: it passes while everything waits.
+/// Runs a test in virtual time, which advances while everything waits.
 fn run(body: impl Future<Output = ()>) {
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     let runtime = runtime.enable_time().start_paused(true).build().unwrap();
@@ -50,7 +50,7 @@ fn run(body: impl Future<Output = ()>) {
     runtime.block_on(body).expect("it ends");
 }
 
-/// The broker's end of a connection that holds so many bytes in each direction.
+/// The broker's end of a connection whose buffers have a limit.
 struct Broker(DuplexStream);
 
 impl Broker {
@@ -58,7 +58,7 @@ impl Broker {
         self.0.write_all(bytes).await.unwrap();
     }
 
-    /// The next packet of the client: its first byte, and what follows its length.
+    /// The next packet of the client: its first byte, and the bytes after its length.
     async fn packet(&mut self) -> (u8, Vec<u8>) {
         let first = self.0.read_u8().await.unwrap();
         let (mut length, mut shift) = (0, 0);
@@ -76,7 +76,7 @@ impl Broker {
     }
 }
 
-/// A session that has begun, with a connection of so many bytes.
+/// A session that has begun. `bytes`: the limit of the connection's buffers.
 async fn begun(settings: &BrokerSettings, connack: &[u8], bytes: usize) -> (MqttSession, Broker) {
     let (ours, theirs) = duplex(bytes);
     let mut broker = Broker(theirs);
@@ -115,7 +115,7 @@ fn publish(
     [&[0x30 | flags], &length[..], &body].concat()
 }
 
-/// Why the session ends, after so many events.
+/// The cause of the session's end after this number of events.
 async fn end(session: &mut MqttSession, events: usize) -> MqttCause {
     for _ in 0..events {
         session.next().await.unwrap();

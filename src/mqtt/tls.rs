@@ -1,5 +1,5 @@
-//! What begins TLS with a broker: the authorities that are trusted, our certificate, and the
-//! checks, which nothing turns off. `connect` uses it.
+//! The start of TLS with a broker: the trusted authorities, our certificate, and the checks, which
+//! cannot be turned off. Used by `connect`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,13 +13,13 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 use super::failure::MqttCause;
 use super::settings::TlsFiles;
 
-/// The authorities of the system: of Debian, and of most others.
+/// The file of the system's authorities, in Debian and most other distributions.
 const SYSTEM_CA: &str = "/etc/ssl/certs/ca-certificates.crt";
 
-/// What begins TLS.
+/// The connector that starts TLS.
 ///
 /// # Errors
-/// A file is not there, or is not what it should be.
+/// A file is missing, or does not have the right contents.
 pub(super) fn connector(files: &TlsFiles) -> Result<TlsConnector, MqttCause> {
     let ca = files.ca.clone().unwrap_or_else(|| PathBuf::from(SYSTEM_CA));
     let builder = ClientConfig::builder_with_provider(Arc::new(default_provider()));
@@ -49,8 +49,8 @@ pub(super) fn connector(files: &TlsFiles) -> Result<TlsConnector, MqttCause> {
     Ok(TlsConnector::from(Arc::new(config)))
 }
 
-/// Of a file that is named, each certificate must be good; the system's bundle may have some that
-/// rustls cannot read.
+/// The authorities of a file. In a file that the user names, each certificate must be valid. The
+/// system's bundle may have certificates that rustls cannot read.
 fn authorities(path: &Path, named: bool) -> Result<RootCertStore, MqttCause> {
     let mut store = RootCertStore::empty();
     for certificate in certificates(path)? {

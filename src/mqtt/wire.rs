@@ -1,10 +1,9 @@
-//! The protocol of a session, without sockets and time: what a caller wants becomes bytes to send,
-//! bytes of the broker become what they say. `session` moves the bytes; fuzzing has
-//! `conversation`.
+//! The protocol of a session, without sockets and time: it encodes the caller's requests and
+//! decodes the broker's bytes. `session` moves the bytes; fuzzing uses `conversation`.
 //!
-//! `mqtt-protocol-core` makes and reads packets, and keeps the numbers of those that wait for an
+//! `mqtt-protocol-core` encodes and decodes packets, and keeps the numbers of packets without an
 //! answer. It would accept some packets at the wrong time (a second CONNACK): `heard` refuses them.
-//! Messages that are too long do not reach it (`skip`). After a failure nothing more may be given
+//! Messages that are too long do not reach it (`skip`). After a failure, nothing more may be passed
 //! to it.
 
 use std::collections::VecDeque;
@@ -23,15 +22,16 @@ use super::packets::{self, OutMessage};
 use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
 use super::skip::{LongMessage, PacketSieve, SiftedBytes};
 
-/// The messages of QoS 1 that may be without an acknowledgement; a broker of MQTT 5 may allow less.
+/// The maximum number of messages of QoS 1 without an acknowledgement; a broker of MQTT 5 may allow
+/// fewer.
 const IN_FLIGHT_MAX: u16 = 256;
 
-/// The filters of one subscription.
+/// The maximum number of filters of a subscription.
 const FILTERS_MAX: usize = 64;
 
 const NO_CONNACK: &str = "no CONNACK at first";
 
-/// What a session tells its caller.
+/// An event that a session returns to its caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MqttEvent {
     /// A message of a topic that was subscribed to.
@@ -40,33 +40,33 @@ pub enum MqttEvent {
         topic: String,
         /// The payload.
         payload: Vec<u8>,
-        /// Whether the broker had kept it: it is older than the subscription.
+        /// Whether the broker had retained it: it is older than the subscription.
         retained: bool,
         /// How often it may arrive.
         qos: Qos,
     },
-    /// A message that is longer than `packet_bytes_max` was read and thrown away.
+    /// A message that is longer than `packet_bytes_max` was read and discarded.
     LeftOut(LongMessage),
-    /// The broker has taken the message of this number, which `publish` gave.
+    /// The broker has taken the message with this number, which `publish` returned.
     Acknowledged(u16),
-    /// The broker has read everything that was sent before the ping of this number, which `ping`
-    /// gave. Numbers rise by one; those of the session's own pings are among them.
+    /// The broker has read everything that was sent before the ping with this number, which `ping`
+    /// returned. Numbers rise by one; the session's own pings have numbers too.
     Pong(u64),
 }
 
-/// What the broker has said.
+/// A decoded packet of the broker.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum BrokerWord {
-    /// The session begins; the broker may want a shorter keepalive.
+    /// The session begins; the broker may require a shorter keepalive.
     Welcome(Option<Duration>),
-    /// It has accepted the subscription of this number.
+    /// The broker has accepted the subscription with this number.
     Subscribed(u16),
-    /// Something for the caller.
+    /// An event for the caller.
     Event(MqttEvent),
 }
 
 impl BrokerWord {
-    /// What it takes in memory.
+    /// The bytes that it takes in memory.
     pub fn bytes(&self) -> usize {
         let beside = size_of::<BrokerWord>();
         match self {
@@ -81,14 +81,14 @@ impl BrokerWord {
     }
 }
 
-/// One session's protocol.
+/// The protocol of a session.
 pub(super) struct Wire {
     core: Connection<role::Client>,
     sieve: PacketSieve,
     version: MqttVersion,
     packet_bytes_max: u32,
     is_welcome: bool,
-    /// The first bytes of the broker: how one that knows another version refuses.
+    /// The first bytes from the broker: they show whether it refuses the version.
     beginning: Vec<u8>,
     /// Subscriptions without an answer.
     asked: Vec<(u16, Vec<String>)>,
@@ -100,7 +100,7 @@ pub(super) struct Wire {
 }
 
 impl Wire {
-    /// A session that begins, with its CONNECT queued.
+    /// The protocol of a new session, with its CONNECT queued.
     ///
     /// # Errors
     /// The settings or the will do not fit into a CONNECT.
@@ -138,7 +138,7 @@ impl Wire {
         &mut self.out
     }
 
-    /// The questions that are without an answer.
+    /// The number of pings without an answer.
     pub fn unanswered(&self) -> u64 {
         self.pings - self.pongs
     }
@@ -153,10 +153,10 @@ impl Wire {
         self.in_flight < self.in_flight_max
     }
 
-    /// Queues a message. Gives its number, with QoS 1.
+    /// Queues a message. With QoS 1, returns its number.
     ///
     /// # Errors
-    /// It is no message that can be sent.
+    /// The message cannot be sent.
     pub fn publish(&mut self, message: &OutMessage<'_>) -> Result<Option<u16>, MqttCause> {
         let what = format!("{} bytes for `{}`", message.payload.len(), message.topic);
         let number = match message.qos {
@@ -172,10 +172,10 @@ impl Wire {
         Ok(number)
     }
 
-    /// Queues a subscription, and gives its number.
+    /// Queues a subscription, and returns its number.
     ///
     /// # Errors
-    /// A filter is none, or there are none or too many.
+    /// A filter is not valid, or there are none or too many.
     pub fn subscribe(&mut self, filters: &[(&str, Qos)]) -> Result<u16, MqttCause> {
         if filters.is_empty() || filters.len() > FILTERS_MAX {
             let why = format!("a subscription of {} filters: 1 to {FILTERS_MAX}", filters.len());
@@ -193,7 +193,7 @@ impl Wire {
         Ok(number)
     }
 
-    /// Queues a question, and gives its number.
+    /// Queues a ping, and returns its number.
     ///
     /// # Errors
     /// The session has not begun.
@@ -203,7 +203,7 @@ impl Wire {
         Ok(self.pings)
     }
 
-    /// Queues the end.
+    /// Queues a DISCONNECT.
     ///
     /// # Errors
     /// The session has not begun.
@@ -224,7 +224,7 @@ impl Wire {
                     self.out.extend(packet.to_continuous_buffer());
                 }
                 Event::NotifyError(error) => return Err(wrong(error)),
-                // After a DISCONNECT.
+                // `RequestClose` follows a DISCONNECT.
                 Event::RequestClose
                 | Event::NotifyPacketReceived(_)
                 | Event::NotifyPacketIdReleased(_)
@@ -235,10 +235,11 @@ impl Wire {
         Ok(())
     }
 
-    /// Reads bytes of the broker. What they say is added to `heard`, also before a failure.
+    /// Reads bytes from the broker. Decoded packets are added to `heard`, even if a failure
+    /// follows.
     ///
     /// # Errors
-    /// They are out of order, or say that the session is at its end.
+    /// The bytes are not valid, or end the session.
     pub fn receive(
         &mut self,
         mut bytes: &[u8],
@@ -247,7 +248,8 @@ impl Wire {
         if !self.is_welcome {
             let missing = 4 - self.beginning.len().min(4);
             self.beginning.extend(bytes.iter().take(missing));
-            // What is no broker often says less than the packet that its first bytes announce.
+            // A server that is no broker often sends less than the packet that its first bytes
+            // announce.
             if self.beginning.first().is_some_and(|first| *first != 0x20) {
                 return Err(MqttCause::Garbage(NO_CONNACK.to_owned()));
             }
@@ -258,7 +260,7 @@ impl Wire {
                 Some(SiftedBytes::Head(head, count)) => self.read(&head[..count], heard)?,
                 Some(SiftedBytes::Body(body)) => self.read(body, heard)?,
                 Some(SiftedBytes::LeftOut(message, number)) => {
-                    // Else the broker sends it again.
+                    // Otherwise the broker would send it again.
                     self.acknowledge(number)?;
                     heard.push_back(BrokerWord::Event(MqttEvent::LeftOut(message)));
                 }
@@ -267,7 +269,7 @@ impl Wire {
         }
     }
 
-    /// Hands bytes to the library.
+    /// Passes bytes to the library.
     fn read(&mut self, bytes: &[u8], heard: &mut VecDeque<BrokerWord>) -> Result<(), MqttCause> {
         let mut cursor = Cursor::new(bytes);
         while cursor.position() < bytes.len() as u64 {
@@ -278,7 +280,7 @@ impl Wire {
                         self.out.extend(packet.to_continuous_buffer());
                     }
                     Event::NotifyError(error) => return Err(self.out_of_order(error)),
-                    // An error follows.
+                    // An error follows `RequestClose`.
                     Event::RequestClose
                     | Event::NotifyPacketIdReleased(_)
                     | Event::RequestTimerReset { .. }
@@ -290,7 +292,7 @@ impl Wire {
     }
 
     fn out_of_order(&self, error: MqttError) -> MqttCause {
-        // So a broker that knows MQTT 3.1.1 only refuses MQTT 5.
+        // This is how a broker with only MQTT 3.1.1 refuses MQTT 5.
         if !self.is_welcome && self.beginning == [0x20, 2, 0, 1] {
             return MqttCause::Refused(MqttVersion::V5, 0x84);
         }
@@ -361,8 +363,8 @@ impl Wire {
         }
     }
 
-    /// Answers a message that has a number, so of QoS 1. The library would do it by itself, and
-    /// panic at number 0.
+    /// Acknowledges a message with a number, that is, of QoS 1. The library could do it itself, but
+    /// would panic at number 0.
     fn acknowledge(&mut self, number: Option<u16>) -> Result<(), MqttCause> {
         let Some(number) = number else { return Ok(()) };
         let packet = packets::acknowledgement(self.version, number);

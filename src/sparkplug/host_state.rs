@@ -1,14 +1,15 @@
-//! The state of a host application: JSON, the one message that is no protocol buffer
+//! The state of a host application: JSON, in the only message that is no protocol buffer
 //! (specification, 6.4.30).
 
 use serde::{Deserialize, Serialize};
 
-/// Whether a host is there, and since when.
+/// Whether a host is online, and since when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HostState {
-    /// It is there.
+    /// Whether the host is online.
     pub online: bool,
-    /// When it connected, ms since 1970 (UTC). Its death has the time of its birth.
+    /// The time at which it connected, ms since 1970 (UTC). Its will has the same time as its
+    /// birth.
     pub timestamp: u64,
 }
 

@@ -1,22 +1,22 @@
-//! Metrics as their users make them.
+//! Metrics in the form in which callers make them.
 
 use super::payload::{Metric, MetricContent, PropertyContent, PropertySet, PropertyValue};
 use super::types::{DataType, MetricValue};
 
-/// A metric of a birth: what is told once, and stands behind its alias.
+/// A metric of a birth: its definition, which is published once. Data refer to it by its alias.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BornMetric {
     /// Its name.
     pub name: String,
-    /// The number that stands for it; `None`: it is sent by name.
+    /// The number that replaces its name; `None`: it is sent by name.
     pub alias: Option<u64>,
     /// Its type.
     pub datatype: DataType,
-    /// For people.
+    /// Its properties, for people.
     pub properties: MetricProperties,
 }
 
-/// What a birth tells people about a metric. The names are those that hosts in the field show.
+/// The properties of a metric in a birth, for people. Their names are those that common hosts show.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MetricProperties {
     /// `engUnit`: the unit.
@@ -30,7 +30,7 @@ pub struct MetricProperties {
 }
 
 impl BornMetric {
-    /// As it stands in a birth; `None` has no value.
+    /// The metric in a birth; `None`: it has no value.
     pub fn born(&self, value: Option<&MetricValue>, timestamp: u64) -> Metric {
         Metric {
             name: Some(self.name.clone()),
@@ -41,7 +41,7 @@ impl BornMetric {
         }
     }
 
-    /// As it stands in data.
+    /// The metric in data.
     pub fn data(&self, value: Option<&MetricValue>, timestamp: u64) -> Metric {
         let name = self.alias.is_none().then(|| self.name.clone());
         let datatype = self.alias.is_none().then(|| self.datatype.number());
@@ -50,8 +50,8 @@ impl BornMetric {
     }
 }
 
-/// A value with its time, without name, alias and type. A value that the type cannot be is sent as
-/// none at all.
+/// A value with its time, without name, alias and type. A value that does not fit the type is sent
+/// as a missing value.
 pub fn metric_of(datatype: DataType, value: Option<&MetricValue>, timestamp: u64) -> Metric {
     let content: Option<MetricContent> = value.and_then(|value| datatype.write(value));
     let is_null = content.is_none().then_some(true);

@@ -1,8 +1,9 @@
 //! Sparkplug B 3.0: topics, payloads, types, sequence numbers, a host's state. Pure.
 //!
 //! `edge` publishes with it, `fleet` reads with it. The source is the Eclipse Sparkplug
-//! Specification 3.0 (chapters 4 to 6). Whatever bytes come in, an answer is an error at worst.
-//! Deliberately absent: MQTT (`mqtt`), and the order of messages, which belongs to its users.
+//! Specification 3.0 (chapters 4 to 6). Any bytes may come in: the worst result is an error.
+//! Deliberately absent: MQTT (see `mqtt`), and the check of the order of messages, which the
+//! callers do.
 
 mod host_state;
 mod metric;

@@ -1,9 +1,9 @@
-//! Patterns of metrics' names: `*` stands for any characters, none included.
+//! Patterns of metrics' names: `*` stands for any characters, also for none.
 //!
-//! `edge` chooses what it publishes by them, `fleet` what it shows.
+//! `edge` uses them to choose the published tags, `fleet` to choose the shown metrics.
 
-/// Whether a name fits a pattern. Each `*` takes as little as possible, which is enough: what
-/// stands between two of them is found at its first place.
+/// Whether a name matches a pattern. Each `*` takes as few characters as possible, which is enough:
+/// the text between two `*` is matched at its first occurrence.
 pub fn fits(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let first = parts.next().unwrap_or_default();

@@ -6,20 +6,21 @@
 use prost::Message;
 use prost::encoding::{DecodeContext, decode_key, skip_field};
 
-/// The most metrics of a payload that is read. Two bytes can be a metric, which takes a hundred
-/// times as much in memory.
+/// The maximum number of metrics of a payload. A metric may have only two bytes, but takes a
+/// hundred times as much in memory.
 const METRICS_MAX: usize = 50_000;
 
 /// A payload of any message but STATE.
 #[derive(Clone, PartialEq, Message)]
 pub struct Payload {
-    /// When it was published, ms since 1970 (UTC).
+    /// The time of its publication, ms since 1970 (UTC).
     #[prost(uint64, optional, tag = "1")]
     pub timestamp: Option<u64>,
-    /// What it tells.
+    /// The metrics.
     #[prost(message, repeated, tag = "2")]
     pub metrics: Vec<Metric>,
-    /// 0 to 255, one more with each message; absent in NDEATH and in commands.
+    /// The sequence number: 0 to 255, rises by one with each message; absent in NDEATH and in
+    /// commands.
     #[prost(uint64, optional, tag = "3")]
     pub seq: Option<u64>,
 }
@@ -27,28 +28,28 @@ pub struct Payload {
 /// A metric.
 #[derive(Clone, PartialEq, Message)]
 pub struct Metric {
-    /// Its name; in births, and where there is no alias.
+    /// Its name; in births, and in metrics without an alias.
     #[prost(string, optional, tag = "1")]
     pub name: Option<String>,
-    /// The number that stands for its name, of the node's last birth.
+    /// The number that replaces its name, from the node's last birth.
     #[prost(uint64, optional, tag = "2")]
     pub alias: Option<u64>,
-    /// When it had the value, ms since 1970 (UTC).
+    /// The time of the value, ms since 1970 (UTC).
     #[prost(uint64, optional, tag = "3")]
     pub timestamp: Option<u64>,
-    /// A [`super::DataType`]; in births, and where there is no alias.
+    /// A [`super::DataType`]; in births, and in metrics without an alias.
     #[prost(uint32, optional, tag = "4")]
     pub datatype: Option<u32>,
-    /// A value of the past, which is not the present one.
+    /// Whether the value is from the past, and so not the present one.
     #[prost(bool, optional, tag = "5")]
     pub is_historical: Option<bool>,
-    /// Not to be stored.
+    /// Whether the value is not to be stored.
     #[prost(bool, optional, tag = "6")]
     pub is_transient: Option<bool>,
-    /// There is no value.
+    /// Whether there is no value.
     #[prost(bool, optional, tag = "7")]
     pub is_null: Option<bool>,
-    /// Its unit, its limits; in births.
+    /// Its properties, such as unit and limits; in births.
     #[prost(message, optional, tag = "9")]
     pub properties: Option<PropertySet>,
     /// The value.
@@ -60,11 +61,11 @@ pub struct Metric {
 #[derive(Clone, PartialEq, prost::Oneof)]
 #[allow(missing_docs)]
 pub enum MetricContent {
-    /// Integers of up to 32 bits; negative ones in two's complement. The specification has
-    /// `uint32`, whose decoder would cut a longer number without a word.
+    /// Integers of up to 32 bits; negative integers are in two's complement. The specification has
+    /// `uint32`, whose decoder would silently truncate a longer number.
     #[prost(uint64, tag = "10")]
     Int(u64),
-    /// Integers of 64 bits, times.
+    /// Integers of 64 bits, and times.
     #[prost(uint64, tag = "11")]
     Long(u64),
     #[prost(float, tag = "12")]
@@ -79,7 +80,7 @@ pub enum MetricContent {
     Bytes(Vec<u8>),
 }
 
-/// Properties: keys, and as many values.
+/// Properties: keys, and the same number of values.
 #[derive(Clone, PartialEq, Message)]
 pub struct PropertySet {
     /// The names.
@@ -96,7 +97,7 @@ pub struct PropertyValue {
     /// A [`super::DataType`].
     #[prost(uint32, optional, tag = "1")]
     pub datatype: Option<u32>,
-    /// There is no value.
+    /// Whether there is no value.
     #[prost(bool, optional, tag = "2")]
     pub is_null: Option<bool>,
     /// The value.
@@ -140,7 +141,7 @@ impl Payload {
     }
 }
 
-/// How many metrics a payload has, as far as its fields can be told apart.
+/// The number of metrics in a payload, as far as its fields can be decoded.
 fn metrics_in(mut bytes: &[u8]) -> usize {
     let mut metrics = 0;
     while let Ok((tag, wire_type)) = decode_key(&mut bytes) {

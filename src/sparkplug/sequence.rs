@@ -5,7 +5,7 @@
 pub struct Sequence(u8);
 
 impl Sequence {
-    /// The number that a message has; `None`: no such number.
+    /// Reads the number of a message; `None`: it is above 255.
     pub fn of(number: u64) -> Option<Sequence> {
         u8::try_from(number).ok().map(Sequence)
     }
@@ -15,7 +15,7 @@ impl Sequence {
         self.0.into()
     }
 
-    /// The one after it.
+    /// The next number.
     #[must_use]
     pub fn next(self) -> Sequence {
         Sequence(self.0.wrapping_add(1))

@@ -5,24 +5,24 @@ use std::fmt;
 /// The first level of each topic.
 const NAMESPACE: &str = "spBv1.0";
 
-/// The longest name of a group, node, device or host, in bytes.
+/// The maximum length of the name of a group, node, device or host, in bytes.
 const NAME_BYTES_MAX: usize = 256;
 
 /// A topic.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Topic {
-    /// Of an edge node, or of a device behind it.
+    /// The topic of an edge node, or of a device behind it.
     Node {
         /// Its group.
         group: String,
-        /// What the message is.
+        /// The kind of message.
         kind: MessageKind,
         /// The edge node.
         node: String,
-        /// A device of it, in messages of devices.
+        /// The device, in messages of devices.
         device: Option<String>,
     },
-    /// Of a host application.
+    /// The topic of a host application.
     HostState {
         /// Its name.
         host: String,
@@ -54,7 +54,7 @@ const KINDS: [MessageKind; 8] = [
     MessageKind::DeviceCommand,
 ];
 
-/// Why a text is no name.
+/// The reason why a text is no name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NameFault {
     /// It has no character.
@@ -80,10 +80,10 @@ impl fmt::Display for NameFault {
     }
 }
 
-/// Judges the name of a group, node, device or host.
+/// Checks the name of a group, node, device or host.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The fault of the name.
 pub fn check_name(name: &str) -> Result<(), NameFault> {
     if name.is_empty() {
         return Err(NameFault::Empty);
@@ -96,7 +96,7 @@ pub fn check_name(name: &str) -> Result<(), NameFault> {
 }
 
 impl MessageKind {
-    /// Its level of the topic.
+    /// The name of this kind in a topic.
     pub const fn name(self) -> &'static str {
         match self {
             MessageKind::NodeBirth => "NBIRTH",
@@ -110,7 +110,7 @@ impl MessageKind {
         }
     }
 
-    /// Whether a device stands in its topic.
+    /// Whether its topic contains a device.
     pub const fn has_device(self) -> bool {
         match self {
             MessageKind::NodeBirth
@@ -136,7 +136,7 @@ impl Topic {
         Topic::HostState { host: host.to_owned() }
     }
 
-    /// Reads a topic; `None`: it is none of Sparkplug B 3.0.
+    /// Reads a topic; `None`: the text is no topic of Sparkplug B 3.0.
     pub fn read(text: &str) -> Option<Topic> {
         let mut levels = text.split('/');
         let mut next = || levels.next().filter(|level| check_name(level).is_ok());

@@ -1,4 +1,4 @@
-//! The types of metrics, and values of them.
+//! The types of metrics, and their values.
 
 use super::payload::MetricContent;
 
@@ -25,7 +25,7 @@ pub enum DataType {
     Text = 14,
 }
 
-/// All of them.
+/// All types.
 const ALL: [DataType; 14] = [
     DataType::Int8,
     DataType::Int16,
@@ -46,29 +46,29 @@ const ALL: [DataType; 14] = [
 /// A value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MetricValue {
-    /// Of `Int8` to `Int64`.
+    /// A value of `Int8` to `Int64`.
     Signed(i64),
-    /// Of `UInt8` to `UInt64` and `DateTime`.
+    /// A value of `UInt8` to `UInt64` or `DateTime`.
     Unsigned(u64),
-    /// Of `Float` and `Double`.
+    /// A value of `Float` or `Double`.
     Real(f64),
-    /// Of `Boolean`.
+    /// A value of `Boolean`.
     Bool(bool),
-    /// Of `String` and `Text`.
+    /// A value of `String` or `Text`.
     Text(String),
 }
 
-/// Why a value cannot be taken.
+/// The reason why a value cannot be taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ValueFault {
-    /// It is sent in the field of a different type.
+    /// The value is sent in the field of a different type.
     WrongField,
-    /// It is greater or less than its type can be.
+    /// The value is outside the range of its type.
     OutOfRange,
 }
 
 impl DataType {
-    /// The type of a number; `None`: unknown to the specification, or to rungd.
+    /// The type with this number; `None`: the number is unknown to the specification or to rungd.
     pub fn of(number: u32) -> Option<DataType> {
         ALL.into_iter().find(|of| of.number() == number)
     }
@@ -105,7 +105,8 @@ impl DataType {
     pub fn read(self, content: &MetricContent) -> Result<MetricValue, ValueFault> {
         use MetricContent as In;
         match (self, content) {
-            // Two's complement of 32 bits; some encoders cut it to the type's own width.
+            // The bits are two's complement of 32 bits; some encoders truncate them to the type's
+            // width.
             (DataType::Int8, In::Int(bits)) => signed(*bits, i8::MIN.into(), u8::MAX.into()),
             (DataType::Int16, In::Int(bits)) => signed(*bits, i16::MIN.into(), u16::MAX.into()),
             (DataType::Int32, In::Int(bits)) => signed(*bits, i32::MIN, u32::MAX),
@@ -136,7 +137,7 @@ impl DataType {
         }
     }
 
-    /// A value as it is sent; `None`: it is not of this type.
+    /// The content that is sent for a value; `None`: the value is not of this type.
     pub fn write(self, value: &MetricValue) -> Option<MetricContent> {
         let int = |low: i64, high: i64| match value {
             MetricValue::Signed(value) if (low..=high).contains(value) => {
@@ -191,8 +192,8 @@ impl DataType {
     }
 }
 
-/// A signed value of fewer than 32 bits in its own width: -1 of 16 bits is 65,535. A library that
-/// checks the type's range refuses 32 bits of ones.
+/// Truncates a signed value of fewer than 32 bits to its own width: -1 of 16 bits is 65,535. A
+/// library that checks the type's range would refuse 32 bits of ones.
 fn cut(content: MetricContent, own_bits: u32) -> MetricContent {
     match content {
         MetricContent::Int(bits) => MetricContent::Int(bits & u64::from(own_bits)),
@@ -205,8 +206,8 @@ fn cut(content: MetricContent, own_bits: u32) -> MetricContent {
     }
 }
 
-/// A signed value of up to 32 bits: two's complement of 32 bits, of 64 (as a varint of a negative
-/// `int32` is), or of its own bits.
+/// Reads a signed value of up to 32 bits: two's complement of 32 bits, of 64 bits (the varint of a
+/// negative `int32`), or of its own width.
 fn signed(bits: u64, low: i32, own_bits: u32) -> Result<MetricValue, ValueFault> {
     let value = u32::try_from(bits).map_or(bits as i64, |bits| i64::from(bits as i32));
     let range = i64::from(low)..=-(i64::from(low) + 1);
@@ -231,7 +232,7 @@ fn unsigned(value: u64, high: u32) -> Result<MetricValue, ValueFault> {
 mod tests {
     use super::*;
 
-    /// What is written is read again, for the extremes of each type.
+    /// A written value is read again unchanged, for the extremes of each type.
     #[test]
     fn a_value_comes_back() {
         let signed = |of, low: i64, high: i64| {
@@ -267,7 +268,7 @@ mod tests {
         assert_eq!(DataType::Int32.read(&long), Ok(MetricValue::Signed(-5)));
     }
 
-    /// 5 beyond 32 bits is not 5.
+    /// 2^32 + 5 must not be read as 5.
     #[test]
     fn a_number_beyond_32_bits_is_not_cut() {
         let long = MetricContent::Int((1 << 32) + 5);

@@ -1,4 +1,4 @@
-//! When values may be old: gaps, unknown aliases, a lost link; and when births are asked for.
+//! When values may be old: gaps, unknown aliases, a lost link; and when births are requested.
 
 use super::{Fleet, death, running};
 use crate::fleet::ask::rebirth_request;
@@ -94,7 +94,7 @@ fn births_are_asked_for_in_good_time() {
     assert_eq!(fleet.view.wants_birth(fleet.now_ms + 120_000).len(), 1);
 }
 
-/// Names that never answer, of a stranger, do not keep the others from being asked.
+/// A stranger's names that never answer do not prevent requests to the other nodes.
 #[test]
 fn each_node_is_asked_in_its_turn() {
     let mut fleet = Fleet::new();
@@ -118,7 +118,7 @@ fn an_unknown_alias_ends_the_values_of_its_message() {
     assert!(matches!(&news[..], [FleetNews::Stale { .. }]), "{news:?}");
 }
 
-/// Its birth was among the messages that are missing.
+/// The birth of that session was among the missing messages.
 #[test]
 fn a_death_of_a_session_that_was_missed_counts() {
     let mut fleet = Fleet::new();

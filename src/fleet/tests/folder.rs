@@ -1,4 +1,4 @@
-//! The ladders of a folder, compared with those that run.
+//! The ladders of a folder, compared with the running ladders.
 
 use std::fs;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ when = ["X0"]
 do = ["OUT lamp"]
 "#;
 
-/// A folder of its own, which goes away with the value.
+/// A temporary folder, which is removed when the value is dropped.
 struct Checkout(PathBuf);
 
 impl Checkout {
@@ -47,7 +47,7 @@ impl Drop for Checkout {
     }
 }
 
-/// A fleet with a node `plant/NAME` that runs a ladder.
+/// A fleet with a node `plant/NAME` for each pair of a name and its ladder.
 fn fleet(nodes: &[(&str, &str)]) -> Fleet {
     let mut fleet = Fleet::new();
     for (name, ladder) in nodes {
@@ -113,7 +113,7 @@ fn a_name_leads_nowhere_else() {
     }
 }
 
-/// Whatever runs would be as an empty folder says.
+/// An empty folder has nothing to compare with.
 #[test]
 fn a_folder_without_files_of_nodes_is_refused() {
     let checkout = Checkout::new("empty").with("plant/a/deeper", LADDER);

@@ -1,4 +1,5 @@
-//! A hostile broker: garbage, giants, floods of names. Contained, counted, and no panic.
+//! A hostile broker: garbage, oversized messages, floods of names. They are bounded and counted,
+//! and cause no panic.
 
 use proptest::prelude::*;
 
@@ -34,7 +35,7 @@ fn a_giant_is_not_read() {
     assert_eq!(fleet.report().counts.too_large, 1);
 }
 
-/// Longer than a packet may be: not even its bytes are taken.
+/// The message is longer than a packet may be, so not even its bytes are received.
 #[test]
 fn a_giant_of_a_known_node_makes_it_stale() {
     let mut fleet = Fleet::new();
@@ -56,7 +57,8 @@ fn a_giant_of_a_known_node_makes_it_stale() {
     assert_eq!((report.counts.too_large, report.nodes.len()), (4, 1));
 }
 
-/// Two bytes a metric become some hundred: a payload of a million of them is not read.
+/// A metric of two bytes takes some hundred bytes in memory: a payload of a million such metrics is
+/// not read.
 #[test]
 fn a_payload_of_empty_metrics_is_not_read() {
     let mut fleet = Fleet::new();
@@ -93,7 +95,7 @@ fn all_bytes_together_have_a_limit() {
         |fleet: &Fleet| fleet.report().nodes.iter().map(|n| n.metrics_refused).sum::<u64>();
     let first = refused(&fleet);
     assert!(first >= 8, "{first}");
-    // The same births again take no more.
+    // The same births again take no more memory.
     for _ in 0..100 {
         let metrics = [("text", 1, DataType::String, text(4_000))];
         let payload = birth(0, &metrics, 5).bytes();
@@ -125,7 +127,7 @@ fn a_birth_with_a_name_or_an_alias_twice_keeps_the_first() {
     assert_eq!((report.nodes[0].metrics, report.nodes[0].values_refused), (2, 2));
 }
 
-/// A node that is not kept may run anything, or nothing.
+/// A node beyond the limit is not kept, so its state is not known.
 #[test]
 fn what_is_beyond_the_limit_is_not_known_to_run() {
     let limits = FleetLimits { nodes_max: 1, ..FleetLimits::default() };
@@ -137,7 +139,7 @@ fn what_is_beyond_the_limit_is_not_known_to_run() {
     assert!(!fleet.report().all_run() && !fleet.report().is_as_expected());
 }
 
-/// A node whose heartbeat is missing, and whose mode is told all the same.
+/// The node has no heartbeat, but publishes a mode.
 #[test]
 fn a_mode_without_a_heartbeat_counts() {
     let mut fleet = Fleet::new();
@@ -158,7 +160,7 @@ fn hosts_beyond_the_limit_are_counted() {
     assert_eq!(report.counts.left_out().len(), 1);
 }
 
-/// The text of one node is not to fill the answer of all.
+/// The text of one node must not fill the answer for all nodes.
 #[test]
 fn a_long_text_is_cut_in_an_answer() {
     let mut fleet = Fleet::new();
@@ -169,7 +171,7 @@ fn a_long_text_is_cut_in_an_answer() {
     assert!(fleet.report().nodes[0].told.mode.as_ref().is_some_and(|it| it.ends_with('…')));
 }
 
-/// Wrong types for what rungd's own nodes tell: nothing of it is believed.
+/// The metrics of rungd's own nodes are ignored if they have wrong types.
 #[test]
 fn what_rungd_tells_has_its_types() {
     let mut fleet = Fleet::new();

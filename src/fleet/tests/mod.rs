@@ -1,4 +1,4 @@
-//! The view of a fleet, fed with messages as edge nodes and hostile brokers send them.
+//! The view of a fleet: tests with messages as edge nodes and hostile brokers send them.
 
 mod doubts;
 mod folder;

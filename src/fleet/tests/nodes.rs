@@ -1,4 +1,4 @@
-//! A node in order: births, data, deaths, the past, what its report says.
+//! A node without faults: its births, data, deaths, past values and report.
 
 use super::{Fleet, birth, death, running};
 use crate::fleet::{FleetNews, HeardMessage};

@@ -1,4 +1,4 @@
-//! Packets that are longer than allowed: messages are left out, anything else ends the session.
+//! Packets that are longer than allowed: messages are left out, any other packet ends the session.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use super::*;
 
 const TOPIC: &str = "plant/giant";
 
-/// A message whose packet has exactly so many bytes, from 131 to 16386.
+/// A message whose packet has exactly this number of bytes, from 131 to 16386.
 fn giant(version: MqttVersion, how: (Qos, bool), bytes: usize) -> Vec<u8> {
     let rest = publish(version, TOPIC, b"", how).len();
     let packet = publish(version, TOPIC, &vec![7; bytes - rest], how);
@@ -25,7 +25,8 @@ fn left_out(bytes: u32, retained: bool) -> LongMessage {
 const HOWS: [(Qos, bool); 3] =
     [(Qos::AtMostOnce, true), (Qos::AtLeastOnce, false), (Qos::AtLeastOnce, true)];
 
-/// What a sieve lets pass, and what it leaves out, if the bytes come in these parts.
+/// The bytes that a sieve passes and the messages that it leaves out, if the bytes come in these
+/// parts.
 fn sifted(parts: &[&[u8]]) -> (Vec<u8>, Vec<(LongMessage, Option<u16>)>) {
     let mut sieve = PacketSieve::new(1000);
     let (mut passed, mut out) = (Vec::new(), Vec::new());
@@ -70,7 +71,7 @@ fn the_longest_packet_passes_whole() {
         let longest = giant(version, HOWS[1], 1000);
         assert_eq!(sifted(&[&longest]), (longest, Vec::new()));
     }
-    // Anything but a message, and a length of five bytes, is for the library to refuse.
+    // The sieve passes any other packet, and a length of five bytes: the library refuses them.
     for bytes in [&[0x20, 0xe9, 7][..], &[0x30, 0xff, 0xff, 0xff, 0xff], &[0x40, 0x80, 0x80, 0]] {
         assert_eq!(sifted(&[bytes]), (bytes.to_vec(), Vec::new()));
     }
@@ -143,12 +144,12 @@ fn a_giant_that_is_no_message_is_refused_at_its_length() {
     });
 }
 
-/// The head of a message of 256 MiB, retained, with the beginning of its topic.
+/// The head of a retained message of 256 MiB, with its topic.
 fn endless() -> Vec<u8> {
     [&[0x31, 0xff, 0xff, 0xff, 0x7f, 0, TOPIC.len() as u8][..], TOPIC.as_bytes()].concat()
 }
 
-/// Between three and five keepalives a session says that it has no answer.
+/// After three to five keepalives, a session fails because it has no answer.
 fn is_blocked(failure: &MqttFailure, since: Instant) {
     let MqttCause::Blocked(message, LinkSilence::NoPong, _) = &failure.cause else {
         panic!("{failure}")
@@ -158,7 +159,7 @@ fn is_blocked(failure: &MqttFailure, since: Instant) {
     assert!((3..=5).contains(&(since.elapsed().as_secs() / KEEPALIVE.as_secs())));
 }
 
-/// How a session fails while the broker speaks.
+/// The failure of a session while the broker sends bytes.
 async fn failure_beside(
     session: &mut MqttSession,
     speaks: impl Future<Output = ()>,

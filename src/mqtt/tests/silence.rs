@@ -1,4 +1,4 @@
-//! Brokers and links that say nothing, or take nothing.
+//! Brokers and links that send nothing, or take nothing.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ fn silence(failure: &MqttFailure) -> Option<LinkSilence> {
     if let MqttCause::Silent(silence, _) = failure.cause { Some(silence) } else { None }
 }
 
-/// Between so many tenths of keepalives.
+/// Checks that the time since `since` is in this range of tenths of a keepalive.
 fn within(since: Instant, from: u32, to: u32) {
     let tenths = since.elapsed().as_millis() / (KEEPALIVE.as_millis() / 10);
     assert!((from..=to).contains(&(tenths as u32)), "{:?}", since.elapsed());
@@ -27,7 +27,7 @@ fn a_broker_is_asked_after_half_a_keepalive_and_silent_after_one_more() {
         within(since, 15, 16);
         assert_eq!(silence(&failure), Some(LinkSilence::NoByte), "{failure}");
         assert_eq!(broker.packet().await, (PINGREQ[0], Vec::new()));
-        // Nothing else comes of it.
+        // Every further call returns the same cause.
         assert_eq!(session.next().await.unwrap_err().cause, failure.cause);
         assert_eq!(session.ping().await.unwrap_err().cause, failure.cause);
         let publish = session.publish("a", b"", Qos::AtMostOnce, false).await;

@@ -1,11 +1,11 @@
-//! Brokers that are none, that lie, that refuse.
+//! Servers that are no brokers, and brokers that send invalid packets or refuse a session.
 
 use tokio::io::duplex;
 
 use super::super::{MqttSession, MqttVersion, Qos, conversation};
 use super::*;
 
-/// Why no session begins with a broker that says this at first.
+/// The reason why no session begins with a broker that first sends these bytes.
 async fn refusal(version: MqttVersion, says: &[u8]) -> String {
     let (ours, theirs) = duplex(1 << 10);
     let mut broker = Broker(theirs);
@@ -27,7 +27,7 @@ fn a_refusal_is_said_in_words() {
             (MqttVersion::V3, &[0x20, 2, 0, 5], "correct the login"),
             (MqttVersion::V5, &[0x20, 3, 0, 0x86, 0], "password is wrong"),
             (MqttVersion::V5, &[0x20, 3, 0, 0x9d, 0], "moved"),
-            // A broker that knows MQTT 3.1.1 only.
+            // A broker with only MQTT 3.1.1.
             (MqttVersion::V5, &[0x20, 2, 0, 1], "version of MQTT"),
         ] {
             let said = refusal(version, says).await;
@@ -100,7 +100,7 @@ fn an_end_is_told_from_a_goodbye() {
         assert!(cause.to_string().contains("same client id"), "{cause}");
         for version in VERSIONS {
             let (mut session, mut broker) = super::session(version).await;
-            // Half of a frame, and the end.
+            // Half of a frame, then the end of the connection.
             broker.says(&[0x30, 9, 0]).await;
             drop(broker);
             assert_eq!(end(&mut session, 0).await, MqttCause::Closed);
@@ -177,7 +177,7 @@ fn bytes_of_every_kind_end_a_conversation() {
     for _ in 0..20_000 {
         let length = random.next() % 60;
         let mut bytes: Vec<u8> = (0..length).map(|_| random.next() as u8).collect();
-        // Most begin as a packet would.
+        // Most of the inputs begin like a packet.
         if let [_, kind, count, ..] = &mut bytes[..] {
             (*kind, *count) = (*kind & 0xf3, *count & 0x1f);
         }

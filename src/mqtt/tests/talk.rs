@@ -1,4 +1,4 @@
-//! What a session says, and what it hears of a broker that is in order.
+//! The packets of a session, and its events, with a broker that is in order.
 
 use std::time::Duration;
 
@@ -29,13 +29,13 @@ fn connect_has_all_that_is_set() {
             let (session, (first, body)) = tokio::join!(begin, said);
             session.unwrap();
             assert_eq!(first, 0x10);
-            // Clean, a will of QoS 1 that is retained, a user with a password; 2 s.
+            // A clean session, a retained will of QoS 1, user and password; a keepalive of 2 s.
             assert_eq!(body[7..10], [0b1110_1110, 0, 2]);
             assert_eq!(body[6], if version == MqttVersion::V5 { 5 } else { 4 });
             for part in [&b"\x00\x02me"[..], b"\x00\x04will\x00\x02\x01\x02\x00\x05plant"] {
                 assert!(body.windows(part.len()).any(|bytes| bytes == part), "{body:?}");
             }
-            // A broker of version 5 is told the longest packet: 1000 bytes.
+            // With MQTT 5, the packet contains the maximum packet length: 1000 bytes.
             let told = body.windows(5).any(|bytes| bytes == [0x27, 0, 0, 3, 0xe8]);
             assert_eq!(told, version == MqttVersion::V5);
         }
@@ -54,7 +54,7 @@ fn messages_come_with_what_the_broker_says_of_them() {
             let other = message("c", b"", (Qos::AtMostOnce, false));
             assert_eq!(session.next().await.unwrap(), other);
             session.ping().await.unwrap();
-            // Our acknowledgement of the first, before the question.
+            // The acknowledgement of the first message, before the ping.
             assert_eq!(broker.packet().await, (0x40, vec![0, 7]));
             assert_eq!(broker.packet().await.0, 0xc0);
         }
@@ -167,9 +167,9 @@ fn a_goodbye_waits_until_the_broker_has_read_everything() {
                 assert_eq!(broker.packet().await.0, 0x30);
                 let (first, body) = broker.packet().await;
                 assert_eq!(first, 0xe0);
-                // 0 is normal, and may be left out.
+                // The code 0 is normal, and may be left out.
                 assert!(body.iter().all(|byte| *byte == 0), "{body:?}");
-                // What the broker says meanwhile is not read any more, but taken.
+                // Later messages from the broker are received, but ignored.
                 broker.says(&publish(version, "late", b"", (Qos::AtMostOnce, false))).await;
                 drop(broker);
             };
