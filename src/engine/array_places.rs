@@ -1,7 +1,7 @@
 //! The operands of operations on arrays: an element as a target, limits of elements, the forms of
 //! COPY and SR.
 //!
-//! `math` stores in an element, `arrays` uses the rest. Behaviour: `docs/semantics.md`, section 9.
+//! [`PutAt`] is for `math`, the rest is for `arrays`. Behaviour: `docs/semantics.md`, section 9.
 
 use super::integer;
 use super::memory::View;
@@ -12,24 +12,25 @@ use super::role::{
 };
 use crate::isa::Real;
 
-/// The element that a formula stores in.
+/// The element of an array in which a formula stores its result.
 #[derive(Clone, Copy, Debug)]
 pub struct PutAt {
     /// The cell of element 0.
     pub first: u32,
     /// The number of elements.
     pub count: u16,
-    /// Its elements.
+    /// The type of the elements.
     pub kind: Elements,
     /// Whether each element has limits of its own.
     pub each: bool,
-    /// The word with the number of the element.
+    /// The word that holds the index of the element.
     pub index: u32,
-    /// The word of the lower limit of element 0, or of all; of bits without meaning.
+    /// The word of the lower limit: of element 0 if each element has its own limits, else of all
+    /// elements. Unused for bits.
     pub limits: u32,
 }
 
-/// What the elements of an array are.
+/// The type of the elements of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Elements {
     /// Bits.
@@ -82,7 +83,7 @@ impl PutAt {
         Cells { first: self.first, count: self.count.into() }
     }
 
-    /// Stores a result; outside of the array nothing, which is a mishap.
+    /// Stores a result. If the index is outside of the array, stores nothing and notes a mishap.
     pub(super) fn put<R: Reach>(&self, view: &mut View<R>, value: Stored, noted: &mut Mishaps) {
         let index = view.word(WordRead(self.index));
         let Some(cell) = self.array().cell(index) else {
@@ -129,7 +130,7 @@ impl Role for PutAt {
     }
 }
 
-/// How words are copied: the types of both sides, and the limits of the target's elements.
+/// The form of a copy of words: the types of both sides, and the limits of the target's elements.
 #[derive(Clone, Copy, Debug)]
 pub struct WordForm {
     /// Whether the words that are read hold reals.
@@ -145,7 +146,7 @@ pub struct WordForm {
 pub struct Shift {
     /// The edge history of CLK.
     pub history: BitOwn,
-    /// Whether the last cell is the first bit.
+    /// Whether the bits run downwards: the last cell is the first bit.
     pub down: bool,
 }
 
@@ -155,7 +156,7 @@ impl Role for Shift {
     }
 }
 
-/// The limits are constants.
+/// Adds no cells: the words of the limits are constants.
 impl Role for WordForm {
     fn touches(&self, _: &mut Touches) {}
 }

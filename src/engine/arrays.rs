@@ -1,7 +1,7 @@
 //! COPY, FILL and SR: instructions on whole arrays.
 //!
-//! Behaviour: `docs/semantics.md`, section 9. Each element is written as by an instruction of its
-//! own: a force holds it, and its limits bind it.
+//! Behaviour: `docs/semantics.md`, section 9. Each element is written as if by its own instruction:
+//! a forced element keeps its value, and the limits of the element apply.
 
 use super::array_places::WordForm;
 use super::memory::View;
@@ -11,7 +11,7 @@ use super::role::{BitRead, BitWritten, Cells, WordRead, WordWritten};
 use crate::isa::Real;
 
 impl WordForm {
-    /// Writes the content of a word to an element, as MOVE does.
+    /// Writes the content of a word to an element, with the conversions of MOVE.
     fn put<R: Reach>(self, view: &mut View<R>, to: Cells, at: u32, content: i32) {
         let stored = match (self.from_real, self.to_real) {
             (true, false) => f64::from(Real::of_cell(content)) as i64,
@@ -24,7 +24,7 @@ impl WordForm {
     }
 }
 
-/// The elements in the order in which none is written before it is read.
+/// The order in which each element of overlapping arrays is read before it is overwritten.
 fn in_order(from: Cells, to: Cells) -> impl Iterator<Item = u32> {
     let down = to.first > from.first;
     (0..from.count).map(move |at| if down { from.count - 1 - at } else { at })

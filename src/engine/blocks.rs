@@ -50,7 +50,7 @@ pub(super) struct StageState {
 }
 
 impl BlockState {
-    /// If its own rungs did not execute since their last pass, lets their time count from `now_ms`.
+    /// Starts the time of its own rungs at `now_ms`, unless they executed since their last pass.
     pub fn count_from(&mut self, now_ms: u64) {
         if !self.executed {
             self.executed_ms = now_ms;
@@ -69,7 +69,7 @@ impl BlockState {
 }
 
 impl StageState {
-    /// As [`BlockState::count_from`].
+    /// Does the same as [`BlockState::count_from`], for a Stage.
     pub fn count_from(&mut self, now_ms: u64) {
         if !self.executed {
             self.executed_ms = now_ms;
@@ -176,7 +176,8 @@ impl Machine {
         self.execute_own::<R>(id, eye);
     }
 
-    /// Executes a run-once Task. Unless it halted itself, it is then done, and its pass is due.
+    /// Executes a run-once Task. Afterwards the Task is done and its pass is due, unless it halted
+    /// itself.
     fn run_once<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
         if !self.execute_own::<R>(id, eye) {
             return;
@@ -250,8 +251,8 @@ impl Machine {
         goes_on
     }
 
-    /// Executes a batch of control instructions; returns `false` if one ended the block's
-    /// execution.
+    /// Executes a batch of control instructions; returns `false` if an instruction ended the
+    /// block's execution.
     fn control_all(&mut self, at: Range<usize>, element: ElementId) -> bool {
         for at in at {
             let control = self.program.tables.ops.control[at];
@@ -262,8 +263,8 @@ impl Machine {
         true
     }
 
-    /// Executes a batch of MATHs. They are told in the order of their rungs, from this number of
-    /// events on.
+    /// Executes a batch of MATHs. Their mishaps are inserted in the order of their rungs, behind
+    /// the first `told` events.
     fn calculate<R: Reach>(&mut self, at: Range<usize>, in_columns: bool, told: usize) {
         let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
         let maths = Maths { maths: &tables.ops.math[at], steps: &tables.steps };
@@ -275,8 +276,8 @@ impl Machine {
         }
     }
 
-    /// Reads an element of an array outside of the batches. Writes private words and status bits
-    /// alone, which are never forced.
+    /// Reads an element of an array outside of the batches, for a pass or an ENTASK. Writes only
+    /// private words and status bits, which are never forced.
     pub fn pick(&mut self, pick: u32) {
         let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
         let pick = pick as usize;
@@ -317,7 +318,8 @@ impl Machine {
         true
     }
 
-    /// Stops a block (HALT, EXIT, a disabled Task): OFF at once, the pass at its next turn.
+    /// Stops a block (HALT, EXIT, a disabled Task): `.Running` goes OFF at once, the pass runs at
+    /// the next turn.
     pub fn halt(&mut self, id: BlockId) {
         if self.is_running(id) {
             self.put_bit(Bit::Running(id), false);

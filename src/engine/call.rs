@@ -1,7 +1,8 @@
-//! The calls of an engine as data: what came in, from the first call to the last.
+//! The calls of an engine as data: everything that enters the engine.
 //!
-//! The scan thread's tape keeps them, `record` writes them down, and a replay applies them. An
-//! engine is deterministic, so equal calls from an equal state lead to an equal state.
+//! The tape of the scan thread keeps the calls, `record` writes them to a recording, and a replay
+//! applies them. An engine is deterministic, so equal calls from an equal state lead to an equal
+//! state.
 
 use super::eye::Eye;
 use super::layout::Cell;
@@ -17,7 +18,7 @@ pub enum EngineCall {
         /// The time, monotonic.
         now_ns: u64,
     },
-    /// The next scan is the last one.
+    /// Makes the next scan the last one.
     RequestStop,
     /// Step 1 of a scan.
     Begin {
@@ -62,7 +63,7 @@ impl Engine {
         }
     }
 
-    /// As [`Engine::apply`]; a scan and the passes are seen step by step.
+    /// Makes the call like [`Engine::apply`]; `eye` sees each step of a scan and of the passes.
     pub fn apply_seen(&mut self, call: EngineCall, eye: &mut impl Eye) {
         match call {
             EngineCall::Execute => {
@@ -78,8 +79,8 @@ impl Engine {
         }
     }
 
-    /// Starts a Program that does not run, as RUN does. For a copy of an engine on which something
-    /// is tried.
+    /// Starts a stopped Program, as the instruction RUN does. For a copy of an engine that is used
+    /// for a trial.
     pub fn try_run(&mut self, program: BlockId) {
         self.machine.start_program(program);
     }

@@ -1,8 +1,8 @@
-//! The execution of formulas that differ in their cells alone: each step for all of them.
+//! Executes formulas that differ only in their cells: each step for all formulas at once.
 //!
 //! A step is dispatched once for up to [`LANES`] formulas, and its loop has no branch that depends
-//! on the formula. A lane is one formula, with accumulators, slots and mishaps of its own. `lower`
-//! sees to it that no formula reads what one before it writes.
+//! on the formula. A lane is one formula with its own accumulators, slots and mishaps. `lower`
+//! ensures that no formula reads a cell that an earlier formula writes.
 
 use super::memory::View;
 use super::mishap::Mishaps;
@@ -13,14 +13,14 @@ use super::{integer, real};
 /// The greatest number of formulas that are executed at once.
 pub(super) const LANES: usize = 64;
 
-/// The numbers of the formulas that are executed, within their columns; the others' legs are OFF.
+/// The numbers of the executed formulas within their columns. The legs of all others are OFF.
 pub(super) struct Active {
     numbers: [u8; LANES],
     count: usize,
 }
 
 impl Active {
-    /// Those for which this is 1, not 0.
+    /// The formulas whose leg is 1; the others have 0.
     #[inline(always)]
     pub fn of(legs: impl Iterator<Item = u8>) -> Active {
         let mut active = Active { numbers: [0; LANES], count: 0 };
@@ -36,7 +36,7 @@ impl Active {
     }
 }
 
-/// The steps of formulas: a column holds the same step of all of them.
+/// The steps of formulas: a column contains one step of all formulas.
 pub(super) struct Columns<'s> {
     pub steps: &'s [Step],
     /// The number of formulas in a column.
@@ -65,7 +65,7 @@ impl Lanes {
         })
     }
 
-    /// Executes all steps. The lanes are those of the active formulas, one behind the other.
+    /// Executes all steps. The active formulas have the first lanes, in order.
     pub fn evaluate<R: Reach>(&mut self, columns: &Columns, active: &Active, view: &View<R>) {
         self.noted = [Mishaps::default(); LANES];
         for column in columns.steps.chunks_exact(columns.height) {
@@ -84,7 +84,7 @@ impl Lanes {
     }
 }
 
-/// The same step of formulas, and what it reads.
+/// One step of all formulas, and the memory that it reads.
 struct Column<'a, R: Reach> {
     steps: &'a [Step],
     active: &'a Active,
@@ -92,7 +92,7 @@ struct Column<'a, R: Reach> {
     bits: &'a R::Bits,
 }
 
-/// A number that lanes have an accumulator for.
+/// A type of number for which lanes have an accumulator.
 trait Lane: Number {
     fn lanes(lanes: &Lanes) -> &[Self; LANES];
     fn lanes_mut(lanes: &mut Lanes) -> &mut [Self; LANES];
@@ -122,7 +122,7 @@ impl Lane for f64 {
     }
 }
 
-/// What a lane's operator reads.
+/// The sources of the operands of a lane's operator.
 struct Operands<'a, R: Reach> {
     lanes: &'a Lanes,
     at: usize,
@@ -147,7 +147,7 @@ fn each<R: Reach, N: Lane>(
             lanes.noted[at].add(own);
         }
     };
-    // Most often all legs are ON: then a lane needs no look at its number.
+    // Usually all legs are ON: then the number of a lane is the number of its formula.
     if active.count == steps.len() {
         (0..LANES).zip(steps).for_each(|(at, step)| one(at, step));
     } else {

@@ -1,8 +1,8 @@
 //! Control instructions as data: they start, stop and switch blocks and Stages. `blocks` executes
 //! them.
 //!
-//! The scheduler in `lower` moves no operation past a control operation, because that can end the
-//! block's execution, or switch bits that other operations read.
+//! The scheduler in `lower` moves no operation past a control operation, because a control
+//! operation can end the block's execution or switch bits that other operations read.
 
 use super::power::Power;
 use crate::isa::{BlockId, StageId};
@@ -40,7 +40,7 @@ pub enum ControlKind {
     Restart(RestartState),
     /// HALT of a Program or Task.
     Halt(BlockId),
-    /// EXIT of the Program that it stands in.
+    /// EXIT of the Program that contains it.
     Exit,
     /// Run-once ENTASK: the Task, and the cell of the edge history.
     EnableOnce {
@@ -55,7 +55,7 @@ pub enum ControlKind {
         task: BlockId,
         /// The word of the interval, ms.
         every: u32,
-        /// The MATH among `picks` that reads the interval from an array.
+        /// The index in `picks` of the MATH that reads the interval from an array.
         pick: Option<u32>,
     },
     /// JMP and SGDIVRG: from the instruction's Stage to these Stages.

@@ -74,14 +74,15 @@ impl Counter {
         view.put_flags(self.at, flags);
     }
 
-    /// Resets the counter (RSTCT, termination pass): the reset value at once, `.Reset` ON.
+    /// Resets the counter (RSTCT, termination pass): `.Acc` becomes the reset value at once,
+    /// `.Reset` goes ON.
     pub(super) fn reset<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
         let rule = rule.read(view);
         self.put(view, rule, rule.reset_value(), 1);
     }
 
-    /// The termination pass: resets the counter, turns histories and a pending reset OFF. Counts as
-    /// the first load of a CNTDN.
+    /// The termination pass: resets the counter, turns histories and a pending reset OFF. A CNTDN
+    /// then counts as loaded.
     pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
         view.put_state(self.at, State::of([(LOADED, 1)]));
         self.reset(view, rule);

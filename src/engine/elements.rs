@@ -1,4 +1,4 @@
-//! Elements of arrays that contacts and compares read, their number being known at run time only.
+//! Elements of arrays that contacts and compares read by an index known only at run time.
 //!
 //! Behaviour: `docs/semantics.md`, section 9. No index reaches a cell outside of its array.
 //! Formulas read and store elements too: `steps`, `array_places`.

@@ -39,10 +39,11 @@ pub struct MathEvent {
     pub mishaps: Mishaps,
 }
 
-/// Maximum number of MATHs with a mishap that are kept of one scan; further ones are only counted.
+/// Maximum number of MATHs with a mishap that are kept for one scan; further MATHs are only
+/// counted.
 const MATHS_MAX: usize = 16;
 
-/// Maximum number of events kept of one scan; further events are only counted.
+/// Maximum number of events that are kept for one scan; further events are only counted.
 const CAPACITY: usize = 256;
 
 /// The events of one scan.
@@ -81,7 +82,7 @@ impl Events {
         }
     }
 
-    /// Keeps a MATH in the order of numbers among those from this event on.
+    /// Inserts a MATH among the events from index `from` on, in the order of the MATHs' numbers.
     pub fn insert_math(&mut self, event: MathEvent, from: usize) {
         let at = from + self.maths[from..].partition_point(|told| told.math < event.math);
         if self.maths.len() == MATHS_MAX {

@@ -1,8 +1,8 @@
-//! An eye on a scan: it sees memory before and after each step of the scan, in order of execution.
+//! The interface of an observer of a scan: it sees memory before and after each step, in order.
 //!
-//! `observe` looks, to explain; the scan thread, the simulator and every other caller execute
-//! without an eye ([`Blind`]), for which the compiler leaves nothing behind. In a program that was
-//! lowered to be seen (`lower::lower_seen`) a batch is one operation.
+//! `observe` uses an eye to explain a scan. The scan thread, the simulator and every other caller
+//! execute without one ([`Blind`]); the compiler then removes all calls of the eye. In a program
+//! that `lower::lower_seen` made, a batch is one operation.
 
 use std::ops::Range;
 
@@ -26,8 +26,8 @@ pub enum Deed {
 
 /// Sees the steps of a scan.
 pub trait Eye {
-    /// Of the batches that an element has left, the next one to execute; the end: none. An eye that
-    /// knows that a batch would change nothing may leave it out.
+    /// Returns the next batch to execute among the remaining batches of an element; the end of the
+    /// range means none. An eye may skip a batch that would change nothing.
     #[inline(always)]
     fn next(&mut self, batches: Range<u32>) -> u32 {
         batches.start

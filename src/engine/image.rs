@@ -77,7 +77,7 @@ impl Image {
         self.forces
     }
 
-    /// Forces exactly these cells.
+    /// Forces these cells and no others.
     pub(super) fn put_forced(&mut self, bits: &[bool], words: &[bool]) {
         self.forced_bits.copy_from_slice(bits);
         self.forced_words.copy_from_slice(words);

@@ -1,11 +1,11 @@
-//! The arithmetic of MATH on integers: 64 bits, at the limits instead of beyond them.
+//! The arithmetic of MATH on integers: 64 bits; a result beyond the limits becomes the limit.
 //!
 //! Behaviour: `docs/semantics.md`, section 8. `math` calls one function for each operator. Every
 //! function notes its mishaps and never panics.
 
 use super::mishap::{Mishap, Mishaps};
 
-/// The value, or with `over` the limit on its side.
+/// The value; after an overflow (`over`), the limit on that side.
 #[inline(always)]
 fn limited((value, over): (i64, bool), is_below: impl Fn() -> bool, mishaps: &mut Mishaps) -> i64 {
     if over {
@@ -15,7 +15,7 @@ fn limited((value, over): (i64, bool), is_below: impl Fn() -> bool, mishaps: &mu
     value
 }
 
-/// A limit. Apart, so that it takes no room where there is seldom one.
+/// A limit. A separate function, so that this rare case takes no room in its callers.
 #[cold]
 #[inline(never)]
 fn limit(is_low: bool) -> i64 {
@@ -52,10 +52,10 @@ pub fn abs(a: i64, mishaps: &mut Mishaps) -> i64 {
     limited(a.overflowing_abs(), || false, mishaps)
 }
 
-/// `a / b`, towards zero; by 0: 0.
+/// `a / b`, rounded towards zero; 0 if `b` is 0.
 #[inline(always)]
 pub fn div(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
-    // Most numbers are small, and a division of 32 bits takes a third of the time.
+    // Most numbers are small, and a 32-bit division takes a third of the time of a 64-bit one.
     if let (Ok(a), Ok(b @ 1..)) = (u32::try_from(a), u32::try_from(b)) {
         return i64::from(a / b);
     }
@@ -66,7 +66,7 @@ pub fn div(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
     limited(a.overflowing_div(b), || false, mishaps)
 }
 
-/// `a % b`, with the sign of `a`; by 0: 0.
+/// `a % b`, with the sign of `a`; 0 if `b` is 0.
 #[inline(always)]
 pub fn rem(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
     if let (Ok(a), Ok(b @ 1..)) = (u32::try_from(a), u32::try_from(b)) {
@@ -96,7 +96,7 @@ pub fn pow(a: i64, n: i64, mishaps: &mut Mishaps) -> i64 {
                 1
             }
         }
-        // Beyond 2 ** 63 every power of another number is at a limit.
+        // For every other base, a power with an exponent above 63 is beyond a limit.
         _ => match a.checked_pow(n.min(64) as u32) {
             Some(power) => power,
             None => {
@@ -107,7 +107,7 @@ pub fn pow(a: i64, n: i64, mishaps: &mut Mishaps) -> i64 {
     }
 }
 
-/// The low 32 bits, as operators on bits take their operands.
+/// The low 32 bits: the operands of operators on bits.
 #[inline(always)]
 fn low(a: i64) -> i32 {
     a as i32
@@ -137,7 +137,7 @@ pub fn complement(a: i64, _: &mut Mishaps) -> i64 {
     i64::from(!low(a))
 }
 
-/// `a << count`; by a count outside 0..31: 0.
+/// `a << count`; 0 if `count` is outside 0 to 31.
 #[inline(always)]
 pub fn shift_left(a: i64, count: i64, _: &mut Mishaps) -> i64 {
     match count {
@@ -146,14 +146,14 @@ pub fn shift_left(a: i64, count: i64, _: &mut Mishaps) -> i64 {
     }
 }
 
-/// `a >> count`, with the sign; by a count outside 0..31: 0 or -1.
+/// `a >> count`, filled with the sign; 0 or -1 if `count` is outside 0 to 31.
 #[inline(always)]
 pub fn shift_right(a: i64, count: i64, _: &mut Mishaps) -> i64 {
     let count = if (0..=31).contains(&count) { count } else { 31 };
     i64::from(low(a) >> count)
 }
 
-/// `a >>> count`, with zeros; by a count outside 0..31: 0.
+/// `a >>> count`, filled with zeros; 0 if `count` is outside 0 to 31.
 #[inline(always)]
 pub fn shift_right_zeros(a: i64, count: i64, _: &mut Mishaps) -> i64 {
     match count {
@@ -192,7 +192,7 @@ pub(super) use compares;
 
 compares!(i64);
 
-/// An integer within a range, or the limit beside it.
+/// An integer, limited to a range.
 #[inline(always)]
 pub fn within(value: i64, low: i32, high: i32, mishaps: &mut Mishaps) -> i32 {
     let limited = value.clamp(i64::from(low), i64::from(high));

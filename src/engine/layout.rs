@@ -109,7 +109,7 @@ impl Layout {
         }
     }
 
-    /// The same layout with a history for each of so many SRs.
+    /// The same layout with a history for each of `count` SRs.
     pub fn with_shifts(self, count: u32) -> Layout {
         Layout { bits: self.shifts + count, ..self }
     }
@@ -129,7 +129,7 @@ impl Layout {
         self.words
     }
 
-    /// The memory sizes that it was made for.
+    /// The memory sizes of this layout.
     pub fn sizes(&self) -> &MemorySizes {
         &self.sizes
     }

@@ -59,7 +59,7 @@ compares! {
 }
 
 impl AnyWord {
-    /// Its value.
+    /// The value of the word.
     #[inline(always)]
     pub(super) fn value<R: Reach>(&self, view: &View<R>) -> f64 {
         let cell = view.word(self.word);
@@ -159,8 +159,8 @@ arithmetic! {
 }
 
 impl AnyTarget {
-    /// Stores a number: in an integer truncated towards zero, in a real rounded to the nearest;
-    /// limited.
+    /// Stores a number within the limits: truncated towards zero in an integer, rounded to the
+    /// nearest in a real.
     #[inline(always)]
     fn put<R: Reach>(&self, view: &mut View<R>, leg: u8, value: f64) {
         let cell = if self.real { Real::stored(value).0.cell().into() } else { value as i64 };

@@ -30,8 +30,8 @@ pub struct Math {
     pub put: Put,
     /// The accumulator that holds its result.
     pub result: Accumulator,
-    /// Whether it is another instruction with an element of an array: of the status bits it
-    /// touches that of an index alone.
+    /// Whether it stands for a different instruction with an element of an array. Such a MATH turns
+    /// only the status bit of an index error ON.
     pub quiet: bool,
 }
 
@@ -57,7 +57,7 @@ pub enum Put {
     Index(WordWritten),
 }
 
-/// The state of the formulas of a program between two scans, and in one.
+/// The working memory of the formulas of a program.
 #[derive(Debug)]
 pub(super) struct Calculator {
     slots: Box<[u64]>,
@@ -74,12 +74,13 @@ pub(super) struct Maths<'p> {
 }
 
 impl Calculator {
-    /// With slots for the formula that needs the most.
+    /// Makes a calculator with enough slots for every formula.
     pub fn new(slots: u32, status: u32) -> Calculator {
         Calculator { slots: vec![0; slots as usize].into(), lanes: Lanes::new(), status }
     }
 
-    /// Executes MATHs one after the other; `report` gets the number of each that had a mishap.
+    /// Executes MATHs one after the other; `report` receives the number of each MATH that had a
+    /// mishap.
     pub fn run<R: Reach>(
         &mut self,
         Maths { maths, steps }: Maths,
@@ -101,8 +102,8 @@ impl Calculator {
         }
     }
 
-    /// Executes MATHs whose formulas have the same steps but for their cells, and of which none
-    /// reads what one before it writes.
+    /// Executes MATHs whose formulas differ only in their cells. No MATH reads a cell that an
+    /// earlier MATH writes.
     pub fn run_columns<R: Reach>(
         &mut self,
         Maths { maths, steps }: Maths,
@@ -131,8 +132,8 @@ impl Calculator {
 }
 
 impl Math {
-    /// Stores its result, which one of the accumulators holds. The way of most results has two
-    /// tests, which are cheaper than a jump by a table.
+    /// Stores the result from its accumulator. Most results pass two tests, which are cheaper than
+    /// a jump table.
     #[inline(always)]
     fn store<R: Reach>(
         &self,
@@ -143,7 +144,8 @@ impl Math {
         if let Put::Word { to, low, high } = &self.put {
             let integer = match self.result {
                 Accumulator::Integer => integer,
-                // Stays at the limits of 64 bits, which are beyond those of every word.
+                // The cast saturates at the limits of 64 bits, which lie beyond the limits of every
+                // word.
                 Accumulator::Real => real as i64,
             };
             let limited = integer::within(integer, *low, *high, noted);
@@ -155,7 +157,7 @@ impl Math {
         noted.add(own);
     }
 
-    /// Stores its result in something else than a word of integers.
+    /// Stores the result in a target that is not a word of integers.
     #[inline(never)]
     fn store_elsewhere<R: Reach>(
         &self,
@@ -188,7 +190,8 @@ impl Math {
         }
     }
 
-    /// Turns the status bits of its mishaps ON, and reports them. Apart, because it is rare.
+    /// Turns the status bits of its mishaps ON, and reports them. A separate function, because this
+    /// is rare.
     #[cold]
     fn tell<R: Reach>(
         &self,
@@ -207,7 +210,7 @@ impl Math {
     }
 }
 
-/// The cells of its leg, of its formula and its target, and the status bits.
+/// The cells of its leg, of its formula and of its target, and the status bits.
 impl Role for Math {
     fn touches(&self, t: &mut Touches) {
         self.leg.touches(t);

@@ -20,7 +20,7 @@ pub enum Mishap {
 }
 
 impl Mishap {
-    /// All, in the order of their status bits.
+    /// All kinds, in the order of their status bits.
     pub const ALL: [Mishap; 4] =
         [Mishap::DivideByZero, Mishap::Overflow, Mishap::OutOfRange, Mishap::IndexError];
 
@@ -45,41 +45,42 @@ impl Mishap {
 pub struct Mishaps(u8);
 
 impl Mishaps {
-    /// Adds one.
+    /// Adds a mishap.
     #[inline(always)]
     pub(super) fn note(&mut self, mishap: Mishap) {
         self.0 |= 1 << mishap as u8;
     }
 
-    /// Only the index error of these.
+    /// The index error of the set, if it contains one; no other mishap.
     pub(super) fn of_index(self) -> Mishaps {
         Mishaps(self.0 & 1 << Mishap::IndexError as u8)
     }
 
-    /// Adds those of another set.
+    /// Adds the mishaps of a second set.
     #[inline(always)]
     pub(super) fn add(&mut self, other: Mishaps) {
         self.0 |= other.0;
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     #[inline(always)]
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether it has this one.
+    /// Whether the set contains a mishap.
     pub fn has(self, mishap: Mishap) -> bool {
         self.has_number(mishap as u32)
     }
 
-    /// Whether it has the one with this number: the first status bit's is 0.
+    /// Whether the set contains the mishap with this number; 0 is the mishap of the first status
+    /// bit.
     #[inline(always)]
     pub(super) fn has_number(self, number: u32) -> bool {
         u32::from(self.0) >> number & 1 == 1
     }
 
-    /// All of them, in the order of their status bits.
+    /// All mishaps of the set, in the order of their status bits.
     pub fn each(self) -> impl Iterator<Item = Mishap> {
         Mishap::ALL.into_iter().filter(move |mishap| self.has(*mishap))
     }

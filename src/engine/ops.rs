@@ -26,7 +26,7 @@ pub use super::role::{
 pub use super::step_reads::reads;
 pub use super::steps::{Accumulator, At, Code, Operator, Step, StepShape, shapes};
 
-/// An operation that works on memory alone.
+/// An operation that works only on memory.
 pub(super) trait Operation {
     /// Executes it.
     fn run<R: Reach>(&self, view: &mut View<R>);
@@ -142,9 +142,9 @@ operations! {
     And3 and3 { cell: BitOwn, of: Powers<3> }
     /// `cell = a & b & c & d`.
     And4 and4 { cell: BitOwn, of: Powers<4> }
-    /// `cell` = the bit of an array that the index selects; outside: OFF.
+    /// `cell` = the bit of an array that the index selects; OFF if the index is outside.
     PickBit pick_bit { cell: BitOwn, from: BitsRead, index: WordRead }
-    /// `cell` = the word of an array that the index selects; outside: 0.
+    /// `cell` = the word of an array that the index selects; 0 if the index is outside.
     PickWord pick_word { cell: WordWritten, from: WordsRead, index: WordRead }
     /// `cell` = the bit was OFF at the last evaluation and is now ON.
     Rise rise { cell: BitOwn, bit: BitRead, history: BitOwn }
@@ -154,17 +154,17 @@ operations! {
     Equal equal { cell: BitOwn, a: WordRead, b: WordRead }
     /// `cell = a < b`. `>` swaps a and b; `>=` and `<=` are read as opposites.
     Less less { cell: BitOwn, a: WordRead, b: WordRead }
-    /// `cell = a == b`, of an integer and a real.
+    /// `cell = a == b`, for an integer and a real.
     EqualMixed equal_mixed { cell: BitOwn, a: AnyWord, b: AnyWord }
-    /// `cell = a < b`, of an integer and a real.
+    /// `cell = a < b`, for an integer and a real.
     LessMixed less_mixed { cell: BitOwn, a: AnyWord, b: AnyWord }
     /// OUT: writes the power, ON and OFF.
     Out out { leg: LegPowers, bit: BitWritten }
     /// OUT of a leg that is one power.
     OutOne out_one { leg: Powers<1>, bit: BitWritten }
-    /// SET: ON while the rung is ON.
+    /// SET: turns the bit ON while the rung is ON.
     Set set { leg: LegPowers, bit: BitWritten }
-    /// RST: OFF while the rung is ON.
+    /// RST: turns the bit OFF while the rung is ON.
     Rst rst { leg: LegPowers, bit: BitWritten }
     /// PD: writes ON at the execution in which the rung comes ON, OFF at every other.
     Pd pd { leg: LegPowers, bit: BitWritten, history: BitOwn }
@@ -206,7 +206,7 @@ operations! {
     Add add { leg: LegPowers, a: WordRead, b: WordRead, to: Target }
     /// SUB: writes a - b while the rung is ON.
     Sub sub { leg: LegPowers, a: WordRead, b: WordRead, to: Target }
-    /// ADD with a real among its words; MOVE as the sum with 0.
+    /// ADD with a real among its words; also MOVE with a real, as the sum with 0.
     AddMixed add_mixed { leg: LegPowers, a: AnyWord, b: AnyWord, to: AnyTarget }
     /// SUB with a real among its words.
     SubMixed sub_mixed { leg: LegPowers, a: AnyWord, b: AnyWord, to: AnyTarget }

@@ -14,7 +14,7 @@ pub struct Counter {
     pub at: u32,
 }
 
-/// The presets of UDC and UDCG; `None` for one that is not given.
+/// The presets of UDC and UDCG; `None` for a preset that is not given.
 #[derive(Clone, Copy, Debug)]
 pub struct UdcPresets {
     /// The word of `up-preset`.
@@ -128,7 +128,7 @@ impl Role for Timer {
     }
 }
 
-/// A rule adds no cells: the preset that it loads is among the timer's.
+/// A rule adds no cells: the preset that it loads is among the cells of the timer.
 impl Role for TimerRule {
     fn touches(&self, _: &mut Touches) {}
 }

@@ -39,8 +39,8 @@ pub enum PassStep {
     CountDown(Sensaphone),
     /// A recurrent ENTASK: the Task is disabled.
     DisableTask(BlockId),
-    /// Reads the preset of the next step, an element of an array: the MATH with this index among
-    /// `picks`.
+    /// Executes the MATH with this index in `picks`: it reads the preset of the next step from an
+    /// array.
     Pick(u32),
 }
 
@@ -51,15 +51,15 @@ pub struct Tables {
     pub ops: OpTables,
     /// The steps of all formulas.
     pub steps: Vec<Step>,
-    /// Number of slots of the formula that needs the most.
+    /// The largest number of slots that a formula needs.
     pub slots: u32,
     /// Batches of all elements, in order of execution.
     pub batches: Vec<Batch>,
     /// Terminations of all elements, in file order.
     pub terminations: Vec<PassStep>,
-    /// The MATHs that read an element of an array where a pass or ENTASK needs it.
+    /// The MATHs that read an element of an array for a pass or an ENTASK.
     pub picks: Vec<Math>,
-    /// The Stages that JMP, SGDIVRG and SGCONVRG name, instruction by instruction.
+    /// The Stages that JMP, SGDIVRG and SGCONVRG list, instruction by instruction.
     pub stage_lists: Vec<StageId>,
 }
 

@@ -1,10 +1,10 @@
-//! The arithmetic of MATH on reals: binary64, every operation rounded by itself, at the largest
-//! number instead of beyond it.
+//! The arithmetic of MATH on reals: binary64. Every operation is rounded separately, and a result
+//! beyond the largest number becomes the largest number.
 //!
 //! Behaviour: `docs/semantics.md`, section 8. `math` calls one function for each operator and
-//! function. None takes or gives an infinity, a NaN or -0: adding 0 turns -0 into 0, and sums and
-//! differences of others are never -0. The functions of `libm` are compiled into the
-//! program, so that every machine computes the same.
+//! function. No function receives or returns an infinity, a NaN or -0: adding 0 turns -0 into 0,
+//! and sums and differences of numbers other than -0 are never -0. The functions of `libm` are
+//! compiled into the program, so that every machine computes the same.
 
 use super::integer::compares;
 use super::mishap::{Mishap, Mishaps};
@@ -12,7 +12,7 @@ use super::mishap::{Mishap, Mishaps};
 /// A result: the largest number in place of an infinity.
 #[inline(always)]
 fn finite(value: f64, mishaps: &mut Mishaps) -> f64 {
-    // One test of the processor; no result is a NaN.
+    // One comparison finds both infinities; no result is a NaN.
     if value.abs() > f64::MAX {
         mishaps.note(Mishap::Overflow);
         return largest(value);
@@ -20,15 +20,15 @@ fn finite(value: f64, mishaps: &mut Mishaps) -> f64 {
     value
 }
 
-/// The largest number with the sign of an infinity. Apart, so that it takes no room where there is
-/// seldom one.
+/// The largest number with the sign of an infinity. A separate function, so that this rare case
+/// takes no room in its callers.
 #[cold]
 #[inline(never)]
 fn largest(infinity: f64) -> f64 {
     f64::MAX.copysign(infinity)
 }
 
-/// As an R holds it: the nearest binary32, limited to the largest.
+/// The value as an R word stores it: the nearest binary32, limited to the largest one.
 #[inline(always)]
 pub fn binary32(value: f64, mishaps: &mut Mishaps) -> f32 {
     let nearest = value as f32;
@@ -57,7 +57,7 @@ pub fn mul(a: f64, b: f64, mishaps: &mut Mishaps) -> f64 {
     finite(a * b, mishaps) + 0.0
 }
 
-/// `a / b`; by 0: 0.
+/// `a / b`; 0 if `b` is 0.
 #[inline(always)]
 pub fn div(a: f64, b: f64, mishaps: &mut Mishaps) -> f64 {
     if b == 0.0 {
@@ -67,7 +67,7 @@ pub fn div(a: f64, b: f64, mishaps: &mut Mishaps) -> f64 {
     finite(a / b, mishaps) + 0.0
 }
 
-/// `a % b`, with the sign of `a`; by 0: 0.
+/// `a % b`, with the sign of `a`; 0 if `b` is 0.
 pub fn rem(a: f64, b: f64, mishaps: &mut Mishaps) -> f64 {
     if b == 0.0 {
         mishaps.note(Mishap::DivideByZero);
@@ -115,13 +115,13 @@ pub fn max(a: f64, b: f64, _: &mut Mishaps) -> f64 {
 
 compares!(f64);
 
-/// The integer of a real without a fraction, at the limits of 64 bits.
+/// Converts a real without a fraction to an integer, limited to 64 bits.
 fn integer(whole: f64, mishaps: &mut Mishaps) -> i64 {
     const LIMIT: f64 = 9_223_372_036_854_775_808.0;
     if !(-LIMIT..LIMIT).contains(&whole) {
         mishaps.note(Mishap::Overflow);
     }
-    // Stays at the limits by itself.
+    // The cast saturates at the limits.
     whole as i64
 }
 

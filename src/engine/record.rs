@@ -16,8 +16,8 @@ pub(super) const SENSAPHONE_FLAGS: u32 = 5;
 
 /// The private state of a counter's or timer's owner: four bits, one byte each.
 ///
-/// Read and written at once, since loops over operations wait for loads and stores more than for
-/// arithmetic.
+/// All four are read and written together, because loops over operations wait longer for loads and
+/// stores than for arithmetic.
 #[derive(Clone, Copy, Default)]
 pub(super) struct State(pub u32);
 
@@ -34,12 +34,12 @@ impl State {
         (self.0 >> (8 * place)) as u8
     }
 
-    /// The same with one bit ON.
+    /// The same state with one bit ON.
     pub fn with(self, place: u32) -> State {
         State(self.0 | 1 << (8 * place))
     }
 
-    /// The same with one bit OFF.
+    /// The same state with one bit OFF.
     pub fn without(self, place: u32) -> State {
         State(self.0 & !(1 << (8 * place)))
     }
@@ -53,27 +53,27 @@ pub(super) mod counter_state {
     pub const DN: u32 = 1;
     /// A RSTCT reset is pending.
     pub const PENDING: u32 = 2;
-    /// CNTDN: the preset was loaded, or a termination pass came before that.
+    /// CNTDN: the preset was loaded, or a termination pass ran before the first load.
     pub const LOADED: u32 = 3;
 }
 
 /// The bits of a timer's state.
 pub(super) mod timer_state {
-    /// The timer was timing at the last execution: the next one adds the time since then. OFFDTMR:
-    /// it is timing down.
+    /// The timer was timing at the last execution: the next execution adds the time since then.
+    /// OFFDTMR: it is timing down.
     pub const RUNNING: u32 = 0;
     /// OFFDTMR: the leg was ON at the last execution.
     pub const LEG: u32 = 1;
     /// A RSTT reset is pending.
     pub const PENDING: u32 = 2;
-    /// TMRADOWN: the preset was loaded, or a termination pass came before that.
+    /// TMRADOWN: the preset was loaded, or a termination pass ran before the first load.
     pub const LOADED: u32 = 3;
 }
 
 /// The edge histories in a Sensaphone counter's record.
 pub(super) mod sensaphone_state {
-    /// Of CTU.
+    /// The history of CTU.
     pub const UP: usize = 5;
-    /// Of CTD.
+    /// The history of CTD.
     pub const DOWN: usize = 6;
 }

@@ -1,8 +1,8 @@
 //! The role of a cell in an operation: read, written, or the program's own.
 //!
-//! The type of each field of an operation gives the cell's role. From these types follow the list
-//! of cells for the scheduler ([`Touches`]), and the access that the operation's `run` has to each
-//! cell. A field whose type has no role does not compile.
+//! The type of each field of an operation gives the cell's role. These types determine the list of
+//! cells for the scheduler ([`Touches`]), and the access of the operation's `run` to each cell. A
+//! field whose type has no role does not compile.
 
 use std::ops::Range;
 
@@ -23,13 +23,13 @@ pub struct Touches<'s> {
     pub words_read: Vec<u32>,
     /// Words written, always or sometimes; they may be read too.
     pub words_written: Vec<u32>,
-    /// Arrays of bits of which one element is read, or all are.
+    /// Arrays of bits that are read: one element, or all.
     pub bit_arrays_read: Vec<Cells>,
-    /// Arrays of bits of which one element is written, or all are.
+    /// Arrays of bits that are written: one element, or all.
     pub bit_arrays_written: Vec<Cells>,
-    /// Arrays of words of which one element is read, or all are.
+    /// Arrays of words that are read: one element, or all.
     pub word_arrays_read: Vec<Cells>,
-    /// Arrays of words of which one element is written, or all are.
+    /// Arrays of words that are written: one element, or all.
     pub word_arrays_written: Vec<Cells>,
 }
 
@@ -56,10 +56,10 @@ impl Cells {
     }
 }
 
-/// What the formulas of a program read, and the status bits that they turn ON.
+/// The cells that the formulas of a program read, and the status bits that they turn ON.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Formulas<'s> {
-    /// The cells that they read, by the MATH's number.
+    /// The cells that each formula reads, by the number of its MATH.
     pub reads: &'s [Reads],
     /// The cell of the first status bit, ST0.
     pub status: u32,
@@ -141,13 +141,13 @@ macro_rules! roles {
 roles! {
     /// A bit that is read.
     BitRead BitRole bits_read;
-    /// A bit that is written; a force holds it.
+    /// A bit that is written, unless it is forced.
     BitWritten BitRole bits_written;
     /// One of the program's own bits that is written: a power or an edge history; never forced.
     BitOwn BitRole bits_written;
     /// A word that is read.
     WordRead WordRole words_read;
-    /// A word that is written; a force holds it.
+    /// A word that is written, unless it is forced.
     WordWritten WordRole words_written;
 }
 
@@ -166,13 +166,13 @@ macro_rules! array_roles {
 }
 
 array_roles! {
-    /// Bits of which one is read, or all are.
+    /// Bits that are read: one, or all.
     BitsRead bit_arrays_read;
-    /// Bits of which one is written, or all are; a force holds each.
+    /// Bits that are written: one, or all; forced bits keep their values.
     BitsWritten bit_arrays_written;
-    /// Words of which one is read, or all are.
+    /// Words that are read: one, or all.
     WordsRead word_arrays_read;
-    /// Words of which one is written, or all are; a force holds each.
+    /// Words that are written: one, or all; forced words keep their values.
     WordsWritten word_arrays_written;
 }
 

@@ -1,4 +1,4 @@
-//! The execution of one formula's steps after the other.
+//! Executes the steps of formulas, one formula after the other.
 //!
 //! `steps` has the codes; `columns` executes many formulas at once.
 
@@ -9,7 +9,7 @@ use super::role::{BitRead, WordRead};
 use super::steps::{Code, Number, Step, cells, for_each_code, unless_accumulator};
 use super::{integer, real};
 
-/// A number that has an accumulator.
+/// A type of number that has an accumulator.
 trait Accumulated: Number {
     fn accumulator<'e, R: Reach>(run: &'e mut Evaluator<'_, '_, R>) -> &'e mut Self;
 }
@@ -56,8 +56,8 @@ macro_rules! rows {
         other { $($(#[$doc:meta])* $other:ident = $execute:ident;)* }
     ) => {
         impl<R: Reach> Evaluator<'_, '_, R> {
-            /// Executes a step. An operator gets mishaps of its own: the address of `noted` goes
-            /// to no function, so that it stays in a register.
+            /// Executes a step. An operator receives its own set of mishaps: no function receives
+            /// the address of `noted`, so that `noted` stays in a register.
             #[inline(always)]
             fn step(&mut self, step: Step, noted: &mut Mishaps) {
                 let Step { code, to, a, b } = step;

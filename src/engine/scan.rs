@@ -104,7 +104,7 @@ impl Engine {
     }
 
     /// Step 1: the timestamp (ns, monotonic), clock bits, status words. Inputs and queued writes
-    /// come next. Local time is for the ladder alone: nothing is measured by it.
+    /// come next. Only the ladder uses local time; no duration is measured with it.
     pub fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime) {
         self.last = self.machine.stop_requested;
         self.machine.now_ns = now_ns;
@@ -162,12 +162,12 @@ impl Engine {
         self.change_word(cell, value);
     }
 
-    /// As [`Engine::write_bit`]; returns whether the write changed the bit.
+    /// Does the same as [`Engine::write_bit`]; returns whether the write changed the bit.
     pub(crate) fn change_bit(&mut self, cell: BitCell, on: bool) -> bool {
         self.machine.memory.image.write_bit(cell, on)
     }
 
-    /// As [`Engine::write_word`]; returns whether the write changed the word.
+    /// Does the same as [`Engine::write_word`]; returns whether the write changed the word.
     pub(crate) fn change_word(&mut self, cell: WordCell, value: i32) -> bool {
         self.machine.memory.image.write_word(cell, value)
     }
@@ -182,7 +182,7 @@ impl Engine {
         }
     }
 
-    /// As [`Engine::execute`], seen step by step.
+    /// Does the same as [`Engine::execute`]; `eye` sees each step.
     pub(crate) fn execute_seen(&mut self, eye: &mut impl Eye) -> ScanEnd {
         self.execute_with::<Forced>(eye)
     }
@@ -213,14 +213,14 @@ impl Engine {
     /// Call after the last scan: runs the pass of every element that executed since its last pass,
     /// in scan order. Afterwards no block is Running.
     pub fn terminate(&mut self) {
-        // Called rarely, so not compiled for near reach.
+        // This is rare, so it is not compiled for near reach.
         match self.machine.memory.image.forces() {
             0 => self.terminate_with::<Far>(&mut Blind),
             _ => self.terminate_with::<Forced>(&mut Blind),
         }
     }
 
-    /// As [`Engine::terminate`], seen step by step.
+    /// Does the same as [`Engine::terminate`]; `eye` sees each step.
     pub(crate) fn terminate_seen(&mut self, eye: &mut impl Eye) {
         self.terminate_with::<Forced>(eye);
     }
@@ -287,7 +287,7 @@ impl Engine {
         self.show_forces();
     }
 
-    /// Updates `$ForcesActive`, so that it is right in STOP too, where no scan begins.
+    /// Updates `$ForcesActive`, so that it is also correct in STOP, in which no scan begins.
     pub(super) fn show_forces(&mut self) {
         let active = Bit::Space(BitSpace::St, st::FORCES_ACTIVE);
         let BitCell(cell) = self.machine.program.layout.bit(active);

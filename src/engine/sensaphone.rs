@@ -1,7 +1,7 @@
 //! The Sensaphone SCADA 3000 counters: CTU, CTD, RES.
 //!
 //! Behaviour: `docs/semantics.md`, section 5 (seed S3). One CTU and one CTD may share a counter.
-//! ACC wraps at 16 bits; A wrap upwards sets OV (or clears UN), a wrap downwards sets UN (or clears
+//! ACC wraps at 16 bits. A wrap upwards sets OV (or clears UN), a wrap downwards sets UN (or clears
 //! OV).
 
 use super::image::BitCell;
@@ -36,7 +36,7 @@ impl Sensaphone {
         WordWritten(self.at)
     }
 
-    /// The termination pass over CTU: as an execution with its rung OFF.
+    /// The termination pass over CTU: the same as an execution with its rung OFF.
     pub(super) fn terminate_up<R: Reach>(&self, view: &mut View<R>) {
         view.record(self.at)[UP] = 0;
         view.put_bit(self.flag(CU), 0);
@@ -48,7 +48,7 @@ impl Sensaphone {
         view.put_bit(self.flag(CD), 0);
     }
 
-    /// Counts one step up or down, if the edge is there; then updates the flags from ACC and PRE.
+    /// Counts one step up or down at an edge; then updates the flags from ACC and PRE.
     #[inline(always)]
     fn step<R: Reach>(&self, view: &mut View<R>, counts: u8, by: i16) {
         if let Some(preset) = self.preset {
@@ -67,8 +67,8 @@ impl Sensaphone {
         view.put_bit(self.flag(DN), u8::from(done));
     }
 
-    /// Handles a step that wraps: it clears the flag of the opposite direction if that is ON, else
-    /// it sets its own.
+    /// Handles a step that wraps: it clears the flag of the opposite direction if that flag is ON,
+    /// else it sets its own flag.
     fn wrap<R: Reach>(&self, view: &mut View<R>, by: i16) {
         let (own, other) = if by > 0 { (OV, UN) } else { (UN, OV) };
         if view.bit(self.flag(other)) != 0 {

@@ -1,17 +1,18 @@
-//! The slice of a program for some cells: the operations that can affect them, and no others.
+//! The slice of a program for some cells: only the operations that can affect these cells.
 //!
-//! `observe` executes a slice instead of the whole program: what it asks about depends on few of
-//! ten thousand rungs. A slice has the cells of its program, so a state of the one engine is a
-//! state of the other. It *knows* every cell that a kept operation touches: the cell has the value
-//! that it has in the whole program. The values of all other cells mean nothing.
+//! `observe` executes a slice instead of the whole program, because an answer depends on few of ten
+//! thousand rungs. A slice has the cells of its program, so a state of one engine is also a state
+//! of the other. A slice *knows* every cell that a kept operation touches: the cell has the same
+//! value as in the whole program. The values of all other cells are meaningless.
 //!
-//! Kept is every operation that writes a known cell, and what decides whether the operation
-//! executes: the bits of its block and Stage. Turns and passes execute in every slice; of one that
-//! writes a known cell the bits of its block are known too. STOP is always kept. That a MATH can
-//! turn the status bits of mishaps ON is no reason to keep other MATHs.
+//! A slice keeps every operation that writes a known cell. The bits of the operation's block and
+//! Stage decide whether it executes, so these bits are then known too. Turns and passes execute in
+//! every slice; if one of them writes a known cell, the bits of its block are known too. STOP is
+//! always kept. The status bits of mishaps that a kept MATH can turn ON do not become known by
+//! that, so they are no reason to keep other MATHs.
 //!
-//! A slice also knows its [`Wiring`]: an operation that changed nothing when it executed last, and
-//! of whose cells none has changed since, would change nothing again.
+//! A slice also has its [`Wiring`]: if the last execution of an operation changed nothing, and none
+//! of the operation's cells has changed since, then its next execution would change nothing either.
 
 use std::ops::Range;
 
@@ -28,20 +29,21 @@ use super::wiring::{Wiring, WiringMaker};
 use super::written::Stretches;
 use crate::isa::{Bit, BlockId, ElementId, StageId, Structure, Word};
 
-/// The longest stretch of written cells of which each has a list of its writers.
+/// The longest stretch of written cells whose writers are listed cell by cell.
 const LISTED_MAX: u32 = 16;
 
 /// A slice of a program.
 #[derive(Clone, Debug)]
 pub(crate) struct Slice {
-    /// The program with the kept batches alone.
+    /// The program with only the kept batches.
     pub program: Program,
-    /// By batch of the slice: its place in the whole program (the last of these), and the places
-    /// before it that were left out behind the batch that was kept before it in its element.
+    /// For each batch of the slice, a range of places in the whole program. The last place is that
+    /// of the batch itself. The places before it are those of the batches of its element that were
+    /// left out since the last kept batch.
     pub places: Vec<Range<u32>>,
     /// The cells of its steps.
     pub wiring: Wiring,
-    /// By cell, bits first.
+    /// Whether each cell is known; bits first.
     known: Vec<bool>,
 }
 
@@ -51,7 +53,7 @@ impl Slice {
         self.known[number(&self.program, cell)]
     }
 
-    /// A step as one of the whole program.
+    /// The step of the whole program for a step of the slice.
     pub fn whole(&self, deed: Deed) -> Deed {
         match deed {
             Deed::Batch(at) => Deed::Batch(self.places[at as usize].end - 1),
@@ -79,7 +81,7 @@ impl Program {
         self.cut(cone)
     }
 
-    /// The slice that is the whole program.
+    /// The slice that contains the whole program.
     pub(crate) fn whole(&self) -> Slice {
         let reads = self.formulas();
         let formulas = Formulas { reads: &reads, status: self.status() };
@@ -89,7 +91,7 @@ impl Program {
         self.cut(cone)
     }
 
-    /// By batch: the cells that it reads, private ones too.
+    /// The cells that each batch reads, private cells included.
     #[cfg(test)]
     pub(crate) fn read_by_batches(&self) -> Vec<Stretches> {
         let reads = self.formulas();
@@ -99,7 +101,7 @@ impl Program {
         batches.map(|at| cone.touched(SliceStep::Batch(at)).0).collect()
     }
 
-    /// The batches that a cone keeps.
+    /// The slice with the batches that a cone keeps.
     fn cut(&self, cone: Cone) -> Slice {
         let mut program = self.clone();
         let (mut batches, mut places) = (Vec::new(), Vec::new());
@@ -118,7 +120,7 @@ impl Program {
         Slice { program, places, wiring, known: cone.known }
     }
 
-    /// What each formula reads, by the number of its MATH.
+    /// The cells that each formula reads, by the number of its MATH.
     fn formulas(&self) -> Vec<Reads> {
         let mut all = Vec::new();
         for math in self.tables.ops.math.iter().chain(&self.tables.picks) {
@@ -158,18 +160,18 @@ enum SliceStep {
     Turn(u32),
 }
 
-/// The known cells and the kept steps, as they are found.
+/// The known cells and the kept steps, while they are being searched.
 struct Cone<'p> {
     program: &'p Program,
     formulas: Formulas<'p>,
     /// The steps that write a cell, by the cell's number.
     writers: Vec<Vec<SliceStep>>,
-    /// Those that write long stretches of cells.
+    /// The steps that write long stretches of cells.
     wide: Vec<(SliceStep, Stretches)>,
-    /// By step: batches, then passes, then turns.
+    /// The element of each step: batches, then passes, then turns.
     elements: Vec<ElementId>,
     kept: Vec<bool>,
-    /// By cell.
+    /// Whether each cell is known.
     known: Vec<bool>,
     /// Known cells whose writers are not kept yet.
     todo: Vec<Cell>,
@@ -215,7 +217,7 @@ impl<'p> Cone<'p> {
         }
     }
 
-    /// Enters a step at the cells that it writes; keeps it if it is a STOP.
+    /// Adds a step to the writers of the cells that it writes; keeps the step if it is a STOP.
     fn enter(&mut self, step: SliceStep, element: ElementId) {
         let index = self.index(step);
         self.elements[index] = element;
@@ -241,7 +243,7 @@ impl<'p> Cone<'p> {
         batch.kind == OpKind::Control && self.program.tables.ops.control[all].iter().any(stops)
     }
 
-    /// Adds a cell to the known ones; with a member of a structure all of the structure.
+    /// Makes a cell known; for a member of a structure, the whole structure.
     fn add(&mut self, cell: Cell) {
         match self.structure(cell) {
             Some(of) => self.members(of).for_each(|member| self.add_one(member)),
@@ -257,14 +259,15 @@ impl<'p> Cone<'p> {
         })
     }
 
-    /// The cells of a structure, its private state among them.
+    /// The cells of a structure, including its private state.
     fn members(&self, of: Structure) -> impl Iterator<Item = Cell> + use<> {
         let acc = Cell::Word(self.program.layout.word(Word::Acc(of)));
         let bits = self.program.layout.record_bits(of).map(|at| Cell::Bit(BitCell(at)));
         bits.chain([acc])
     }
 
-    /// The numbers of cells, each structure whole; and whether a timer is among them.
+    /// The numbers of cells, with all cells of each structure; and whether a timer is among the
+    /// cells.
     fn numbers(&self, of: &Stretches) -> (Vec<u32>, bool) {
         let (mut numbers, mut has_timer) = (Vec::new(), false);
         for cell in cells(of) {
@@ -284,7 +287,7 @@ impl<'p> Cone<'p> {
         number(self.program, cell) as u32
     }
 
-    /// The wiring of the kept batches, of all passes and turns.
+    /// The wiring of the kept batches, and of all passes and turns.
     fn wiring(&self, places: &[Range<u32>]) -> Wiring {
         let tables = &self.program.tables;
         let mut wiring = WiringMaker::new(self.known.len());
@@ -339,7 +342,7 @@ impl<'p> Cone<'p> {
         cells(&read).chain(cells(&written)).for_each(|cell| self.add(cell));
     }
 
-    /// The cells that a step reads and those that it writes.
+    /// The cells that a step reads, and the cells that it writes.
     fn touched(&self, step: SliceStep) -> (Stretches, Stretches) {
         let mut touches = Touches { formulas: self.formulas, ..Touches::default() };
         let mut written = Stretches::default();
@@ -369,7 +372,7 @@ impl<'p> Cone<'p> {
         }
     }
 
-    /// The cells of a control instruction, but for the bits of blocks and Stages.
+    /// The cells of a control instruction, except the bits of blocks and Stages.
     fn control(&self, control: &Control, touches: &mut Touches) {
         touches.bits_read.push(control.leg.cell());
         match control.kind {
@@ -411,7 +414,7 @@ impl<'p> Cone<'p> {
     }
 }
 
-/// The cells that touches read.
+/// The cells in `touches` that are read.
 fn read(touches: &Touches) -> Stretches {
     let one = |cell: &u32| (*cell, 1);
     let many = |cells: &Cells| (cells.first, cells.count);

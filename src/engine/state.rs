@@ -1,8 +1,8 @@
-//! All that an engine remembers between two calls, as a value: to go on from, to compare, to keep.
+//! The state that an engine keeps between two calls, as a value to resume, compare or store.
 //!
-//! `record` keeps states and hands them to engines of the same program. The scan thread copies a
-//! state into memory that was allocated before. What is not in it lasts no longer than a call:
-//! events, and the slots of formulas.
+//! `record` stores states and passes them to engines of the same program. The scan thread copies a
+//! state into memory that was allocated before. Data that lasts only for one call is not in a
+//! state: events, and the slots of formulas.
 
 use super::blocks::{BlockState, StageState};
 use super::image::{BitCell, WordCell};
@@ -17,9 +17,9 @@ pub struct EngineState {
     pub(super) bits: Box<[u8]>,
     /// All words, the constants included.
     pub(super) words: Box<[i32]>,
-    /// The forced ones of `bits`.
+    /// Whether each of `bits` is forced.
     pub(super) forced_bits: Box<[bool]>,
-    /// The forced ones of `words`.
+    /// Whether each of `words` is forced.
     pub(super) forced_words: Box<[bool]>,
     /// The number of forced cells.
     pub(super) forces: u32,
@@ -72,7 +72,7 @@ impl EngineState {
         (self.start_ns, self.scans, self.last) = (engine.start_ns, engine.scans, engine.last);
     }
 
-    /// Whether it has the shape of a program's state.
+    /// Whether its numbers of bits, words, blocks and Stages are those of a program.
     pub fn fits(&self, program: &Program) -> bool {
         self.bits.len() == program.bit_count as usize
             && self.words.len() == program.word_count as usize
@@ -119,8 +119,8 @@ impl EngineState {
 }
 
 impl Engine {
-    /// Goes on from a state of the same program; false, and nothing is changed, if it is none.
-    /// Allocates nothing.
+    /// Continues from a state. Returns false and changes nothing if it cannot be a state of this
+    /// program. Allocates nothing.
     pub fn resume(&mut self, state: &EngineState) -> bool {
         if !state.is_of(&self.machine.program) {
             return false;

@@ -1,8 +1,8 @@
-//! A state as bytes, and back: what `docs/record-format.md` calls a base image.
+//! Converts a state to bytes and back; `docs/record-format.md` calls the bytes a base image.
 //!
 //! `record` compresses, checks and stores these bytes. All numbers are little-endian. Bytes from
-//! outside never panic: [`EngineState::read`] refuses what no state can be, of whatever program;
-//! `state_check` refuses what no state of a certain program can be.
+//! outside never cause a panic: [`EngineState::read`] refuses bytes that cannot be a state of any
+//! program; `state_check` refuses a state that cannot be one of a given program.
 
 use super::blocks::{BlockState, StageState};
 use super::state::EngineState;
@@ -66,19 +66,19 @@ impl EngineState {
     }
 }
 
-/// The numbers of the forced cells, in ascending order, behind their count.
+/// Writes the number of forced cells, then their cell numbers in ascending order.
 fn write_forced(forced: &[bool], out: &mut Vec<u8>) {
     let cells = || (0_u32..).zip(forced).filter(|(_, forced)| **forced);
     out.extend((cells().count() as u32).to_le_bytes());
     cells().for_each(|(cell, _)| out.extend(cell.to_le_bytes()));
 }
 
-/// Flags as the bits of a byte, the first one lowest.
+/// Flags as the bits of a byte; the first flag is the lowest bit.
 fn flags<const N: usize>(flags: [bool; N]) -> u8 {
     flags.iter().rev().fold(0, |byte, flag| byte << 1 | u8::from(*flag))
 }
 
-/// The bytes of a state that are not read yet.
+/// The bytes of a state that are still to be read.
 struct StateReader<'b>(&'b [u8]);
 
 impl<'b> StateReader<'b> {
@@ -111,7 +111,7 @@ impl<'b> StateReader<'b> {
         self.u64().filter(|time_ms| *time_ms < TIME_END_NS / 1_000_000)
     }
 
-    /// The forced ones of so many cells: each once, in ascending order.
+    /// Reads which of `cells` cells are forced: their numbers, each once, in ascending order.
     fn forced(&mut self, cells: usize) -> Option<Box<[bool]>> {
         let mut forced = vec![false; cells];
         let mut least = 0;
@@ -123,7 +123,7 @@ impl<'b> StateReader<'b> {
         Some(forced.into())
     }
 
-    /// A list behind its length. Its length is not trusted before the bytes are there.
+    /// Reads a length and a list of that length. Allocates only as the bytes of the list are found.
     fn list<T>(&mut self, one: impl Fn(&mut Self) -> Option<T>) -> Option<Box<[T]>> {
         (0..self.u32()?).map(|_| one(self)).collect()
     }

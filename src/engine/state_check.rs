@@ -1,8 +1,9 @@
-//! Whether a state and calls from outside can be a program's: what no execution leads to is
-//! refused, so that no operation meets it.
+//! Checks a state and calls from outside against a program. A value that no execution can produce
+//! is refused, so that no operation encounters it.
 //!
-//! `record` asks before it executes a recording, which may come from anywhere. The shape of a state
-//! is looked at in `state`, its bytes in `state_bytes`. The scan thread never asks.
+//! `record` calls these checks before it executes a recording, which may come from anywhere.
+//! `state` checks the shape of a state, `state_bytes` checks its bytes. The scan thread does not
+//! need the checks.
 
 use std::ops::Range;
 
@@ -14,15 +15,16 @@ use super::state::EngineState;
 use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::{Structure, Word, WordSpace};
 
-/// The end of time, ns: 146 years after the start of the machine. No sum of two times overflows.
+/// The upper limit of times, ns: 146 years after the start of the machine. So no sum of two times
+/// overflows.
 pub(crate) const TIME_END_NS: u64 = 1 << 62;
 
 /// The longest interval of a Task, ns.
 pub(super) const INTERVAL_MAX_NS: u64 = i32::MAX as u64 * 1_000_000;
 
 impl EngineState {
-    /// Whether it can be a state of a program: its shape, the constants, forces of public cells
-    /// alone, and every word within the range of its memory.
+    /// Whether it can be a state of a program: its shape and its constants are those of the
+    /// program, only public cells are forced, and every word is within the range of its memory.
     pub(crate) fn is_of(&self, program: &Program) -> bool {
         let layout = &program.layout;
         let public = (layout.bit_count() as usize, layout.word_count() as usize);
@@ -40,7 +42,7 @@ impl EngineState {
 }
 
 impl Program {
-    /// Whether a call can be one of the scan thread: of a public cell, with a value in its range.
+    /// Whether the scan thread could make this call: for a public cell, with a value in its range.
     pub(crate) fn has(&self, call: EngineCall) -> bool {
         let (cell, value) = match call {
             EngineCall::Write(cell, value) | EngineCall::Force(cell, value) => (cell, Some(value)),
@@ -65,7 +67,7 @@ impl Program {
 }
 
 impl Layout {
-    /// The words that do not take every 32 bits, with their least and greatest content.
+    /// The words whose range is smaller than 32 bits, with their least and greatest content.
     fn narrow_words(&self) -> [(Range<u32>, (i32, i32)); 6] {
         let run = |first: Word, count: u32| {
             let WordCell(at) = self.word(first);

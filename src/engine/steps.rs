@@ -1,10 +1,10 @@
 //! The steps of a formula.
 //!
 //! `lower` makes the steps of an expression: one for each operator. Two accumulators, one for
-//! integers and one for reals, hold the newest result of their type. A step reads its operands
-//! where they are: an accumulator, a word of the image (a constant is such a word too), or a slot,
-//! which keeps a result until its operator comes. Its code says where; so an operator takes one
-//! dispatch, and its operands none.
+//! integers and one for reals, hold the newest result of their type. A step reads its operands in
+//! place: from an accumulator, from a word of the image (a constant is a word too), or from a slot,
+//! which keeps a result until its operator needs it. The code of the step includes these places; so
+//! an operator takes one dispatch, and its operands take none.
 //!
 //! Behaviour: `docs/semantics.md`, section 8. The arithmetic is in `integer` and `real`. `rows`
 //! executes the steps of one formula after the other, `columns` each step for many formulas.
@@ -15,10 +15,10 @@ use crate::isa::Real;
 /// One step of a formula.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
-    /// What it does.
+    /// Its operation, with the places of its operands.
     pub code: Code,
-    /// The slot that a step which needs no accumulator first puts its accumulator in; slot 0 is
-    /// never read. Or the step of its formula that a jump goes to.
+    /// The slot in which a step without an operand in the accumulator first saves the accumulator;
+    /// slot 0 is never read. For a jump: the target, a step of the formula.
     pub to: u32,
     /// The slot or cell of its first operand.
     pub a: u32,
@@ -35,7 +35,7 @@ pub enum At {
     Slot,
     /// A word.
     Word,
-    /// A word of an integer that is read as a real.
+    /// A word with an integer that is read as a real.
     Whole,
 }
 
@@ -89,8 +89,8 @@ impl Number for f64 {
     }
 }
 
-/// Gives all codes to a macro: operators by their places, functions of one number, loads, saves,
-/// and what only `rows` executes.
+/// Passes all codes to a macro: operators with the places of their operands, functions of one
+/// number, loads, saves, and the codes that only `rows` executes.
 macro_rules! for_each_code {
     ($then:ident) => {
         $then! {
@@ -215,19 +215,20 @@ macro_rules! for_each_code {
             SaveReal = f64;
         }
         other {
-            /// The bit `a`, the status bit of the mishap `b`: ON as well if the formula has had it.
+            /// Loads the bit `a`, the status bit of the mishap `b`. It is also ON if the formula
+            /// had this mishap.
             LoadMishap = load_mishap;
-            /// The integer selects a bit of the `b` bits from `a` on.
+            /// Loads the bit that the integer selects among the `b` bits from `a` on.
             BitOf = bit_of;
-            /// The integer selects a word of the `b` words from `a` on.
+            /// Loads the word that the integer selects among the `b` words from `a` on.
             WordOf = integer_of;
-            /// The integer selects a real of the `b` words from `a` on.
+            /// Loads the real that the integer selects among the `b` words from `a` on.
             RealOf = real_of;
-            /// Goes to a step.
+            /// Jumps to a step.
             Jump = jump;
-            /// Goes to a step if the integer is 0.
+            /// Jumps to a step if the integer is 0.
             JumpIfZero = jump_if_zero;
-            /// Goes to a step unless the integer is 0.
+            /// Jumps to a step unless the integer is 0.
             JumpIfTrue = jump_if_true;
         }
         }
@@ -236,7 +237,7 @@ macro_rules! for_each_code {
 
 pub(super) use for_each_code;
 
-/// Does something where no operand is the accumulator: only there can it hold something else.
+/// Executes `$then` if no operand is the accumulator: only then can it hold a result for later.
 macro_rules! unless_accumulator {
     (Accumulator $b:ident, $then:expr) => {};
     ($a:ident Accumulator, $then:expr) => {};
@@ -271,8 +272,8 @@ macro_rules! codes {
         save { $($save:ident = $saved:ident;)* }
         other { $($(#[$doc:meta])* $other:ident = $execute:ident;)* }
     ) => {
-        /// What a step does. The letters behind an operator with two operands say where they are:
-        /// (a)ccumulator, (s)lot, (w)ord or integer word read as a real (i).
+        /// The operation of a step. The letters behind an operator with two operands are their
+        /// places: (a)ccumulator, (s)lot, (w)ord or integer word read as a real (i).
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u8)]
         #[allow(missing_docs)]
@@ -328,7 +329,7 @@ macro_rules! codes {
     };
 }
 
-/// What steps have in common that differ in their cells alone.
+/// The common part of steps that differ only in their cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct StepShape {
     code: Code,
@@ -337,7 +338,7 @@ pub struct StepShape {
 }
 
 impl StepShape {
-    /// The greatest number of a slot in it.
+    /// The greatest slot number in it.
     fn slot(&self) -> u32 {
         let [a, b] = self.slots;
         self.to.max(a.unwrap_or(0)).max(b.unwrap_or(0))
@@ -361,7 +362,7 @@ const COLUMN_STEPS: usize = 64;
 
 for_each_code!(codes);
 
-/// The array of which a step reads an element.
+/// The array from which a step reads an element.
 pub(super) fn cells(step: Step) -> Cells {
     Cells { first: step.a, count: step.b }
 }

@@ -117,7 +117,7 @@ one_leg! {
     Tmrdown { } |timer, view, leg| run_down(timer, view, leg);
 }
 
-/// One execution of OFFDTMR, as its table in `docs/semantics.md` says; returns the output.
+/// One execution of OFFDTMR, by its table in `docs/semantics.md`; returns the output.
 ///
 /// Branch-free, for the reason given at `run_up`. An execution with the leg ON, and the first one
 /// with the leg OFF after it, load the preset. While timing down, time is subtracted; otherwise

@@ -1,9 +1,9 @@
 //! The swap of one program for a new one between two scans: the new cell for each old cell.
 //!
-//! `reload`, which knows the names, makes a [`Transfer`] beforehand; this module knows only
-//! numbers. The new engine is ready, with memory as after a cold start. [`Engine::adopt`] runs the
-//! termination passes of removed parts in the old engine, and copies the kept state to the new one.
-//! It allocates nothing.
+//! `reload` has the names and makes a [`Transfer`] beforehand; this module uses only numbers. The
+//! new engine is ready, with memory as after a cold start. [`Engine::adopt`] runs the termination
+//! passes of removed parts in the old engine, and copies the kept state to the new one. It
+//! allocates nothing.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
 
@@ -82,7 +82,7 @@ pub struct Transfer {
 pub struct Renumbered(Vec<(Cell, Option<Cell>)>);
 
 impl Renumbered {
-    /// Of cells in any order, each once.
+    /// Makes the list from cells in any order; each cell occurs once.
     pub fn new(mut cells: Vec<(Cell, Option<Cell>)>) -> Renumbered {
         cells.retain(|(from, to)| Some(*from) != *to);
         cells.sort_unstable();
@@ -187,9 +187,9 @@ impl Layout {
 }
 
 impl Engine {
-    /// Takes over the state of `old`, by a transfer made for these two programs: removed parts have
-    /// their pass in the old engine, kept state is copied, `forces` (cells of the old program) stay
-    /// forced. `running`: whether scans continue. Allocates nothing.
+    /// Takes over the state of `old`, by a transfer made for these two programs: passes run over
+    /// removed parts in the old engine, kept state is copied, `forces` (cells of the old program)
+    /// stay forced. `running`: whether scans continue. Allocates nothing.
     pub fn adopt(&mut self, old: &mut Engine, transfer: &Transfer, running: bool, forces: &[Cell]) {
         old.terminate_gone(transfer);
         self.copy_memory(old, transfer);

@@ -1,21 +1,21 @@
-//! Which cells each step of a slice may write, and which operations touch a cell.
+//! The cells that each step of a slice may write, and the operations that touch a cell.
 //!
-//! Cells have numbers, bits first. Of a structure all cells are listed, its private state among
-//! them, so that no operation has a state that is not in its cells.
+//! Cells have numbers, bits first. For a structure all cells are listed, with its private state, so
+//! that the listed cells contain the whole state of every operation.
 
-/// The most cells of an operation that are listed by cell.
+/// The maximum number of cells of an operation that is listed at each of its cells.
 const LISTED_MAX: usize = 64;
 
 /// The cells of the steps of a slice: of its batches, then of all passes, then of all turns.
 #[derive(Clone, Debug)]
 pub(crate) struct Wiring {
-    /// By step: the cells that it may write.
+    /// For each step, the cells that it may write.
     written: Lists,
-    /// By cell: the batches that read or write it.
+    /// For each cell, the batches that read or write it.
     touching: Lists,
-    /// The batches that touch many cells, and these, in order.
+    /// The batches that touch many cells, each with these cells in ascending order.
     wide: Vec<(u32, Vec<u32>)>,
-    /// By batch: whether it does more than follow its cells: control, and timers.
+    /// For each batch, whether it can act although none of its cells changed: control, and timers.
     pub moves: Vec<bool>,
 }
 
@@ -32,10 +32,10 @@ impl Wiring {
     }
 }
 
-/// Lists of numbers, one behind the other.
+/// Lists of numbers, stored one behind the other.
 #[derive(Clone, Debug)]
 struct Lists {
-    /// By list: its first number in `all`; one more for the end.
+    /// For each list, the index of its first number in `all`; the last entry is the end.
     from: Vec<u32>,
     all: Vec<u32>,
 }
@@ -46,7 +46,7 @@ impl Lists {
     }
 }
 
-/// A wiring that is made, batch by batch, then step by step.
+/// Builds a wiring: first from the batches, then from the other steps.
 pub(super) struct WiringMaker {
     cells: usize,
     written: Lists,
@@ -57,13 +57,13 @@ pub(super) struct WiringMaker {
 }
 
 impl WiringMaker {
-    /// For so many cells.
+    /// A maker for this number of cells.
     pub fn new(cells: usize) -> WiringMaker {
         let written = Lists { from: vec![0], all: Vec::new() };
         WiringMaker { cells, written, touches: Vec::new(), wide: Vec::new(), moves: Vec::new() }
     }
 
-    /// The next batch.
+    /// Adds the next batch.
     pub fn batch(&mut self, read: &[u32], written: &[u32], moves: bool) {
         let batch = self.moves.len() as u32;
         let touched = read.iter().chain(written).copied();
@@ -78,13 +78,13 @@ impl WiringMaker {
         self.step(written);
     }
 
-    /// The next step behind all batches.
+    /// Adds the next step behind all batches.
     pub fn step(&mut self, written: &[u32]) {
         self.written.all.extend_from_slice(written);
         self.written.from.push(self.written.all.len() as u32);
     }
 
-    /// The wiring.
+    /// The finished wiring.
     pub fn wired(self) -> Wiring {
         let WiringMaker { cells, written, touches, wide, moves } = self;
         let mut from = vec![0; cells + 1];

@@ -1,7 +1,8 @@
-//! The cells that each step of a scan may write, of a program that was lowered to be seen.
+//! The cells that each step of a scan may write, in a program that was lowered for observation.
 //!
-//! `observe` asks once for every step, and watches these cells alone. A list holds every cell that
-//! the step may write, and no private one but the bits of edges.
+//! `observe` requests the list of every step once, and then watches only these cells. A list
+//! contains every public cell that the step may write, and of the private cells only the bits of
+//! edges.
 
 use super::control::ControlKind;
 use super::eye::Deed;
@@ -12,12 +13,12 @@ use super::program::{PassStep, Program};
 use super::role::{self, Role};
 use crate::isa::{Bit, BitSpace, BlockId, ElementId};
 
-/// Neighbouring cells, the first and their number: of bits and of words.
+/// Stretches of neighbouring bits and words: the first cell and the length of each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Stretches {
-    /// Of bits.
+    /// The stretches of bits.
     pub bits: Vec<(u32, u32)>,
-    /// Of words.
+    /// The stretches of words.
     pub words: Vec<(u32, u32)>,
 }
 
@@ -31,7 +32,7 @@ impl Stretches {
         all.iter().any(|(first, count)| at >= *first && at - first < *count)
     }
 
-    /// Adds a cell and those behind it, `count` in all.
+    /// Adds `count` cells, from `first` on.
     pub fn add_cells(&mut self, first: Cell, count: u32) {
         match first {
             Cell::Bit(BitCell(at)) => self.bits.push((at, count)),
@@ -52,7 +53,7 @@ impl Stretches {
         self.words.extend(touches.word_arrays_written.iter().map(many));
     }
 
-    /// Without private cells; an edge's bit stays.
+    /// Removes private cells; `keeps_bits` keeps the bit of an edge.
     fn public(mut self, program: &Program, keeps_bits: bool) -> Stretches {
         self.bits.retain(|(first, _)| keeps_bits || *first < program.layout.bit_count());
         self.words.retain(|(first, _)| *first < program.layout.word_count());
@@ -76,7 +77,7 @@ impl Program {
                 written.add(&touches);
             }
         }
-        // Of an edge the bit that it makes, not its history.
+        // For an edge, the bit of its result, but not its history.
         let is_edge = self.is_edge(batch.kind);
         written.bits.truncate(if is_edge { 1 } else { usize::MAX });
         written.public(self, is_edge)
@@ -169,8 +170,8 @@ impl Program {
         written
     }
 
-    /// The one cell that an operation may write, if a word selects it at run time; `None` where the
-    /// operation selects nothing, or outside of the array.
+    /// The cell that an operation writes through an index at run time. `None` if the operation has
+    /// no index, `Some(None)` if the index is outside of the array.
     pub(crate) fn selected(&self, deed: Deed, image: &Image) -> Option<Option<Cell>> {
         let Deed::Batch(batch) = deed else { return None };
         let batch = self.tables.batches[batch as usize];

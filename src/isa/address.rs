@@ -35,7 +35,7 @@ pub struct DeviceId(pub u32);
 pub enum Health {
     /// Its last exchange succeeded.
     Ok,
-    /// The last good exchange (before the first one: the start) is longer ago than `loss-after`.
+    /// Its last good exchange, or the start if there was none yet, is longer ago than `loss-after`.
     Stale,
 }
 
@@ -79,7 +79,7 @@ pub enum Bit {
     Running(BlockId),
     /// `.Done` of a Task.
     Done(BlockId),
-    /// How a field device is.
+    /// A status bit of a field device.
     Device(DeviceId, Health),
 }
 
@@ -104,7 +104,7 @@ pub enum Address {
 }
 
 impl Space {
-    /// The address of a number.
+    /// The address with number `n` in this space.
     pub(crate) fn address(self, n: u32) -> Address {
         match self {
             Space::Bit(space) => Address::Bit(Bit::Space(space, n)),
@@ -129,7 +129,8 @@ impl Space {
         }
     }
 
-    /// As [`Space::of`]; for a member, those of its structure.
+    /// The space and number of an address; for a member, those of its structure. `None` for bits of
+    /// Stages, blocks and devices.
     pub(crate) fn with_members(address: Address) -> Option<(Space, u32)> {
         match address {
             Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
@@ -168,7 +169,7 @@ impl Structure {
         }
     }
 
-    /// The number.
+    /// Its number.
     pub(crate) fn number(self) -> u32 {
         match self {
             Structure::Counter(n) | Structure::Timer(n) | Structure::Sensaphone(n) => n,
@@ -238,7 +239,7 @@ impl Flag {
 }
 
 impl Health {
-    /// All, in the order of their cells.
+    /// All status bits of a device, in the order of their cells.
     pub const ALL: [Health; 2] = [Health::Ok, Health::Stale];
 
     /// The name as written after the dot.
@@ -268,7 +269,8 @@ impl Bit {
         self.writable_by_ladder() || matches!(self, Bit::Flag(Structure::Sensaphone(_), _))
     }
 
-    /// Whether it may be forced: flags of structures and the bits of devices too, but no status.
+    /// Whether the bit may be forced. Flags of structures and status bits of devices may be forced;
+    /// STn and the bits of blocks and Stages may not.
     pub(crate) fn forcible(self) -> bool {
         match self {
             Bit::Space(space, _) => space != BitSpace::St,

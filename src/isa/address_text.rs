@@ -1,8 +1,8 @@
 //! Parses an address: `X0`, `D12`, `CT3.Acc`, `N19.ACC`, `N,19,6`, `$FirstScan`.
 //!
 //! Called by the resolver, for every name that is not a tag. Numbers are decimal; the four Modbus
-//! spaces begin at 1. [`AddressError`] tells a text without the form of an address (it may be a
-//! tag) from an address with a mistake.
+//! spaces begin at 1. [`AddressError`] distinguishes a text without the form of an address (it may
+//! be a tag) from an address with a mistake.
 
 use super::address::{Address, Bit, Structure, Word};
 use super::space::{BitSpace, MemorySizes, Space, WordSpace};
@@ -13,11 +13,11 @@ use super::status;
 pub enum AddressError {
     /// It does not have the form of an address (it may be a tag).
     NotAnAddress,
-    /// It is an address in other case; this is the correct spelling.
+    /// It is an address in the wrong case; this is the correct spelling.
     Case(String),
     /// Its number has leading zeros; this is the spelling without them.
     LeadingZero(String),
-    /// Its number lies outside `first..=last` of its space.
+    /// Its number is outside `first..=last` of its space.
     BeyondMemory {
         /// The space's name, as `X` or `CT`.
         space: &'static str,
@@ -56,7 +56,7 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
         return Err(AddressError::NotAnAddress);
     }
     if upper != prefix {
-        // Corrects the member's case in the same message.
+        // The suggestion corrects the member's case as well.
         let right = text.replacen(prefix, &upper, 1);
         return Err(match parse(&right, sizes) {
             Err(AddressError::Case(all)) => AddressError::Case(all),

@@ -6,7 +6,7 @@
 /// Why a text is not a duration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DurationError {
-    /// The text does not have the form of a duration at all.
+    /// The text does not have the form of a duration.
     Form,
     /// Units out of order or given twice. Units must descend, each at most once.
     Order,
@@ -19,7 +19,7 @@ const UNITS: [(&str, u64); 4] = [("h", 3_600_000), ("m", 60_000), ("s", 1_000), 
 /// Parses a duration into milliseconds, 0..=2147483647.
 ///
 /// # Errors
-/// [`DurationError`] says whether the form, the order of the units or the length is wrong.
+/// [`DurationError`]: the form, the order of the units or the length is wrong.
 pub fn parse(text: &str) -> Result<i32, DurationError> {
     let ms = if text.contains(':') { parse_vendor(text)? } else { parse_units(text)? };
     i32::try_from(ms).map_err(|_| DurationError::TooLong)
@@ -35,7 +35,7 @@ pub(crate) fn looks_like(text: &str) -> bool {
 pub fn of_seconds(seconds: f64) -> Option<String> {
     let ms = (seconds * 1000.0).round();
     let fits = ms >= 1.0 && ms <= f64::from(i32::MAX);
-    // The range is checked, and the fraction is gone.
+    // The cast is exact: the range is checked, and the number has no fraction.
     #[allow(clippy::cast_possible_truncation)]
     fits.then(|| print(ms as i32))
 }

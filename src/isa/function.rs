@@ -3,14 +3,14 @@
 //! The resolver checks calls against this table, `lower` matches every function, and `rungd
 //! explain` prints the rows. Behaviour: `docs/semantics.md`, section 8.
 
-/// The type of a function's result, and the type that it takes its arguments in.
+/// The type of a function's result, and the type to which it converts its arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResultType {
-    /// Integer if all arguments are; real if one is.
+    /// An integer if all arguments are integers; else a real.
     Kept,
-    /// An integer, of an argument of either type.
+    /// An integer; the argument may be an integer or a real.
     Integer,
-    /// A real: integer arguments are taken as reals.
+    /// A real; integer arguments are converted to reals.
     Real,
 }
 
@@ -21,7 +21,7 @@ pub struct FunctionSpec {
     pub function: Function,
     /// The name as written.
     pub name: &'static str,
-    /// The arguments, for people.
+    /// The arguments, as people read them.
     pub arguments: &'static str,
     /// The least number of arguments.
     pub least: u32,
@@ -82,7 +82,7 @@ functions! {
 }
 
 impl Function {
-    /// Whether whole arrays may stand among its arguments.
+    /// Whether its arguments may be whole arrays.
     pub fn takes_arrays(self) -> bool {
         matches!(self, Function::Min | Function::Max | Function::Sum)
     }

@@ -1,8 +1,8 @@
 //! The instruction table: every mnemonic with its legs, operands, source and a summary.
 //!
-//! The resolver checks operands against it, the checks ask it for termination and ownership, and
-//! `rungd explain` prints it. The behaviour of an instruction is not here: `docs/semantics.md`
-//! specifies it, and the engine executes it.
+//! The resolver checks operands against the table, the checks use it for termination and ownership,
+//! and `rungd explain` prints it. It does not contain the behaviour of an instruction:
+//! `docs/semantics.md` specifies it, and the engine executes it.
 
 /// A leg of a rung: an input of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -53,11 +53,11 @@ pub(crate) enum OperandKind {
     Target,
     /// An array, slice or range of bits or words.
     Array,
-    /// One of bits or words that a program may write.
+    /// An array, slice or range of bits or words that a program may write.
     WritableArray,
-    /// One of bits that a program may write; a range may run down.
+    /// An array, slice or range of bits that a program may write; a range may run downwards.
     Shifted,
-    /// A value for words, or the constant 0 or 1 or a bit for bits.
+    /// A value, to fill words; a bit or the constant 0 or 1, to fill bits.
     Filling,
     /// A counter structure `CTn`.
     Counter,
@@ -105,7 +105,7 @@ pub enum Termination {
     Off,
     /// Its structure is reset.
     Reset,
-    /// What it wrote is kept.
+    /// The values that it wrote are kept.
     Kept,
     /// It has no termination logic.
     Untouched,

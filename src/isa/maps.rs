@@ -1,8 +1,9 @@
 //! Maps and sets by addresses and other small numbers.
 //!
-//! A load looks up some hundred thousand addresses; with the standard library's hash function that
-//! took a fifth of its time. That function withstands keys that an attacker has chosen, which takes
-//! time; these keys come from the files of the machine's owner. Maps by names keep it.
+//! A load looks up some hundred thousand addresses; with the standard library's hash function these
+//! look-ups took a fifth of its time. The standard function is slow because it withstands keys that
+//! an attacker has chosen. The keys here come from the files of the machine's owner. Maps by names
+//! keep the standard function.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 

@@ -1,7 +1,8 @@
 //! The page of every instruction, for `rungd explain`.
 //!
-//! The texts are in `docs/instructions/` and are compiled into the program, so that they belong to
-//! its own version. A test compares them with the instruction table and draws their diagrams.
+//! The texts are in `docs/instructions/` and are compiled into the program, so that their version
+//! is the program's version. A test compares them with the instruction table and draws their
+//! diagrams.
 
 use super::instruction::Mnemonic;
 

@@ -23,16 +23,16 @@ pub struct Real(i32);
 /// Why a text is no real constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RealError {
-    /// It has not the form of one: `12.5`, `-0.02`, `1e3`, `2.5e-7`.
+    /// It does not have the form of a real constant: `12.5`, `-0.02`, `1e3`, `2.5e-7`.
     Form,
-    /// It lies beyond the largest binary32.
+    /// It is beyond the largest binary32.
     Beyond,
 }
 
 impl Real {
-    /// The largest.
+    /// The largest real.
     pub const MAX: Real = Real(f32::MAX.to_bits().cast_signed());
-    /// The least: the opposite of the largest.
+    /// The least real: the opposite of the largest.
     pub const MIN: Real = Real(!Real::MAX.0);
 
     /// The content of an R word's cell.
@@ -58,8 +58,8 @@ impl Real {
         number.is_finite().then(|| Real::of(number))
     }
 
-    /// The nearest real of a number (ties to even), and whether it is beyond the largest one: then
-    /// the result is the largest, or the least.
+    /// The nearest real of a number (ties to even), and whether the number is beyond the largest
+    /// real: then the result is the largest or the least real.
     #[inline(always)]
     pub fn stored(number: f64) -> (Real, bool) {
         let nearest = number as f32;
@@ -72,7 +72,7 @@ impl Real {
         Real::stored(f64::from(integer)).0
     }
 
-    /// Of a finite number.
+    /// The real of a finite number.
     #[inline(always)]
     fn of(number: f32) -> Real {
         debug_assert!(number.is_finite());
@@ -82,7 +82,7 @@ impl Real {
     }
 }
 
-/// The bits of a negative number but its sign; of any other number none.
+/// All bits but the sign for a negative number, no bits for any other number.
 #[inline(always)]
 fn lower_bits_if_negative(bits: i32) -> i32 {
     (bits >> 31) & i32::MAX
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(stored(16_777_219.0), (16_777_220.0, false));
         assert_eq!(stored(1e300), (f32::MAX, true));
         assert_eq!(stored(-1e300), (-f32::MAX, true));
-        // Beyond the largest binary32, and nearer to it than to the next number would be.
+        // Beyond the largest binary32, but nearer to it than to the next number that would follow.
         assert_eq!(stored(3.402_823_5e38), (f32::MAX, false));
         assert_eq!(stored(-0.0).0.to_bits(), 0);
         assert_eq!(stored(-1e-99).0.to_bits(), 0);

@@ -1,24 +1,24 @@
-//! Names that a ladder may no longer give, and the version that took them.
+//! Names that a ladder may no longer use, and the version that reserved them.
 //!
-//! A leaf module, read by `resolve` for the finding of a forbidden name. An old ladder passed the
-//! check with such a tag, and its author must learn why it does not any more. `docs/language.md`,
-//! *Old ladders*, has the same list.
+//! A leaf module, read by `resolve` for the finding of a forbidden name. An old ladder with such a
+//! tag passed the check of earlier versions; the finding explains to its author why it no longer
+//! does. `docs/language.md`, *Old ladders*, has the same list.
 
-/// The version that took the names below.
+/// The version that reserved the names below.
 const VERSION: &str = "0.2";
 
 /// Mnemonics.
 const MNEMONICS: [&str; 4] = ["MATH", "COPY", "FILL", "SR"];
 
-/// Prefixes of addresses, of any case.
+/// Prefixes of addresses, in upper or lower case.
 const PREFIXES: [&str; 1] = ["R"];
 
-/// The version since which a mnemonic is forbidden; `None`: since the first, or not at all.
+/// The version since which a mnemonic is forbidden; `None` if it is not in the list above.
 pub(crate) fn mnemonic(name: &str) -> Option<&'static str> {
     MNEMONICS.contains(&name).then_some(VERSION)
 }
 
-/// The same for a name that reads as an address.
+/// The version since which a name that reads as an address is forbidden.
 pub(crate) fn address(name: &str) -> Option<&'static str> {
     let prefix = name.trim_end_matches(|c: char| c.is_ascii_digit()).to_ascii_uppercase();
     PREFIXES.contains(&prefix.as_str()).then_some(VERSION)

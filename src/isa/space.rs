@@ -159,7 +159,7 @@ impl Space {
         }
     }
 
-    /// How many elements the space has.
+    /// The number of elements of the space.
     pub(crate) fn count(self, sizes: &MemorySizes) -> u32 {
         match self {
             Space::Bit(space) => space.count(sizes),
@@ -170,7 +170,7 @@ impl Space {
         }
     }
 
-    /// The sizes with another number of elements of this space, if it can be set.
+    /// The sizes with `count` elements in this space; unchanged if the size of the space is fixed.
     pub(crate) fn sized(self, sizes: &MemorySizes, count: u32) -> MemorySizes {
         let mut sizes = sizes.clone();
         let size = match self {
@@ -217,7 +217,7 @@ impl BitSpace {
         u32::from(matches!(self, BitSpace::Mc | BitSpace::Mi))
     }
 
-    /// How many elements the space has.
+    /// The number of elements of the space.
     pub fn count(self, sizes: &MemorySizes) -> u32 {
         match self {
             BitSpace::X => sizes.x,
@@ -252,7 +252,7 @@ impl WordSpace {
         u32::from(matches!(self, WordSpace::Mhr | WordSpace::Mir))
     }
 
-    /// How many elements the space has.
+    /// The number of elements of the space.
     pub fn count(self, sizes: &MemorySizes) -> u32 {
         match self {
             WordSpace::V => sizes.v,

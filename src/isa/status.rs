@@ -1,7 +1,7 @@
 //! The status bits and words, with Do-more's nicknames (`docs/semantics.md`, section 6).
 //!
-//! The engine writes them at step 1 of every scan; programs read them and never write them. Step 1
-//! turns the bits from `$DivideByZero` on OFF, and what happens in the scan turns them ON.
+//! The engine writes them at step 1 of every scan; programs only read them. Step 1 turns the bits
+//! from `$DivideByZero` on OFF; mishaps in the scan turn them ON.
 
 /// Status bit numbers: the n of `STn`.
 pub(crate) mod st {
@@ -33,7 +33,7 @@ pub(crate) mod st {
     pub const OUT_OF_RANGE: u32 = 12;
     /// An index was outside its array in this scan.
     pub const INDEX_ERROR: u32 = 13;
-    /// How many there are.
+    /// The number of status bits.
     pub const COUNT: usize = 14;
 }
 
@@ -63,7 +63,7 @@ pub(crate) mod dst {
     pub const MINUTE: u32 = 10;
     /// 0 to 59.
     pub const SECOND: u32 = 11;
-    /// How many there are.
+    /// The number of status words.
     pub const COUNT: usize = 12;
 }
 
@@ -100,7 +100,7 @@ pub(crate) const WORD_NICKNAMES: [(&str, u32); 11] = [
     ("$Second", dst::SECOND),
 ];
 
-/// What the status bits say, by number (`docs/semantics.md`, section 6).
+/// The meanings of the status bits, by number (`docs/semantics.md`, section 6).
 const BIT_MEANINGS: [&str; st::COUNT] = [
     "ON in the first scan of a RUN",
     "always ON",
@@ -118,7 +118,7 @@ const BIT_MEANINGS: [&str; st::COUNT] = [
     "ON if an index was outside its array in this scan",
 ];
 
-/// What the status words say, by number.
+/// The meanings of the status words, by number.
 const WORD_MEANINGS: [&str; dst::COUNT] = [
     "scans completed since RUN began",
     "the filtered mean of the scan time, µs",
@@ -134,12 +134,12 @@ const WORD_MEANINGS: [&str; dst::COUNT] = [
     "the local second, 0 to 59",
 ];
 
-/// What a status bit says, by its number.
+/// The meaning of a status bit, by its number.
 pub(crate) fn bit_meaning(number: u32) -> Option<&'static str> {
     BIT_MEANINGS.get(number as usize).copied()
 }
 
-/// What a status word says, by its number.
+/// The meaning of a status word, by its number.
 pub(crate) fn word_meaning(number: u32) -> Option<&'static str> {
     WORD_MEANINGS.get(number as usize).copied()
 }
@@ -154,7 +154,7 @@ pub fn nicknames() -> impl Iterator<Item = &'static str> {
     BIT_NICKNAMES.into_iter().chain(WORD_NICKNAMES.into_iter().map(|(name, _)| name))
 }
 
-/// The least and greatest number of a status word of the time of day; the year has none.
+/// The least and greatest value of a status word of the date or time of day; the year has none.
 pub(crate) fn clock_range(number: u32) -> Option<(i32, i32)> {
     match number {
         dst::MONTH => Some((1, 12)),

@@ -1,18 +1,19 @@
-//! Puts MATHs next to each other whose formulas have the same steps but for their cells: the
-//! engine then executes each step for all of them.
+//! Groups MATHs whose formulas differ only in their cells. The engine then executes each step for
+//! all formulas of a group.
 //!
 //! Called by `assembler`, once for each batch of MATHs that `schedule` makes. Two MATHs may change
-//! places if neither writes a cell that the other reads or writes. The status bits of mishaps are
-//! no such cells, unless one of the two reads them: every MATH only turns them ON. In columns all
-//! formulas are read before anything is stored, so none may read what one before it writes.
+//! places if neither writes a cell that the other reads or writes. The status bits of mishaps do
+//! not count here unless one of the two MATHs reads them, because every MATH only turns them ON. In
+//! columns, all formulas are evaluated before any result is stored, so no formula may read a cell
+//! that an earlier one writes.
 
 use std::collections::HashMap;
 
 use super::last_uses::LastUses;
 use crate::engine::ops::{Accumulator, Formulas, Math, Op, Step, StepShape, Touches, shapes};
 
-/// The least number of MATHs that columns are made of: with fewer, the loops cost more than the
-/// dispatches. Two in a debug build, so that the small programs of tests have columns too.
+/// The least number of MATHs in columns: with fewer, the loops cost more than the dispatches. Two
+/// in a debug build, so that the small programs of tests have columns too.
 const HEIGHT_MIN: usize = if cfg!(debug_assertions) { 2 } else { 8 };
 
 /// MATHs that are executed one after the other, or in columns.
@@ -40,7 +41,7 @@ pub(super) fn groups(maths: Vec<Math>, steps: &[Step], formulas: Formulas) -> Ve
     groups
 }
 
-/// The steps of a formula without their cells; `None`: it needs rows.
+/// The steps of a formula without their cells; `None`: the formula needs rows.
 type Form = Option<(Vec<StepShape>, Accumulator)>;
 
 #[derive(Default)]
@@ -49,7 +50,7 @@ struct Grouping<'f> {
     /// The positions of the groups of each form, ascending.
     of_form: HashMap<Form, Vec<usize>>,
     uses: LastUses,
-    /// No group before this one takes a further MATH.
+    /// No group before this one accepts a further MATH.
     open_from: usize,
     touches: Touches<'f>,
 }
@@ -62,7 +63,7 @@ impl Grouping<'_> {
         let formula = &steps[math.first as usize..][..math.count as usize];
         let form = if stays { None } else { shapes(formula).map(|form| (form, math.result)) };
         let in_columns = form.is_some();
-        // In columns, what it reads was written in a group before its own.
+        // In columns, an earlier group must have written the cells that it reads.
         let earliest = match stays {
             true => self.groups.len(),
             false => self.uses.earliest(&self.touches, in_columns).max(self.open_from),
@@ -75,9 +76,9 @@ impl Grouping<'_> {
         }
     }
 
-    /// Whether it keeps its place among all MATHs: it reads the status bit of a mishap, or touches
-    /// an array whose element is known at run time only. Takes the status bits off those that it
-    /// writes.
+    /// Whether it must keep its place among all MATHs: it reads the status bit of a mishap, or
+    /// touches an array at an index known only at run time. Removes the status bits from the cells
+    /// that it writes.
     fn stays(&mut self) -> bool {
         let touches = &mut self.touches;
         let status = touches.formulas.mishaps();

@@ -51,7 +51,7 @@ pub(super) struct Assembler<'p> {
     has_arrays: bool,
     /// The words with the limits of arrays, by element 0 and the number of elements.
     array_limits: HashMap<(Address, u32), ArrayLimits>,
-    /// Where operations come from, if the program is lowered to be seen.
+    /// The origins of operations, if the program is lowered for observation.
     pub sites: Option<Sites>,
 }
 
@@ -150,15 +150,15 @@ impl<'p> Assembler<'p> {
         cell
     }
 
-    /// Allots a private word that keeps its value. Those that are written begin with 0, so the
-    /// private words with a value at the start are those that never change.
+    /// Allots a private word with a constant value. A private word that operations write begins
+    /// with 0, so only constants have an initial value.
     fn fixed_word(&mut self, value: i32) -> u32 {
         let cell = self.private_word();
         self.initial_words.push((WordCell(cell), value));
         cell
     }
 
-    /// The word of a value. An element outside of its array is 0.
+    /// The word of a value. An element outside of its array has the value 0.
     pub fn value(&mut self, value: Value) -> WordRead {
         match value {
             Value::Const(value, _) => WordRead(self.constant(value)),
@@ -213,14 +213,14 @@ impl<'p> Assembler<'p> {
         limits
     }
 
-    /// Keeps a MATH for a pass or an ENTASK; returns its index.
+    /// Stores a MATH for a pass or an ENTASK; returns its index.
     pub fn pick(&mut self, mut math: Math) -> u32 {
         self.lay_rows(std::slice::from_mut(&mut math));
         self.tables.picks.push(math);
         self.tables.picks.len() as u32 - 1
     }
 
-    /// The limits of a word's cell: its range, or its tags' `min` and `max`.
+    /// The limits of a word's cell: its range, or the `min` and `max` of its tags.
     pub fn limits(&self, word: Word) -> (i32, i32) {
         self.limits.get(&word).copied().unwrap_or(word.range())
     }
@@ -235,7 +235,7 @@ impl<'p> Assembler<'p> {
         self.note(Sites::pass_step);
     }
 
-    /// Notes where something comes from, if that is asked for.
+    /// Records the origin of an operation, if the program is lowered for observation.
     pub fn note(&mut self, note: impl FnOnce(&mut Sites)) {
         if let Some(sites) = &mut self.sites {
             note(sites);
@@ -263,7 +263,8 @@ impl<'p> Assembler<'p> {
         }
     }
 
-    /// Stores the steps of formulas with equally many, one step of all formulas after the other.
+    /// Stores the steps of formulas with equal numbers of steps: first step 1 of all formulas, then
+    /// step 2 of all formulas, and so on.
     fn lay_columns(&mut self, maths: &mut [Math]) {
         let first = self.tables.steps.len() as u32;
         for step in 0..maths[0].count {
@@ -273,15 +274,15 @@ impl<'p> Assembler<'p> {
         maths.iter_mut().for_each(|math| math.first = first);
     }
 
-    /// Stores the Stages that one instruction names.
+    /// Stores the Stages that one instruction lists.
     pub fn stage_list(&mut self, stages: impl Iterator<Item = StageId>) -> StageList {
         let first = self.tables.stage_lists.len() as u32;
         self.tables.stage_lists.extend(stages);
         StageList { first, count: self.tables.stage_lists.len() as u32 - first }
     }
 
-    /// Returns a leg that stays the same while its rung executes. Inputs, private bits and the
-    /// status bits that step 1 writes do; of any other bit it makes a copy.
+    /// Returns a leg whose value stays the same while its rung executes. Inputs, private bits and
+    /// the status bits of step 1 stay the same by themselves; any other bit is copied.
     pub fn keep(&mut self, leg: LegPowers) -> LegPowers {
         let power = self.one_power(leg);
         LegPowers::of(self.keep_power(power))

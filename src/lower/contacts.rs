@@ -53,7 +53,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Adds the powers that must all be ON for none of the contacts to be ON.
+    /// Adds the powers that are all ON exactly if none of the contacts is ON.
     fn none_of(&mut self, contacts: &[Contact], powers: &mut Vec<Power>) {
         for contact in contacts {
             match contact {
@@ -71,7 +71,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// The power that is ON when all of these are; a single power is returned itself.
+    /// The power that is ON when all of `powers` are ON; a single power is returned as it is.
     ///
     /// A loop without copies: a leg may have as many contacts as the memory for programs holds.
     pub fn and(&mut self, powers: &[Power]) -> Power {
@@ -97,7 +97,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// The leg that is ON when all of these are.
+    /// The leg that is ON when all of `powers` are ON.
     pub fn leg_of(&mut self, powers: &[Power]) -> LegPowers {
         match *powers {
             [ref first @ .., last] if !first.is_empty() => LegPowers::new([self.and(first), last]),
@@ -117,7 +117,7 @@ impl Assembler<'_> {
         Power::of(cell)
     }
 
-    /// An edge of contacts; the edges within have histories of their own.
+    /// An edge of contacts; edges inside the contacts have their own histories.
     fn edge(&mut self, edge: Edge, of: &Contact) -> Power {
         let text = rungs::edge_contact(&self.identity, edge, of);
         let power = self.contact(of);
@@ -129,7 +129,7 @@ impl Assembler<'_> {
         })
     }
 
-    /// The cell of a power; of an opposite a bit of its own.
+    /// The cell of a power; for an opposite, a new private bit with its value.
     fn as_bit(&mut self, power: Power) -> u32 {
         if power.is_opposite() {
             let of = Powers::new([power, power]);

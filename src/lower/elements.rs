@@ -1,8 +1,8 @@
 //! Elements of arrays that a word selects.
 //!
-//! A contact or compare reads one by an operation of its own, right before it. An instruction that
-//! acts needs the status bit and the log of a wrong index too: it becomes a MATH, or has one read
-//! its operand for it.
+//! For a contact or compare, a separate operation reads the element, right before the contact or
+//! compare. An instruction must also turn the status bit of a wrong index ON and report it: it
+//! becomes a MATH, or a MATH reads its operand beforehand.
 
 use super::assembler::Assembler;
 use crate::engine::PassStep;
@@ -17,7 +17,7 @@ use crate::resolve::formula::{Binary, Formula, NumberType, Part, type_of_array};
 use crate::resolve::instruction::{Source, Value, WordPlace};
 
 impl Assembler<'_> {
-    /// The power of a bit that a word selects; outside of the array OFF.
+    /// The power of a bit that a word selects; OFF if the index is outside of the array.
     pub fn picked_bit(&mut self, element: Element) -> Power {
         let from = BitsRead(self.cells(element.array));
         let index = WordRead(self.layout.word(element.index).0);
@@ -26,7 +26,7 @@ impl Assembler<'_> {
         Power::of(cell)
     }
 
-    /// A word that a word selects; outside of the array 0.
+    /// A word that a word selects; 0 if the index is outside of the array.
     pub fn picked_word(&mut self, element: Element) -> WordRead {
         let from = WordsRead(self.cells(element.array));
         let index = WordRead(self.layout.word(element.index).0);
@@ -35,7 +35,8 @@ impl Assembler<'_> {
         WordRead(cell)
     }
 
-    /// A preset as its owner reads it, at every execution and, if `in_pass`, in the pass too.
+    /// The word of a preset. Its owner reads it at every execution and, if `in_pass`, in the pass
+    /// too.
     pub fn owner_preset(&mut self, value: Value, in_pass: bool) -> WordRead {
         let Value::Element(element) = value else { return self.value(value) };
         let on = self.on();
@@ -57,7 +58,7 @@ impl Assembler<'_> {
         cell
     }
 
-    /// A value as an instruction reads it while its leg is ON.
+    /// The word of a value that an instruction reads while its leg is ON.
     pub fn value_while(&mut self, value: Value, leg: LegPowers) -> WordRead {
         let Value::Element(element) = value else { return self.value(value) };
         let (math, cell) = self.reading(element, leg);

@@ -1,9 +1,9 @@
 //! Turns the expression of a MATH into steps.
 //!
 //! Called by `instructions`. Walks the parts, which are in postfix order, with a stack of operands.
-//! A word or constant stays where it is until its operator comes, which reads it in place. A result
-//! stays in the accumulator of its type until something else needs that: the slot of its place on
-//! the stack then keeps it.
+//! A word or constant stays in place, and its operator reads it there. A result stays in the
+//! accumulator of its type until a different result needs the accumulator; then it moves to the
+//! slot of its place on the stack.
 
 use super::assembler::Assembler;
 use super::formula_marks::{Mark, marks};
@@ -35,7 +35,7 @@ impl Assembler<'_> {
         Op::Math(self.formula_into(put, formula, leg))
     }
 
-    /// A MATH of a formula, which stores its result so.
+    /// A MATH that evaluates a formula and stores the result in `put`.
     pub fn formula_into(&mut self, put: Put, formula: &Formula, leg: LegPowers) -> Math {
         let mut builder = Builder {
             assembler: self,
@@ -79,7 +79,7 @@ pub(super) struct Builder<'a, 'p> {
     assembler: &'a mut Assembler<'p>,
     steps: Vec<Step>,
     pub operands: Vec<Operand>,
-    /// The jumps that do not know their ends yet.
+    /// The jumps whose targets are not known yet.
     jumps: Vec<usize>,
     /// The number of slots so far. Slot 0 is never read.
     slots: u32,
@@ -118,8 +118,8 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Bits are read at their place in the expression: what stands before the status bit of a
-    /// mishap may turn it ON.
+    /// A bit is read at its place in the expression, because the part before it may turn the status
+    /// bit of a mishap ON.
     fn bit(&mut self, bit: Bit) {
         let cell = self.assembler.layout.bit(bit).0;
         let to = self.slot_of_waiting(NumberType::Integer);
@@ -157,8 +157,8 @@ impl Builder<'_, '_> {
         self.steps.push(Step { code, to, a, b });
     }
 
-    /// Lets the operand that has this accumulator wait in the slot of its place; returns the slot
-    /// for the step that needs the accumulator.
+    /// If an operand is in this accumulator, assigns the slot of its place to it. Returns the slot
+    /// for the step that needs the accumulator; 0 if there is no such operand.
     fn slot_of_waiting(&mut self, of: NumberType) -> u32 {
         let is_there = |operand: &Operand| operand.place == Place::Accumulator && operand.of == of;
         match self.operands.iter().position(is_there) {
@@ -167,7 +167,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Lets an operand wait in the slot of its place; returns the slot.
+    /// Assigns the slot of its place to an operand; returns the slot.
     fn wait(&mut self, at: usize) -> u32 {
         let slot = at as u32 + 1;
         self.slots = self.slots.max(slot + 1);
@@ -175,7 +175,7 @@ impl Builder<'_, '_> {
         slot
     }
 
-    /// Saves the operand that has this accumulator.
+    /// Saves the operand that is in this accumulator, if there is one.
     fn save(&mut self, of: NumberType) {
         let slot = self.slot_of_waiting(of);
         if slot != 0 {
@@ -196,12 +196,12 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Brings an operand into the accumulator of its type.
+    /// Loads an operand into the accumulator of its type.
     pub(super) fn load(&mut self, at: usize) {
         self.load_as(at, self.operands[at].of);
     }
 
-    /// Brings an operand into the accumulator of a type.
+    /// Loads an operand into the accumulator of a type.
     pub(super) fn load_as(&mut self, at: usize, of: NumberType) {
         self.convert(at, of);
         let (place, cell) = self.source(at, of);
@@ -216,8 +216,8 @@ impl Builder<'_, '_> {
         self.operands[at] = Operand { place: Place::Accumulator, of };
     }
 
-    /// Makes an integer that is a result a real, if an operator needs that. The others are
-    /// converted as they are read.
+    /// Converts an integer result to a real if an operator needs a real. Words and constants are
+    /// converted when they are read.
     pub(super) fn convert(&mut self, at: usize, of: NumberType) {
         let operand = self.operands[at];
         if operand.of == of {
@@ -242,7 +242,7 @@ impl Builder<'_, '_> {
     fn unary(&mut self, operator: Unary, of: NumberType) {
         let last = self.operands.len() - 1;
         match (operator, of, self.operands[last].place) {
-            // As long as it is a constant that a word holds: -(-2147483648) is none.
+            // If a word can hold the constant: -(-2147483648) does not fit.
             (Unary::Minus, _, Place::Integer(n)) if i32::try_from(-n).is_ok() => {
                 self.operands[last].place = Place::Integer(-n);
             }
@@ -256,7 +256,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// A step with the last operand, which it takes and gives as these types.
+    /// Adds a step that takes the last operand as type `of` and returns type `result`.
     pub(super) fn one(&mut self, code: Code, (of, result): (NumberType, NumberType)) {
         let last = self.operands.len() - 1;
         self.load_as(last, of);
@@ -297,13 +297,13 @@ impl Builder<'_, '_> {
         self.sides(operator, sides, (of, result));
     }
 
-    /// A step with the last two operands, which it takes and gives as this type.
+    /// Adds a step that takes the last two operands; operands and result have this type.
     pub(super) fn both(&mut self, operator: Operator, of: NumberType) {
         let last = self.operands.len() - 1;
         self.sides(operator, [last - 1, last], (of, of));
     }
 
-    /// A step with the last two operands as its sides, which it takes and gives as these types.
+    /// Adds a step that takes two operands as type `of` and returns type `result`.
     fn sides(
         &mut self,
         operator: Operator,
@@ -344,8 +344,9 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Tests the last operand. Whether it jumps or not, the accumulators are free for the others,
-    /// and hold the test's result.
+    /// Tests the last operand and jumps by the result. All waiting operands are saved before, so on
+    /// both paths the accumulators are free, and the integer accumulator contains the result of the
+    /// test.
     fn test(&mut self, code: Code) {
         self.truth();
         self.operands.pop();
@@ -354,25 +355,26 @@ impl Builder<'_, '_> {
         self.step(code, 0, 0, 0);
     }
 
-    /// Makes the last operand 0 or 1.
+    /// Converts the last operand to 0 or 1.
     fn truth(&mut self) {
         let of = self.operands[self.operands.len() - 1].of;
         self.one(typed(of, Code::Truth, Code::RealTruth), (of, NumberType::Integer));
     }
 
-    /// Lets a jump go to the next step.
+    /// Sets the target of a jump to the next step.
     fn arrive(&mut self, jump: usize) {
         self.steps[jump].to = self.steps.len() as u32;
     }
 
-    /// The end of the right side of `&&` or `||`: 0 or 1, as the left side if it jumps here.
+    /// Ends the right side of `&&` or `||` with 0 or 1. If the left side jumps here, its own 0 or 1
+    /// is the result.
     fn end_of_right(&mut self) {
         self.truth();
         let test = self.jumps.pop().expect("`&&` and `||` have a left side");
         self.arrive(test);
     }
 
-    /// The end of a value that `if` may take: in its accumulator.
+    /// Ends a value of `if`: loads it into the accumulator of its type.
     fn end_of_value(&mut self, of: NumberType) {
         self.load_as(self.operands.len() - 1, of);
         self.operands.pop();

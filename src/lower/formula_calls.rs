@@ -43,7 +43,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// A function of a real that gives a real.
+    /// A function with a real argument and a real result.
     fn real(&mut self, code: Code) {
         self.one(code, (NumberType::Real, NumberType::Real));
     }
@@ -55,14 +55,14 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Takes an argument to the end of the stack, where operators find it.
+    /// Moves an argument to the end of the stack, where operators find it.
     fn take(&mut self, at: usize) {
         let taken = Operand { place: Place::Integer(0), of: NumberType::Integer };
         let argument = std::mem::replace(&mut self.operands[at], taken);
         self.operands.push(argument);
     }
 
-    /// Leaves the last operand in place of the arguments from this one on.
+    /// Replaces the arguments, from `first` on, by the last operand.
     fn end_of_call(&mut self, first: usize) {
         self.operands.swap_remove(first);
         self.operands.truncate(first + 1);
@@ -71,7 +71,7 @@ impl Builder<'_, '_> {
     /// An operation over all arguments, from left to right.
     fn fold(&mut self, operator: Operator, first: usize, of: NumberType) {
         let arguments = first..self.operands.len();
-        // Each is of the call's type, even if it is the only one.
+        // Each argument gets the type of the call, even a single argument.
         self.convert_all(first, of);
         self.take(first);
         for argument in arguments.skip(1) {
@@ -81,7 +81,7 @@ impl Builder<'_, '_> {
         self.end_of_call(first);
     }
 
-    /// `clamp`: `max(min(x, hi), lo)`, which is lo where lo > hi.
+    /// `clamp`: `max(min(x, hi), lo)`, which is lo if lo > hi.
     fn clamp(&mut self, first: usize, of: NumberType) {
         self.take(first);
         self.take(first + 2);
@@ -91,7 +91,7 @@ impl Builder<'_, '_> {
         self.end_of_call(first);
     }
 
-    /// `scale`: its steps are the operators.
+    /// `scale`, made of the steps of operators.
     fn scale(&mut self, first: usize) {
         let of = NumberType::Real;
         self.convert_all(first, of);

@@ -1,13 +1,13 @@
-//! The places of an expression where a part begins that is evaluated or left out: behind `&&` and
-//! `||`, and in `if`.
+//! The places of an expression where a conditional part begins: the right side of `&&` and `||`,
+//! and the values of `if`.
 //!
-//! Called by `formula` before it walks the parts: a test stands before the part, but the operator
-//! behind it.
+//! Called by `formula` before it walks the parts: the test must come before the conditional part,
+//! but in postfix order its operator comes after that part.
 
 use crate::isa::Function;
 use crate::resolve::formula::{Binary, NumberType, Part};
 
-/// What happens where a part begins that is evaluated or not.
+/// The kind of conditional part that begins at a place.
 #[derive(Clone, Copy)]
 pub(super) enum Mark {
     /// The right side of `&&`.
@@ -23,7 +23,7 @@ pub(super) enum Mark {
 /// The marks of a formula, by the part that begins there.
 pub(super) fn marks(parts: &[Part]) -> Vec<Option<Mark>> {
     let mut marks = vec![None; parts.len()];
-    // Where each waiting operand begins.
+    // The part at which each waiting operand begins.
     let mut begins: Vec<usize> = Vec::new();
     for (at, part) in parts.iter().enumerate() {
         match part {

@@ -2,8 +2,8 @@
 //! of the program.
 //!
 //! `lower` collects it and stores it in `Symbols`. A reload compares the identities of the old and
-//! the new program. The names do not contain cell numbers, because each lowering gives out its own.
-//! Retentive memory uses the shift registers alone.
+//! the new program. The names do not contain cell numbers, because cell numbers can change with
+//! each lowering. Retentive memory uses only the shift registers.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -68,7 +68,7 @@ pub struct Owner {
     pub structure: Structure,
     /// The instruction.
     pub mnemonic: Mnemonic,
-    /// The element that the instruction stands in.
+    /// The element that contains the instruction.
     pub(crate) element: ElementId,
     /// Its presets, by the names of their operands.
     pub presets: Vec<(&'static str, Value)>,
@@ -79,7 +79,7 @@ pub struct Owner {
 pub struct History {
     /// Its cell.
     pub cell: BitCell,
-    /// The element that its contact or instruction stands in.
+    /// The element that contains its contact or instruction.
     pub(crate) element: ElementId,
     /// The name of its rung.
     pub rung: Option<String>,
@@ -88,7 +88,7 @@ pub struct History {
     /// Its contact or instruction, in addresses: `rise(X0)`, `PONOFF C0`.
     pub text: String,
     /// Its name in every version of the program: the block, the rung's name or else the text, and a
-    /// number that tells equal ones apart: `Main/count-bottles/0`, `Main//rise(X0)/1`.
+    /// number that distinguishes equal ones: `Main/count-bottles/0`, `Main//rise(X0)/1`.
     pub key: String,
 }
 
@@ -217,12 +217,13 @@ impl Identity {
         self.places.say(Address::Word(word))
     }
 
-    /// The name of an element that a word selects. Its words stay apart: each can be renamed.
+    /// The name of an element that a word selects. Array and word are separate in the name, because
+    /// each can be renamed.
     pub(crate) fn element(&self, element: &Element) -> String {
         format!("{} by {}", self.array(element.array), self.word(element.index))
     }
 
-    /// The name of an array or slice; of one that has no address, the tag's.
+    /// The name of an array or slice; without an address, it is the name of the tag.
     pub(crate) fn array(&self, array: Array) -> String {
         match self.places.at(array.element(0)) {
             None => array.to_string(),
@@ -233,7 +234,7 @@ impl Identity {
         }
     }
 
-    /// The name of what SR shifts.
+    /// The name of the bits that SR shifts.
     pub(crate) fn run(&self, run: ShiftBits) -> String {
         match run.down {
             true => run.to_string(),
@@ -241,7 +242,7 @@ impl Identity {
         }
     }
 
-    /// The same, with other texts of rungs and histories.
+    /// The same identity with converted texts of rungs and histories.
     pub(crate) fn with_texts(&self, text: &dyn Fn(&str) -> String) -> Identity {
         let mut other = self.clone();
         for history in &mut other.histories {

@@ -58,7 +58,8 @@ impl Assembler<'_> {
     pub fn instruction(&mut self, instruction: &Instruction, legs: Legs) {
         self.note(Sites::begin_instruction);
         self.identity.instruction(instruction, self.site.element);
-        // What reads an element may turn `$IndexError` ON, which a leg may read.
+        // An operation that reads an element may turn `$IndexError` ON, and a leg may read this
+        // bit.
         let kept: Vec<(LegName, LegPowers)>;
         let legs = if instruction.action.has_elements() {
             kept = legs.0.iter().map(|(name, leg)| (*name, self.keep(*leg))).collect();
@@ -291,7 +292,7 @@ impl Assembler<'_> {
         let (min, max) = self.limits(to);
         let real = to.is_real();
         let to = Target { word: WordWritten(self.layout.word(to).0), min, max };
-        // MOVE copies the cell of a real to a real; sums of reals are never sums of cells.
+        // A MOVE from a real to a real copies the cell; a sum of reals is never a sum of cells.
         let mixed = match source {
             Source::Value(a) => a.value.is_real() != real,
             Source::Sum(..) | Source::Difference(..) => {

@@ -1,19 +1,19 @@
 //! The last places that touched each cell, while operations are put into batches or groups.
 //!
-//! Used by `schedule` and `alike`: an operation must follow those that share a written cell with
-//! it.
+//! Used by `schedule` and `alike`: an operation must come after every earlier operation that shares
+//! a written cell with it.
 
 use crate::engine::ops::Touches;
 use crate::isa::NumberMap;
 
-/// By cells: the last places that read and wrote it.
+/// For each cell, the last places that read and wrote it.
 #[derive(Default)]
 pub(super) struct LastUses {
     bits: NumberMap<u32, CellUses>,
     words: NumberMap<u32, CellUses>,
 }
 
-/// Places + 1; 0: none.
+/// Each place plus 1; 0: there is no place.
 #[derive(Clone, Copy, Default)]
 struct CellUses {
     written: usize,
@@ -21,7 +21,7 @@ struct CellUses {
 }
 
 impl LastUses {
-    /// Notes what an operation at a place touches.
+    /// Records the cells that an operation at a place touches.
     pub fn mark(&mut self, touches: &Touches, at: usize) {
         let mark = |uses: &mut NumberMap<u32, CellUses>, read: &[u32], written: &[u32]| {
             for cell in read {
@@ -36,8 +36,8 @@ impl LastUses {
         mark(&mut self.words, &touches.words_read, &touches.words_written);
     }
 
-    /// The first place that is not before one that an operation must follow; with `behind`, it
-    /// stands behind all that wrote what it reads, never beside them.
+    /// The first place for an operation: not before any place that it must follow. With `behind`,
+    /// it is after every place that wrote a cell that the operation reads, never at the same place.
     pub fn earliest(&self, touches: &Touches, behind: bool) -> usize {
         let earliest = |uses: &NumberMap<u32, CellUses>, read: &[u32], written: &[u32]| {
             let of = |cell: &u32| uses.get(cell).copied().unwrap_or_default();

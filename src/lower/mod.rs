@@ -3,7 +3,7 @@
 //!
 //! `contacts` and `instructions` turn rungs into operations in file order; `schedule` puts
 //! operations of one kind together. `symbols` keeps the names, limits and texts that the engine
-//! does not know. `identity` and `rungs` name states and rungs, so that a reload finds them in a
+//! does not need. `identity` and `rungs` name states and rungs, so that a reload finds them in a
 //! new version of the program.
 
 mod alike;
@@ -41,15 +41,17 @@ pub fn lower(program: &Program) -> (engine::Program, Symbols) {
     lower_with(program, schedule::WINDOW)
 }
 
-/// As [`lower`], with a window: the number of operations among which operations may change places.
-/// 1 keeps them in file order. Scans give the same memory with every window; a test compares them.
+/// Does the same as [`lower`], with a window: the number of operations among which operations may
+/// change places. 1 keeps them in file order. The memory after a scan is the same with every
+/// window; a test compares it.
 pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols) {
     let (code, symbols, _) = lower_noting(program, window, None);
     (code, symbols)
 }
 
-/// Lowers a program to be seen: each operation has a batch of its own, in file order, and a site.
-/// Scans give the same memory as those of [`lower`], cell by cell, the program's own included.
+/// Lowers a program for observation: each operation has a batch of its own, in file order, and a
+/// site. The memory after a scan is the same as with [`lower`], cell by cell, including the
+/// program's own cells.
 pub fn lower_seen(program: &Program) -> (engine::Program, Symbols, Sites) {
     let (code, symbols, sites) = lower_noting(program, 1, Some(Sites::default()));
     (code, symbols, sites.unwrap_or_default())

@@ -1,9 +1,9 @@
-//! The arrays of an element's operations, each with one cell that stands for all of its cells.
+//! The arrays of an element's operations, each represented by its first cell.
 //!
-//! Called by `schedule`. An operation whose element is known at run time only touches every cell of
-//! its array. Arrays that share cells are one region; a cell within a region counts as its first
-//! one, also where it is named by its own address. An element without arrays has no region, and
-//! pays nothing.
+//! Called by `schedule`. If the index of an operation is known only at run time, the operation
+//! counts as touching every cell of its array. Arrays that share cells are one region. A cell
+//! within a region counts as the region's first cell, even if an operation uses the cell's own
+//! address. An element without arrays has no region, and no extra work.
 
 use std::ops::Range;
 
@@ -31,7 +31,7 @@ impl Regions {
         Regions { bits: joined(bits), words: joined(words) }
     }
 
-    /// Puts the cells that stand for regions in the place of the cells within them.
+    /// Replaces every cell within a region by the region's first cell.
     pub fn represent(&self, touches: &mut Touches) {
         if self.bits.is_empty() && self.words.is_empty() {
             return;

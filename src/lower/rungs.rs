@@ -1,7 +1,7 @@
-//! A rung as one text, in addresses (of tags with a `type`, in their names): two rungs with the
-//! same text do the same.
+//! The text of a rung, with addresses (for tags with a `type`, with their names): two rungs with
+//! the same text do the same.
 //!
-//! Called while a program is lowered. A reload compares the texts to find the unedited rungs. The
+//! Made while a program is lowered. A reload compares the texts to find the unedited rungs. The
 //! text does not contain tags, comments or the written form of constants.
 
 use super::identity::Identity;
@@ -44,7 +44,7 @@ fn contact(identity: &Identity, of: &Contact) -> String {
     }
 }
 
-/// A contact beside `!`.
+/// The text of a contact behind `!`.
 fn grouped(identity: &Identity, of: &Contact) -> String {
     let text = contact(identity, of);
     if let Contact::Compare(..) = of { format!("({text})") } else { text }
@@ -94,7 +94,7 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
     of.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// A formula in postfix order: so it needs no parentheses.
+/// A formula in postfix order, so that it needs no parentheses.
 fn formula(identity: &Identity, of: &Formula) -> String {
     let part = |part: &Part| match part {
         Part::Integer(n) => format!(" {n}"),

@@ -1,6 +1,6 @@
 //! Puts operations of one kind next to each other, without a change of the scan's result.
 //!
-//! Called by `assembler`, once an element. Most operations do not depend on each other. Two
+//! Called by `assembler`, once for each element. Most operations do not depend on each other. Two
 //! neighbours may change places if neither writes a cell that the other reads or writes: afterwards
 //! memory is the same. So every operation is put into the earliest possible batch of its kind: no
 //! operation that it must follow may be in a later batch (it may be in the same one, because a
@@ -20,8 +20,8 @@ use crate::engine::ops::{Formulas, Op, OpKind, Touches};
 pub const WINDOW: usize = 4096;
 
 /// Puts an element's operations, given in file order, into batches of one kind each. `formulas` are
-/// those of the MATHs. `has_arrays`: whether an operation may touch an array whose element is known
-/// at run time only.
+/// the formulas of the MATHs. `has_arrays`: whether an operation may touch an array at an index
+/// known only at run time.
 pub(crate) fn schedule(
     ops: Vec<Op>,
     formulas: Formulas,

@@ -1,8 +1,8 @@
-//! Where each operation of an engine program comes from: the rung, its contacts, its instruction.
+//! The origin of each operation of an engine program: the rung, its contacts, its instruction.
 //!
-//! `observe` uses it to name what it sees. Made by [`super::lower_seen`], which puts each operation
-//! into a batch of its own, in file order; the cells are those of `lower`, so a state of the one
-//! engine is a state of the other. No other lowering has sites.
+//! `observe` uses the sites to name the operations that it observes. Made by [`super::lower_seen`],
+//! which puts each operation into a batch of its own, in file order. The cells are those of
+//! `lower`, so a state of one engine is a state of the other. No other lowering has sites.
 
 use std::ops::Range;
 
@@ -12,16 +12,16 @@ use crate::isa::ElementId;
 /// The origins of operations, contacts and steps of passes.
 #[derive(Debug, Default)]
 pub struct Sites {
-    /// By batch: what it belongs to.
+    /// For each batch, its origin.
     pub batches: Vec<Site>,
-    /// By step of the passes: what it belongs to.
+    /// For each step of the passes, its origin.
     pub passes: Vec<Site>,
     /// The parts of rungs, in file order.
     pub parts: Vec<RungPart>,
-    /// The powers of contacts, part by part: bits, elements, compares and edges, as they stand
-    /// from left to right; the contacts within an edge stand before it.
+    /// The powers of contacts, part by part: bits, elements, compares and edges, in their order
+    /// from left to right; the contacts inside an edge come before the edge.
     pub leaves: Vec<Power>,
-    /// The instruction that is lowered now.
+    /// The instruction that is being lowered.
     instruction: Option<u32>,
     /// The number of instructions so far.
     instructions: u32,
@@ -56,7 +56,7 @@ pub struct RungPart {
 }
 
 impl Sites {
-    /// The contacts of a part of a rung begin.
+    /// Begins the contacts of a part of a rung.
     pub(super) fn begin(&mut self, element: ElementId, rung: u32, branch: Option<u32>) {
         let (batch, leaf) = (self.batches.len() as u32, self.leaves.len() as u32);
         let instructions = self.instructions..self.instructions;
@@ -64,7 +64,7 @@ impl Sites {
         self.parts.push(RungPart { element, rung, branch, first, ready, leaves, instructions });
     }
 
-    /// All contacts of the part are lowered.
+    /// Ends the contacts of the part.
     pub(super) fn ready(&mut self) {
         let (batch, leaf) = (self.batches.len() as u32, self.leaves.len() as u32);
         if let Some(part) = self.parts.last_mut() {
@@ -73,7 +73,7 @@ impl Sites {
         }
     }
 
-    /// The next instruction of the part begins.
+    /// Begins the next instruction of the part.
     pub(super) fn begin_instruction(&mut self) {
         self.instruction = Some(self.instructions);
         self.instructions += 1;
@@ -82,24 +82,24 @@ impl Sites {
         }
     }
 
-    /// The instruction is lowered.
+    /// Ends the instruction.
     pub(super) fn end_instruction(&mut self) {
         self.instruction = None;
     }
 
-    /// An operation is lowered.
+    /// Adds an operation.
     pub(super) fn operation(&mut self) {
         let site = self.site();
         self.batches.push(site);
     }
 
-    /// A step of a pass is lowered.
+    /// Adds a step of a pass.
     pub(super) fn pass_step(&mut self) {
         let site = self.site();
         self.passes.push(site);
     }
 
-    /// The power of a contact is known.
+    /// Adds the power of a contact.
     pub(super) fn leaf(&mut self, power: Power) {
         self.leaves.push(power);
     }

@@ -1,5 +1,5 @@
 //! Names of blocks, Stages and tags, alarm texts and limits: everything that the engine does not
-//! know.
+//! need.
 //!
 //! Made by `lower`; read by the log writer, the drivers and the simulator.
 
@@ -83,7 +83,7 @@ impl Symbols {
         symbols
     }
 
-    /// Adds a logged tag: its bit or word; for a structure its `.Done` or `DN`, but not `.Acc`,
+    /// Adds a logged tag: its bit or word. A structure adds its `.Done` or `DN`, but not `.Acc`,
     /// which would log every count and every millisecond.
     fn log(&mut self, address: Address, tag: &str) {
         let (address, name) = match address {

@@ -22,11 +22,11 @@ pub(super) enum Life {
 
 #[derive(Debug)]
 pub(super) struct Beat {
-    /// The timestamp of the scan under way, or [`IDLE`], or [`TRIPPED`].
+    /// The timestamp of the scan that executes, or [`IDLE`], or [`TRIPPED`].
     scan_since_ns: AtomicU64,
-    /// The deadline of the scan that is awaited, or [`IDLE`], or [`TRIPPED`].
+    /// The deadline of the next scan, or [`IDLE`], or [`TRIPPED`].
     due_ns: AtomicU64,
-    /// Complete scans and ticks so far, and looks for commands between scans that are far apart.
+    /// The number of complete scans, of ticks, and of checks for commands during long waits.
     pulses: AtomicU64,
     stop: AtomicBool,
     life: AtomicU8,
@@ -52,12 +52,12 @@ impl Beat {
         let _ = self.due_ns.compare_exchange(IDLE, due_ns, order, failed);
     }
 
-    /// The due scan has come; false if the monitor has reported it as missing.
+    /// Notes that the due scan has come; false if the monitor has reported it as missing.
     pub fn arrive(&self) -> bool {
         self.due_ns.swap(IDLE, Ordering::AcqRel) != TRIPPED
     }
 
-    /// The deadline of the scan that is awaited, if one is.
+    /// The deadline of the next scan, if the scan thread waits for one.
     pub fn awaited(&self) -> Option<u64> {
         let due_ns = self.due_ns.load(Ordering::Acquire);
         (due_ns != IDLE && due_ns != TRIPPED).then_some(due_ns)
@@ -69,17 +69,17 @@ impl Beat {
         self.due_ns.compare_exchange(due_ns, TRIPPED, order, failed).is_ok()
     }
 
-    /// A scan begins.
+    /// Notes that a scan begins.
     pub fn begin(&self, now_ns: u64) {
         self.scan_since_ns.store(now_ns.clamp(1, TRIPPED - 1), Ordering::Release);
     }
 
-    /// The scan is over; false if the monitor has reported it as too long.
+    /// Notes that the scan is over; false if the monitor has reported it as too long.
     pub fn end(&self) -> bool {
         self.scan_since_ns.swap(IDLE, Ordering::AcqRel) != TRIPPED
     }
 
-    /// Marks the current scan as too long, if it is and is not marked yet.
+    /// Marks the current scan as too long, if it exceeds the watchdog and is not marked yet.
     pub fn trip(&self, now_ns: u64, watchdog_ns: u64) -> bool {
         let since = self.scan_since_ns.load(Ordering::Acquire);
         if since == IDLE || since == TRIPPED || now_ns.saturating_sub(since) <= watchdog_ns {
@@ -94,7 +94,7 @@ impl Beat {
         exchange.is_ok()
     }
 
-    /// A scan is complete, or a tick in STOP or FAULT, or the next scan is awaited for long.
+    /// Counts a complete scan, a tick in STOP or FAULT, or a check for commands during a long wait.
     pub fn pulse(&self) {
         self.pulses.fetch_add(1, Ordering::Release);
     }

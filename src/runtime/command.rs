@@ -1,10 +1,10 @@
 //! An operator's commands to the scan thread: run, stop, force, release.
 //!
-//! The world hands them in at the [`super::exchange::Port`]; the scan thread takes them between
-//! two scans (in STOP and FAULT: at a tick), in order, and answers each once what it did is
-//! published. Both ways are rings; what is behind a `Mutex` here is the world's alone.
+//! Other threads hand commands in at the [`super::exchange::Port`]. The scan thread takes them in
+//! order between two scans (in STOP and FAULT: at a tick), and answers each one after its effect is
+//! published. Commands and answers pass through rings; the scan thread never locks a `Mutex` here.
 //!
-//! Deliberately absent: the right to give commands, and their names.
+//! Deliberately absent: permissions, and the names of commands.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -16,10 +16,10 @@ pub use super::forces::Forces;
 use super::mode::Mode;
 use crate::engine::Cell;
 
-/// The most commands that wait for the scan thread; one more is denied.
+/// The maximum number of commands that wait for the scan thread; a further one is denied.
 pub(crate) const COMMANDS_MAX: usize = 64;
 
-/// How many answers are kept for those that asked.
+/// The maximum number of answers that are kept for the callers.
 const ANSWERS_KEPT: usize = 4 * COMMANDS_MAX;
 
 /// A command to the scan thread.
@@ -31,7 +31,7 @@ pub enum Command {
     Stop,
     /// Forces a bit (0 or 1) or word, its value within its range.
     Force {
-        /// Which.
+        /// The bit or word.
         cell: Cell,
         /// The value.
         value: i32,
@@ -40,64 +40,64 @@ pub enum Command {
     Release(Cell),
     /// Ends all forces.
     ReleaseAll,
-    /// Goes on with a new program, whose package waits.
+    /// Continues with a new program, whose package was handed in.
     Swap {
-        /// Which.
+        /// The generation of the program.
         generation: u32,
-        /// Out of FAULT it goes on scanning, with memory as it is and no pass.
+        /// In FAULT, RUN continues with the new program, with memory as it is and without a pass.
         resume: bool,
     },
 }
 
-/// Why a command is not done.
+/// The reason why a command is denied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Denial {
     /// [`COMMANDS_MAX`] commands wait already.
     QueueFull,
-    /// The scan thread is held up, or gone.
+    /// The scan thread is stuck, or has ended.
     ScanThreadStuck,
-    /// The engine met a state that cannot be: its memory cannot be trusted.
+    /// The engine panicked, so its memory cannot be trusted.
     EngineBroken,
     /// The process is about to end.
     Ending,
-    /// Stop in FAULT: nothing scans.
+    /// A stop in FAULT, in which there are no scans.
     Faulted,
-    /// [`FORCES_MAX`] are forced already.
+    /// [`FORCES_MAX`] bits and words are forced already.
     TooManyForces,
-    /// There is no such package.
+    /// No package with this program was handed in.
     NoProgram,
-    /// A reload came first, and what the command names is not in the new program.
+    /// The program was reloaded in between, and the new one does not have the cell of the command.
     Gone,
 }
 
 /// The outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
-    /// It is done, and published; this is how it was before.
+    /// The command is done and its effect is published. Contains the state before it.
     Done(Before),
-    /// It is not done, and nothing changed.
+    /// The command is not done, and nothing changed.
     Denied(Denial),
 }
 
-/// How things were before a command.
+/// The state before a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Before {
     /// The mode.
     pub mode: Mode,
-    /// The value of the bit or word; 0 where the command names none.
+    /// The value of the bit or word; 0 for a command without one.
     pub value: i32,
-    /// Whether it was forced.
+    /// Whether the bit or word was forced.
     pub forced: bool,
 }
 
-/// A command that was taken: the first of a process is 1.
+/// The number of an accepted command; the first one of a process is 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CommandId(pub u64);
 
 #[derive(Clone, Copy, Debug)]
 struct Order {
     id: u64,
-    /// The program whose cell the command names.
+    /// The generation of the program that the command's cell belongs to.
     generation: u32,
     command: Command,
 }
@@ -108,7 +108,7 @@ struct Answered {
     answer: Answer,
 }
 
-/// Where commands go in, and where their answers lie.
+/// The entry for commands, and the answers that no caller has fetched yet.
 pub(super) struct Desk {
     orders: Producer<Order>,
     last: u64,
@@ -119,11 +119,11 @@ pub(super) struct Desk {
 pub(super) struct Orders {
     orders: Consumer<Order>,
     answers: Producer<Answered>,
-    /// Answers of this step, given at its end.
+    /// The answers of this step, sent at its end.
     taken: Vec<Answered>,
 }
 
-/// Where answers come out of the ring: the monitor's.
+/// The monitor's end of the ring of answers.
 pub(super) struct Answers(Consumer<Answered>);
 
 pub(super) fn desk() -> (Desk, Orders, Answers) {
@@ -146,7 +146,7 @@ impl Desk {
         Ok(CommandId(order.id))
     }
 
-    /// The answer, once; then it is forgotten.
+    /// Returns an answer, once, and forgets it.
     pub(crate) fn answer(&mut self, id: CommandId) -> Option<Answer> {
         let at = self.answers.iter().position(|(of, _)| *of == id.0)?;
         self.answers.remove(at).map(|(_, answer)| answer)
@@ -174,27 +174,27 @@ impl Orders {
         !self.orders.is_empty()
     }
 
-    /// Notes an answer.
+    /// Adds an answer to those of this step.
     pub(crate) fn note(&mut self, id: CommandId, answer: Answer) {
         self.taken.push(Answered { id: id.0, answer });
     }
 
-    /// Gives the answers of this step, after its images are published.
+    /// Sends the answers of this step, after its images are published.
     pub(crate) fn give(&mut self) {
         for answered in self.taken.drain(..) {
-            // `next` saw a free place, and no other thread fills it.
+            // `next` has checked for a free place, and no other thread fills it.
             let _ = self.answers.push(answered);
         }
     }
 }
 
 impl Answers {
-    /// How many wait.
+    /// The number of answers in the ring.
     pub(crate) fn waiting(&self) -> usize {
         self.0.slots()
     }
 
-    /// Makes this number of them visible.
+    /// Makes this number of answers visible.
     pub(crate) fn show(&mut self, count: usize, desk: &mut Desk) {
         for _ in 0..count {
             if let Ok(answered) = self.0.pop() {

@@ -98,7 +98,7 @@ pub(crate) enum Outcome {
 pub(crate) struct Batch {
     /// Its ticket.
     pub ticket: Ticket,
-    /// The program whose cells they name.
+    /// The generation of the program that the cells belong to.
     pub generation: u32,
     /// The writes; the scan applies all of them, in this order.
     pub writes: Vec<Write>,
@@ -125,16 +125,16 @@ pub(super) struct ExchangeState {
     /// The monitor has reported the scan thread as stuck, and has seen no sign of life since.
     stuck: AtomicBool,
     desk: Mutex<Desk>,
-    /// The tasks that wait for news.
+    /// The tasks that wait for a change.
     waiting: Mutex<Vec<Waker>>,
-    /// Who stands behind batches and commands, for the scan log.
+    /// The senders of batches and commands, for the scan log.
     signatures: Mutex<VecDeque<(Origin, String)>>,
     /// The current [`Tempo`], in ns.
     period_ns: AtomicU64,
     watchdog_ns: AtomicU64,
 }
 
-/// The period of scans and the time limit of one. A reload may change both.
+/// The period of scans and the time limit of a scan. A reload may change both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tempo {
     /// The time from scan to scan.
@@ -161,7 +161,7 @@ struct Door {
 #[derive(Default)]
 struct Refusals {
     tickets: VecDeque<u64>,
-    /// The scan thread does not answer any more: pending writes and commands are refused.
+    /// The scan thread no longer answers: pending writes and commands are refused.
     all_pending: bool,
 }
 
@@ -206,7 +206,7 @@ impl Port {
         self.shared.watchdog_ns.store(tempo.watchdog_ns, Ordering::Release);
     }
 
-    /// Says who stands behind a batch or a command, for the scan log.
+    /// Notes the sender of a batch or a command, for the scan log.
     pub(crate) fn sign(&self, origin: Origin, who: String) {
         let mut signatures = locked(&self.shared.signatures);
         if signatures.len() == SIGNATURES_KEPT {
@@ -259,7 +259,7 @@ impl Port {
         self.until(move |port| Some(port.latest()).filter(|latest| wanted(latest)))
     }
 
-    /// Ends with the result of `look`. Calls `look` now and after all news.
+    /// Ends with the result of `look`. Calls `look` now and after every change.
     fn until<T, L: FnMut(&Port) -> Option<T>>(
         &self,
         mut look: L,
@@ -267,8 +267,8 @@ impl Port {
         let port = self.clone();
         poll_fn(move |context| {
             let mut waiting = locked(&port.shared.waiting);
-            // `look` is called under the lock. A thread that publishes news takes the lock after
-            // that: either this look finds the news, or this waker is called.
+            // `look` is called under the lock. A thread that publishes a change takes the lock
+            // after that: either this look finds the change, or this waker is called.
             if let Some(found) = look(&port) {
                 return Poll::Ready(found);
             }
@@ -279,7 +279,7 @@ impl Port {
         })
     }
 
-    /// Wakes all waiting tasks, so that they look again. The monitor calls it after news.
+    /// Wakes all waiting tasks, so that they look again. The monitor calls it after every change.
     fn wake(&self) {
         let waiting = std::mem::take(&mut *locked(&self.shared.waiting));
         waiting.into_iter().for_each(Waker::wake);
@@ -294,11 +294,11 @@ impl Port {
         self.submit_to(self.latest().generation, writes)
     }
 
-    /// As [`Port::submit`], for the cells of the program of this generation. If it is reloaded
-    /// before the scan, each write goes to where its element lies in the new program.
+    /// Does the same as [`Port::submit`], for the cells of the program of this generation. If it is
+    /// reloaded before the scan, each write goes to the cell of its element in the new program.
     ///
     /// # Errors
-    /// As [`Port::submit`].
+    /// The same as those of [`Port::submit`].
     pub fn submit_to(&self, generation: u32, writes: Vec<Write>) -> Result<Ticket, Refused> {
         if writes.len() > BATCH_WRITES_MAX {
             return Err(Refused::TooLarge);
@@ -357,10 +357,10 @@ impl Port {
         self.command_to(self.latest().generation, command)
     }
 
-    /// As [`Port::command`], for the cells of the program of this generation.
+    /// Does the same as [`Port::command`], for the cells of the program of this generation.
     ///
     /// # Errors
-    /// As [`Port::command`].
+    /// The same as those of [`Port::command`].
     pub fn command_to(&self, generation: u32, command: Command) -> Result<CommandId, Denial> {
         if self.is_stuck() {
             return Err(Denial::ScanThreadStuck);
@@ -368,7 +368,7 @@ impl Port {
         locked(&self.shared.desk).hand_in(generation, command)
     }
 
-    /// Whether the scan thread is stuck or gone, so that it takes no command.
+    /// Whether the scan thread is stuck or has ended, so that it accepts no command.
     pub(super) fn is_stuck(&self) -> bool {
         self.shared.stuck.load(Ordering::Acquire)
     }

@@ -4,9 +4,9 @@
 //! ([`InputEnd`]), or the scan fills it itself (`local`, for lines that answer at once). An image
 //! is handed over as a whole (`latest`), so a scan sees the inputs of one exchange. At the input
 //! step `Field` takes the newest image, computes the age of the last good exchange and of each
-//! input by the scan's own clock, and moves the inputs. So a device with a hanging task goes stale
-//! like a device with a cut cable. Outputs leave through the published image (`wiring`); those of a
-//! local device at the output step.
+//! input by the scan's own clock, and writes the inputs to memory. So a device with a hanging task
+//! goes stale like a device with a cut cable. Outputs leave through the published image (`wiring`);
+//! the outputs of a local device leave at the output step.
 //!
 //! The scan's side does not lock, allocate or free: failed local devices go back through a ring.
 
@@ -21,11 +21,11 @@ use super::origin::Origin;
 use super::record::{DeviceEdge, RecordEvent};
 use super::wiring::{Wiring, WiringTarget};
 
-/// Both ends of a device's exchange that the world holds.
+/// The ends of a device's exchange that are used outside the scan thread.
 pub struct Ends {
-    /// To hand inputs in.
+    /// The end that takes inputs.
     pub inputs: InputEnd,
-    /// Of a local device: to hand the device itself in.
+    /// For a local device, the end that takes the device itself.
     pub local: Option<LocalEnd>,
 }
 
@@ -36,7 +36,8 @@ pub(crate) struct Field {
     safe: Vec<Safe>,
     /// The cell of Y0.
     first_output: usize,
-    /// The inputs that devices have read at least once, 64 to a word: they move them at every scan.
+    /// Marks the inputs that devices have read at least once, 64 to a word; from then on only the
+    /// devices write them.
     moved: Box<[u64]>,
 }
 
@@ -45,14 +46,14 @@ struct WiredDevice {
     pulse: Arc<Pulse>,
     images: InputReader,
     local: Option<LocalSide>,
-    /// The time from which the first exchange is awaited.
+    /// The time from which the device waits for its first exchange.
     start_ns: u64,
     /// Whether there was a good exchange.
     has_exchanged: bool,
     state: Presence,
 }
 
-/// The state of a device, with its begin.
+/// The state of a device, with the time at which it began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Presence {
     /// No good exchange since the start.
@@ -101,7 +102,7 @@ fn device(wiring: &Wiring, now_ns: u64) -> (WiredDevice, Ends) {
 }
 
 impl Field {
-    /// The input step: moves the inputs of every device by its newest image, or by `on-loss`.
+    /// The input step: writes the inputs of every device, from its newest image or by `on-loss`.
     pub fn bring_in<M: Machine>(
         &mut self,
         machine: &mut M,
@@ -123,7 +124,7 @@ impl Field {
         }
     }
 
-    /// The inputs that devices move at every scan, 64 to a word; the rest is without a device.
+    /// The inputs that devices write at every scan, 64 to a word; all other inputs have no device.
     pub fn moved(&self) -> &[u64] {
         &self.moved
     }
@@ -133,7 +134,7 @@ impl Field {
         self.devices.iter().any(|device| device.local.is_some())
     }
 
-    /// The output step after a complete scan: local devices.
+    /// The output step after a complete scan: writes the outputs of local devices.
     pub fn bring_out<M: Machine>(&mut self, machine: &M) {
         let (image, first_output) = (machine.image(), self.first_output);
         for device in &mut self.devices {
@@ -145,8 +146,8 @@ impl Field {
         }
     }
 
-    /// RUN is over: local outputs go to their safe values. A held output takes its value from
-    /// `image`; without one it stays as it is.
+    /// Called after RUN: sets local outputs to their safe values. A held output takes its value
+    /// from `image`; without an image it stays as it is.
     pub fn make_safe(&mut self, image: Option<(&[u8], &[i32])>) {
         let Field { devices, safe, first_output, .. } = self;
         for device in devices {
@@ -158,7 +159,7 @@ impl Field {
         }
     }
 
-    /// A tick outside RUN: inputs do not move; a local device that arrives is made safe.
+    /// A tick outside RUN: no inputs are written; a local device that was handed in is made safe.
     pub fn tick(&mut self, image: Option<(&[u8], &[i32])>) {
         let Field { devices, safe, first_output, .. } = self;
         for device in devices {
@@ -171,8 +172,8 @@ impl Field {
         }
     }
 
-    /// Exchanges the safe states of all Y. `safe_now`: RUN is over already, so changed safe
-    /// values are written at once; a held output stays as it is.
+    /// Exchanges the safe states of all Y. `safe_now`: the controller is not in RUN, so changed
+    /// safe values are written at once; a held output stays as it is.
     pub fn exchange_safe(&mut self, safe: &mut Vec<Safe>, safe_now: bool) {
         std::mem::swap(&mut self.safe, safe);
         if safe_now && self.safe != *safe {
@@ -191,8 +192,8 @@ impl WiredDevice {
     /// Takes the newest image, if there is one.
     fn take(&mut self, now_ns: u64) -> Freshness {
         // The pulse is read before the image, so the image is at least as new: if the last exchange
-        // was good, the image has all of it. Trouble is read again after the image, because a
-        // task reports trouble before it hands in a partial image.
+        // was good, the image contains all its inputs. Trouble is read again after the image,
+        // because a task reports trouble before it hands in a partial image.
         let was_troubled = self.pulse.is_troubled();
         let mut good_ns = self.pulse.good_ns();
         self.images.refresh();
@@ -210,13 +211,13 @@ impl WiredDevice {
         Freshness { stale: self.is_lost(good_ns.max(self.start_ns), now_ns), troubled }
     }
 
-    /// Whether an image of that time is too old to count.
+    /// Whether an image that was read at this time is older than `loss-after`.
     fn is_lost(&self, read_ns: u64, now_ns: u64) -> bool {
         now_ns.saturating_sub(read_ns) > self.wiring.loss_after_ns
     }
 
-    /// Moves every input that was read at least once, by its own age; the others keep their tags'
-    /// `initial`.
+    /// Writes every input that was read at least once, depending on its own age. Other inputs keep
+    /// the `initial` of their tags.
     fn move_inputs<M: Machine>(&self, machine: &mut M, now_ns: u64, moved: &mut [u64]) {
         let mut receive = |target: &WiringTarget, value: i32| {
             target.receive(machine, value);
@@ -254,7 +255,7 @@ struct Sighting {
 }
 
 impl Presence {
-    /// The news of this scan.
+    /// The change of state in this scan, if there is one.
     fn step(&mut self, seen: Sighting) -> Option<DeviceEdge> {
         let Sighting { exchanged, stale, now_ns, scan } = seen;
         let (next, edge) = match *self {

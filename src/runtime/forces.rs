@@ -1,11 +1,11 @@
 //! The list of forced bits and words.
 //!
-//! The scan thread keeps one, each snapshot holds a copy. Nothing here allocates after the start.
-//! The values are in memory: a forced cell of the engine keeps its forced value.
+//! The scan thread has one such list, and each snapshot contains a copy. No allocation after the
+//! start. The values are in memory: a forced cell of the engine keeps its forced value.
 
 use crate::engine::{BitCell, Cell};
 
-/// The most bits and words that may be forced at a time.
+/// The maximum number of bits and words that are forced at the same time.
 pub const FORCES_MAX: usize = 256;
 
 /// The forced cells: allocated once, copied from snapshot to snapshot.
@@ -33,7 +33,7 @@ impl Forces {
         self.list().contains(&cell)
     }
 
-    /// Enters a cell; false if there are too many.
+    /// Adds a cell; false if there are too many.
     pub(super) fn add(&mut self, cell: Cell) -> bool {
         if self.has(cell) {
             return true;
@@ -44,7 +44,7 @@ impl Forces {
         true
     }
 
-    /// Takes a cell out.
+    /// Removes a cell.
     pub(super) fn remove(&mut self, cell: Cell) {
         if let Some(at) = self.list().iter().position(|forced| *forced == cell) {
             self.cells.copy_within(at + 1..self.count, at);
@@ -64,7 +64,7 @@ impl Forces {
         self.count = kept;
     }
 
-    /// Becomes a copy, without allocating.
+    /// Becomes a copy of `other`, without allocating.
     pub(super) fn copy_from(&mut self, other: &Forces) {
         self.cells[..other.count].copy_from_slice(other.list());
         self.count = other.count;

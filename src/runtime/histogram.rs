@@ -1,7 +1,7 @@
 //! A histogram of durations with a fixed number of buckets, so that counting never allocates.
 //!
-//! One thread counts; any may read meanwhile, and then sees each count as it was at some moment.
-//! To count is a plain load and store: no thread waits.
+//! One thread counts. Other threads may read at the same time; they see each count as it was at
+//! some moment. Counting is a plain load and store: no thread waits.
 //!
 //! Buckets grow with the value: 32 of them for every doubling, so a percentile is at most about
 //! three per cent above the true one, from nanoseconds to a minute.
@@ -9,10 +9,10 @@
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Buckets of a doubling.
+/// The number of buckets for each doubling.
 const STEPS: u64 = 32;
 const STEPS_LOG2: u32 = 5;
-/// Values from 2^36 ns (69 s) on count as the last bucket.
+/// Values of 2^36 ns (69 s) and more are counted in the last bucket.
 const TOP_LOG2: u32 = 36;
 const BUCKETS: usize = ((TOP_LOG2 - STEPS_LOG2 + 1) as usize) * STEPS as usize;
 
@@ -22,12 +22,12 @@ pub struct Histogram {
     counts: Box<[AtomicU32]>,
 }
 
-/// So many values in a range.
+/// A range of values, and the number of values in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bar {
-    /// The greatest value that counts here; the least is one more than the bar's before it.
+    /// The greatest value of the range; the least is the greatest of the bar before it plus 1.
     pub up_to_ns: u64,
-    /// How many.
+    /// The number of values.
     pub count: u64,
 }
 
@@ -38,18 +38,18 @@ impl Default for Histogram {
 }
 
 impl Histogram {
-    /// Counts one.
+    /// Counts a value.
     pub fn add(&self, value_ns: u64) {
         let count = &self.counts[bucket(value_ns)];
         count.store(count.load(Relaxed).saturating_add(1), Relaxed);
     }
 
-    /// Forgets all.
+    /// Sets all counts to 0.
     pub fn clear(&self) {
         self.counts.iter().for_each(|count| count.store(0, Relaxed));
     }
 
-    /// The value that `per_mille` of 1000 counted ones do not exceed; 0 if none was counted.
+    /// The value that `per_mille` of 1000 counted values do not exceed; 0 if no value was counted.
     pub fn percentile(&self, per_mille: u64) -> u64 {
         let counts = || self.counts.iter().map(|count| u64::from(count.load(Relaxed)));
         let wanted = (counts().sum::<u64>() * per_mille).div_ceil(1000);
@@ -63,7 +63,7 @@ impl Histogram {
         0
     }
 
-    /// A bar a doubling, from the first that counted any to the last.
+    /// One bar for each doubling, from the first to the last one that has values.
     pub fn bars(&self) -> Vec<Bar> {
         let octaves = self.counts.chunks(STEPS as usize).enumerate();
         let bar = |(octave, counts): (usize, &[AtomicU32])| Bar {

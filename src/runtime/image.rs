@@ -1,6 +1,6 @@
-//! The image that the world sees: memory after one complete scan, with its mode and forces.
+//! The image that other threads see: memory after one complete scan, with its mode and forces.
 //!
-//! `link` fills it, `exchange` hands it out. An image that was handed out is never changed.
+//! `link` fills the image, `exchange` hands it out. After that it is never changed.
 
 use std::sync::Arc;
 
@@ -8,10 +8,11 @@ use super::forces::Forces;
 use super::mode::Mode;
 use crate::engine::{BitCell, Cell, WordCell};
 
-/// The image of the last complete scan, whole, for the world.
+/// The whole image of the last complete scan, for other threads.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// Which program's: one more with every reload. Cells are that program's.
+    /// The generation of the program, one more with every reload. The cells are those of this
+    /// program.
     pub generation: u32,
     /// Complete scans since the process started.
     pub scans: u64,
@@ -19,15 +20,15 @@ pub struct Snapshot {
     pub now_ns: u64,
     /// The mode.
     pub mode: Mode,
-    /// Since when it has been so (CLOCK_MONOTONIC, ns).
+    /// The time of the last change of mode (CLOCK_MONOTONIC, ns).
     pub since_ns: u64,
-    /// A stop was asked for: this scan is the last one of its RUN, or the next one is.
+    /// A stop was requested: this scan or the next one is the last of its RUN.
     pub ending: bool,
     /// Every bit, by [`BitCell`]; 0 or 1.
     pub bits: Box<[u8]>,
     /// Every word, by [`WordCell`].
     pub words: Box<[i32]>,
-    /// Y0, Y1, … as driven: the image's in RUN, else the safe values. 0 or 1.
+    /// Y0, Y1, … as driven: the values of the image in RUN, else the safe values. 0 or 1.
     pub outputs: Box<[u8]>,
     /// Every batch with a ticket up to this one has been seen by a complete scan or refused.
     pub tickets_done: u64,
@@ -65,6 +66,7 @@ pub enum Safe {
     Off,
     /// ON.
     On,
-    /// In STOP its value after the termination passes; in FAULT the last complete scan's.
+    /// In STOP the value after the termination passes; in FAULT the value of the last complete
+    /// scan.
     Hold,
 }

@@ -1,11 +1,11 @@
-//! The latest image of a device's inputs: written whole by one thread, read whole by another,
-//! never waiting.
+//! The latest image of a device's inputs: one thread writes it as a whole, a second thread reads it
+//! as a whole, and neither waits.
 //!
-//! Three buffers: one is the writer's, one the reader's, and the third lies between them. A writer
-//! that has finished, and a reader that wants news, exchange their own buffer for the third by one
-//! atomic swap. So each buffer belongs to one side at any time, and an image that is not read in
-//! time is overwritten by a newer one. The buffers are made of atomics for the compiler's sake
-//! alone. Nothing is allocated after the start.
+//! Three buffers: one belongs to the writer, one to the reader, and the third is between them. A
+//! writer that has finished exchanges its own buffer for the third by one atomic swap; so does a
+//! reader that requests the newest image. So each buffer belongs to one side at any time, and an
+//! image that is not read in time is overwritten by a newer one. The values in the buffers are
+//! atomics only because safe Rust requires it. Nothing is allocated after the start.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicU8, AtomicU64, Ordering};
@@ -15,11 +15,11 @@ use std::sync::atomic::{AtomicI32, AtomicU8, AtomicU64, Ordering};
 pub(super) struct LatestInput {
     /// Its value.
     pub value: i32,
-    /// When it was read (CLOCK_MONOTONIC); 0: never.
+    /// The time at which it was read (CLOCK_MONOTONIC); 0: never.
     pub read_ns: u64,
 }
 
-/// Beside the number of the buffer in between: it is newer than the reader's.
+/// A flag beside the number of the third buffer: the buffer is newer than the reader's.
 const NEW: u8 = 4;
 const NUMBER: u8 = 3;
 
@@ -54,7 +54,7 @@ pub(super) fn latest(count: usize) -> (InputWriter, InputReader) {
 }
 
 impl InputWriter {
-    /// Makes these the latest inputs, whole.
+    /// Publishes these inputs as the latest ones, as a whole.
     pub fn write(&mut self, inputs: &[LatestInput]) {
         for (slot, input) in self.buffers.inputs[self.own as usize].iter().zip(inputs) {
             slot.value.store(input.value, Ordering::Relaxed);
@@ -74,7 +74,7 @@ impl InputReader {
         }
     }
 
-    /// The inputs as they were taken last.
+    /// The inputs of the image that was taken last.
     pub fn inputs(&self) -> impl Iterator<Item = LatestInput> + '_ {
         self.buffers.inputs[self.own as usize].iter().map(|slot| LatestInput {
             value: slot.value.load(Ordering::Relaxed),

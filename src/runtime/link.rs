@@ -1,12 +1,13 @@
 //! The two ends of the exchange: the scan thread's and the world's, joined by rings.
 //!
 //! The scan thread uses [`ScanSide`] between two scans; it does not lock, allocate or free. The
-//! monitor thread (or a test) uses [`WorldSide`]: it makes the scan thread's publications visible
-//! in the [`Port`], and frees the objects that the scan thread must not free.
+//! world is all other threads. The monitor thread (or a test) uses [`WorldSide`]: it makes the scan
+//! thread's publications visible in the [`Port`], and frees the objects that the scan thread must
+//! not free.
 //!
-//! The idea: snapshots circulate. The world fills a ring with spare ones. The scan thread takes
-//! one, copies its image into it and hands it over. After the last reader has dropped it, it is a
-//! spare again. If there is no spare, this scan is not published, but the next one is.
+//! The idea: snapshots circulate. The world fills a ring with spare snapshots. The scan thread
+//! takes one, copies its image into it and hands it over. After the last reader has dropped it, it
+//! is a spare again. If there is no spare, this scan is not published, but the next one is.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -50,11 +51,11 @@ pub enum Publication {
     Image(Arc<Snapshot>),
     /// A fault and its time; there is no new image.
     Fault(FaultReason, u64),
-    /// A spare of a program before this one.
+    /// A spare of an earlier program.
     Outlived(Arc<Snapshot>),
 }
 
-/// The atomics that the scan thread publishes beside its image.
+/// The values that the scan thread publishes beside its image.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Facts<'a> {
@@ -92,7 +93,8 @@ pub struct ScanSide {
     pub(super) orders: Orders,
     /// The generation of the program.
     pub(super) generation: u32,
-    /// The generation of the program before it, and the cells of that which it has elsewhere.
+    /// The generation of the program before it, and the cells of that program that have a different
+    /// number in this one.
     before: (u32, Renumbered),
     /// Spare snapshots that came with the program.
     pub(super) fresh: Vec<Arc<Snapshot>>,
@@ -171,16 +173,16 @@ impl ScanSide {
         self.port.shared.running.store(running, Ordering::Release);
     }
 
-    /// Goes on with the program of this generation. Takes the new numbers of cells, and gives those
-    /// of the last swap back, to be freed elsewhere.
+    /// Continues with the program of this generation. Takes its new numbers of cells, and returns
+    /// those of the last swap in the same variable, so that they are freed elsewhere.
     pub fn adopt(&mut self, generation: u32, renumbered: &mut Renumbered) {
         self.before.0 = self.generation;
         std::mem::swap(&mut self.before.1, renumbered);
         self.generation = generation;
     }
 
-    /// The cell of the program that is scanned, for one of the program of a generation. `None`: it
-    /// has no such element; or that program is older than the one before.
+    /// The cell of the present program for a cell of the program of `generation`. `None` if the
+    /// present program does not have the element, or if `generation` is more than one swap ago.
     pub fn cell(&self, generation: u32, cell: Cell) -> Option<Cell> {
         renumbered((self.generation, &self.before), generation, cell)
     }
@@ -240,7 +242,7 @@ impl ScanSide {
             if let Err(rtrb::PushError::Full(kept)) = self.returns.push(Returned { batch, applied })
             {
                 // Never reached: `next_batch` has checked for a free place, and only this side
-                // fills the ring. The memory is leaked, as the scan thread must not free.
+                // fills the ring. The memory is leaked, because the scan thread must not free.
                 std::mem::forget(kept);
             }
         }
@@ -271,7 +273,8 @@ impl ScanSide {
         true
     }
 
-    /// A spare of this program. Spares of earlier programs go back, and the world drops them.
+    /// A spare of this program. Spares of earlier programs are returned to the world, which drops
+    /// them.
     fn spare(&mut self) -> Option<Arc<Snapshot>> {
         if let Some(spare) = self.fresh.pop() {
             return Some(spare);
@@ -316,7 +319,7 @@ impl WorldSide {
             self.drain_returns();
             match publication {
                 Publication::Image(snapshot) => self.show(snapshot),
-                // The monitor has reported this fault already: it keeps that time.
+                // The monitor has reported this fault already: its time stays.
                 Publication::Fault(reason, _) if was_stuck => self.show_fault(reason, None),
                 Publication::Fault(reason, now_ns) => self.show_fault(reason, Some(now_ns)),
                 Publication::Outlived(_) => {}
@@ -428,7 +431,7 @@ impl WorldSide {
     }
 }
 
-/// As [`ScanSide::cell`]: `now` is the generation, and the program before it.
+/// Does the same as [`ScanSide::cell`]; `now` is the generation, and the program before it.
 fn renumbered(now: (u32, &(u32, Renumbered)), of: u32, cell: Cell) -> Option<Cell> {
     let (generation, (before, cells)) = now;
     match of {
@@ -438,7 +441,8 @@ fn renumbered(now: (u32, &(u32, Renumbered)), of: u32, cell: Cell) -> Option<Cel
     }
 }
 
-/// Gives a write of an earlier program the cell that its element has now; false: it has none.
+/// Changes the cell of a write of an earlier program to its element's present cell; false if there
+/// is none.
 fn is_renumbered(now: (u32, &(u32, Renumbered)), of: u32, write: &mut Write) -> bool {
     let cell = match write {
         Write::Bit(cell, _) => Cell::Bit(*cell),

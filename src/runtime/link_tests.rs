@@ -1,4 +1,4 @@
-//! The two ends of the exchange, driven by hand.
+//! Tests of the two ends of the exchange, called without threads.
 
 use super::command::Forces;
 use super::exchange::{
@@ -195,7 +195,8 @@ fn a_write_and_a_command_of_the_program_before_go_to_where_their_element_lies_no
     assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&moved[..]));
     assert_eq!(side.cell(0, bit.0), Some(word.0));
     assert_eq!((side.cell(0, bit.1), side.cell(1, bit.1)), (None, Some(bit.1)));
-    // One of the program that is scanned is as it is; one that is older than the last has no cell.
+    // A write of the present program stays as it is; a write of a program before the last has no
+    // cell.
     port.submit_to(1, writes.clone()).unwrap();
     assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&writes[..]));
     port.submit_to(0, writes).unwrap();

@@ -3,8 +3,8 @@
 //! A [`Local`] answers at once (a few system calls that the kernel serves from registers). The
 //! world opens it and hands it in through a ring. If it fails, or exceeds its budget several times
 //! in a row, the scan returns it, and the world opens it again. The world keeps a reference of its
-//! own: the scan thread never closes a device, and the world can write safe values when a scan
-//! never ends.
+//! own: the scan thread never closes a device, and the world can write safe values if a scan never
+//! ends.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -134,7 +134,7 @@ pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalEnd) {
 }
 
 impl LocalEnd {
-    /// Hands an opened device in; false if the scan has not taken the devices before it.
+    /// Hands in an opened device; false if the scan has not taken the earlier ones yet.
     pub fn hand_in(&mut self, device: Arc<dyn Local>) -> bool {
         while self.returned.pop().is_ok() {}
         if self.handed.is_full() {

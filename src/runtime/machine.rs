@@ -1,7 +1,7 @@
-//! The machine that the scanner scans: the engine, through the few calls of a scan.
+//! The machine that the scanner executes: the engine, reduced to the few calls of a scan.
 //!
-//! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
-//! a test says. Nothing here adds to what the engine does.
+//! A trait, so that pacing, faults and stops are tested with a machine whose scans take a given
+//! time. It adds nothing to the behaviour of the engine.
 
 use super::mode::Mode;
 use super::origin::Origin;
@@ -22,9 +22,9 @@ pub trait Machine {
     fn write_word(&mut self, cell: WordCell, value: i32);
     /// Steps 4 to 7; true if this was the last scan.
     fn execute(&mut self) -> bool;
-    /// The next scan that is begun is the last.
+    /// Makes the next scan the last one.
     fn request_stop(&mut self);
-    /// Whether a stop was asked for, by a caller or by the program.
+    /// Whether a stop was requested, by a caller or by the program.
     fn stops(&self) -> bool;
     /// The termination passes after the last scan.
     fn terminate(&mut self);
@@ -32,23 +32,23 @@ pub trait Machine {
     fn force(&mut self, cell: Cell, value: i32);
     /// Ends a force.
     fn release(&mut self, cell: Cell);
-    /// Becomes what `old` was; what is not in it is terminated there first. `running`: it goes on
-    /// scanning.
+    /// Takes over the state of `old`; parts that the new program does not have are terminated in
+    /// `old` first. `running`: whether scans continue.
     fn adopt(&mut self, old: &mut Self, transfer: &Transfer, running: bool, forces: &[Cell])
     where
         Self: Sized;
     /// All bits and words.
     fn image(&self) -> (&[u8], &[i32]);
-    /// The changes of blocks in the last scan or in `terminate`, and the number of further ones.
+    /// The changes of blocks in the last scan or in `terminate`, and the number of dropped changes.
     fn events(&self) -> (&[BlockEvent], u32);
     /// The MATHs that had a mishap in the last scan.
     fn maths(&self) -> &[MathEvent];
 
-    /// Where the writes, forces and releases come from that follow.
+    /// Sets the origin of the writes, forces and releases that follow.
     fn comes_from(&mut self, _: Origin) {}
     /// The controller enters a mode.
     fn enters(&mut self, _: Mode) {}
-    /// The machine has adopted the memory of the one before; the number of its program.
+    /// The machine has adopted the memory of the old one; the number is that of the new program.
     fn swapped(&mut self, _: u32) {}
     /// The step is over, and its image is published.
     fn settle(&mut self) {}
@@ -57,7 +57,7 @@ pub trait Machine {
 /// The start of a scan: step 1.
 #[derive(Clone, Copy, Debug)]
 pub struct ScanStart {
-    /// Its number, as the log tells it: the first of a process is 1.
+    /// Its number, as in the log: the first scan of a process is 1.
     pub number: u64,
     /// Its timestamp, monotonic.
     pub now_ns: u64,

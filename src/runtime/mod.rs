@@ -1,9 +1,9 @@
 //! The scan thread, the monitor thread, and the exchange of data with other threads.
 //!
-//! [`prepare`] puts the scan thread and the monitor thread together and asks the machine for the
-//! real-time posture; [`Prepared::start`] lets the first scan begin. Drivers hold a
-//! [`exchange::Port`]; the log is an [`Observer`]. Deliberately absent: tokio, tracing, files, and
-//! any knowledge of names.
+//! [`prepare`] puts the scan thread and the monitor thread together and requests the real-time
+//! posture from the machine; [`Prepared::start`] lets the first scan begin. Drivers hold a
+//! [`exchange::Port`]; the log is an [`Observer`]. Deliberately absent: tokio, tracing, files and
+//! names.
 //!
 //! The idea: only one thread owns the engine. Its data leave through rings and arrive through rings
 //! and atomics, so no other thread can make it wait.
@@ -88,7 +88,7 @@ pub struct Settings {
     pub memory: Memory,
     /// The cells whose changes the log reports.
     pub watched: Watched,
-    /// The posture that the machine is asked for.
+    /// The requested posture.
     pub posture: Posture,
     /// The field devices, by number.
     pub field: Vec<Wiring>,
@@ -125,7 +125,7 @@ impl Memory {
     }
 }
 
-/// The scan thread and the monitor, ready to go; the scan thread waits with its posture taken.
+/// The scan thread and the monitor, ready to start; the scan thread waits and has its posture.
 pub(crate) struct Prepared {
     grants: Vec<Grant>,
     go: Sender<()>,
@@ -158,7 +158,7 @@ impl Gauge {
 pub(crate) enum ThreadState {
     /// Both live; or the scan thread is lost, and the monitor has reported a fault.
     Running,
-    /// The scan thread has ended in order, and all its messages were handed on.
+    /// The scan thread has ended as it should, and all its messages were handed on.
     Over,
     /// The monitor has ended (a bug): images do not change any more.
     Blind,
@@ -184,7 +184,7 @@ pub fn assemble<M: Machine, C: Clock, O: Observer>(
     (whole.scanner, whole.monitor, whole.port)
 }
 
-/// As [`assemble`], with the way in for other programs.
+/// Does the same as [`assemble`]; returns a [`Reloader`] too, to swap programs.
 pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
     machine: M,
     clock: C,
@@ -195,7 +195,7 @@ pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
     (whole.scanner, whole.monitor, whole.port, whole.reloader)
 }
 
-/// All that [`assemble_whole`] puts together.
+/// The parts that [`assemble_whole`] puts together.
 pub struct Whole<M, C, O> {
     /// The scan thread's.
     pub scanner: Scanner<M, C>,
@@ -203,13 +203,13 @@ pub struct Whole<M, C, O> {
     pub monitor: Monitor<O>,
     /// For drivers.
     pub port: Port,
-    /// The way in for other programs.
+    /// To swap programs.
     pub reloader: Reloader<M>,
     /// The field devices' ends, by number.
     pub lines: Vec<Ends>,
 }
 
-/// As [`assemble`], with the way in for other programs, and for field devices.
+/// Does the same as [`assemble`]; returns a [`Reloader`] and the ends of the field devices too.
 pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
     machine: M,
     clock: C,
@@ -252,11 +252,11 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
     Whole { scanner: Scanner::new(parts), monitor, port, reloader, lines }
 }
 
-/// Starts the scan thread up to the point where its first scan could begin; gives the way in for
-/// other programs too.
+/// Starts the scan thread up to the point at which its first scan could begin. Returns a
+/// [`Reloader`] too, to swap programs.
 ///
 /// # Errors
-/// The machine gives no thread.
+/// The machine cannot start a thread.
 pub(crate) fn prepare<M, O>(
     machine: M,
     clock: MachineClock,
@@ -290,7 +290,7 @@ where
 }
 
 impl Prepared {
-    /// The posture that was asked of the machine, and its answers.
+    /// The requested posture, and the machine's answers.
     pub fn grants(&self) -> &[Grant] {
         &self.grants
     }
@@ -313,7 +313,7 @@ impl Prepared {
     /// Lets the first scan begin. (A `Prepared` that is dropped instead ends its thread.)
     ///
     /// # Errors
-    /// The machine gives no thread.
+    /// The machine cannot start a thread.
     pub fn start(self) -> io::Result<Runtime> {
         let Prepared { go, scan, monitor, port, beat, held, .. } = self;
         let monitor = monitor()?;
@@ -382,8 +382,8 @@ fn run_monitor<O: Observer>(mut monitor: Monitor<O>) {
     }
 }
 
-/// A quarter of a period, so that outputs leave and writes are answered soon behind a scan; at
-/// least 250 us, at most 10 ms.
+/// A quarter of a period, so that outputs leave and writes are answered soon after a scan; at least
+/// 250 us, at most 10 ms.
 fn turn_time(period_ns: u64) -> Duration {
     let quarter = Duration::from_nanos(period_ns / 4);
     quarter.clamp(Duration::from_micros(250), Duration::from_millis(10))

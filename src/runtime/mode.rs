@@ -1,7 +1,7 @@
 //! The modes of a controller, and the reasons for them.
 //!
-//! The scan thread enters them, snapshots show them, the log tells them. Numbers and words alone;
-//! the transitions are `scanner`'s and `obey`'s.
+//! The scan thread enters a mode, snapshots contain it, the log reports it. This file has only
+//! numbers and words; the transitions are in `scanner` and `obey`.
 
 use std::fmt;
 
@@ -23,17 +23,17 @@ pub enum StopReason {
     NotStarted,
     /// The ladder executed STOP.
     Instruction,
-    /// A signal asked for it.
+    /// A signal requested it.
     Signal,
-    /// The number of scans that was asked for is complete.
+    /// The requested number of scans is complete.
     ScanLimit,
-    /// An operator asked for it.
+    /// An operator requested it.
     Operator,
-    /// The command line asked for a start in STOP.
+    /// The command line requested a start in STOP.
     CommandLine,
     /// It was restarted too often in too short a time, and so started in STOP.
     RestartGuard,
-    /// Nothing was found to be restored, and memory is as after a cold start.
+    /// No saved memory was found, and memory is as after a cold start.
     NothingRestored,
 }
 
@@ -42,26 +42,26 @@ pub enum StopReason {
 pub enum FaultReason {
     /// A scan took longer than the watchdog allows.
     ScanTooLong {
-        /// How long, in microseconds.
+        /// The duration of the scan, in microseconds.
         scan_us: u32,
     },
-    /// A scan has not ended though the watchdog's time is over.
+    /// A scan has not ended within the time of the watchdog.
     ScanNeverEnds,
-    /// A scan was due and has not begun though the watchdog's time is over.
+    /// A scan was due and has not begun within the time of the watchdog.
     ScanNeverBegins,
-    /// The engine met a state that cannot be (a bug in rungd, not in the ladder).
+    /// The engine panicked (a bug in rungd, not in the ladder).
     EnginePanic,
-    /// The scan thread is gone (a bug in rungd).
+    /// The scan thread has ended unexpectedly (a bug in rungd).
     ScanThreadGone,
 }
 
 impl StopReason {
-    /// Whether the process stays, for an operator to run it again.
+    /// Whether the process continues, so that an operator can start RUN again.
     pub(crate) fn waits_for_operator(self) -> bool {
         self == StopReason::Instruction || self.is_meant()
     }
 
-    /// Whether a start may be meant to be in STOP for it.
+    /// Whether the STOP is intended: the controller is then ready although it does not scan.
     pub(crate) fn is_meant(self) -> bool {
         use StopReason::{CommandLine, NothingRestored, Operator, RestartGuard};
         matches!(self, Operator | CommandLine | RestartGuard | NothingRestored)

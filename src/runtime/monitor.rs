@@ -1,13 +1,13 @@
-//! The world's thread beside the scan thread: it shows the images, and it watches the scan.
+//! The monitor thread: it publishes images and records, and supervises the scan.
 //!
-//! A few hundred times a second it makes the latest image visible in the port, hands records to
-//! the [`Observer`] (which must not block: the log's own writer sees to that), and checks whether
-//! the current scan takes longer than the watchdog, or a due scan is missing for as long. The scan
-//! thread cannot end such a scan; the monitor reports a fault and makes outputs safe. As no sign of
-//! life comes any more, systemd's watchdog then ends the process.
+//! A few hundred times a second it makes the latest image visible in the port, and hands records to
+//! the [`Observer`] (which must not block; the log has a writer thread for that reason). It also
+//! checks whether the current scan takes longer than the watchdog, or a due scan is missing for as
+//! long. The scan thread cannot end such a scan; the monitor reports a fault and makes outputs
+//! safe. Because there is no further sign of life, systemd's watchdog then ends the process.
 //!
-//! If the whole process stood still (SIGSTOP, a paused machine), so did the monitor: then it gives
-//! the scan thread one more watchdog time.
+//! If the whole process was suspended (SIGSTOP, a paused machine), the monitor was suspended too:
+//! then it gives the scan thread one more watchdog time.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -20,13 +20,13 @@ use super::record::{JournalReader, Record};
 use super::statistics::Statistics;
 use crate::faults::{self, FaultPoint};
 
-/// The observer: the log writer. Called on the monitor thread; none of it may block.
+/// The observer: the log writer. Called on the monitor thread; none of its methods may block.
 pub trait Observer: Send {
-    /// Something happened.
+    /// Receives a record.
     fn record(&mut self, record: &Record);
-    /// A report of statistics is due.
+    /// Receives a report of statistics.
     fn statistics(&mut self, statistics: &Statistics);
-    /// This number of further records was dropped, as the ring was full.
+    /// Receives the number of further records that were dropped because the ring was full.
     fn dropped(&mut self, records: u64);
     /// The monitor itself has reported a fault.
     fn tripped(&mut self, reason: FaultReason, now_ns: u64);
@@ -45,14 +45,14 @@ pub struct Monitor<O> {
     pub(super) observer: O,
     pub(super) dropped: u64,
     pub(super) lost: bool,
-    /// When it looked last.
+    /// The time at which it last checked the scan.
     pub(super) looked_ns: u64,
     pub(super) grace: Grace,
-    /// Of local devices.
+    /// The outputs of local devices.
     pub(super) rescues: Vec<Rescue>,
 }
 
-/// Time given to one scan that is due, since the monitor itself did not run.
+/// The extra time for one due scan, because the monitor itself did not run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Grace {
     due_ns: u64,
@@ -60,7 +60,7 @@ pub(super) struct Grace {
 }
 
 impl<O: Observer> Monitor<O> {
-    /// One turn; false once the scan thread has ended and all its messages are handed on.
+    /// Executes one turn; false once the scan thread has ended and all its messages are handed on.
     pub fn turn(&mut self, now_ns: u64) -> bool {
         faults::point(FaultPoint::Monitor);
         let life = self.beat.life();
@@ -75,8 +75,8 @@ impl<O: Observer> Monitor<O> {
     }
 
     fn read_journal(&mut self) {
-        // Only the records that were there at first: many new records must not delay the check of
-        // the watchdog.
+        // Only the records that are present now: many new records must not delay the check of the
+        // watchdog.
         for _ in 0..self.journal.records.slots() {
             if let Ok(record) = self.journal.records.pop() {
                 self.observer.record(&record);
@@ -113,7 +113,7 @@ impl<O: Observer> Monitor<O> {
         self.observer.tripped(reason, now_ns);
     }
 
-    /// Whether the scan that is due has not come for longer than the watchdog allows.
+    /// Whether the due scan is late by more than the watchdog allows.
     fn is_missing(&mut self, now_ns: u64) -> bool {
         let Some(due_ns) = self.beat.awaited() else { return false };
         let watchdog_ns = self.port.tempo().watchdog_ns;

@@ -42,13 +42,13 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
                 self.publish(now_ns);
                 self.give();
             }
-            // A stop is answered after its last scan, which is next.
+            // A stop is answered after its last scan, which comes next.
             self.machine.settle();
         }
         self.mode == Mode::Run && self.stopping.is_none() && !self.beat.stop_requested()
     }
 
-    /// Executes the waiting commands in order. Commands after a stop wait for its mode.
+    /// Executes the waiting commands in order. A command behind a stop waits until STOP is reached.
     pub(super) fn obey(&mut self, now_ns: u64) {
         while let Some((id, generation, command)) = self.side.orders.next() {
             self.machine.comes_from(Origin::Command(id));
@@ -64,7 +64,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// A command of the program of a generation, with the cell of the program that is scanned.
+    /// Converts a command from its generation to the present program; `None` if its cell is gone.
     fn now(&self, generation: u32, command: Command) -> Option<Command> {
         Some(match command {
             Command::Force { cell, value } => {
@@ -80,10 +80,10 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             (Command::Swap { resume: true, .. }, _) if self.beat.stop_requested() => {
                 Some(Denial::Ending)
             }
-            // No program: packages that were given up go back to the world.
+            // Not a program: it makes abandoned packages return to the world.
             (Command::Swap { generation: NO_PROGRAM, .. }, _) => None,
-            // After a panic the engine is not called again, and no program goes on with a memory
-            // that it left half done.
+            // After a panic the engine is not called again, and no program continues with memory
+            // that the panic left inconsistent.
             (_, Mode::Fault(FaultReason::EnginePanic)) => Some(Denial::EngineBroken),
             (Command::Stop, Mode::Fault(_)) => Some(Denial::Faulted),
             (Command::Run, _) if self.beat.stop_requested() => Some(Denial::Ending),
@@ -127,8 +127,8 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         Answer::Done(before)
     }
 
-    /// A fault let no pass run: what executed is terminated first, so that no timer counts the
-    /// time in FAULT and no block runs that nothing has started.
+    /// Begins RUN. At a fault no pass ran, so first all that executed is terminated: no timer
+    /// counts the time in FAULT, and no block runs without being started.
     fn obey_run(&mut self, now_ns: u64) {
         if self.mode == Mode::Run {
             return;
@@ -148,7 +148,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// A bit's or word's value, and whether it is forced.
+    /// The value of a bit or word, and whether it is forced.
     fn state(&self, cell: Cell) -> (i32, bool) {
         let (bits, words) = self.machine.image();
         let value = match cell {
@@ -158,7 +158,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         (value, self.forces.has(cell))
     }
 
-    /// Gives the answers, unless the image that shows what was done is still to be published.
+    /// Sends the answers, unless the image with their effects is still to be published.
     pub(super) fn give(&mut self) {
         if !self.unpublished {
             self.side.orders.give();

@@ -1,7 +1,7 @@
-//! Where something comes from that changes memory from outside.
+//! The origin of a change of memory from outside.
 //!
-//! A leaf module: the exchange numbers batches, the scanner tells the machine the origin of what it
-//! hands on, and the tape keeps it.
+//! A leaf module: the exchange numbers batches, the scanner passes the origin of each change to the
+//! machine, and the tape stores it.
 
 use super::command::CommandId;
 
@@ -9,7 +9,7 @@ use super::command::CommandId;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Ticket(pub u64);
 
-/// Where something comes from that changes memory from outside.
+/// The origin of a change of memory from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// The X inputs, as drivers without a wiring set them: simulated inputs, Modbus clients.

@@ -1,9 +1,8 @@
 //! When scans are due: a fixed grid of absolute deadlines.
 //!
-//! The scan thread sleeps until a grid point, scans, and asks for the next one. A scan that ends
-//! after the next point is an overrun: the points that have passed are skipped and counted, and
-//! never made up for by a burst. The clock is handed in, so that all of this is tested with
-//! numbers.
+//! The scan thread sleeps until a grid point, scans, and requests the next point. A scan that ends
+//! after the next point is an overrun: the points that have passed are skipped and counted, and no
+//! burst makes up for them. The clock is an argument, so that all of this is tested with numbers.
 
 use std::sync::Arc;
 
@@ -17,14 +16,14 @@ pub trait Clock {
     /// Returns at the deadline, or as soon after it as the machine manages.
     fn sleep_until(&mut self, deadline_ns: u64);
     /// The local time of day, as seconds since 1970-01-01 00:00:00 of the local clock. It may jump
-    /// either way, so it is shown to the ladder and nothing is measured by it.
+    /// either way, so only the ladder uses it, and no duration is measured with it.
     fn local_s(&self) -> i64;
 }
 
-/// The machine's own clocks, and the offset of local time, which another thread keeps.
+/// The machine's own clocks, and the offset of local time, which a different thread updates.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MachineClock {
-    /// Shared with the thread that keeps it.
+    /// Shared with the thread that updates it.
     pub offset: Arc<UtcOffset>,
 }
 
@@ -80,7 +79,7 @@ impl Grid {
 mod tests {
     use super::*;
 
-    /// Periods of 10 from 100: where the grid goes after scans that end at the given times.
+    /// Checks the grid with periods of 10 from 100, after scans that end at the given times.
     fn check(ends: &[u64], expected: &[(u64, u64)]) {
         let mut grid = Grid::new(100, 10);
         let found: Vec<_> =

@@ -2,33 +2,33 @@
 //!
 //! Part of it belongs to the process (locked memory, the wake-up latency of idle CPUs held down by
 //! an open file), part to the scan thread alone (scheduler, CPUs, timer slack): a policy set
-//! elsewhere would be inherited by every thread. Whether a refusal matters is the caller's to
-//! decide.
+//! elsewhere would be inherited by every thread. The caller decides whether a refusal matters.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 
 use super::sys;
 
-/// The requested posture. By default nothing that needs a privilege.
+/// The requested posture. The default needs no privilege.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Posture {
-    /// How the scan thread, and no other, is scheduled.
+    /// The scheduling of the scan thread, and of no other thread.
     pub policy: Policy,
     /// `mlockall`.
     pub lock_memory: bool,
-    /// Hold `/dev/cpu_dma_latency` at this number of microseconds: no deeper sleep of idle CPUs.
+    /// Hold `/dev/cpu_dma_latency` at this number of microseconds, so that idle CPUs do not sleep
+    /// deeper.
     pub cpu_latency_us: Option<i32>,
     /// Keep the scan thread on these CPUs; none: wherever the process may run.
     pub cpus: Vec<u32>,
-    /// Whether a refusal refuses the start.
+    /// Whether a refused request prevents the start.
     pub strict: bool,
 }
 
-/// How a thread is scheduled.
+/// The scheduling policy of a thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Policy {
-    /// As it comes.
+    /// The default of the system.
     #[default]
     Other,
     /// SCHED_FIFO at a priority of 1 to 99.
@@ -37,16 +37,16 @@ pub enum Policy {
     RoundRobin(u8),
 }
 
-/// One thing that was asked for, and the answer.
+/// A request, and the answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grant {
-    /// The request, in a few words.
+    /// The request in a few words.
     pub what: String,
-    /// Why not, if it was refused.
+    /// The reason, if it was refused.
     pub refused: Option<NotGranted>,
 }
 
-/// Why something was not granted.
+/// The reason why something was not granted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotGranted {
     /// The machine's answer.
@@ -62,7 +62,7 @@ pub struct Held {
 }
 
 const DMA_LATENCY: &str = "/dev/cpu_dma_latency";
-/// How much of the scan thread's stack is touched before the first scan.
+/// The size of the part of the scan thread's stack that is touched before the first scan.
 const PREFAULT_BYTES: usize = 256 * 1024;
 
 impl Posture {
@@ -86,7 +86,7 @@ impl Posture {
         (held, grants)
     }
 
-    /// The scan thread's part; called on it. The policy comes last.
+    /// The scan thread's part; called on this thread. The policy comes last.
     pub(crate) fn apply_to_scan_thread(&self) -> Vec<Grant> {
         prefault_stack();
         let slack = sys::set_timer_slack_ns(1);
@@ -126,7 +126,8 @@ fn cpus(numbers: &[u32]) -> String {
 
 fn lock_memory() -> io::Result<()> {
     if !sys::memory_lock_is_unlimited() {
-        // With a limit the call would succeed and a later thread's stack would not.
+        // With a limit this call would succeed, but a later thread's stack would not get its
+        // memory.
         return Err(io::Error::other("the limit on locked memory is not infinite"));
     }
     sys::limit_arenas();

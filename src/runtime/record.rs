@@ -1,8 +1,8 @@
 //! Messages of the scan thread to the log: small records through a ring that never blocks it.
 //!
-//! The scan thread writes numbers; the reader of the ring makes names and sentences. If the reader
-//! is too slow, records are dropped and counted. Alarms and logged tags are compared here in every
-//! scan, so the log misses no change and knows how long a bit was ON.
+//! The scan thread writes numbers; the reader of the ring converts them to names and sentences. If
+//! the reader is too slow, records are dropped and counted. Alarms and logged tags are compared
+//! here in every scan, so the log misses no change and contains how long a bit was ON.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,7 +15,7 @@ use crate::engine::{BitCell, BlockEvent, MathEvent, WordCell};
 
 /// The greatest number of records that wait for their reader; further ones are dropped.
 const RECORDS_MAX: usize = 4096;
-/// The same for reports of statistics, which come every few seconds at most.
+/// The same limit for reports of statistics, which come every few seconds at most.
 const REPORTS_MAX: usize = 4;
 /// Overruns after the first are summed up over this time.
 const OVERRUN_SUMMARY_NS: u64 = 10_000_000_000;
@@ -23,7 +23,7 @@ const OVERRUN_SUMMARY_NS: u64 = 10_000_000_000;
 /// An event and its scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// The scan: 1 is the first since the process started.
+    /// The number of the scan; the first scan of the process is 1.
     pub scan: u64,
     /// CLOCK_MONOTONIC.
     pub(crate) at_ns: u64,
@@ -45,22 +45,23 @@ pub struct Carried {
 pub enum RecordEvent {
     /// The mode changed.
     Mode(Mode),
-    /// A block or Stage.
+    /// The event of a block or Stage.
     Block(BlockEvent),
     /// A MATH had a mishap.
     Math(MathEvent),
     /// The number of events of blocks in this scan that could not be reported.
     EventsLost(u32),
-    /// A watched bit, by its position in [`Watched::bits`]; how long it was in its old state.
+    /// A change of a watched bit (its position in [`Watched::bits`]), with the duration of its old
+    /// state.
     Bit { watch: u32, on: bool, after_ns: u64 },
     /// A swap: the numbers in all later records belong to the new program.
     Swapped { generation: u32, swap_ns: u64 },
-    /// A field device, by its number.
+    /// The event of a field device (its number).
     Device { device: u32, edge: DeviceEdge },
-    /// A watched word, by its position in [`Watched::words`].
+    /// A change of a watched word (its position in [`Watched::words`]).
     Word { watch: u32, from: i32, to: i32 },
-    /// Scans that ended after the next grid point, since the last such record: because they
-    /// took long, or began late.
+    /// Scans that ended after the next grid point since the last such record, because they took
+    /// long or began late.
     Overruns { count: u32, skipped: u64, scan_ns_max: u64, late_ns_max: u64 },
 }
 
@@ -73,7 +74,7 @@ pub enum DeviceEdge {
     Absent,
     /// Its last good exchange is too long ago.
     Lost,
-    /// It exchanges again.
+    /// It exchanges data again.
     Back {
         /// The time for which it was lost.
         lost_ns: u64,
@@ -127,14 +128,14 @@ impl Journal {
     }
 }
 
-/// The last known state of the watched cells.
+/// The last states of the watched cells.
 pub(super) struct Watches {
     bits: Vec<(BitCell, bool, u64)>,
     words: Vec<(WordCell, i32)>,
 }
 
 impl Watches {
-    /// Begins with the memory of a cold start; an alarm that is ON there is reported.
+    /// Begins with the memory of a cold start; an alarm that is ON in it is reported.
     pub fn new(watched: &Watched, words: &[i32], now_ns: u64) -> Watches {
         Watches {
             bits: watched.bits.iter().map(|cell| (*cell, false, now_ns)).collect(),
@@ -155,7 +156,7 @@ impl Watches {
         }
     }
 
-    /// Tells of every change in an image.
+    /// Reports every change in an image.
     pub fn compare(
         &mut self,
         image: (&[u8], &[i32]),
@@ -198,7 +199,7 @@ impl OverrunSummary {
         self.late_ns_max = self.late_ns_max.max(late_ns);
     }
 
-    /// The report that is due: the first overrun at once, then sums.
+    /// The report that is due: the first overrun at once, later overruns as sums.
     pub fn due(&mut self, now_ns: u64) -> Option<RecordEvent> {
         let quiet = self.told_ns.is_some_and(|told| now_ns < told + OVERRUN_SUMMARY_NS);
         if self.count == 0 || quiet { None } else { self.take(now_ns) }

@@ -1,11 +1,11 @@
 //! The scan thread's loop: wait for the grid, scan or tick, measure, publish.
 //!
-//! It owns the engine. It takes the time from the [`Clock`] it was given, the inputs and writes
-//! from its side of the exchange, and hands on images, records and statistics. It allocates
-//! nothing, takes no lock, writes no log and touches no file: `tests/scan_thread.rs` counts.
+//! It owns the engine. It takes the time from its [`Clock`], the inputs and writes from its side of
+//! the exchange, and hands on images, records and statistics. It allocates nothing, takes no lock,
+//! writes no log and touches no file: `tests/scan_thread.rs` verifies this.
 //!
-//! Modes are those of `docs/semantics.md`, section 4. An engine that panics, and a scan that takes
-//! longer than the watchdog allows, is a fault; that scan is not complete: its image is not
+//! Modes are those of `docs/semantics.md`, section 4. A panic of the engine is a fault, and so is a
+//! scan that takes longer than the watchdog allows. That scan is not complete: its image is not
 //! published, its writes are refused, and held outputs keep the values of the scan before it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -26,7 +26,7 @@ use crate::faults::{self, FaultPoint};
 
 /// The longest time until the first report of statistics.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
-/// The longest time between two ticks in STOP and FAULT, and between two looks for commands while
+/// The longest time between two ticks in STOP and FAULT, and between two checks for commands while
 /// the thread waits for a distant scan.
 pub(super) const TICK_NS_MAX: u64 = 100_000_000;
 /// The number of ticks for which the thread waits, at its end, for a spare snapshot to show STOP.
@@ -46,7 +46,7 @@ pub struct Pace {
     pub start_in_stop: Option<StopReason>,
 }
 
-/// The remains of a scan thread that has ended.
+/// The data that a scan thread leaves when it has ended.
 #[derive(Clone, Copy, Debug)]
 pub struct Report {
     /// The mode at the end.
@@ -57,7 +57,7 @@ pub struct Report {
     pub statistics: Statistics,
 }
 
-/// The scan thread's loop and all it owns.
+/// The scan thread's loop and all that it owns.
 pub struct Scanner<M, C> {
     pub(super) machine: M,
     pub(super) clock: C,
@@ -72,16 +72,16 @@ pub struct Scanner<M, C> {
     field: Field,
     overruns: OverrunSummary,
     pub(super) mode: Mode,
-    /// When it was entered.
+    /// The time of the last change of mode.
     since_ns: u64,
-    /// A stop was asked for: this scan is the last one of its RUN, or the next one is.
+    /// A stop was requested: this scan or the next one is the last of its RUN.
     ending: bool,
     pub(super) forces: Forces,
     /// Complete scans.
     scans: u64,
-    /// Why the engine was asked to stop, if it was.
+    /// The reason for which the engine was requested to stop, if it was.
     pub(super) stopping: Option<StopReason>,
-    /// Whether what was done is still to be published: the scan is not complete, it failed, or
+    /// Whether the last changes are still to be published: the scan is not complete, it failed, or
     /// there was no spare snapshot.
     pub(super) unpublished: bool,
     last_ticks: u32,
@@ -133,7 +133,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// The thread begins: in RUN, or in STOP where the start is meant to be there.
+    /// Begins: in RUN, or in STOP if `start_in_stop` is set.
     pub fn start(&mut self) {
         match self.pace.start_in_stop {
             None => self.run(),
@@ -147,14 +147,14 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// RUN begins, with memory as it is: the grid, the statistics and the engine's time start now.
+    /// Begins RUN, with memory as it is: the grid, the statistics and the engine's time start now.
     pub(super) fn run(&mut self) {
         let now_ns = self.clock.now_ns();
         self.machine.start(now_ns);
         self.enter_run(now_ns);
     }
 
-    /// Goes on with the new program; the package takes the old one away.
+    /// Continues with the new program; the package takes the old one away.
     pub(super) fn swap(&mut self, mut package: Box<Package<M>>, resume: bool, now_ns: u64) {
         let begin_ns = self.clock.now_ns();
         let faulted = matches!(self.mode, Mode::Fault(_)) && resume;
@@ -187,7 +187,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// Deadlines stay absolute: the next one is the one under way and the new period.
+    /// Sets the tempo. Deadlines stay absolute: the next deadline stays, the new period follows it.
     fn set_tempo(&mut self, tempo: Tempo) {
         self.pace.tempo = tempo;
         self.side.set_tempo(tempo);
@@ -224,7 +224,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.give();
         self.machine.settle();
         if !scans && self.mode == Mode::Run {
-            // An operator's run: its first scan is due at once.
+            // An operator has started RUN: its first scan is due at once.
             return true;
         }
         let end_ns = self.clock.now_ns();
@@ -240,7 +240,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.books.meter()
     }
 
-    /// The remains at the end.
+    /// The report at the end.
     pub(crate) fn report(&self) -> Report {
         let statistics = self.books.whole(self.ended_ns);
         Report { mode: self.mode, scans: self.scans, statistics }
@@ -270,7 +270,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// An operator's commands, then steps 1 to 7.
+    /// Executes an operator's commands, then steps 1 to 7.
     fn execute(&mut self, now_ns: u64) -> bool {
         faults::point(FaultPoint::Scan);
         faults::point(FaultPoint::Stall);
@@ -299,7 +299,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.machine.execute()
     }
 
-    /// The rest of the input step: field devices.
+    /// The rest of the input step: takes the inputs of field devices.
     fn bring_in(&mut self, now_ns: u64) {
         let Scanner { field, machine, journal, scans, .. } = self;
         field.bring_in(machine, (now_ns, *scans), |what| journal.tell(*scans, now_ns, what));
@@ -312,7 +312,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             return false;
         }
         self.scans += 1;
-        // Where the monitor closed the door by mistake, it is open again.
+        // If the monitor closed the entry for batches by mistake, this opens it again.
         self.side.set_running(true);
         self.side.answer(true);
         self.publish(now_ns);
@@ -349,7 +349,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// The passes of all that executed.
+    /// Runs the passes of all that executed.
     pub(super) fn terminate(&mut self, now_ns: u64) -> Result<(), FaultReason> {
         let begin_ns = self.clock.now_ns();
         self.beat.begin(begin_ns);
@@ -449,13 +449,13 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
     }
 
-    /// Publishes the changes of memory outside RUN.
+    /// Reports the changes of memory outside RUN.
     pub(super) fn tell_changes(&mut self, now_ns: u64) {
         let Scanner { machine, journal, watches, scans, .. } = self;
         watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
     }
 
-    /// Overruns and reports.
+    /// Counts overruns, and sends the reports that are due.
     fn account(&mut self, skipped: u64, late_ns: u64, now_ns: u64) {
         if skipped > 0 {
             self.books.overrun(skipped);
@@ -473,12 +473,12 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     /// Makes a call that may panic; `None` if it did.
     pub(super) fn guarded<T>(&mut self, call: impl FnOnce(&mut Self) -> T) -> Option<T> {
-        // After a panic the engine is not called again, so no broken state is seen.
+        // After a panic the engine is not called again, so nothing reads its inconsistent memory.
         catch_unwind(AssertUnwindSafe(|| call(self))).ok()
     }
 
-    /// A signal ends the thread from STOP and FAULT too; with a number of scans nobody waits for
-    /// an operator.
+    /// Whether the thread ends. A signal ends it in STOP and FAULT too. With a limited number of
+    /// scans, only an intended STOP waits for an operator.
     fn is_over(&mut self) -> bool {
         let asked = match self.mode {
             Mode::Run => false,

@@ -1,4 +1,4 @@
-//! The scanner on a simulated clock, with a machine whose scans take as long as a test says.
+//! Tests of the scanner on a simulated clock, with a machine whose scans take a given time.
 
 mod clock;
 mod commands;
@@ -16,7 +16,7 @@ use crate::engine::{self, BitCell, BlockEvent, ScanTimes, WordCell};
 
 const MS: u64 = 1_000_000;
 
-/// A clock that moves when somebody sleeps, or works.
+/// A clock that moves only when a thread sleeps or works.
 #[derive(Clone, Default)]
 struct SimulatedClock(Rc<Cell<u64>>, Rc<Cell<i64>>);
 
@@ -40,19 +40,19 @@ impl Clock for SimulatedClock {
     }
 }
 
-/// Bit 0 toggles every scan, bit 1 is Y0 and is ON while it scans, bit 2 is X0; word 0 counts.
-/// A termination pass turns bit 1 OFF and bit 0 ON.
+/// Bit 0 toggles every scan, bit 1 is Y0 and is ON during scans, bit 2 is X0; word 0 counts. A
+/// termination pass turns bit 1 OFF and bit 0 ON.
 struct Fake {
     clock: SimulatedClock,
     bits: [u8; 3],
     words: [i32; 1],
-    /// How long scans take, the last one for all that follow.
+    /// The durations of the scans; the last one holds for all further scans.
     takes_ns: Vec<u64>,
     panics_in: Option<usize>,
     stops_in: Option<usize>,
     scans: usize,
     stop: bool,
-    /// When a force was set last.
+    /// The time of the last force.
     forced_ns: u64,
     times: Rc<Cell<ScanTimes>>,
     local: Rc<Cell<LocalTime>>,
@@ -135,7 +135,7 @@ impl Machine for Fake {
     }
 }
 
-/// What an observer heard.
+/// The calls that an observer received.
 #[derive(Clone, Default)]
 struct Heard(Arc<Mutex<Vec<String>>>);
 
@@ -229,7 +229,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
 }
 
 impl Rig {
-    /// A step of the scanner, then a turn of the monitor. What [`Scanner::step`] says.
+    /// A step of the scanner, then a turn of the monitor. Returns the result of [`Scanner::step`].
     fn step(&mut self) -> bool {
         let goes_on = self.scanner.step();
         self.monitor.turn(self.clock.now_ns());
@@ -374,7 +374,7 @@ fn with_a_number_of_scans_a_fault_ends_the_thread() {
 fn a_scan_that_does_not_end_is_seen_from_outside() {
     let mut rig = rig(|_, _| {});
     rig.step();
-    // The monitor looks while a scan is under way.
+    // The monitor checks while a scan executes.
     let since = rig.clock.now_ns();
     rig.monitor.beat.begin(since);
     rig.monitor.turn(since + 35 * MS);
@@ -391,7 +391,7 @@ fn a_scan_that_does_not_come_is_seen_from_outside() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let due = rig.clock.now_ns() + 9 * MS;
-    // The scan thread sleeps, and the monitor looks.
+    // The monitor checks while the scan thread sleeps.
     rig.monitor.beat.expect(due);
     for ms in 0..=35 {
         rig.monitor.turn(due + ms * MS);
@@ -403,7 +403,7 @@ fn a_scan_that_does_not_come_is_seen_from_outside() {
     assert_eq!(rig.port.latest().mode, fault);
     assert!(rig.port.submit(vec![]).is_err());
     assert_eq!(rig.heard.take(), ["0: Mode(Run)", "tripped ScanNeverBegins"]);
-    // It comes after all: nothing is scanned.
+    // The scan thread wakes late, and does not scan.
     rig.step();
     rig.step();
     assert_eq!((rig.port.latest().mode, rig.port.latest().scans), (fault, 1));

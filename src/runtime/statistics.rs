@@ -1,8 +1,8 @@
 //! Measurements of the scan thread: execution time, wake-up lateness, overruns.
 //!
 //! Kept twice, since the last report and since the start of RUN, in memory that was allocated at
-//! start. A [`Statistics`] is a copy of one of the two with its percentiles worked out. The figures
-//! are atomics that one thread writes, so that a [`Meter`] reads them without the scan's doing.
+//! start. A [`Statistics`] is a copy of one of the two, with percentiles. The figures are atomics
+//! that one thread writes, so a [`Meter`] reads them without any help of the scan thread.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
@@ -28,23 +28,24 @@ pub struct Spread {
 /// A report of statistics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Whether it is about the whole time since the start of RUN, or since the last report.
+    /// Whether it covers the whole time since the start of RUN; else the time since the last
+    /// report.
     pub(crate) whole: bool,
-    /// How long that was.
+    /// The length of that time.
     pub(crate) over_ns: u64,
-    /// Complete scans in it.
+    /// Complete scans in that time.
     pub(crate) scans: u64,
-    /// How long a scan took, from its timestamp to the end of `BottomOfScan`.
+    /// The durations of scans, from the timestamp to the end of `BottomOfScan`.
     pub(crate) execution: Spread,
-    /// How long after its grid point the scan thread was awake.
+    /// The delay from a grid point to the wake-up of the scan thread.
     pub(crate) lateness: Spread,
     /// Scans that ended after the next grid point.
     pub(crate) overruns: u64,
-    /// Grid points that passed without a scan because of them.
+    /// Grid points that passed without a scan because of overruns.
     pub(crate) skipped: u64,
 }
 
-/// One quantity being measured. The scan thread alone writes.
+/// The measurements of one quantity. The scan thread alone writes.
 #[derive(Debug, Default)]
 struct Measure {
     histogram: Histogram,
@@ -55,11 +56,11 @@ struct Measure {
     count: AtomicU64,
 }
 
-/// Both quantities and the overruns, since some moment.
+/// Both quantities and the overruns, since a given time.
 #[derive(Debug, Default)]
 struct Since {
     from_ns: AtomicU64,
-    /// When it ended; 0 while it goes on.
+    /// The time of its end; 0 until it has ended.
     until_ns: AtomicU64,
     execution: Measure,
     lateness: Measure,
@@ -71,20 +72,20 @@ struct Since {
 #[derive(Clone, Debug)]
 pub struct Meter(Arc<Since>);
 
-/// The figures of a [`Meter`]. The scan thread counts on during the reading: they may be a scan
-/// apart.
+/// The figures of a [`Meter`]. The scan thread continues to count during the reading: figures may
+/// differ by one scan.
 #[derive(Clone, Debug)]
 pub struct MeterReading {
     /// The figures.
     pub statistics: Statistics,
-    /// How the scans' execution times are spread.
+    /// The distribution of the scans' execution times.
     pub execution: Vec<Bar>,
-    /// How their lateness is.
+    /// The distribution of their lateness.
     pub lateness: Vec<Bar>,
 }
 
 impl Meter {
-    /// Reads it. Walks a few thousand counts: not for the scan thread.
+    /// Reads the figures. Walks a few thousand counts: not for the scan thread.
     pub fn read(&self, now_ns: u64) -> MeterReading {
         let since = &self.0;
         MeterReading {
@@ -95,19 +96,19 @@ impl Meter {
     }
 }
 
-/// The scan thread's own books.
+/// The measurements that the scan thread keeps.
 pub struct Books {
     report: Since,
     whole: Arc<Since>,
     mean: FilteredMean,
 }
 
-/// `DST1`: a mean that follows by a sixteenth of the difference, in 1/16 ns.
+/// `DST1`: a mean that each scan moves by a sixteenth of the difference, in 1/16 ns.
 #[derive(Default)]
 struct FilteredMean(Option<i64>);
 
 impl Books {
-    /// Empty, from a moment on.
+    /// Begins without measurements, at this time.
     pub fn new(now_ns: u64) -> Books {
         let since = || Since { from_ns: now_ns.into(), ..Since::default() };
         Books { report: since(), whole: Arc::new(since()), mean: FilteredMean(None) }
@@ -118,19 +119,19 @@ impl Books {
         Meter(Arc::clone(&self.whole))
     }
 
-    /// RUN ends: the time of the whole stands still.
+    /// Ends the measured time; called at the end of RUN.
     pub fn end(&self, now_ns: u64) {
         self.whole.until_ns.store(now_ns, Relaxed);
     }
 
-    /// Forgets all: RUN begins.
+    /// Deletes all measurements; called at the begin of RUN.
     pub fn restart(&mut self, now_ns: u64) {
         self.report.clear(now_ns);
         self.whole.clear(now_ns);
         self.mean = FilteredMean(None);
     }
 
-    /// Enters a complete scan.
+    /// Adds a complete scan.
     pub fn scan(&mut self, execution_ns: u64, lateness_ns: u64) {
         for since in [&self.report, &*self.whole] {
             since.execution.add(execution_ns);
@@ -139,7 +140,7 @@ impl Books {
         self.mean.add(execution_ns);
     }
 
-    /// Enters an overrun.
+    /// Adds an overrun.
     pub fn overrun(&mut self, skipped: u64) {
         for since in [&self.report, &*self.whole] {
             add(&since.overruns, 1);
@@ -147,7 +148,7 @@ impl Books {
         }
     }
 
-    /// How long the last scan took.
+    /// The duration of the last scan.
     pub fn last_scan_ns(&self) -> u64 {
         self.whole.execution.last_ns.load(Relaxed)
     }
@@ -221,7 +222,7 @@ impl Measure {
         let [last_ns, min_ns, max_ns, sum_ns, count] =
             [&self.last_ns, &self.min_ns, &self.max_ns, &self.sum_ns, &self.count]
                 .map(|figure| figure.load(Relaxed));
-        // A bucket's upper edge may lie above the largest value that was seen.
+        // A bucket's upper edge may be above the largest measured value.
         let percentile = |per_mille| self.histogram.percentile(per_mille).min(max_ns);
         Spread {
             last_ns,
@@ -243,7 +244,7 @@ impl Measure {
     }
 }
 
-/// One thread writes: a load and a store are enough.
+/// Only one thread writes: a load and a store are enough.
 fn add(figure: &AtomicU64, more: u64) {
     figure.store(figure.load(Relaxed).saturating_add(more), Relaxed);
 }

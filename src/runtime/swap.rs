@@ -1,11 +1,11 @@
 //! Swaps programs: the new one goes to the scan thread, and the old one comes back.
 //!
-//! An ordinary thread makes a [`Package`]: the machine with its memory as after a cold start, what
-//! it takes over, snapshots of its shape. It goes in through a ring with a [`Command::Swap`], and
-//! the scan thread swaps between two scans. The package comes back with the old machine, which is
-//! dropped outside the scan thread. Readers keep their data about programs by generation
-//! ([`Generations`]): every snapshot has its generation, so no image is read with the layout of a
-//! different program.
+//! An ordinary thread makes a [`Package`]: the machine with its memory as after a cold start, the
+//! transfer of the old state, snapshots of the new shape. It goes in through a ring with a
+//! [`Command::Swap`], and the scan thread swaps between two scans. The package comes back with the
+//! old machine, which is dropped outside the scan thread. Readers keep their data about programs by
+//! generation ([`Generations`]): every snapshot has its generation, so no image is read with the
+//! layout of a different program.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -21,25 +21,25 @@ use crate::engine::{Cell, Transfer};
 
 /// The greatest number of packages under way.
 const PACKAGES_MAX: usize = 4;
-/// A program of this number is never handed in.
+/// The number of no program. A [`Command::Swap`] with it returns abandoned packages.
 pub(super) const NO_PROGRAM: u32 = u32::MAX;
 
-/// A program with all that it needs to be scanned.
+/// A program with all that the scan thread needs for it.
 pub struct Package<M> {
     /// The new machine; after the swap, the old one.
     pub(crate) machine: M,
-    /// The cells that it takes over.
+    /// The cells that are taken over from the old machine.
     pub(crate) transfer: Transfer,
     /// Its number: one more than that of any program before it.
     pub(crate) generation: u32,
-    /// How often it is scanned.
+    /// Its tempo.
     pub(crate) tempo: Tempo,
-    /// Cells of the old machine, and their values before it.
+    /// Cells of the old machine, for the report of the swap, with their values before it.
     pub(crate) asked: Vec<(Cell, i32)>,
-    /// The facts of the swap, after it.
+    /// The facts of the swap, once it is done.
     pub swapped: Option<Swapped>,
     pub(super) watches: Watches,
-    /// By watch: which watch of the old program it goes on from.
+    /// For each watch, the watch of the old program that it continues.
     pub(super) carried: Carried,
     /// The safe state of each Y, outside RUN.
     pub(super) safe: Vec<Safe>,
@@ -50,9 +50,9 @@ pub struct Package<M> {
 /// The facts of a swap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Swapped {
-    /// How long it took.
+    /// The duration of the swap.
     pub took_ns: u64,
-    /// The mode that it found.
+    /// The mode before the swap.
     pub mode: Mode,
 }
 
@@ -63,13 +63,13 @@ pub struct Contents {
     pub transfer: Transfer,
     /// Its number.
     pub generation: u32,
-    /// How often it is scanned.
+    /// Its tempo.
     pub tempo: Tempo,
-    /// Cells of the old machine that the report asks for.
+    /// Cells of the old machine whose values the report needs.
     pub asked: Vec<Cell>,
     /// The cells whose changes the log reports.
     pub watched: Watched,
-    /// Which of that it wanted to know before.
+    /// For each watch, the watch of the old program that it continues.
     pub carried: Carried,
     /// Public bits of its image.
     pub bits: usize,
@@ -80,7 +80,7 @@ pub struct Contents {
 }
 
 impl<M: Machine> Package<M> {
-    /// Notes the present values of the cells that are asked for. Nothing is allocated.
+    /// Stores the present values of the cells in `asked`. Nothing is allocated.
     pub(super) fn note(&mut self, old: &M) {
         let (bits, words) = old.image();
         for (cell, value) in &mut self.asked {
@@ -93,7 +93,7 @@ impl<M: Machine> Package<M> {
 }
 
 impl<M> Package<M> {
-    /// A package; `latest` gives its snapshots what is not the program's.
+    /// A package; its snapshots take the data from `latest` that are not part of the program.
     pub fn new(machine: M, contents: Contents, latest: &Snapshot) -> Package<M> {
         let Contents { transfer, generation, tempo, asked, watched, carried, bits, words, safe } =
             contents;
@@ -125,7 +125,7 @@ impl<M> Package<M> {
     }
 }
 
-/// The world's end: hands packages in, takes them back.
+/// The world's end: hands in packages, and takes them back.
 pub struct Reloader<M> {
     out: Producer<Box<Package<M>>>,
     back: Consumer<Box<Package<M>>>,
@@ -140,37 +140,38 @@ pub(super) struct Swaps<M> {
 
 pub(super) fn swaps<M>(port: Port) -> (Reloader<M>, Swaps<M>) {
     let (out, incoming) = RingBuffer::new(PACKAGES_MAX);
-    // Every package that can be on its way, and the one in hand.
+    // Room for every package that can be under way, and for the one that is being swapped.
     let (back_in, back) = RingBuffer::new(2 * PACKAGES_MAX);
     (Reloader { out, back, port }, Swaps { incoming, back: back_in })
 }
 
 impl<M> Reloader<M> {
-    /// Hands a package in; the port answers the command. `resume`: out of FAULT too.
+    /// Hands a package in; the port answers the command. `resume`: a swap in FAULT continues RUN.
     ///
     /// # Errors
-    /// At once, and nothing is swapped.
+    /// The package is refused at once, and nothing is swapped.
     pub fn hand_in(&mut self, package: Package<M>, resume: bool) -> Result<CommandId, Denial> {
         let generation = package.generation;
         if self.port.is_stuck() {
             return Err(Denial::ScanThreadStuck);
         }
         if self.out.is_full() {
-            // Packages whose commands were not taken: one that names none gives them back.
+            // The commands of the packages in the ring were refused. A swap to no program returns
+            // them.
             self.port.command(Command::Swap { generation: NO_PROGRAM, resume: true })?;
         }
         self.out.push(Box::new(package)).map_err(|_| Denial::QueueFull)?;
         self.port.command(Command::Swap { generation, resume })
     }
 
-    /// A package that has come back: swapped, it holds the old machine.
+    /// A package that has come back; after a swap it contains the old machine.
     pub fn returned(&mut self) -> Option<Box<Package<M>>> {
         self.back.pop().ok()
     }
 }
 
 impl<M> Swaps<M> {
-    /// The package of a number. Others before it were given up by who handed them in.
+    /// The package of this generation. Earlier packages were abandoned; they are returned.
     pub fn take(&mut self, generation: u32) -> Option<Box<Package<M>>> {
         while let Ok(package) = self.incoming.pop() {
             if package.generation == generation {
@@ -183,8 +184,8 @@ impl<M> Swaps<M> {
 
     pub fn give_back(&mut self, package: Box<Package<M>>) {
         if let Err(rtrb::PushError::Full(kept)) = self.back.push(package) {
-            // The world takes them back before it hands in the next; freeing here would be a call
-            // into the allocator, so in a state that cannot be the memory is let go.
+            // Never reached: the world takes packages back before it hands in the next one. The
+            // memory is leaked, because the scan thread must not free.
             std::mem::forget(kept);
         }
     }
@@ -194,7 +195,7 @@ impl<M> Swaps<M> {
 #[derive(Debug)]
 pub struct Generations<T>(Arc<Mutex<List<T>>>);
 
-/// By number.
+/// The data by generation.
 type List<T> = Vec<(u32, Arc<T>)>;
 
 impl<T> Clone for Generations<T> {
@@ -209,12 +210,12 @@ impl<T> Generations<T> {
         Generations(Arc::new(Mutex::new(vec![(0, Arc::new(first))])))
     }
 
-    /// Enters the data of a program, before the program is handed in.
+    /// Adds the data of a program, before the program is handed in.
     pub fn insert(&self, generation: u32, of: T) {
         self.locked(|list| list.push((generation, Arc::new(of))));
     }
 
-    /// The data of a program (of the last one, if this one is no longer known).
+    /// The data of a program; if the program is no longer in the list, the data of the last one.
     pub fn of(&self, generation: u32) -> Arc<T> {
         self.locked(|list| {
             let known = list.iter().find(|(of, _)| *of == generation).or(list.last());
@@ -223,12 +224,12 @@ impl<T> Generations<T> {
         })
     }
 
-    /// Forgets all programs before this one.
+    /// Removes the data of all programs before this one.
     pub fn forget_before(&self, generation: u32) {
         self.locked(|list| list.retain(|(of, _)| *of >= generation));
     }
 
-    /// Forgets a program that was not swapped in.
+    /// Removes the data of a program that was not swapped in.
     pub fn remove(&self, generation: u32) {
         self.locked(|list| list.retain(|(of, _)| *of != generation));
     }

@@ -1,8 +1,8 @@
 //! The system calls of the scan thread: the clocks, the absolute sleep, the scheduler.
 //!
 //! One of the two files with `unsafe` in this crate; the other is `daemon/operator/peer.rs`. Every
-//! call passes pointers to local values that outlive it, or none; what is returned is checked.
-//! Nothing here decides anything.
+//! call passes pointers to local values that outlive it, or none; every result is checked. Nothing
+//! here decides anything.
 #![allow(unsafe_code)]
 
 use std::io;
@@ -47,7 +47,7 @@ pub fn sleep_until_ns(deadline_ns: u64) {
 
 /// Sets this thread's timer slack.
 pub fn set_timer_slack_ns(slack_ns: u64) -> io::Result<()> {
-    // SAFETY: takes numbers alone.
+    // SAFETY: takes only numbers.
     checked(unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, slack_ns as libc::c_ulong, 0, 0, 0) })
 }
 
@@ -67,8 +67,8 @@ fn set_scheduler(policy: libc::c_int, priority: u8) -> io::Result<()> {
     checked(unsafe { libc::sched_setscheduler(0, policy, &param) })
 }
 
-/// Keeps this thread on some CPUs, all of them: the kernel itself passes silently over those that
-/// are not there.
+/// Keeps this thread on these CPUs. Fails if one of them does not exist, although the kernel
+/// ignores a missing CPU.
 pub fn pin_to_cpus(cpus: &[u32]) -> io::Result<()> {
     let size = size_of::<libc::cpu_set_t>();
     if let Some(cpu) = cpus.iter().find(|cpu| **cpu >= libc::CPU_SETSIZE as u32) {
@@ -77,7 +77,7 @@ pub fn pin_to_cpus(cpus: &[u32]) -> io::Result<()> {
     let nowhere = |error: io::Error| {
         if error.kind() == io::ErrorKind::InvalidInput { no_cpu(cpus[0]) } else { error }
     };
-    // SAFETY: a cpu_set_t is plain bits, of which all zero is the empty set; every number lies
+    // SAFETY: a cpu_set_t is plain bits, and all zero bits are the empty set; every number is
     // within it, and 0 is this thread.
     let granted = unsafe {
         let mut set: libc::cpu_set_t = std::mem::zeroed();
@@ -106,15 +106,15 @@ pub fn memory_lock_is_unlimited() -> bool {
 
 /// Locks all memory of the process, present and future.
 pub fn lock_memory() -> io::Result<()> {
-    // SAFETY: takes flags alone.
+    // SAFETY: takes only flags.
     checked(unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) })
 }
 
-/// Keeps the allocator to two arenas: more of them would be locked for nothing. (A hint, to glibc
-/// alone.)
+/// Limits the allocator to two arenas: further arenas would be locked without need. (A hint, for
+/// glibc only.)
 pub fn limit_arenas() {
     #[cfg(target_env = "gnu")]
-    // SAFETY: takes numbers alone.
+    // SAFETY: takes only numbers.
     unsafe {
         libc::mallopt(libc::M_ARENA_MAX, 2);
     }

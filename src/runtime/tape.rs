@@ -1,11 +1,11 @@
-//! The tape: what came into the engine, call by call, from the scan thread to a reader.
+//! The tape: the calls of the engine, from the scan thread to a reader.
 //!
-//! [`Taped`] stands between the scanner and the engine. It hands every call on, and keeps those
-//! that a replay needs: a write that changes nothing is not among them. At the end of a step the
-//! entries go into a ring, as a whole or not at all; once a second a copy of the engine's state
-//! goes with them, in a box that was allocated before. The scan thread waits for nobody: if the
-//! ring is full, the step is lost, the loss is counted, and the tape goes on with the next state
-//! that it can hand over.
+//! [`Taped`] is between the scanner and the engine. It hands every call on, and keeps those that a
+//! replay needs: a write that changes nothing is not among them. At the end of a step the entries
+//! go into a ring, as a whole or not at all. Once a second a copy of the engine's state goes with
+//! them, in a box that was allocated before. The scan thread never waits: if the ring is full, the
+//! step is lost, the loss is counted, and the tape continues with the next state that it can hand
+//! over.
 //!
 //! The reader's end is in `tape_reader`. Deliberately absent: names, bytes, files.
 
@@ -21,8 +21,8 @@ use crate::engine::{
     BitCell, BlockEvent, Cell, Engine, EngineCall, EngineState, MathEvent, Transfer, WordCell,
 };
 
-/// The most entries of one step. (A scan applies at most 8,192 queued writes; the rest is for
-/// inputs.)
+/// The maximum number of entries of one step. (A scan applies at most 8,192 queued writes; the rest
+/// is for inputs.)
 pub(super) const STEP_ENTRIES_MAX: usize = 1 << 15;
 
 /// The number of states that circulate.
@@ -36,19 +36,19 @@ const STATE_EVERY_NS: u64 = 1_000_000_000;
 pub enum TapeEntry {
     /// A call of the engine.
     Call(EngineCall),
-    /// Where the writes, forces and releases come from that follow, until the next scan begins.
+    /// The origin of the writes, forces and releases that follow, until the next scan begins.
     Origin(Origin),
-    /// The number of the scan that begins next (the first of a process is 1), where it is not one
-    /// more than that of the scan before.
+    /// The number of the scan that begins next (the first of a process is 1), if it is not one more
+    /// than the number of the scan before.
     Number(u64),
     /// The controller enters a mode.
     Mode(Mode),
-    /// A new program goes on with the memory of the old one.
+    /// A new program continues with the memory of the old one.
     Swap {
         /// Its number.
         generation: u32,
     },
-    /// The state of the engine at this place. The reader gets it with the entry.
+    /// The state of the engine at this place. The reader receives it with the entry.
     State {
         /// The number of its program.
         generation: u32,
@@ -57,9 +57,9 @@ pub enum TapeEntry {
         /// The mode.
         mode: Mode,
     },
-    /// So many steps are missing here. A state follows at once.
+    /// Steps are missing here. A state follows immediately.
     Lost {
-        /// Scans, and commands outside of scans.
+        /// The number of missing steps: scans, and commands outside of scans.
         steps: u64,
     },
 }
@@ -69,7 +69,7 @@ pub enum TapeEntry {
 pub(super) enum Handed {
     /// Belongs to a [`TapeEntry::State`].
     State(Box<EngineState>),
-    /// Of a program before this one; to be dropped.
+    /// A state of an earlier program, to be dropped.
     Outlived(Box<EngineState>),
 }
 
@@ -80,26 +80,26 @@ pub(super) struct Tape {
     pub spares: Consumer<Box<EngineState>>,
     /// The entries of this step.
     pub step: Vec<TapeEntry>,
-    /// The step has more entries than there is room for.
+    /// The step has more entries than the buffer has room for.
     pub overflow: bool,
     /// Steps lost since the last entry in the ring.
     pub lost: u64,
-    /// The same, for the reader of a tape that has ended.
+    /// The same number, for the reader of a tape that has ended.
     pub unheard: Arc<AtomicU64>,
-    /// The next step may not be handed over without a state before it.
+    /// A state must be handed over before the next step.
     pub needs_state: bool,
     pub next_state_ns: u64,
     /// The number of the next scan, if it follows the last one.
     pub number: u64,
     pub generation: u32,
     pub mode: Mode,
-    /// The origin of what comes in, and whether the tape has it.
+    /// The origin of the present changes, and whether the tape contains it.
     pub origin: (Origin, bool),
-    /// The engine met a state that cannot be: nothing is handed over any more.
+    /// The engine panicked: nothing is handed over any more.
     pub broken: bool,
 }
 
-/// Spare states. Each is a box, since a box goes through the rings without being copied.
+/// Spare states. Each is a box, because a box goes through the rings without being copied.
 #[allow(clippy::vec_box)]
 type SpareStates = Vec<Box<EngineState>>;
 
@@ -112,17 +112,17 @@ pub struct Taped {
 }
 
 impl Taped {
-    /// An engine that may get a tape, by a [`Machine::adopt`] or at the start.
+    /// An engine without a tape. It may get one by a [`Machine::adopt`] or at the start.
     pub fn new(engine: Engine) -> Taped {
         Taped { engine, tape: None, fresh: Vec::new() }
     }
 
-    /// The same with a tape.
+    /// An engine with a tape.
     pub(super) fn with_tape(engine: Engine, tape: Tape) -> Taped {
         Taped { engine, tape: Some(Box::new(tape)), fresh: Vec::new() }
     }
 
-    /// Brings spare states along, so that a tape can go on with this engine's program.
+    /// Adds spare states, so that a tape can continue with this engine's program.
     pub fn with_spares(mut self) -> Taped {
         self.fresh = (0..SPARE_STATES).map(|_| Box::new(EngineState::of(&self.engine))).collect();
         self
@@ -183,7 +183,7 @@ impl Tape {
         }
     }
 
-    /// Hands a state over where one is due.
+    /// Hands a state over if one is due.
     fn hand_over_state(&mut self, engine: &Engine, fresh: &mut SpareStates) {
         let now_ns = engine.now_ns();
         let is_due = self.needs_state || now_ns >= self.next_state_ns;
@@ -198,7 +198,7 @@ impl Tape {
         }
     }
 
-    /// Hands a state over; false if there is no spare one, or no room.
+    /// Hands a state over; false if there is no spare state, or no room.
     fn push_state(&mut self, engine: &Engine, fresh: &mut SpareStates) -> bool {
         if self.entries.slots() < 2 || self.states.slots() == 0 {
             return false;
@@ -211,14 +211,15 @@ impl Tape {
             self.unheard.store(0, Ordering::Relaxed);
         }
         self.needs_state = false;
-        // The state first: a reader that has the entry finds it.
+        // The state first: when the reader has the entry, the state is there.
         push_or_forget(&mut self.states, Handed::State(state));
         let Tape { generation, number, mode, .. } = *self;
         let _ = self.entries.push(TapeEntry::State { generation, number, mode });
         true
     }
 
-    /// A spare state of this program. Those of earlier programs go back, to be dropped elsewhere.
+    /// A spare state of this program. States of earlier programs are returned, to be dropped
+    /// elsewhere.
     fn spare(&mut self, engine: &Engine, fresh: &mut SpareStates) -> Option<Box<EngineState>> {
         if let Some(state) = fresh.pop() {
             return Some(state);
@@ -234,7 +235,7 @@ impl Tape {
     }
 }
 
-/// Hands a box over. Without room its memory is leaked, as the scan thread must not free; the
+/// Hands a box over. Without room its memory is leaked, because the scan thread must not free; the
 /// callers have checked that there is room.
 fn push_or_forget(ring: &mut Producer<Handed>, handed: Handed) {
     if let Err(rtrb::PushError::Full(kept)) = ring.push(handed) {
@@ -242,7 +243,7 @@ fn push_or_forget(ring: &mut Producer<Handed>, handed: Handed) {
     }
 }
 
-/// A time as the tape has it: whole microseconds.
+/// A time for the tape: whole microseconds.
 fn whole_us(now_ns: u64) -> u64 {
     now_ns / 1000 * 1000
 }
@@ -320,7 +321,8 @@ impl Machine for Taped {
 
     fn adopt(&mut self, old: &mut Taped, transfer: &Transfer, running: bool, forces: &[Cell]) {
         if let Some(tape) = &mut old.tape {
-            // The last state of the old program, by which all before it can be proven.
+            // Requests a last state of the old program: it verifies a replay of all that is before
+            // it.
             tape.next_state_ns = 0;
         }
         old.settle();
@@ -352,12 +354,12 @@ impl Machine for Taped {
         let Some(tape) = &mut self.tape else { return };
         tape.mode = mode;
         if mode == Mode::Fault(FaultReason::EnginePanic) {
-            // The scan that panicked has no end, and nothing goes on from its memory.
+            // The scan that panicked has no end, and no scan continues with its memory.
             tape.step.clear();
             tape.broken = true;
         }
         if mode != Mode::Run {
-            // The state behind the passes proves them.
+            // The state after the passes verifies a replay of the passes.
             tape.next_state_ns = 0;
         }
         tape.keep(TapeEntry::Mode(mode));
@@ -369,7 +371,8 @@ impl Machine for Taped {
             tape.keep(TapeEntry::Swap { generation });
             tape.generation = generation;
             tape.hand_over_step();
-            // The calls that follow are the new program's: a state of it comes before them.
+            // The calls that follow belong to the new program, so a state of it must come before
+            // them.
             tape.needs_state = true;
             tape.hand_over_state(engine, fresh);
         }

@@ -1,8 +1,8 @@
 //! The reader's end of the tape, for an ordinary thread: entries in order, each state with its
 //! entry.
 //!
-//! The reader decides how fast it reads; a slow one loses whole steps, never parts of one. States
-//! that it gives back circulate. Everything is allocated here, at the start.
+//! The reader decides how fast it reads; a slow reader loses whole steps, never parts of a step.
+//! The states that it gives back are filled again. Everything is allocated here, at the start.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,7 +30,7 @@ pub fn tape(engine: Engine) -> (Taped, TapeReader) {
     tape_of(engine, ENTRIES)
 }
 
-/// As [`tape`], with room for so many entries.
+/// Does the same as [`tape`], with room for `entries` entries.
 pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
     let (mut entry_in, entries) = RingBuffer::new(entries);
     let (mut state_in, states) = RingBuffer::new(4 * SPARE_STATES);
@@ -92,8 +92,8 @@ impl TapeReader {
         let _ = self.spares.push(state);
     }
 
-    /// Steps that were lost at the end of the tape, where no entry tells of them. Ask when the scan
-    /// thread has ended.
+    /// The number of steps that were lost at the end of the tape, which no entry reports. To be
+    /// read after the scan thread has ended.
     pub fn unheard(&self) -> u64 {
         self.unheard.load(Ordering::Relaxed)
     }

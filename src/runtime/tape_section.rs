@@ -1,8 +1,8 @@
-//! A section of the tape: a state, and what came in after it, until the next state.
+//! A section of the tape: a state, and the entries after it until the next state.
 //!
-//! `record` makes sections of the tape, keeps them and reads them again; `observe` executes them
-//! again. The entries of a section have no state among them; [`numbered_calls`] gives each call its
-//! scan.
+//! `record` makes sections of the tape, stores them and reads them again; `observe` executes them
+//! again. The entries of a section contain no state; [`numbered_calls`] adds the number of its scan
+//! to each call.
 
 use super::mode::Mode;
 use super::origin::Origin;
@@ -16,9 +16,9 @@ pub struct TapeSection {
     pub start: SectionStart,
     /// The state at its start.
     pub state: EngineState,
-    /// What came in, in order.
+    /// The entries, in order.
     pub entries: Vec<TapeEntry>,
-    /// Who stands behind an origin, for people: `root`, `Modbus client 10.0.0.7`.
+    /// The sender for each origin, for people: `root`, `Modbus client 10.0.0.7`.
     pub who: Vec<(Origin, String)>,
 }
 
@@ -31,12 +31,12 @@ pub struct SectionStart {
     pub number: u64,
     /// The mode.
     pub mode: Mode,
-    /// Add it to a monotonic time to have ns since 1970 (UTC).
+    /// The sum of it and a monotonic time is ns since 1970 (UTC).
     pub unix_offset_ns: i64,
-    /// Steps that are lost right before it.
+    /// The number of steps that were lost right before it.
     pub lost: u64,
-    /// Whether it goes on where the section before it ended: the same process, and nothing lost.
-    /// A swap may lie between the two.
+    /// Whether it continues where the section before it ended: the same process, and nothing lost.
+    /// A swap may be between the two.
     pub follows: bool,
 }
 
@@ -53,7 +53,7 @@ pub struct NumberedCall {
     pub now_ns: u64,
 }
 
-/// The calls of a section, in order. `number`: of its first scan.
+/// The calls of a section, in order. `number`: the number of its first scan.
 pub fn numbered_calls(
     entries: &[TapeEntry],
     number: u64,
@@ -81,8 +81,8 @@ pub fn numbered_calls(
 }
 
 impl TapeSection {
-    /// The time at its start, ns of the scans' clock. Before a process's first scan none has
-    /// passed: then the time of that scan.
+    /// The time at its start, ns of the scans' clock. If no scan of the process came before it: the
+    /// time of its first scan.
     pub fn begin_ns(&self) -> u64 {
         let mut begins = scan_begins(&self.entries, self.start.number);
         match self.state.now_ns() {
@@ -92,7 +92,7 @@ impl TapeSection {
     }
 }
 
-/// The starts of scans in a section, in order. `number`: of its first scan.
+/// The starts of scans in a section, in order. `number`: the number of its first scan.
 pub fn scan_begins(
     entries: &[TapeEntry],
     number: u64,

@@ -1,15 +1,15 @@
-//! The offset of local time from UTC: kept by a thread that may read files, read by the scan
+//! The offset of local time from UTC: updated by a thread that may read files, read by the scan
 //! thread without waiting.
 //!
-//! One atomic word holds the offset, and the next change of it (summer time) if one is near: so the
-//! scan thread changes at that second, whenever the other thread looks again.
+//! One atomic word holds the offset, and its next change (summer time) if that change is near. So
+//! the change comes at the right second, regardless of the time of the next update.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Offsets are signed and below 1.6 days, as those of every time zone.
 const OFFSET_BITS: u32 = 18;
 const OFFSET_MAX: i32 = (1 << (OFFSET_BITS - 1)) - 1;
-/// The time of the change, modulo 8 years: it is an hour away at most.
+/// The time of the change, modulo 8 years; the change is at most an hour away.
 const CHANGE_BITS: u32 = 64 - 2 * OFFSET_BITS;
 
 /// Local time less UTC, in seconds; 0 at first.
@@ -17,7 +17,8 @@ const CHANGE_BITS: u32 = 64 - 2 * OFFSET_BITS;
 pub(crate) struct UtcOffset(AtomicU64);
 
 impl UtcOffset {
-    /// From now on it is `offset_s`; and from a time (seconds since 1970, UTC) on, something else.
+    /// Sets the offset. `change`: a time (seconds since 1970, UTC), and the offset from that time
+    /// on.
     pub fn set(&self, offset_s: i32, change: Option<(i64, i32)>) {
         let (change_s, after_s) = change.unwrap_or((0, offset_s));
         let packed = |offset_s: i32| {

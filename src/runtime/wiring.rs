@@ -1,7 +1,7 @@
-//! How a device is wired to memory: what its inputs move, what goes out to it, and what goes out
-//! outside RUN.
+//! The wiring of a device to memory: the targets of its inputs, the sources of its outputs, and its
+//! output values outside RUN.
 //!
-//! Made by the daemon of the controller file. Read by the scan (`field`, `local`) and by drivers.
+//! The daemon makes it from the controller file. The scan (`field`, `local`) and drivers read it.
 
 use super::exchange::{Mode, Snapshot};
 use super::image::Safe;
@@ -19,9 +19,9 @@ pub enum WiringTarget {
     Word {
         /// The word.
         cell: WordCell,
-        /// The least value; a lower one becomes this.
+        /// The least value; a lower value becomes this one.
         min: i32,
-        /// The greatest.
+        /// The greatest value; a higher value becomes this one.
         max: i32,
     },
 }
@@ -29,18 +29,18 @@ pub enum WiringTarget {
 /// The source of an output point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// An output, as driven: by its number.
+    /// An output, as driven, by its number.
     Output(u32),
-    /// Anything else, with what it is outside RUN; `None`: as it is.
+    /// Any other cell, with its value outside RUN; `None`: the value of the cell itself.
     Cell(Cell, Option<i32>),
 }
 
-/// A device, as the scan has to know it.
+/// The wiring of a device, with all that the scan needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wiring {
-    /// One a point that comes in.
+    /// The targets of the inputs, one for each point.
     pub inputs: Vec<WiringTarget>,
-    /// One a point that goes out.
+    /// The sources of the outputs, one for each point.
     pub outputs: Vec<Source>,
     /// The cell of its `.Ok`.
     pub ok: BitCell,
@@ -48,15 +48,15 @@ pub struct Wiring {
     pub stale: BitCell,
     /// The greatest age of the last good exchange, and of each input.
     pub loss_after_ns: u64,
-    /// An input that is older is OFF or 0, instead of as read last.
+    /// Whether an input that is older becomes OFF or 0; else it keeps its last value.
     pub zero_on_loss: bool,
-    /// The device is exchanged by the scan thread itself, and one exchange may take this time.
-    /// Several late ones running are a failure.
+    /// For a device that the scan thread itself exchanges: the time that one exchange may take.
+    /// Several late exchanges in a row are a failure.
     pub local_budget_ns: Option<u64>,
 }
 
 impl WiringTarget {
-    /// The input that it is, by its number.
+    /// The number of the input, if it is one.
     pub(super) fn input(&self) -> Option<u32> {
         match *self {
             WiringTarget::Input(x) => Some(x),
@@ -72,7 +72,7 @@ impl WiringTarget {
         }
     }
 
-    /// The value that it can hold, nearest to this one.
+    /// The nearest value that the target can hold.
     pub(super) fn held(&self, value: i32) -> i32 {
         match *self {
             WiringTarget::Input(_) | WiringTarget::Bit(_) => i32::from(value != 0),
@@ -81,7 +81,7 @@ impl WiringTarget {
     }
 }
 
-/// The values that go out now: in RUN those of the last complete scan, else the safe ones.
+/// The present values of the outputs: in RUN those of the last complete scan, else the safe values.
 pub fn outgoing(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
     let safe = image.mode != Mode::Run;
     for (value, source) in values.iter_mut().zip(sources) {
@@ -93,7 +93,7 @@ pub fn outgoing(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
     }
 }
 
-/// The values that go out at the end of the process, in every mode.
+/// The values of the outputs at the end of the process, in every mode.
 pub fn last_words(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
     outgoing(sources, image, values);
     for (value, source) in values.iter_mut().zip(sources) {

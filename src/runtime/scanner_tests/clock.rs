@@ -1,4 +1,4 @@
-//! The time of day that the scanner hands to the machine.
+//! Tests of the time of day that the scanner passes to the machine.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! An operator's commands, and the scanner that hears them.
+//! Tests of an operator's commands to the scanner.
 
 use super::super::command::{Answer, Before, Command, CommandId, Denial};
 use super::super::link::SPARES;
@@ -17,7 +17,7 @@ impl Rig {
         id
     }
 
-    /// The mode before a command that is done.
+    /// The mode before a command; the command must be done.
     fn done(&self, id: CommandId) -> Before {
         match self.port.answer(id) {
             Some(Answer::Done(before)) => before,
@@ -110,7 +110,7 @@ fn a_fault_is_cleared_by_run_and_what_executed_is_terminated_first() {
     let run = rig.order_and_step(Command::Run);
     assert_eq!(rig.done(run).mode, fault);
     rig.step();
-    // The pass turned bit 0 ON, and the scan toggled it.
+    // The pass has turned bit 0 ON, and then the scan has toggled it.
     assert_eq!((rig.mode(), rig.port.latest().bits[0]), (Mode::Run, 0));
     assert_eq!(rig.port.latest().scans, 2);
     assert_eq!(rig.heard.take(), ["1: Mode(Run)"]);
@@ -162,7 +162,7 @@ fn a_scan_thread_that_is_stuck_hears_nothing_until_it_comes_back() {
     assert_eq!(rig.port.outcome(ticket), Outcome::Pending);
     rig.step();
     assert_eq!(rig.port.outcome(ticket), Outcome::Applied);
-    // The watchdog watches again.
+    // The watchdog works again.
     let due = rig.clock.now_ns() + 9 * MS;
     rig.monitor.beat.expect(due);
     (0..=36).for_each(|ms| {
@@ -209,7 +209,7 @@ fn commands_are_done_in_order_and_a_run_behind_a_stop_runs_again() {
     assert_eq!((rig.mode(), rig.port.latest().scans), (Mode::Run, 3));
 }
 
-/// Scans that are ten seconds apart; the first one, at 1 s, is done.
+/// A rig with ten seconds between scans; the first scan, at 1 s, is complete.
 fn slow() -> Rig {
     let mut rig = rig(|_, settings| {
         settings.pace.tempo = Tempo { period_ns: 10_000 * MS, watchdog_ns: 35 * MS };
@@ -258,7 +258,7 @@ fn where_scans_are_far_apart_a_stop_behind_others_comes_at_once_too() {
     assert_eq!(rig.port.latest().now_ns, 1101 * MS);
 }
 
-/// Nothing of what it publishes is taken away for longer than it has spare snapshots.
+/// Steps without a monitor until there are no spare snapshots.
 fn without_spares(rig: &mut Rig) {
     for _ in 0..=2 * SPARES {
         rig.scanner.step();

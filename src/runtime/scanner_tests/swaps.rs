@@ -1,4 +1,4 @@
-//! Another program between two scans: what is published, and what comes back.
+//! Tests of the swap of a program between two scans: the publications and the returned package.
 
 use super::super::command::{Answer, CommandId, Denial};
 use super::super::record::Carried;
@@ -7,7 +7,7 @@ use super::*;
 use crate::engine::{Cell, Transfer, WordCell};
 
 impl Rig {
-    /// A program with a bit more, whose scans take as long as told.
+    /// A program with one more bit, whose scans take `takes_ns`.
     fn package(&self, generation: u32, takes_ns: u64) -> Package<Fake> {
         let machine = Fake {
             clock: self.clock.clone(),
