@@ -1,7 +1,7 @@
 //! Arrays: neighbouring bits or words of one space, and elements that a word selects.
 //!
-//! The scope makes them of names (`recipe`, `recipe[0..6]`, `recipe[step]`); contacts, instructions
-//! and formulas hold them. An element with a constant index is a plain address.
+//! The scope makes them from names (`recipe`, `recipe[0..6]`, `recipe[step]`); contacts,
+//! instructions and formulas contain them. An element with a constant index is a plain address.
 
 use std::fmt;
 
@@ -18,12 +18,12 @@ pub struct Array {
     pub count: u32,
 }
 
-/// The element of an array whose number a word holds.
+/// An element of an array. A word selects it at run time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Element {
     /// The array.
     pub array: Array,
-    /// The word that holds the number of the element; from 0.
+    /// The word that contains the element's number, from 0.
     pub index: Word,
 }
 
@@ -32,7 +32,8 @@ pub struct Element {
 pub struct ShiftBits {
     /// The bits.
     pub array: Array,
-    /// Whether the last one is the first that takes the state of `data`.
+    /// Whether the shift begins at the last bit: `data` goes into the last bit instead of the
+    /// first.
     pub down: bool,
 }
 
@@ -53,17 +54,17 @@ impl Array {
         Array { first: self.first + low, count: high - low + 1, ..*self }
     }
 
-    /// Whether it is of bits.
+    /// Whether its elements are bits.
     pub fn is_bits(&self) -> bool {
         matches!(self.element(0), Address::Bit(_))
     }
 
-    /// Whether it is of reals.
+    /// Whether its elements are reals.
     pub fn is_real(&self) -> bool {
         matches!(self.element(0), Address::Word(word) if word.is_real())
     }
 
-    /// Element 0, of an array of words.
+    /// Element 0 of an array of words; `None` for an array of bits.
     pub fn first_word(&self) -> Option<Word> {
         if let Address::Word(word) = self.element(0) { Some(word) } else { None }
     }

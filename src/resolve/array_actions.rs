@@ -1,4 +1,4 @@
-//! What an instruction has to do with arrays: questions that apply to every action.
+//! The arrays of an instruction, for every kind of action.
 
 use super::array::Array;
 use super::instruction::{Action, OperandValue, Target, Value, WordPlace};
@@ -6,7 +6,7 @@ use crate::isa::{Address, Bit};
 use crate::source::span::Located;
 
 impl Action {
-    /// The array of which it writes one element, or all.
+    /// The array in which it writes one element or all elements.
     pub fn written_array(&self) -> Option<Array> {
         if let Action::SetElement { bit, .. } = self {
             return Some(bit.value.array);
@@ -26,7 +26,7 @@ impl Action {
         None
     }
 
-    /// The bits of the array of which it writes one, or all.
+    /// The bits of the array in which it writes one bit or all bits.
     pub fn written_bits(&self) -> impl Iterator<Item = Bit> + use<> {
         let array = self.written_array().into_iter();
         array.flat_map(|array| array.addresses()).filter_map(|address| match address {

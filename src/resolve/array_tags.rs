@@ -1,7 +1,7 @@
 //! Resolves tags with a `count`: the program gets a tag for each element.
 //!
-//! Called by `tags`. So limits, initial values, logs, retention and a reload know elements by their
-//! names (`recipe[3]`) and need no word of arrays.
+//! Called by `tags`. So limits, initial values, logs, retention and reloads refer to elements by
+//! name (`recipe[3]`) and need no code for arrays.
 
 use super::Resolver;
 use super::array::Array;
@@ -124,7 +124,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// An array is used if one of its elements is.
+    /// Marks all elements of an array as used if one of them is.
     pub(super) fn share_uses(&self, tags: &mut [Tag]) {
         let mut at = 0;
         while at < tags.len() {

@@ -1,8 +1,8 @@
-//! Resolves the conditions of tests: every name becomes a bit, or a value of a sum.
+//! Resolves the conditions of tests: every name becomes a bit, or a value in a sum.
 //!
-//! Called by `testing` with the names of a program that is resolved already. Bits and values are
-//! those of a ladder's contacts (`contact`); a compare may have sums of them, in which a bit is 0
-//! or 1 as in MATH.
+//! Called by `testing` with the names of a resolved program. Bits and values are resolved as in a
+//! ladder's contacts (`contact`). A compare may also have sums of them; in a sum a bit is 0 or 1,
+//! as in MATH.
 
 use super::array::Element;
 use super::program::{NamedOperand, Program, Value};
@@ -47,14 +47,14 @@ pub(crate) enum Term {
     Sign(SumSign),
 }
 
-/// A condition, and what it reads.
+/// A condition, and the operands that it reads.
 #[derive(Clone, Debug)]
 pub(crate) struct ResolvedCondition {
     /// The condition.
     pub contact: Resolved,
     /// The bits and words that it reads, in the order in which they are written.
     pub reads: Vec<NamedOperand>,
-    /// The elements that words select, by the names that they are written with.
+    /// The elements that words select, each with its name as written.
     pub elements: Vec<(String, Element)>,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct ConditionNames<'a> {
 }
 
 impl<'a> ConditionNames<'a> {
-    /// The names of a resolved program. `options` are those of no load.
+    /// The names of a resolved program. `options` are not those of a load.
     pub fn of(program: &Program, options: &'a LoadOptions) -> ConditionNames<'a> {
         let mut resolver = Resolver::new(&[], options);
         resolver.scope = Scope::of(program);
@@ -162,7 +162,7 @@ impl<'a> ConditionNames<'a> {
         (terms.len() == sum.parts.len()).then_some(terms)
     }
 
-    /// Finds `D0-D1`, which reads as one name.
+    /// Reports `D0-D1`, which is read as one name; returns whether it did.
     fn is_difference(&mut self, name: &str, span: Span) -> bool {
         let scope = &self.resolver.scope;
         let Some((left, right)) = name.split_once('-') else { return false };

@@ -1,4 +1,4 @@
-//! Resolves contacts: every name becomes a bit, or a value of a compare. Called by `rung`.
+//! Resolves contacts: every name becomes a bit, or a value in a compare. Called by `rung`.
 
 use super::Resolver;
 use super::array::Array;
@@ -110,7 +110,7 @@ impl Resolver<'_> {
         None
     }
 
-    /// Notes that a tag's constant is named here.
+    /// Records that the ladder names a tag's constant at this place.
     pub(super) fn note_constant(&mut self, name: &str, span: Span) {
         let tag = self.scope.tag_index(name);
         self.constants.extend(tag.map(|tag| (span, tag)));
@@ -154,7 +154,7 @@ impl Resolver<'_> {
     }
 }
 
-/// The help for an array where one element is wanted.
+/// The help for an array in the place of one element.
 pub(super) fn of_array(name: &str, array: Array) -> String {
     if let Some((array, _)) = name.split_once('[') {
         return format!("name one element: `{array}[3]`, or `{array}[step]` by a word");

@@ -61,7 +61,7 @@ impl Resolver<'_> {
         self.place_typed(ladders);
         let ladders = || ladders.iter().map(|(_, ladder)| ladder);
         for tag in ladders().flat_map(|ladder| &ladder.tags) {
-            // The own tags of uses are named by their templates.
+            // The names of a use's own tags are checked in its template.
             if !Layers::is_layered(tag.name.span) {
                 self.declare_name(&tag.name, NameRole::Tag, &mut names);
             }
@@ -80,12 +80,13 @@ impl Resolver<'_> {
             self.declare_name(&name, NameRole::Use, &mut names);
         }
         self.uses.iter().for_each(|name| self.scope.add_use(name.clone()));
-        // Their tags are unknown with their templates, which have a finding.
+        // The tags of these uses are unknown because their templates are, which is already
+        // reported.
         self.unknown_uses.iter().for_each(|name| self.scope.add_unknown_use(name.clone()));
         self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
         self.check_units(program);
-        // A program without a name may be meant as `Main`.
+        // A program without a name may be intended as `Main`.
         let has_main = |block: &Block| block.name == "Main" || block.name.is_empty();
         let programs = program.blocks.iter().any(|block| block.kind == BlockKind::Program);
         let lost = self.misread && !programs;
@@ -125,7 +126,7 @@ impl Resolver<'_> {
 
     fn no_main(&mut self, program: &Program, templates: &[&Text]) {
         let find = |span| Finding::new(Code::NoMain, span, "no program is called `Main`");
-        // A template that is tried out has a block that nobody wrote.
+        // The trial of a template has a block that is in no file.
         let blocks = || program.blocks.iter().filter(|block| !Layers::is_layered(block.span));
         if let Some(block) = blocks().find(|block| block.name.eq_ignore_ascii_case("Main")) {
             let help = "write `name = \"Main\"`: names are case-sensitive";
@@ -264,7 +265,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Maximum number of characters of a name; records that hold a name have room for it.
+/// Maximum number of characters of a name; records with a name have room for this number.
 pub(super) const NAME_MAX: usize = 128;
 
 /// A name as the program keeps it: cut to [`NAME_MAX`] characters.
@@ -272,7 +273,7 @@ pub(super) fn kept(name: &str) -> String {
     name.chars().take(NAME_MAX).collect()
 }
 
-/// The finding for an invalid name, or a name that already has another meaning.
+/// The finding for an invalid name, or a name that already has a different meaning.
 pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
     let text = name.text.as_str();
     let what = role.words();
@@ -290,7 +291,7 @@ pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
             "a {what}'s name is a letter, then letters, digits {marks} (no spaces, no accents)"
         )));
     }
-    // No text but `use` names a template.
+    // A template's name is used only in `use`, so it cannot be taken for an address or instruction.
     if role == NameRole::Template {
         return None;
     }

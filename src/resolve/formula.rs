@@ -1,4 +1,4 @@
-//! The resolved expression of MATH: addresses in place of names, and the type of every operator.
+//! The resolved expression of MATH: addresses instead of names, and the type of every operator.
 //!
 //! Made by `formula_resolver`, turned into the engine's steps by `lower`. Behaviour:
 //! `docs/semantics.md`, section 8.
@@ -7,10 +7,10 @@ use super::array::Array;
 use crate::isa::{Bit, Function, Real, Word};
 pub use crate::source::expression::{Binary, Unary};
 
-/// An expression in postfix order: the operands of an operator stand before it.
+/// An expression in postfix order: an operator comes after its operands.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Formula {
-    /// Its parts; the last one is the whole.
+    /// Its parts; the last part is the outermost one.
     pub parts: Vec<Part>,
 }
 
@@ -25,7 +25,7 @@ pub enum Part {
     Word(Word),
     /// A bit: 0 or 1.
     Bit(Bit),
-    /// An element of an array; the index stands before it.
+    /// An element of an array; its index comes before it.
     Element(Array),
     /// An operator with one operand, and the type that it computes in.
     Unary(Unary, NumberType),
@@ -45,7 +45,7 @@ pub enum NumberType {
 }
 
 impl NumberType {
-    /// Of an operator with operands of these types: one real makes it real.
+    /// The type of an operator with operands of these two types: real if one of them is real.
     pub fn with(self, other: NumberType) -> NumberType {
         if self == NumberType::Real { self } else { other }
     }

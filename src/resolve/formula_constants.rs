@@ -1,7 +1,7 @@
-//! `math-constants`: numbers in an expression that can only be a mistake, as a division by 0.
+//! `math-constants`: numbers in an expression that can only be a mistake, such as a division by 0.
 //!
-//! Part of `formula_resolver`. Only numbers that stand there count: a named constant, or a
-//! template's argument, is a setting, and an `if` beside it may see to its 0.
+//! Part of `formula_resolver`. Only numbers written in the expression count. A named constant or a
+//! template's argument is a setting, and an `if` in the expression may handle the value 0.
 
 use super::Resolver;
 use super::formula::{Binary, NumberType};
@@ -10,11 +10,11 @@ use crate::isa::Function;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
-/// What is wrong: a sentence and its help.
+/// A mistake: the words for the message, and the help.
 type Doubt = (String, String);
 
 impl Resolver<'_> {
-    /// Warns of constants of an operator.
+    /// Warns about the constants of an operator.
     pub(super) fn constants_of(
         &mut self,
         operator: Binary,
@@ -50,7 +50,7 @@ impl Resolver<'_> {
         self.doubt(doubt, span);
     }
 
-    /// Warns of constants of a function.
+    /// Warns about the constants of a function.
     pub(super) fn constants_of_call(
         &mut self,
         function: Function,
@@ -107,13 +107,14 @@ impl Resolver<'_> {
         self.find(Finding::new(Code::MathConstants, span, message).help(help));
     }
 
-    /// The number that stands at the place of an operand; of a name, a template's too, none.
+    /// The number written at the place of an operand; `None` for a name, even for a template's
+    /// parameter.
     fn number(&self, operand: TypedOperand) -> Option<f64> {
         let text = self.text(operand.span).trim_start_matches(['-', '(', ' ']);
         operand.literal.filter(|_| text.starts_with(|c: char| c.is_ascii_digit()))
     }
 
-    /// `10 ^ 2`: a power as other languages write it. Masks are written as `0x…`.
+    /// Detects `10 ^ 2`: a power as other languages write it. Masks are written as `0x…`.
     fn exclusive_or(&self, operands: [TypedOperand; 2]) -> Option<Doubt> {
         let is_decimal = |text: &str| text.bytes().all(|b| b.is_ascii_digit()) && !text.is_empty();
         let [left, right] = operands.map(|operand| self.text(operand.span));

@@ -16,12 +16,12 @@ use crate::source::expression as written;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::{Located, Span};
 
-/// The most elements that the whole arrays in all formulas of a program stand for: each becomes a
-/// part of its formula, and then a step.
+/// Maximum number of elements of the whole arrays in all formulas of a program: each element
+/// becomes a part of its formula, and then a step.
 const ELEMENTS_MAX: usize = 1_000_000;
 
 impl Resolver<'_> {
-    /// A target with an index; one with a constant index is a plain word or bit.
+    /// Resolves a target with an index. With a constant index, it is a plain word or bit.
     pub(super) fn math_element(
         &mut self,
         name: &Located<String>,
@@ -40,14 +40,15 @@ impl Resolver<'_> {
             return Some((self.plain_target(element(at), name.span, spec)?, None));
         }
         if !array.is_writable() {
-            // Gives the finding of any of its elements.
+            // Adds the finding that any of its elements would have.
             self.plain_target(element(0), name.span, spec);
             return None;
         }
         Some((Located { value: Target::Array(array), span: name.span }, Some(index)))
     }
 
-    /// A target that a word selects, with its index; a template's argument is named so.
+    /// Resolves a target that a word selects, with its index. A template's argument may be such a
+    /// target.
     pub(super) fn math_selected(
         &mut self,
         name: &Located<String>,
@@ -56,7 +57,7 @@ impl Resolver<'_> {
         let Ok(Thing::Element(element)) = self.scope.look_up(&name.value).map(|f| f.thing) else {
             return Some((self.plain_target(name.value.clone(), name.span, spec)?, None));
         };
-        // Marks its tag as used, and notes the index.
+        // Marks its tag as used, and records the index.
         self.look_up(&name.value, name.span);
         if !element.array.is_writable() {
             let base = name.value.split('[').next().unwrap_or_default();
@@ -67,7 +68,7 @@ impl Resolver<'_> {
         Some((Located { value: Target::Array(element.array), span: name.span }, Some(index)))
     }
 
-    /// A name in an expression: one value, or a whole array.
+    /// Resolves a name in an expression: one value, or a whole array.
     pub(super) fn name(&mut self, walk: &mut Walk, name: &str, span: Span) {
         let array = match self.scope.look_up(name).map(|found| found.thing) {
             Ok(Thing::Array(array)) => Some(array),
@@ -82,7 +83,7 @@ impl Resolver<'_> {
         let Some(array) = array else {
             match self.operand_of(name, span) {
                 Some((part, operand)) => walk.push(part, operand),
-                // The type of an unknown name cannot be wrong.
+                // An unknown name causes no finding about its type.
                 None => walk.unknown(span),
             }
             return;
@@ -103,7 +104,7 @@ impl Resolver<'_> {
         walk.operands.push(TypedOperand { whole, ..TypedOperand::new(type_of_array(array), span) });
     }
 
-    /// Takes room for the elements of a whole array; says once that there is too little.
+    /// Takes room for the elements of a whole array; reports once if there is too little.
     fn has_room(&mut self, array: Array, span: Span) -> bool {
         let had_room = self.elements <= ELEMENTS_MAX;
         self.elements = self.elements.saturating_add(array.count as usize);
@@ -120,7 +121,7 @@ impl Resolver<'_> {
         false
     }
 
-    /// `name[index]`, the index being the last operand.
+    /// Resolves `name[index]`; the index is the last operand.
     pub(super) fn element_of(&mut self, walk: &mut Walk, name: &Located<String>, span: Span) {
         let Some(index) = walk.operands.pop() else { return };
         self.one_value(walk, index);
@@ -142,7 +143,7 @@ impl Resolver<'_> {
         walk.push(Part::Element(array), element(array, span));
     }
 
-    /// The array of a name; its tag is used.
+    /// The array with this name. Marks its tag as used.
     fn array_of(&mut self, name: &Located<String>) -> Option<Array> {
         let thing = self.look_up(&name.value, name.span)?;
         if let Thing::Array(array) = thing {
@@ -154,7 +155,7 @@ impl Resolver<'_> {
         None
     }
 
-    /// Takes back that the ladder names an array here: it names one element of it.
+    /// Removes the record that the ladder names a whole array here, because it names one element.
     fn names_an_element(&mut self, place: Span) {
         let is_there = |(span, _): &mut (Span, NamedArray)| {
             span.file == place.file && (place.start..place.end).contains(&span.start)
@@ -162,7 +163,7 @@ impl Resolver<'_> {
         self.arrays.pop_if(is_there);
     }
 
-    /// Whether an index is a whole number; else a finding.
+    /// Whether an index is a whole number; if not, adds a finding.
     fn whole_number(&mut self, index: TypedOperand) -> bool {
         if index.of == NumberType::Integer {
             return true;
@@ -174,7 +175,7 @@ impl Resolver<'_> {
         false
     }
 
-    /// Reports a whole array where one value is wanted.
+    /// Reports a whole array in the place of one value.
     pub(super) fn one_value(&mut self, walk: &mut Walk, operand: TypedOperand) {
         let Some(array) = operand.whole else { return };
         walk.whole = false;

@@ -1,6 +1,6 @@
 //! Resolves MATH: its target, the names of its expression, and the types of its operators.
 //!
-//! Called by `operand`. Walks the parts in a loop over a stack of operands, so that no expression
+//! Called by `operand`. Visits the parts in a loop with a stack of operands, so that no expression
 //! is too deep. All mistakes of an expression are found, not only the first.
 #![deny(clippy::wildcard_enum_match_arm)]
 
@@ -24,18 +24,18 @@ pub(super) struct TypedOperand {
     pub of: NumberType,
     /// Its place.
     pub span: Span,
-    /// A division of integers whose lost fraction reaches this operand: its sign, and the places of
-    /// its operands.
+    /// A division of integers whose lost fraction affects this operand: the places of its sign and
+    /// of its operands.
     pub division: Option<(Span, [Span; 2])>,
-    /// What the warning of a complement asks.
+    /// The form, for the warning about a complement.
     pub form: Form,
-    /// A whole array, each element of which is a part.
+    /// The array, if the operand is a whole array; each of its elements is a part.
     pub whole: Option<Array>,
-    /// The number that it is, written as such at this place.
+    /// The value, if the operand is a number and not a name.
     pub literal: Option<f64>,
 }
 
-/// The form of an operand, for the warning of a complement.
+/// The form of an operand, for the warning about a complement.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
     Bit,
@@ -78,7 +78,7 @@ impl Resolver<'_> {
         self.math_selected(name, spec)
     }
 
-    /// A target without an index, or with a constant one.
+    /// Resolves a target without an index, or with a constant index.
     pub(super) fn plain_target(
         &mut self,
         name: String,
@@ -121,7 +121,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Resolves an expression, and says what its whole is.
+    /// Resolves an expression; also returns it as an operand with its type.
     pub(super) fn expression(
         &mut self,
         written: &written::Expression,
@@ -153,7 +153,7 @@ impl Resolver<'_> {
         walk.whole.then_some((Formula { parts: walk.parts }, last))
     }
 
-    /// A name as an operand of an expression.
+    /// Resolves a name as an operand of an expression.
     pub(super) fn operand_of(&mut self, name: &str, span: Span) -> Option<(Part, TypedOperand)> {
         let operand = |of| TypedOperand::new(of, span);
         let integer = operand(NumberType::Integer);
@@ -245,7 +245,7 @@ impl Resolver<'_> {
         walk.push(Part::Binary(operator, of), whole);
     }
 
-    /// Finds reals among the operands of an operator on bits.
+    /// Reports reals among the operands of an operator on bits.
     fn wants_integers(&mut self, walk: &mut Walk, sign: &str, operands: &[TypedOperand]) {
         for operand in operands.iter().filter(|operand| operand.of == NumberType::Real) {
             let message = format!("`{sign}` works on the bits of integers, not on a real");
@@ -276,7 +276,7 @@ impl Resolver<'_> {
             self.find(finding.help(format!("its form is `{}`", spec.form())));
             return walk.unknown(span);
         }
-        // The condition of `if` is no part of its type.
+        // The condition of `if` does not affect its type.
         let typed = if function == Function::If { &arguments[1..] } else { &arguments[..] };
         let all = typed.iter().fold(NumberType::Integer, |of, operand| of.with(operand.of));
         let (of, result) = match spec.result {
@@ -284,7 +284,7 @@ impl Resolver<'_> {
             ResultType::Integer => (all, NumberType::Integer),
             ResultType::Real => (NumberType::Real, NumberType::Real),
         };
-        // A rounding says that the fraction is not wanted.
+        // A rounding shows that the fraction is not wanted.
         let division = typed.iter().find_map(|operand| operand.division);
         let division = division.filter(|_| spec.result != ResultType::Integer);
         let whole = TypedOperand { division, ..TypedOperand::new(result, span) };
@@ -312,7 +312,7 @@ impl Walk {
         self.operands.push(operand);
     }
 
-    /// An operand with a mistake: it goes on as an integer, which causes no further finding.
+    /// Adds an operand with a mistake as an integer, which causes no further finding.
     pub fn unknown(&mut self, span: Span) {
         self.whole = false;
         self.push(Part::Integer(0), TypedOperand::new(NumberType::Integer, span));

@@ -1,7 +1,7 @@
 //! Looks up names with an index or a slice: `recipe[3]`, `recipe[step]`, `recipe[0..6]`.
 //!
-//! Part of the scope. A constant index gives a plain address, any other an element whose number is
-//! read at run time.
+//! Part of the scope. A constant index gives a plain address. A word as index gives an element
+//! whose number is read at run time.
 
 use super::array::{Array, Element};
 use super::mistake::{Mistake, mistake};
@@ -10,7 +10,7 @@ use super::scope::{LookUp, Scope, Thing};
 use crate::isa::Address;
 use crate::source::finding::Code;
 
-/// An index: a constant, or a name of a word.
+/// An index: a constant, or the name of a word.
 enum Index<'n> {
     Constant(u32, Option<&'n str>),
     Word(&'n str),
@@ -19,7 +19,8 @@ enum Index<'n> {
 impl Scope {
     /// Looks up a name that has a `[`.
     pub(super) fn indexed(&self, name: &str) -> Result<LookUp, Mistake> {
-        // Of a template's argument that is a slice: `recipe[2..4][0]`.
+        // A template's argument may be a slice, and then a name in the template is
+        // `recipe[2..4][0]`.
         let of_slice = name.rsplit_once("][").map(|(slice, _)| (slice.len() + 1, slice.len() + 2));
         let (end, begin) = match (of_slice, name.find('[')) {
             (Some(of_slice), _) => of_slice,
@@ -50,7 +51,7 @@ impl Scope {
         })
     }
 
-    /// An array by its name, and the index of the tag of element 0.
+    /// The array with this name, and the index of the tag of its element 0.
     fn array(&self, base: &str) -> Result<(usize, Array), Mistake> {
         if let Some((index, meaning)) = self.tag(base) {
             let meaning = meaning.ok_or(Mistake::Reported)?;
@@ -86,8 +87,8 @@ impl Scope {
         Err(mistake(Code::OperandType, message, help))
     }
 
-    /// The name of an element by its array, if the name has a slice: of `recipe[2..4][0]` it is
-    /// `recipe[2]`.
+    /// The name of an element without its slice: `recipe[2]` for `recipe[2..4][0]`. `None` if the
+    /// name has no slice.
     pub(super) fn element_name(&self, name: &str, element: Address) -> Option<String> {
         let (base, _) = name.split_once('[').filter(|_| name.contains("]["))?;
         let (_, array) = self.array(base).ok()?;

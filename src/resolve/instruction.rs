@@ -1,9 +1,9 @@
-//! The resolved instruction, with typed operands: later stages need no look-up.
+//! The resolved instruction, with typed operands: later steps need no look-up.
 //!
-//! The resolver checks each operand against the instruction table and hands all of them to
+//! The resolver checks each operand against the instruction table and passes all of them to
 //! `Action::new`, which matches every mnemonic. The checks and `lower` match every [`Action`].
-//! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
-//! are answered here once.
+//! Properties of every action (its operands, the structure that it owns, the bit that it writes)
+//! are determined once, here.
 
 use super::array::{Array, Element, ShiftBits};
 use super::formula::Formula;
@@ -43,7 +43,7 @@ pub(crate) enum Action {
     },
     /// CNT, CNTDN.
     Counter {
-        /// CNT: up.
+        /// Up for CNT, down for CNTDN.
         counts: CountDirection,
         /// The counter.
         ct: Located<Structure>,
@@ -74,7 +74,7 @@ pub(crate) enum Action {
     },
     /// TMR, TMRDOWN, TMRA, TMRADOWN, TMRAG.
     Timer {
-        /// The effect of the leg OFF, and of the reset leg.
+        /// The kind, which determines the effects of the leg OFF and of the reset leg.
         timer: TimerKind,
         /// The timer.
         t: Located<Structure>,
@@ -83,7 +83,7 @@ pub(crate) enum Action {
     },
     /// CTU, CTD.
     Sensaphone {
-        /// CTU: up.
+        /// Up for CTU, down for CTD.
         counts: CountDirection,
         /// The Sensaphone counter.
         n: Located<Structure>,
@@ -115,7 +115,7 @@ pub(crate) enum Action {
     Copy {
         /// The array that is read.
         from: Located<Array>,
-        /// The one that is written, of the same kind and length.
+        /// The array that is written, of the same kind and length.
         to: Located<Array>,
     },
     /// FILL.
@@ -233,7 +233,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// Its numbers: one of MOVE, two of ADD and SUB.
+    /// Its numbers: one for MOVE, two for ADD and SUB.
     pub(crate) fn values(self) -> impl Iterator<Item = Located<Value>> {
         let (a, b) = match self {
             Source::Value(a) => (a, None),
@@ -244,8 +244,8 @@ impl Source {
 }
 
 impl Action {
-    /// The action of a mnemonic with these operands. `None` if a needed operand is absent that the
-    /// table does not require.
+    /// The action of a mnemonic with these operands. `None` if the action needs an absent operand
+    /// that the table does not require.
     pub(super) fn new(mnemonic: Mnemonic, given: &OperandList) -> Option<Action> {
         use Mnemonic as M;
         let block = || given.get("block");
@@ -337,8 +337,7 @@ impl Action {
         Some(Action::Store { source, to: given.get("to")? })
     }
 
-    /// Its operands, in the table's order, without those left out; several Stages have the same
-    /// name.
+    /// Its operands, in the table's order, without omitted ones. Several Stages have the same name.
     pub fn operands(&self) -> OperandList {
         let none = OperandList::default();
         match self {

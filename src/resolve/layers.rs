@@ -1,10 +1,10 @@
-//! Where the parts of an expanded template stand: in its text, for one of its uses.
+//! The places of the parts of an expanded template: in the template's text, for one of its uses.
 //!
-//! The rungs of a template are resolved once for each use. A place in such a rung has the number
-//! of a *layer* instead of the number of a file. A layer is one use of a template, or one argument
-//! at one place where its parameter stands. So each place of a program exists once, and the rules
-//! need no knowledge of templates. [`Layers::told`] turns the places of findings into places of
-//! files, adds the uses that they are about, and says a mistake of a template once.
+//! The rungs of a template are resolved once for each use. A place in such a rung has the number of
+//! a *layer* instead of the number of a file. A layer is one use of a template, or one argument at
+//! one place of its parameter. So each place of a program is unique, and the rules do not depend on
+//! templates. [`Layers::told`] turns the places of findings into places of files, adds the uses
+//! that the findings are about, and reports a mistake of a template once.
 
 use std::collections::{HashMap, HashSet};
 
@@ -16,17 +16,17 @@ use crate::source::span::{FileId, Span};
 #[derive(Clone, Debug, Default)]
 pub struct Layers {
     layers: Vec<Layer>,
-    /// The places of arguments with a mistake, which is reported.
+    /// The places of arguments with a mistake that is already reported.
     wrong: HashSet<Span>,
 }
 
 #[derive(Clone, Debug)]
 enum Layer {
-    /// One use of a template, whose text stands in a file.
+    /// One use of a template, with the file that contains the template's text.
     Use(FileId, UsePlace),
-    /// Contacts that were given, at a place of their parameter.
+    /// Contacts as an argument, at one place of their parameter.
     Contacts(ArgumentPlace),
-    /// A name or constant that was given, at a place of its parameter.
+    /// A name or constant as an argument, at one place of its parameter.
     Atom(ArgumentPlace),
 }
 
@@ -35,16 +35,16 @@ enum Layer {
 pub(super) struct UsePlace {
     /// The whole name: `p1.lamp`.
     pub name: String,
-    /// Its place, in the layer of its giver.
+    /// The place of the use, in the file or layer that contains it.
     pub at: Span,
     /// Whether it only serves to check a template that nothing uses.
     pub is_trial: bool,
-    /// The names that hide the ladder's in its rungs.
+    /// The names that hide the ladder's names in the rungs of the use.
     pub own: KnownNames,
 }
 
 impl UsePlace {
-    /// Whether a whole name is exactly one of the template's.
+    /// Whether a whole name is exactly a name of the template, in this use.
     fn has(&self, name: &str) -> bool {
         let own = name.strip_prefix(&self.name).and_then(|rest| rest.strip_prefix('.'));
         own.is_some_and(|own| self.own.beginning_with(own).next() == Some(own))
@@ -53,25 +53,25 @@ impl UsePlace {
 
 #[derive(Clone, Debug)]
 struct ArgumentPlace {
-    /// The file or layer in which the text was given.
+    /// The file or layer that contains the text of the argument.
     by: FileId,
-    /// The place where the parameter stands.
+    /// The place of the parameter.
     at: Span,
 }
 
-/// The number of the first layer: no file has it.
+/// The number of the first layer: no file has such a number.
 const FIRST: u32 = 1 << 31;
 
 /// A place of a finding, in files.
 struct FindingPlace {
     span: Span,
-    /// The layer of the use that it is about.
+    /// The layer of the use that the finding is about.
     of: Option<FileId>,
-    /// The arguments that it is about.
+    /// The arguments that the finding is about.
     given: Vec<Span>,
 }
 
-/// What two findings have in common that tell the same of several uses.
+/// The parts that two findings have in common if they report the same mistake for several uses.
 #[derive(PartialEq, Eq, Hash)]
 struct Alike(Code, Span, Vec<Span>);
 
@@ -80,12 +80,12 @@ impl Layers {
         self.add(Layer::Use(file, of))
     }
 
-    /// A layer for contacts that `by` gave, at a place of their parameter.
+    /// Adds a layer for contacts as an argument in `by`, at one place of their parameter.
     pub(super) fn add_contacts(&mut self, by: FileId, at: Span) -> FileId {
         self.add(Layer::Contacts(ArgumentPlace { by, at }))
     }
 
-    /// A layer for a name or constant that `by` gave, at a place of its parameter.
+    /// Adds a layer for a name or constant as an argument in `by`, at one place of its parameter.
     pub(super) fn add_atom(&mut self, by: FileId, at: Span) -> FileId {
         self.add(Layer::Atom(ArgumentPlace { by, at }))
     }
@@ -95,7 +95,7 @@ impl Layers {
         FileId(FIRST + (self.layers.len() - 1) as u32)
     }
 
-    /// Marks an argument whose mistake is reported: its places need no findings.
+    /// Marks an argument whose mistake is already reported: its places need no findings.
     pub(super) fn mark_wrong(&mut self, argument: Span) {
         self.wrong.insert(argument);
     }
@@ -123,12 +123,13 @@ impl Layers {
         span.file.0 >= FIRST
     }
 
-    /// Whether an argument was handed on from an outer use.
+    /// Whether a file number is the layer of an argument: a text there was passed on from an outer
+    /// use.
     pub(crate) fn is_given(&self, file: FileId) -> bool {
         matches!(self.get(file), Some(Layer::Atom(_) | Layer::Contacts(_)))
     }
 
-    /// The text of a place, in its file.
+    /// The place of the text, in its file.
     pub(crate) fn in_file(&self, span: Span) -> Span {
         let mut file = span.file;
         while let Some(layer) = self.get(file) {
@@ -140,7 +141,8 @@ impl Layers {
         Span { file, ..span }
     }
 
-    /// The place in the text of a rung where a place stands: for an argument, its parameter's.
+    /// The place in the text of the rung itself: for a place in an argument, the place of the
+    /// parameter.
     pub(crate) fn stands_at(&self, mut span: Span) -> Span {
         while let Some(Layer::Contacts(given) | Layer::Atom(given)) = self.get(span.file) {
             span = given.at;
@@ -148,7 +150,8 @@ impl Layers {
         span
     }
 
-    /// Whether two places begin together, as their author wrote them: `part` may be an argument.
+    /// Whether two places begin at the same character of the author's text. `part` may be in an
+    /// argument.
     pub(crate) fn begin_together(&self, part: Span, whole: Span) -> bool {
         let part = match self.get(whole.file) {
             Some(Layer::Use(..)) | None => self.stands_at(part),
@@ -158,8 +161,8 @@ impl Layers {
         (part.file, part.start) == (whole.file, whole.start)
     }
 
-    /// The place in the text of the use that gave it: of contacts that were given, their own; of a
-    /// name or constant that was given, its parameter's.
+    /// The place in the text as its author wrote it: for contacts as an argument, their own place;
+    /// for a name or constant as an argument, the place of its parameter.
     pub(crate) fn text(&self, mut span: Span) -> Span {
         loop {
             match self.get(span.file) {
@@ -170,7 +173,7 @@ impl Layers {
         }
     }
 
-    /// What orders places as if every template were written out where it is used.
+    /// A sort key that orders places as if the rungs of every template were written at its uses.
     pub(crate) fn order(&self, span: Span) -> Vec<(FileId, u32)> {
         let mut path = Vec::new();
         let mut at = Some(span);
@@ -190,14 +193,14 @@ impl Layers {
         self.uses(self.stands_at(span).file).any(|of| of.is_trial)
     }
 
-    /// The whole name of the outermost use of a template that a place stands in, with the place of
+    /// The whole name of the outermost use of a template that contains a place, with the place of
     /// that use in its file.
     pub(crate) fn outermost(&self, span: Span) -> Option<(&str, Span)> {
         let of = self.uses(self.stands_at(span).file).last()?;
         Some((&of.name, of.at))
     }
 
-    /// The use that a layer is, then the uses that it stands in.
+    /// The use of a layer, then the uses that contain it, from the inside out.
     fn uses(&self, file: FileId) -> impl Iterator<Item = &UsePlace> {
         let mut file = file;
         std::iter::from_fn(move || {
@@ -207,7 +210,7 @@ impl Layers {
         })
     }
 
-    /// The findings, with places in files. A finding that is the same in several uses comes once.
+    /// The findings, with places in files. A finding that is the same in several uses occurs once.
     pub(crate) fn told(&self, findings: Vec<Finding>) -> Vec<Finding> {
         if self.layers.is_empty() {
             return findings;
@@ -249,8 +252,9 @@ impl Layers {
         told
     }
 
-    /// Tells the findings that were held back, if no error is told. They were held back because an
-    /// argument's own finding says the same; a program with parts left out is refused in any case.
+    /// Adds the errors that were held back, if there is no other error. They were held back because
+    /// the argument itself has a finding. A program with parts left out must be refused in any
+    /// case.
     fn tell_one_error(&self, untold: Vec<Finding>, told: &mut Vec<Finding>) {
         let is_error = |finding: &Finding| finding.severity() == Severity::Error;
         if told.iter().any(is_error) {
@@ -273,7 +277,7 @@ impl Layers {
         }
     }
 
-    /// The place of a finding; `None` if it tells of an argument whose mistake is reported.
+    /// The place of a finding; `None` if it is about an argument whose mistake is already reported.
     fn place(&self, mut span: Span) -> Option<FindingPlace> {
         let mut given = Vec::new();
         loop {
@@ -281,7 +285,7 @@ impl Layers {
                 return None;
             }
             match self.get(span.file) {
-                // A mistake in contacts has nothing to do with the place that they are put in.
+                // A mistake in contacts does not depend on the place of their parameter.
                 Some(Layer::Contacts(of)) => span.file = of.by,
                 Some(Layer::Atom(of)) => {
                     let by = Span { file: of.by, ..span };
@@ -318,7 +322,7 @@ impl Layers {
                 bare(&text.replace(&of.name, of.name.trim_start_matches('?')))
             }),
             Some(of) if uses > 1 => finding.reword(|text| without(text, &of.name)),
-            // The right name stands in the template.
+            // The right name is written in the template, without the name of the use.
             Some(of) if finding.code == Code::UnknownName => {
                 finding.reword_help(|text| without(text, &of.name));
             }
@@ -351,7 +355,7 @@ fn without(text: &str, name: &str) -> String {
     told + rest
 }
 
-/// A text without the marks before names of parameters that are tried out; a question keeps its.
+/// A text without the `?` before the names of parameters in a trial. The `?` of a question is kept.
 fn bare(text: &str) -> String {
     let mut told = String::new();
     let mut rest = text;
@@ -375,7 +379,7 @@ mod tests {
         assert_eq!(bare("`?a` and `b`? or `?c`?"), "`a` and `b`? or `c`?");
     }
 
-    /// What is told of two findings at an argument marked as wrong, beside others.
+    /// The result for two findings at an argument marked as wrong, and for other findings.
     fn told(others: Vec<Finding>) -> Vec<String> {
         let mut layers = Layers::default();
         let given = Span { file: FileId(0), start: 40, end: 45 };

@@ -1,4 +1,4 @@
-//! The mistakes in a name: what it may have meant, for the finding or the answer.
+//! The mistakes in a name, each with a help, for a finding or an answer.
 //!
 //! Made by [`super::scope`] when a look-up fails. Looks nothing up itself.
 
@@ -38,7 +38,7 @@ impl Mistake {
     }
 }
 
-/// The help for a name in the notation of another controller.
+/// The help for a name in the notation of a different controller.
 pub(super) fn habit(name: &str) -> Option<String> {
     let help = match name.to_ascii_uppercase().as_str() {
         "AND" => "write `&`",
@@ -52,11 +52,11 @@ pub(super) fn habit(name: &str) -> Option<String> {
     Some(help.to_owned())
 }
 
-/// The help for an unknown name that is not in a file, where a file has the help to declare it.
+/// The help for an unknown name that is not in a file. In a file, the help is to declare the name.
 const WHERE_NAMES_ARE: &str = "tags are under [tags] of the ladder, and the shell completes them \
                                after `rungd completions`; an address reads `D0`";
 
-/// A finding as a sentence, about a name that is not in a file.
+/// A finding as a sentence, for a name that is not in a file.
 pub(crate) fn sentence(finding: &Finding) -> String {
     let Some(help) = finding.help_text() else { return finding.message.clone() };
     let help = if help.starts_with("declare") { WHERE_NAMES_ARE } else { &*help };
@@ -72,7 +72,7 @@ pub(super) fn new(code: Code, message: String, help: Option<String>) -> Mistake 
     Mistake::New { code, message, help, near: None }
 }
 
-/// The mistake in a text that has the form of an address and is not one.
+/// The mistake in a text that has the form of an address but is not one.
 pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
     let base = name.split('.').next().unwrap_or(name);
     match error {
@@ -120,7 +120,7 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
     }
 }
 
-/// The mistake in a range of addresses where one name belongs.
+/// The mistake for a range of addresses in the place of one name.
 fn a_range(name: &str) -> Mistake {
     let (low, high) = name.split_once("..").unwrap_or((name, ""));
     let letters = low.trim_end_matches(|c: char| c.is_ascii_digit());

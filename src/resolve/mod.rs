@@ -74,7 +74,7 @@ pub struct LoadOptions {
     pub addresses: Vec<String>,
     /// The number of the first file: spans of the ladder at index k have the file `first_file + k`.
     pub first_file: FileId,
-    /// Of the load.
+    /// The progress of the load.
     pub progress: Progress,
 }
 
@@ -95,8 +95,8 @@ pub fn load_ladders(
 
 /// As [`load_ladders`], but returns the program despite errors, if all files can be read. Parts
 /// with mistakes are left out, so that the rules can check the rest. Such a program must not be
-/// lowered. Findings may still have places in the program's layers, and may follow from what is
-/// missing in the files (`Program::lost`).
+/// lowered. Findings may still have places in the program's layers, and may be caused by missing
+/// parts of the files (`Program::lost`).
 pub(crate) fn resolve_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
@@ -115,7 +115,7 @@ pub(crate) fn resolve_ladders(
         ladders.into_iter().filter_map(|(id, ladder)| Some((id, ladder?))).collect();
     let mut lost = LostTexts::default();
     whole.iter_mut().for_each(|(id, ladder)| lost.add(*id, ladder.lost.take()));
-    // With a file missing, names that it declares would be reported as unknown.
+    // If a file is missing, the names that it declares would be reported as unknown.
     if whole.len() < files.len() || whole.is_empty() {
         return (None, in_order(findings));
     }
@@ -130,8 +130,9 @@ pub(crate) fn resolve_ladders(
     (Some(program), in_order(findings))
 }
 
-/// The address of a name in a resolved program: of a tag, an address, a member, `Prog.Stage`,
-/// `Block.Running`, `Task.Done` or a `$` nickname. The name of a structure gives the structure.
+/// The address of a name in a resolved program. The name is a tag, an address, a member,
+/// `Prog.Stage`, `Block.Running`, `Task.Done` or a `$` nickname. For the name of a structure, the
+/// result is the structure.
 ///
 /// # Errors
 /// A sentence for people: the reason why the name has no address.
@@ -156,7 +157,8 @@ struct Resolver<'a> {
     options: &'a LoadOptions,
     scope: Scope,
     findings: Vec<Finding>,
-    /// Whether the readers made findings: then a block may be missing because it was not readable.
+    /// Whether the readers made findings. If so, a block may be missing because it was not
+    /// readable.
     misread: bool,
     /// Per tag: whether the ladder names it.
     used: Vec<bool>,
@@ -166,19 +168,19 @@ struct Resolver<'a> {
     arrays: Vec<(Span, NamedArray)>,
     /// The places where the ladder names a constant by its tag, and the tag's index.
     constants: Vec<(Span, usize)>,
-    /// The places of rungs that templates stand for.
+    /// The places of the rungs of templates.
     layers: Layers,
     /// The names of the uses in rungs.
     use_names: Vec<Text>,
-    /// The whole names of all uses, also of those within uses.
+    /// The whole names of all uses in rungs, including uses within uses.
     uses: Vec<String>,
-    /// Of these, the uses whose template is unknown.
+    /// The whole names of the uses whose template is unknown.
     unknown_uses: Vec<String>,
-    /// What uses give.
+    /// The arguments of the uses.
     arguments: Vec<Argument>,
     /// Templates that nothing uses.
     trials: Vec<Trial>,
-    /// The elements that whole arrays in formulas stand for, so far.
+    /// The number of elements of whole arrays in formulas, so far.
     elements: usize,
 }
 
@@ -213,10 +215,10 @@ impl<'a> Resolver<'a> {
         program
     }
 
-    /// The program of ladders whose uses are written out.
+    /// The program of ladders whose uses are expanded.
     fn plain_program(&mut self, ladders: &[(FileId, Ladder)]) -> Program {
         let mut program = Program { sizes: self.options.sizes.clone(), ..Program::default() };
-        // The library's files usually stand before the plant's own.
+        // The library's files usually come before the plant's own files.
         let is_own = |(id, _): &&(FileId, Ladder)| !self.file_name(*id).starts_with(LIBRARY);
         let (id, first) = ladders.iter().find(is_own).unwrap_or(&ladders[0]);
         program.name = match &first.name {
@@ -251,7 +253,7 @@ impl<'a> Resolver<'a> {
     /// The operands in order of place, each address once, with its first name; and the arrays.
     fn operands(&mut self) -> (Vec<NamedOperand>, Vec<NamedArray>) {
         let (named, arrays) = (std::mem::take(&mut self.named), std::mem::take(&mut self.arrays));
-        // At one place, as `recipe[step]`, the array stands before its index.
+        // If both have the same place, as in `recipe[step]`, the array comes before its index.
         let arrays = arrays.into_iter().map(|(span, array)| (span, Err(array)));
         let operands = named.into_iter().map(|(span, operand)| (span, Ok(operand)));
         let mut all: Vec<(Span, Result<NamedOperand, NamedArray>)> =
@@ -320,8 +322,8 @@ impl<'a> Resolver<'a> {
         self.arrays.push((span, NamedArray { name, array, tag, behind: 0 }));
     }
 
-    /// As [`Resolver::look_up`], where only tags of some types can stand: the help for an unknown
-    /// name proposes these.
+    /// As [`Resolver::look_up`], for a place that accepts only tags of some types: the help for an
+    /// unknown name proposes these types.
     fn look_up_as(&mut self, name: &str, span: Span, types: &[&str]) -> Option<Thing> {
         let before = self.findings.len();
         let thing = self.look_up(name, span);
@@ -337,7 +339,7 @@ impl<'a> Resolver<'a> {
         thing
     }
 
-    /// Notes the word or constant that is an index.
+    /// Records the word or constant that is an index.
     fn note_index(&mut self, name: &str, span: Span) {
         if let Some(thing) = self.look_up(name, span) {
             match thing {
@@ -352,7 +354,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// An own tag of a template is used if one of its uses, or the ladder, names it.
+    /// Marks an own tag of a template as used in all uses, if it is named in one of them.
     fn mark_own_tags(&mut self, program: &Program) {
         let own = || program.tags.iter().enumerate().filter(|(_, t)| Layers::is_layered(t.span));
         let places: NumberSet<Span> = own()

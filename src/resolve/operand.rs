@@ -150,7 +150,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// A value that is no real: presets and intervals are whole numbers.
+    /// Resolves a value that must not be a real: presets and intervals are whole numbers.
     fn whole(&mut self, atom: &Atom, row: &OperandSpec) -> Option<Value> {
         let value = self.value(atom)?;
         if value.is_real() {
@@ -307,8 +307,8 @@ impl Resolver<'_> {
         None
     }
 
-    /// Looks up an operand's name; a constant becomes a finding. `types`: those of a tag that can
-    /// stand here.
+    /// Looks up an operand's name; a constant becomes a finding. `types` are the types of tags that
+    /// are accepted here.
     fn thing<'t>(
         &mut self,
         atom: &'t Atom,
@@ -395,7 +395,7 @@ fn reset_of(structure: Structure) -> &'static str {
     }
 }
 
-/// The help for a real where a whole number belongs.
+/// The help for a real in the place of a whole number.
 fn whole_help(atom: &Atom, value: Value, row: &OperandSpec) -> String {
     let is_time = matches!(row.kind, OperandKind::Duration | OperandKind::Interval);
     let seconds = match value {
@@ -428,7 +428,7 @@ fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static OperandSpe
     rows.find(|row| row.kind == OperandKind::Stages || !given.contains(&row.name))
 }
 
-/// Whether an operand has no row: an unknown key, or one more than the instruction has.
+/// Whether an operand has no row: its key is unknown, or there are more operands than rows.
 fn has_lost(text: &written::Instruction, spec: &Spec) -> bool {
     let (keyed, positional): (Vec<_>, Vec<_>) =
         text.operands.iter().partition(|operand| operand.key.is_some());

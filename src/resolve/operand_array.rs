@@ -1,7 +1,7 @@
 //! Operands that are arrays, or elements of arrays.
 //!
-//! Called by `operand`. An element with a constant index is a plain bit or word; one that a word
-//! selects is a target of SET, RST, MOVE, ADD and SUB.
+//! Called by `operand`. An element with a constant index is a plain bit or word. An element that a
+//! word selects can be the target of SET, RST, MOVE, ADD and SUB.
 
 use super::Resolver;
 use super::array::{Array, Element, ShiftBits};
@@ -14,7 +14,8 @@ use crate::source::finding::{Code, Finding};
 use crate::source::span::{Located, Span};
 
 impl Resolver<'_> {
-    /// A target that a word selects; `None` for any other operand.
+    /// Resolves a target that a word selects. `None` for any other operand; `Some(None)` if the
+    /// target has a mistake.
     pub(super) fn selected(
         &mut self,
         atom: &Atom,
@@ -26,7 +27,7 @@ impl Resolver<'_> {
             Ok(Thing::Element(element)) if element.array.is_bits() == bits => element,
             Ok(_) | Err(_) => return None,
         };
-        // Marks its tag as used, and notes the index.
+        // Marks its tag as used, and records the index.
         self.look_up(name, atom.span);
         Some(self.element_target(atom, element, spec))
     }
@@ -39,7 +40,7 @@ impl Resolver<'_> {
     ) -> Option<OperandValue> {
         let base = atom.name()?.split('[').next()?;
         if !element.array.is_writable() {
-            // Gives the finding of any of its elements.
+            // Adds the finding that any of its elements would have.
             let first = Atom { kind: AtomKind::Name(format!("{base}[0]")), span: atom.span };
             match element.array.is_bits() {
                 true => drop(self.writable_bit(&first, spec)),
@@ -59,7 +60,7 @@ impl Resolver<'_> {
         None
     }
 
-    /// A whole array, a slice, or a range of addresses; `up`: only one that runs up.
+    /// Resolves a whole array, a slice, or a range of addresses. If `up`, a range must run up.
     pub(super) fn run(&mut self, atom: &Atom, spec: &Spec, up: bool) -> Option<ShiftBits> {
         let Some(name) = atom.name() else {
             self.no_array(atom, spec, "a constant");
@@ -100,7 +101,7 @@ impl Resolver<'_> {
         Some(ShiftBits { array, down })
     }
 
-    /// An end of a range.
+    /// Resolves an end of a range.
     fn end(&mut self, name: &str, span: Span) -> Option<(Space, u32)> {
         let plain = |address: &Address| match address {
             Address::Bit(_) | Address::Word(_) => true,
@@ -142,7 +143,7 @@ impl Resolver<'_> {
         )));
     }
 
-    /// A run that a program may write; else the finding of its first element.
+    /// The run, if a program may write it; otherwise adds the finding of its first element.
     pub(super) fn writable_run(
         &mut self,
         run: ShiftBits,
@@ -171,7 +172,7 @@ impl Resolver<'_> {
         None
     }
 
-    /// What FILL writes: a bit, or a value.
+    /// Resolves the operand that FILL writes: a bit, or a value.
     pub(super) fn filling(&mut self, atom: &Atom) -> Option<OperandValue> {
         let thing = atom.name().map(|name| self.scope.look_up(name).map(|found| found.thing));
         match (thing, atom.name()) {
@@ -188,7 +189,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Whether the arrays of COPY and FILL fit each other; else a finding.
+    /// Whether the operands of COPY and FILL fit each other; if not, adds a finding.
     pub(super) fn arrays_fit(&mut self, operands: &OperandList, spec: &Spec) -> bool {
         let Some(to) = operands.get::<Array>("to") else { return true };
         if let Some(from) = operands.get::<Array>("from") {
@@ -232,7 +233,7 @@ impl Resolver<'_> {
         false
     }
 
-    /// How the first elements of an array are named.
+    /// The help to name only the first elements of an array.
     fn first_of(&self, array: Located<Array>, count: u32) -> String {
         let last = count - 1;
         let ends = [0, last].map(|at| self.scope.places().say(array.value.element(at)));

@@ -1,7 +1,7 @@
 //! Operands of any type, and lists of them by their names in the instruction table.
 //!
-//! The resolver makes a list of what it has checked, and `instruction` makes an action of it, and a
-//! list of an action again, for questions that apply to every action.
+//! The resolver makes a list of the checked operands, and `instruction` makes an action from it.
+//! `instruction` also makes a list from an action, for properties that all actions have.
 
 use super::array::{Array, Element, ShiftBits};
 pub(crate) use super::value::{Filling, Value};
@@ -20,7 +20,7 @@ pub(crate) enum Target {
 }
 
 impl Target {
-    /// Whether it holds a real.
+    /// Whether it contains a real.
     pub fn is_real(self) -> bool {
         match self {
             Target::Word(word) => word.is_real(),
@@ -57,7 +57,7 @@ pub(crate) enum OperandValue {
     Structure(Structure),
     Block(BlockId),
     Stage(StageId),
-    /// An element that a word selects, of bits or words.
+    /// A bit or word of an array, selected by a word.
     Element(Element),
     /// A whole array.
     Array(Array),
@@ -69,7 +69,7 @@ pub(crate) enum OperandValue {
 pub(crate) trait OperandType: Copy {
     /// The operand, if it is of this type.
     fn of(operand: OperandValue) -> Option<Self>;
-    /// As an operand of any type.
+    /// Converts it to an operand of any type.
     fn operand(self) -> OperandValue;
 }
 
@@ -87,7 +87,7 @@ macro_rules! operand_types {
     )*};
 }
 
-/// Types that are one of several kinds of operand, whose variants have the same names.
+/// For enums of several kinds of operand. Their variants have the same names as in `OperandValue`.
 macro_rules! choices_of_operands {
     ($($choice:ident: $($variant:ident)*;)*) => {$(
         impl OperandType for $choice {

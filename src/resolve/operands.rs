@@ -1,8 +1,8 @@
-//! Resolves consecutive bits or words, as a map or a list of writes names them.
+//! Resolves the consecutive bits or words that a map or a list of writes names.
 //!
-//! `X0..X15`, `CT0.Acc..CT7.Acc`, or one bit or word of any kind, a Stage included. A
-//! [`range`](super::range), in contrast, holds whole structures and no members. Used by
-//! `modbus_server` and `device`.
+//! The forms are `X0..X15`, `CT0.Acc..CT7.Acc`, an array, or a single bit or word of any kind,
+//! including a Stage. A [`range`](super::range), in contrast, contains whole structures and no
+//! members. Used by `modbus_server` and `device`.
 
 use super::range::{Range, look_up, other_range, placed_in};
 use super::scope::{Scope, Thing};
@@ -18,7 +18,7 @@ pub struct Operands {
     pub first: Address,
     /// Their number; at least 1.
     pub count: u32,
-    /// The text as written: a Stage or a block has no other name.
+    /// The text as written, which is the only name of a Stage or a block.
     pub text: String,
     /// Whether it belongs to a tag with a `type`.
     pub is_placed: bool,
@@ -56,11 +56,11 @@ impl std::fmt::Display for Operands {
     }
 }
 
-/// Resolves `A..B`, or a single bit or word.
+/// Resolves `A..B`, an array, or a single bit or word.
 ///
 /// # Errors
-/// A finding: an end is not a bit or word, the ends are of two kinds, or they are in the wrong
-/// order.
+/// A finding: an end is not a bit or word, the ends are of different kinds, or they are in the
+/// wrong order.
 pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding> {
     if let Some(finding) = other_range(scope, text) {
         return Err(finding);

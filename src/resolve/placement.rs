@@ -1,16 +1,17 @@
 //! Gives each tag with a `type` its place in memory.
 //!
-//! Called by `typed` with all such tags of a load, and with the addresses in use. The rules, of
-//! `docs/language.md`, *Tags without an address*: names in byte order; each from the top of its
-//! space downward; the first stretch of free elements that is long enough; an array's element 0 at
-//! its lowest number. Knows no files and makes no findings.
+//! Called by `typed` with all such tags of a load, and with the addresses in use. The rules are in
+//! `docs/language.md`, *Tags without an address*: tags are placed in byte order of their names,
+//! each from the top of its space downward, in the first stretch of free elements that is long
+//! enough. Element 0 of an array has the array's lowest number. This module reads no files and
+//! makes no findings.
 
 use std::collections::BTreeMap;
 
 use super::places::TagPlace;
 use crate::isa::{MemorySizes, Space};
 
-/// A tag that wants a place.
+/// A tag that needs a place.
 #[derive(Clone, Debug)]
 pub(super) struct Wish {
     /// The tag's whole name.
@@ -23,7 +24,7 @@ pub(super) struct Wish {
     pub is_array: bool,
 }
 
-/// The elements that addresses of the files name.
+/// The elements that the files name by their addresses.
 #[derive(Debug, Default)]
 pub(super) struct Used(BTreeMap<Space, Vec<bool>>);
 
@@ -39,7 +40,7 @@ pub(super) struct Placement {
 pub(super) const SIZE_MAX: u32 = 65_536;
 
 impl Used {
-    /// Enters `count` elements from a number on.
+    /// Marks `count` elements as used, from a number on.
     pub fn add(&mut self, (space, first): (Space, u32), count: u32) {
         let begin = first.saturating_sub(space.first()).min(SIZE_MAX);
         let end = begin.saturating_add(count).min(SIZE_MAX) as usize;
@@ -48,7 +49,7 @@ impl Used {
         used[begin as usize..end].fill(true);
     }
 
-    /// Whether an element is in use; its number from 0 on.
+    /// Whether an element is in use; `at` is its number, counted from 0.
     pub fn has(&self, space: Space, at: u32) -> bool {
         self.0.get(&space).and_then(|used| used.get(at as usize)).is_some_and(|used| *used)
     }
@@ -58,8 +59,8 @@ impl Used {
         self.0.get(&space).map_or(0, |used| used.iter().filter(|used| **used).count() as u32)
     }
 
-    /// The stretches of free elements, from the top downward: the first, and the one behind the
-    /// last.
+    /// The stretches of free elements, from the top downward. Each has the number of its first
+    /// element, and the number behind its last element.
     fn free(&self, space: Space, size: u32) -> Vec<(u32, u32)> {
         let mut stretches: Vec<(u32, u32)> = Vec::new();
         for at in (0..size).rev().filter(|at| !self.has(space, *at)) {
@@ -72,7 +73,7 @@ impl Used {
     }
 }
 
-/// Places all tags, sorted by name first.
+/// Sorts the tags by name, and places them.
 pub(super) fn place(mut wishes: Vec<Wish>, used: &Used, sizes: &MemorySizes) -> Placement {
     wishes.sort_by(|a, b| a.name.cmp(&b.name));
     let mut spaces: BTreeMap<Space, Free> = BTreeMap::new();
@@ -99,10 +100,10 @@ pub(super) fn place(mut wishes: Vec<Wish>, used: &Used, sizes: &MemorySizes) -> 
 
 /// The free elements of a space.
 struct Free {
-    /// From the top downward.
+    /// The stretches of free elements, from the top downward.
     stretches: Vec<(u32, u32)>,
-    /// By number of elements: the stretch at which the next search for so many begins. None above
-    /// it is long enough, since stretches only get shorter.
+    /// For each number of elements: the index of the stretch at which the next search for that
+    /// number begins. No stretch before it is long enough, since stretches only get shorter.
     from: BTreeMap<u32, usize>,
 }
 
@@ -126,7 +127,7 @@ mod tests {
 
     const D: Space = Space::Word(WordSpace::D);
 
-    /// Places `name` or `name*count` in ten D, of which some are used.
+    /// Places `name` or `name*count` in ten D words, some of which are used.
     fn check(used: &[u32], names: &str, expected: &str) {
         let sizes = MemorySizes { d: 10, ..MemorySizes::default() };
         let mut all = Used::default();

@@ -1,7 +1,9 @@
-//! The tags with a `type`: the place that rungd gave to each, and its name by its place.
+//! The tags with a `type`: the place that rungd chose for each tag, and the name of the tag at a
+//! place.
 //!
-//! Made by the resolver, part of the resolved program. Everything that shows an address to people
-//! asks [`Places::say`]: an element of such a tag has no address for them, only the tag's name.
+//! Made by the resolver, part of the resolved program. All code that shows an address to people
+//! calls [`Places::say`]: people see an element of such a tag only by the tag's name, never by an
+//! address.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,7 +25,7 @@ pub struct TagPlace {
     pub is_array: bool,
 }
 
-/// The places of all such tags of a program.
+/// The places of all tags with a `type` of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Places(Arc<TagPlaces>);
 
@@ -35,7 +37,7 @@ struct TagPlaces {
 }
 
 impl TagPlace {
-    /// The address of an element; of a structure, the structure.
+    /// The address of an element; for a structure, the structure itself.
     pub fn address(&self, index: u32) -> Address {
         self.space.address(self.first + index)
     }
@@ -84,7 +86,7 @@ impl Places {
         Places(Arc::new(TagPlaces { places, by_name }))
     }
 
-    /// All, in byte order of their names.
+    /// All places, in byte order of their names.
     pub fn by_name(&self) -> impl Iterator<Item = &TagPlace> {
         self.0.by_name.values().map(|at| &self.0.places[*at])
     }
@@ -94,7 +96,8 @@ impl Places {
         self.0.by_name.get(name).map(|at| &self.0.places[*at])
     }
 
-    /// The place that an address lies in, and its index there; for a member, of its structure.
+    /// The place that contains an address, and the index of the address in it; for a member, those
+    /// of its structure.
     pub fn at(&self, address: Address) -> Option<(&TagPlace, u32)> {
         let (space, number) = Space::with_members(address)?;
         let places = &self.0.places;
@@ -111,7 +114,8 @@ impl Places {
         (place.space == space && place.first <= last).then_some(place)
     }
 
-    /// The name of an address that belongs to such a tag: `p1.failed`, `p1.hours.Acc`, `recipe[3]`.
+    /// The name of an address that belongs to a tag with a `type`: `p1.failed`, `p1.hours.Acc`,
+    /// `recipe[3]`.
     pub fn name(&self, address: Address) -> Option<String> {
         let (place, index) = self.at(address)?;
         let name = place.name_of(index);
@@ -121,7 +125,7 @@ impl Places {
         })
     }
 
-    /// An address for people: its name, if it belongs to such a tag.
+    /// The text of an address for people: the name, if the address belongs to a tag with a `type`.
     pub fn say(&self, address: Address) -> String {
         self.name(address).unwrap_or_else(|| address.to_string())
     }

@@ -1,7 +1,7 @@
 //! The priority of an alarm: how soon a person has to act.
 //!
-//! The words are those of the field (ISA-18.2, EEMUA 191). Read from a tag's `priority` by `tags`;
-//! `lower` hands it on with the alarm's text. Nothing in a scan depends on it.
+//! The words are those of the field (ISA-18.2, EEMUA 191). `tags` reads the priority from a tag's
+//! `priority`, and `lower` passes it on with the alarm's text. Nothing in a scan depends on it.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ pub enum Priority {
     Critical,
     /// Within minutes.
     High,
-    /// Within the hour; of an alarm that names no priority.
+    /// Within the hour; also the priority of an alarm without `priority`.
     #[default]
     Medium,
     /// Within the shift.
@@ -23,7 +23,7 @@ pub enum Priority {
 }
 
 impl Priority {
-    /// All, the most urgent first.
+    /// All priorities, the most urgent first.
     pub(crate) const ALL: [Priority; 4] =
         [Priority::Critical, Priority::High, Priority::Medium, Priority::Low];
 
@@ -37,7 +37,7 @@ impl Priority {
         }
     }
 
-    /// The priority of a word.
+    /// The priority with this word.
     pub(crate) fn named(word: &str) -> Option<Priority> {
         Priority::ALL.into_iter().find(|priority| priority.name() == word)
     }

@@ -32,7 +32,7 @@ pub struct Program {
     pub blocks: Vec<Block>,
     /// Every stage's place: (block, index in the block's `stages`). `StageId` is the index.
     pub stages: Vec<(BlockId, usize)>,
-    /// The scan order: every block but the built-in tasks, once.
+    /// The scan order: every block except the built-in tasks, once.
     pub order: Vec<BlockId>,
     /// All tags, in file order.
     pub tags: Vec<Tag>,
@@ -49,11 +49,11 @@ pub struct Program {
     pub constants: Vec<(Span, usize)>,
     /// `[ladder] allow`: warnings silenced in a whole file.
     pub allow: Vec<(FileId, String)>,
-    /// Where the rungs of templates stand.
+    /// The places of the rungs of templates.
     pub layers: Arc<Layers>,
-    /// The templates that nothing uses, written out for a check; no part of the program.
+    /// The templates that nothing uses, expanded to be checked; not part of the program.
     pub trial: Option<Box<Program>>,
-    /// What is missing in the files: with it the program is not whole, and is never executed.
+    /// The missing parts of the files. A program with missing parts is never executed.
     pub lost: LostTexts,
 }
 
@@ -153,8 +153,8 @@ pub(crate) struct Branch {
 
 /// A boolean over bits, edges and compares.
 ///
-/// The place of `Not`, `All` and `Any` includes the parentheses around it, if it has any: a
-/// series begins before its first contact exactly when it stands in parentheses.
+/// The place of `Not`, `All` and `Any` includes the parentheses around it, if it has any: a series
+/// begins before its first contact exactly if it is in parentheses.
 #[derive(Clone, Debug)]
 pub(crate) enum Contact {
     /// A bit.
@@ -184,19 +184,19 @@ pub struct Tag {
     pub doc: Option<String>,
     /// Its meaning.
     pub(crate) meaning: TagMeaning,
-    /// `initial`: the content of the cell after a cold start (of a bit: 0 or 1).
+    /// `initial`: the content of the cell after a cold start (for a bit: 0 or 1).
     pub(crate) initial: Option<(i32, Span)>,
     /// `min`, as the content of the cell.
     pub(crate) min: Option<(i32, Span)>,
     /// `max`, as the content of the cell.
     pub(crate) max: Option<(i32, Span)>,
-    /// `alarm`: on a bit.
+    /// `alarm` of a bit.
     pub alarm: Option<String>,
     /// `priority` of the alarm.
     pub(crate) priority: Priority,
     /// `log = "change"`.
     pub(crate) log_changes: bool,
-    /// `unit`: on a word.
+    /// `unit` of a word.
     pub(crate) unit: Option<Text>,
     /// `metric = true`.
     pub(crate) metric: bool,
@@ -204,7 +204,7 @@ pub struct Tag {
     pub(crate) spare: bool,
     /// Whether the ladder names it.
     pub used: bool,
-    /// Its array, if it is an element: the program has a tag for each, `recipe[3]`.
+    /// Its array, if it is an element: the program has a tag for each element (`recipe[3]`).
     pub(crate) of_array: Option<OfArray>,
 }
 
@@ -226,7 +226,7 @@ impl Tag {
         }
     }
 
-    /// Whether somebody sees its value although the ladder need not name it.
+    /// Whether its value is shown to people, so that the ladder need not name it.
     pub(crate) fn is_shown(&self) -> bool {
         self.alarm.is_some() || self.log_changes || self.metric
     }
@@ -235,13 +235,13 @@ impl Tag {
 /// The meaning of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TagMeaning {
-    /// `at`; of a tag with a `type`, the address of its place.
+    /// `at`; for a tag with a `type`, the address of its place.
     Address(Address),
     /// `value`.
     Constant(i32, Written),
     /// `value`, a real.
     Real(Real),
-    /// `at` with `count`; in the scope only: each element has a tag in the program.
+    /// `at` with `count`. Only the scope has this meaning; the program has a tag for each element.
     Array(Array),
 }
 
@@ -263,7 +263,7 @@ pub struct NamedArray {
     pub(crate) array: Array,
     /// The index of the tag of its first element; `None` for a range.
     pub(crate) tag: Option<usize>,
-    /// How many of the program's operands stand before it.
+    /// The number of the program's operands before it.
     pub(crate) behind: usize,
 }
 
@@ -279,7 +279,7 @@ pub(crate) struct ProgramPart<'p> {
 }
 
 impl Program {
-    /// All parts in file order: of each block its own rungs, then its Stages.
+    /// All parts in file order: for each block its own rungs, then its Stages.
     pub(crate) fn parts(&self) -> impl Iterator<Item = ProgramPart<'_>> {
         self.blocks.iter().flat_map(|block| {
             let own = ProgramPart { block, stage: None, rungs: &block.rungs };
@@ -300,8 +300,8 @@ impl Program {
         })
     }
 
-    /// All that the ladder names, in order of first appearance, each address once; of an array the
-    /// first elements, at most this number.
+    /// All bits and words that the ladder names, in order of first appearance, each address once.
+    /// For an array, its first elements, at most `most`.
     pub fn named(&self, most: usize) -> Vec<NamedOperand> {
         let mut all = Vec::new();
         let mut operands = self.operands.iter().cloned();
@@ -321,12 +321,12 @@ impl Program {
         all
     }
 
-    /// The block of a number.
+    /// The block with this number.
     pub(crate) fn block(&self, id: BlockId) -> &Block {
         &self.blocks[id.0 as usize]
     }
 
-    /// The stage of a number.
+    /// The stage with this number.
     pub(crate) fn stage(&self, id: StageId) -> &Stage {
         let (block, at) = self.stages[id.0 as usize];
         &self.block(block).stages[at]

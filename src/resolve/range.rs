@@ -1,4 +1,4 @@
-//! Resolves ranges of a controller file: `Y8..Y9`, `CT8..CT15`, a single address, or its tag.
+//! Resolves ranges of a controller file: `Y8..Y9`, `CT8..CT15`, a single address, or a tag.
 
 use super::scope::{Scope, Thing};
 use crate::isa::{Address, Space};
@@ -31,7 +31,7 @@ impl Range {
         (self.first..=self.last).map(move |n| space.address(n))
     }
 
-    /// Whether an address is in it; of a structure its members are not.
+    /// Whether an address is in it. The members of a structure in the range are not in it.
     pub(crate) fn holds(&self, address: Address) -> bool {
         self.has(Space::of(address))
     }
@@ -67,7 +67,7 @@ pub(crate) fn is_range(text: &str) -> bool {
     text.contains("..")
 }
 
-/// Whether the two dots of a text stand within brackets.
+/// Whether the two dots of a text are within brackets.
 fn is_slice(text: &str) -> bool {
     let before = text.split_once("..").map_or("", |(before, _)| before);
     before.contains('[') && !before.contains(']')
@@ -76,7 +76,8 @@ fn is_slice(text: &str) -> bool {
 /// Resolves `A..B`, or a single address or tag.
 ///
 /// # Errors
-/// A finding: an end is not an address, the ends are in two spaces, or they are in the wrong order.
+/// A finding: an end is not an address, the ends are in different spaces, or they are in the wrong
+/// order.
 pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
     if let Some(finding) = other_range(scope, text) {
         return Err(finding);
@@ -120,7 +121,7 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
     Ok(range)
 }
 
-/// The finding for a range in which a tag with a `type` lies.
+/// The finding for a range that contains a tag with a `type`.
 pub(super) fn placed_in(scope: &Scope, range: &Range) -> Option<Finding> {
     let name = &scope.places().in_range(range.space, range.first, range.last)?.name;
     let message = format!("`{name}` lies in this range, and is known by its name alone");
@@ -128,7 +129,7 @@ pub(super) fn placed_in(scope: &Scope, range: &Range) -> Option<Finding> {
     Some(finding.help(format!("name it alone: `{name}`; ranges are of addresses")))
 }
 
-/// The finding for a range in another notation, as `Y8-Y9`.
+/// The finding for a range in a different notation, such as `Y8-Y9`.
 pub(crate) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
     let split = |sign: &&'static str| Some((*sign, text.text.split_once(*sign)?));
     let (sign, (low, high)) = ["-", ":", "…", ","].iter().find_map(split)?;

@@ -1,7 +1,7 @@
-//! What contacts and instructions read, as addresses and arrays.
+//! The addresses and arrays that contacts and instructions read.
 //!
-//! `observe` lists the readers of a cell by it. The state that an instruction keeps for itself (a
-//! counter's accumulated value) is not listed, nor the legs of its rung.
+//! `observe` uses them to list the readers of a cell. The lists do not contain the state that an
+//! instruction keeps for itself (a counter's accumulated value), nor the legs of its rung.
 
 use super::array::{Array, Element};
 use super::formula::{Formula, Part};
@@ -9,17 +9,17 @@ use super::instruction::{Filling, WordPlace};
 use super::program::{Action, Contact, Value};
 use crate::isa::{Address, Bit, Word};
 
-/// What is read.
+/// An operand that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ReadOperand {
     /// A bit or word.
     Address(Address),
-    /// One element of an array, or all.
+    /// One or all elements of an array.
     Array(Array),
 }
 
 impl Contact {
-    /// What a contact reads by itself, without its parts.
+    /// The operands that a contact itself reads, without those of its parts.
     pub fn reads(&self) -> Vec<ReadOperand> {
         let mut all = ReadOperands::default();
         match self {
@@ -36,7 +36,7 @@ impl Contact {
 }
 
 impl Action {
-    /// What an instruction reads.
+    /// The operands that an instruction reads.
     pub fn reads(&self) -> Vec<ReadOperand> {
         let mut all = ReadOperands::default();
         match self {
@@ -88,7 +88,7 @@ impl Action {
     }
 }
 
-/// A list in the making.
+/// Collects the list of operands.
 #[derive(Default)]
 struct ReadOperands(Vec<ReadOperand>);
 

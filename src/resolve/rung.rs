@@ -1,5 +1,5 @@
 //! Resolves rungs: checks their legs against the instruction's legs, then resolves contacts and
-//! instructions. Called by `resolve_ladders`, once a block.
+//! instructions. Called by `resolve_ladders`, once per block.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -18,7 +18,7 @@ use crate::source::span::Span;
 /// The table rows of a rung's instructions; `None` for an unknown instruction.
 type Specs = Vec<Option<&'static Spec>>;
 
-/// The names of all instructions, for the help about an unknown one.
+/// The names of all instructions, for the help about an unknown instruction.
 static INSTRUCTIONS: LazyLock<KnownNames> =
     LazyLock::new(|| KnownNames::new(crate::isa::instruction::TABLE.iter().map(|spec| spec.name)));
 
@@ -78,7 +78,7 @@ impl Resolver<'_> {
         let legs = match (&rung.when, rung.legs.is_empty()) {
             (Some(when), true) => self.when_rung(rung, when, &specs, &branch_specs),
             (None, false) => self.leg_rung(rung, &specs),
-            // Both or neither: the reader has reported it.
+            // The rung has both or neither, which the reader has reported.
             _ => Vec::new(),
         };
         let body = self.body(&rung.body, &specs, block);
@@ -181,8 +181,7 @@ impl Resolver<'_> {
             .help(format!("write its legs instead of `when`:\n{help}"))
     }
 
-    /// The lines of a help that give an instruction its legs; the first leg gets the contacts of
-    /// `when`.
+    /// The lines of a help with an instruction's legs; the first leg gets the contacts of `when`.
     fn leg_lines(&self, spec: &Spec, when: Option<&ladder::Leg>) -> String {
         let lines = spec.legs.iter().enumerate().map(|(at, leg)| {
             let array = match when {

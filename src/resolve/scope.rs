@@ -31,7 +31,7 @@ pub struct Scope {
     uses: Uses,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
-    /// Whether a declared name reads as an address, which is forbidden.
+    /// Whether a declared name has the form of an address, which is forbidden.
     has_address_name: bool,
     /// The names of all named blocks.
     block_names: HashMap<BlockId, String>,
@@ -40,7 +40,7 @@ pub struct Scope {
     /// All names, for the help about an unknown name; collected once.
     known: OnceLock<KnownNames>,
     known_blocks: OnceLock<KnownNames>,
-    /// The most names that are searched for the one nearest to an unknown name.
+    /// Maximum number of names that are searched for the name nearest to an unknown one.
     searched_max: usize,
 }
 
@@ -95,18 +95,18 @@ pub(crate) enum Thing {
     Device(DeviceId),
     /// A whole array, or a slice of one.
     Array(Array),
-    /// The element of an array that a word selects.
+    /// An element of an array, selected by a word.
     Element(Element),
 }
 
 /// The result of a look-up.
 #[derive(Debug)]
 pub(crate) struct LookUp {
-    /// The thing that the name means.
+    /// The meaning of the name.
     pub thing: Thing,
     /// The index of the tag in the program, if the name is a tag.
     pub tag: Option<usize>,
-    /// The name of a word or constant in its index.
+    /// The name of the word or constant that is its index.
     pub index: Option<String>,
 }
 
@@ -151,8 +151,8 @@ impl Scope {
         scope
     }
 
-    /// From now on, looks at no more than this number of names for the one nearest to an unknown
-    /// name. The names are sorted here, not by the first look-up of an unknown name.
+    /// The same scope, which searches at most this number of names for the name nearest to an
+    /// unknown one. Sorts the names now, instead of at the first look-up of an unknown name.
     pub(crate) fn searching_at_most(self, names: usize) -> Scope {
         self.known();
         for block in self.blocks.values() {
@@ -181,13 +181,13 @@ impl Scope {
         self.has_address_name |= reads_as_address(base);
     }
 
-    /// A use whose template is unknown: names of its tags cause no findings.
+    /// Adds a use whose template is unknown: names of its tags cause no findings.
     pub(super) fn add_unknown_use(&mut self, name: String) {
         self.note_name(&name);
         self.uses.add_unknown(name);
     }
 
-    /// A use, by its whole name.
+    /// Adds a use, by its whole name.
     pub(super) fn add_use(&mut self, name: String) {
         self.note_name(&name);
         self.uses.add(name);
@@ -213,7 +213,7 @@ impl Scope {
         self.devices.contains_key(name)
     }
 
-    /// The tag that a text names, and the member behind it. A tag's name may have dots itself.
+    /// The tag's name in a text, and the member behind it. A tag's name may itself contain dots.
     fn tag_of<'n>(&self, name: &'n str) -> Option<(&'n str, Option<&'n str>)> {
         if self.tags.contains_key(name) {
             return Some((name, None));
@@ -228,7 +228,8 @@ impl Scope {
         self.tags.get(base).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
     }
 
-    /// A tag's index in the program, and its meaning; `None` for one with a mistake.
+    /// A tag's index in the program, and its meaning. The meaning of a tag with a mistake is
+    /// `None`.
     pub(super) fn tag(&self, name: &str) -> Option<(usize, Option<TagMeaning>)> {
         self.tags.get(name).copied()
     }
@@ -251,7 +252,7 @@ impl Scope {
     /// The address that a name means.
     ///
     /// # Errors
-    /// A sentence for people.
+    /// A sentence for people: the reason why the name has no address.
     pub fn address(&self, name: &str) -> Result<Address, String> {
         match self.look_up(name) {
             Ok(LookUp { thing: Thing::Address(address), .. }) => Ok(address),
@@ -293,7 +294,7 @@ impl Scope {
             return self.indexed(name);
         }
         match address_text::parse(name, &self.sizes) {
-            // A declared name that reads as an address has its finding where it is declared.
+            // A declared name with the form of an address is reported at its declaration.
             Ok(_) | Err(_) if self.has_address_name && self.is_declared(name) => {}
             Ok(address) => {
                 let Some(name) = self.places.name(address) else {
@@ -355,7 +356,7 @@ impl Scope {
         Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
     }
 
-    /// Whether this is a declared name or an address.
+    /// Whether a text is a declared name or an address.
     fn is_known(&self, name: &str) -> bool {
         address_text::parse(name, &self.sizes).is_ok()
             || self.tags.contains_key(name)
@@ -363,7 +364,7 @@ impl Scope {
             || self.devices.contains_key(name)
     }
 
-    /// Whether a name, or what stands before its first dot, is declared.
+    /// Whether a name, or the part before its first dot, is declared.
     fn is_declared(&self, name: &str) -> bool {
         let (base, _) = parts(name);
         self.tag_of(name).is_some()
@@ -372,7 +373,7 @@ impl Scope {
             || self.uses.has(base)
     }
 
-    /// What an unknown name may have meant.
+    /// The known names, with which an unknown name is compared.
     fn known(&self) -> &KnownNames {
         self.known.get_or_init(|| {
             let names = self.tags.keys().chain(self.blocks.keys()).chain(self.devices.keys());

@@ -1,23 +1,23 @@
-//! What an instruction does with the Stages of its Program: for the checks, which follow the ways
-//! between Stages, and for the drawing of them.
+//! The effects of an instruction on the Stages of its Program. Used by the checks, which follow the
+//! transitions between Stages, and by the drawing of these transitions.
 
 use super::instruction::Action;
 use crate::isa::StageId;
 use crate::source::span::Located;
 
-/// What an instruction does with the Stages of its Program.
+/// The effects of an instruction on the Stages of its Program.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StageMove<'a> {
     /// The Stages that must be ON.
     pub waits_for: &'a [Located<StageId>],
-    /// Those that it turns ON.
+    /// The Stages that it turns ON.
     pub on: &'a [Located<StageId>],
-    /// Those that it turns OFF beside its own.
+    /// The Stages that it turns OFF besides its own Stage.
     pub off: &'a [Located<StageId>],
 }
 
 impl Action {
-    /// What it does with Stages; nothing, of most instructions.
+    /// Its effects on Stages; most instructions have none.
     pub fn stage_move(&self) -> StageMove<'_> {
         let one = std::slice::from_ref;
         let none = StageMove::default();

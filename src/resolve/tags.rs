@@ -15,8 +15,8 @@ use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
 use crate::source::span::{Located, Span};
 
-/// The most characters of an alarm's text, and of a text with the arguments of a use: it becomes a
-/// line of the log.
+/// Maximum number of characters of an alarm's text, and of a text with the arguments of a use: the
+/// text becomes a line of the log.
 pub(super) const TEXT_MAX: usize = 1000;
 
 impl Resolver<'_> {
@@ -55,8 +55,8 @@ impl Resolver<'_> {
         Some(meaning)
     }
 
-    /// Reports an alarm's text that is too long. Texts of templates are judged with their
-    /// arguments.
+    /// Reports an alarm's text that is too long. Texts of templates are checked elsewhere, with
+    /// their arguments.
     fn long_alarm(&mut self, tag: &ladder::Tag) {
         let Some(alarm) = tag.alarm.as_ref().filter(|alarm| !Layers::is_layered(alarm.span)) else {
             return;
@@ -70,7 +70,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Reports a priority with an unknown word, and one of no alarm.
+    /// Reports a priority with an unknown word, and a priority without an alarm.
     fn priority_misfits(&mut self, tag: &ladder::Tag) {
         let Some(written) = &tag.priority else { return };
         if Priority::named(&written.text).is_none() {
@@ -91,7 +91,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// `min` and `max`. Of a bit both are refused already.
+    /// `min` and `max`. For a bit, both are already refused.
     pub(super) fn limits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) -> PairOfCells {
         if matches!(meaning, TagMeaning::Address(Address::Bit(_))) {
             return (None, None);
@@ -243,8 +243,8 @@ impl Resolver<'_> {
         between(tag.initial, tag.max, ("`initial` is greater than `max`", change));
     }
 
-    /// Reports a pair of values in the wrong order; `values`: that which is to be the lower one,
-    /// and the other. The help is made of both.
+    /// Reports a pair of values in the wrong order. The first of the `values` must not be greater
+    /// than the second. The help is made from both.
     fn between(&mut self, tag: &Tag, values: PairOfCells, (message, help): (&str, PairHelp)) {
         if let (Some((low, low_span)), Some((high, high_span))) = values
             && low > high
@@ -294,7 +294,7 @@ fn priority(tag: &ladder::Tag) -> Priority {
 /// Two values of a tag, each with its place, if it is given.
 pub(super) type PairOfCells = (Option<(i32, Span)>, Option<(i32, Span)>);
 
-/// A help about two values of a tag, as they are written.
+/// Makes a help from two values of a tag, as they are written.
 type PairHelp = fn(&str, &str) -> String;
 
 /// The content of a bit's cell; `None` with the message of the finding.

@@ -1,11 +1,12 @@
-//! Tags with a `type`: collects the addresses that the files name, and has these tags placed.
+//! Tags with a `type`: collects the addresses that the files name, and gives these tags their
+//! places.
 //!
-//! Called by `declare` before any tag is resolved, because each `type` needs a place that no
-//! address of any file has. `placement` has the rules; the places are in the program afterwards.
+//! Called by `declare` before any tag is resolved, because each such tag needs a place that no
+//! address of any file uses. `placement` contains the rules; the places become part of the program.
 //!
-//! The idea: addresses are found in the texts, not in resolved operands. A text that only looks
-//! like an address makes a place unavailable, which nobody notices; an address that was overlooked
-//! would be memory with two meanings. (`Scope` refuses such an address.)
+//! Addresses are found in the texts, not in resolved operands. A text that only looks like an
+//! address makes a place unavailable, which does no harm. An overlooked address would give the same
+//! memory two meanings. (`Scope` refuses such an address.)
 
 use std::collections::{HashMap, HashSet};
 
@@ -94,7 +95,7 @@ impl Resolver<'_> {
         legs.chain(contacts).chain(body).map(|span| self.text(span))
     }
 
-    /// One finding for each space in which tags have no place.
+    /// Adds one finding for each space in which tags have no place.
     fn find_short(
         &mut self,
         placement: &Placement,
@@ -173,13 +174,14 @@ fn rungs(ladder: &Ladder) -> impl Iterator<Item = &Rung> {
     })
 }
 
-/// The element of an address; of a member, its structure.
+/// The element of an address; for a member, its structure.
 fn element(text: &str, sizes: &MemorySizes) -> Option<(Space, u32)> {
     let address: Address = address_text::parse(text, sizes).ok()?;
     Space::with_members(address)
 }
 
-/// Enters every word of a text that is an address: `D0`, `T0` of `T0.Done`, `N,3` of `N,3,6`.
+/// Marks every word of a text that is an address as used: `D0`, `T0` of `T0.Done`, `N,3` of
+/// `N,3,6`.
 fn add_words(used: &mut Used, text: &str, sizes: &MemorySizes) {
     let mut rest = text;
     while let Some(begin) = rest.find(is_name_letter) {

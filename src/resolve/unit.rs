@@ -1,7 +1,8 @@
-//! The units of tags: a short text, and one for each location.
+//! The units of tags: a unit is a short text, and each location has at most one.
 //!
-//! Called by `tags` for each tag, and by `declare` once all are known. Which tags may have a unit
-//! is decided with the other keys (`misfits`); nothing here knows what a unit means.
+//! Called by `tags` for each tag, and by `declare` once all tags are known. `misfits` checks
+//! whether a tag may have a unit, as it does for the other keys. Nothing here depends on the
+//! meaning of a unit.
 
 use std::collections::HashSet;
 
@@ -14,7 +15,7 @@ use crate::source::ladder;
 use crate::source::reader::Text;
 use crate::source::wording::is_obeyed;
 
-/// The most characters of a unit: it stands behind a value in tables.
+/// Maximum number of characters of a unit: tables show it behind the value.
 const UNIT_CHARS_MAX: usize = 16;
 
 impl Resolver<'_> {

@@ -1,8 +1,8 @@
 //! The uses of templates by their whole names (`p1`, `p1.lamp`), and the mistakes in names that
-//! begin with one.
+//! begin with the name of a use.
 //!
-//! Part of [`super::scope`]. The own tags of a use are tags like any other: a name comes here only
-//! if it is none of them.
+//! Part of [`super::scope`]. The own tags of a use are ordinary tags of the scope: a name is looked
+//! up here only if it is not a tag.
 
 use std::collections::HashSet;
 
@@ -14,7 +14,7 @@ use crate::source::nearest::{KnownNames, did_you_mean};
 #[derive(Debug, Default)]
 pub(super) struct Uses {
     known: HashSet<String>,
-    /// Those of unknown templates: names of their tags cause no findings.
+    /// The uses of unknown templates: names of their tags cause no findings.
     unknown: HashSet<String>,
 }
 
@@ -27,12 +27,12 @@ impl Uses {
         self.unknown.insert(name);
     }
 
-    /// Whether there is a use of this name.
+    /// Whether there is a use with this name.
     pub fn has(&self, name: &str) -> bool {
         self.known.contains(name) || self.unknown.contains(name)
     }
 
-    /// Whether a name is that of a use within a use, or lies below one: `own.inner.lit`.
+    /// Whether a name is that of a use within a use, or begins with such a name: `own.inner.lit`.
     pub fn is_of_inner(&self, name: &str) -> bool {
         let is_inner = |end: usize| {
             let of = &name[..end];
@@ -41,13 +41,14 @@ impl Uses {
         ends(name).any(is_inner)
     }
 
-    /// The mistake in a name that is a use, or lies below one. `names`: all names of the program.
+    /// The mistake in a name that is that of a use, or begins with it. `names` are all names of the
+    /// program.
     pub fn mistake(&self, name: &str, names: &KnownNames) -> Option<Mistake> {
         if ends(name).any(|end| self.unknown.contains(&name[..end])) {
             return Some(Mistake::Reported);
         }
         let is_use = |end: &usize| self.known.contains(&name[..*end]);
-        // A program that is read alone has the tags of its uses, and no list of the uses.
+        // A scope made from a resolved program has the tags of the uses, but no list of the uses.
         let end = ends(name).find(is_use).or_else(|| name.find('.'))?;
         let (of, member) = (&name[..end], name.get(end + 1..));
         let prefix = format!("{of}.");

@@ -13,23 +13,23 @@ pub enum Value {
     Real(Real),
     /// A word, read again at every execution.
     Word(Word),
-    /// The word of an array that another word selects, both read again at every execution.
+    /// A word of an array, selected by a second word; both are read again at every execution.
     Element(Element),
 }
 
-/// What FILL writes.
+/// The value that FILL writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filling {
-    /// To words; to bits the constant 0 or 1.
+    /// For words, any value; for bits, the constant 0 or 1.
     Value(Value),
-    /// To bits: a bit.
+    /// For bits: a bit.
     Bit(Bit),
-    /// To bits: the bit that a word selects.
+    /// For bits: a bit of an array, selected by a word.
     Element(Element),
 }
 
 impl Value {
-    /// Whether it is a real: a constant of that form, or an R word.
+    /// Whether it is a real: a real constant, or an R word.
     pub fn is_real(self) -> bool {
         match self {
             Value::Const(..) => false,
@@ -39,7 +39,7 @@ impl Value {
         }
     }
 
-    /// The number of a constant; of a location none.
+    /// The number of a constant; `None` for a location.
     pub(crate) fn constant(self) -> Option<f64> {
         match self {
             Value::Const(number, _) => Some(number.into()),
@@ -48,7 +48,7 @@ impl Value {
         }
     }
 
-    /// Whether both are the same number, in any written form.
+    /// Whether both are the same constant, in any written form, or the same location.
     pub(crate) fn is_as(self, other: Value) -> bool {
         match (self, other) {
             (Value::Const(a, _), Value::Const(b, _)) => a == b,

@@ -1,6 +1,6 @@
 //! Atoms: the names and constants that contacts, operands and tags are made of.
 //!
-//! [`Atom::parse`] tells a number, a duration and a name apart. Called by the parsers of contacts,
+//! [`Atom::parse`] distinguishes numbers, durations and names. Called by the parsers of contacts,
 //! instructions and tags. It does not look names up; the resolver does.
 
 use std::fmt;
@@ -11,12 +11,12 @@ use crate::isa::Real;
 use crate::isa::duration::{self, DurationError};
 use crate::isa::real::RealError;
 
-/// Whether a text is a letter, then letters, digits and `_`, as the name of a tag.
+/// Whether a text has the form of a tag's name: a letter, then letters, digits and `_`.
 pub(crate) fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_name_letter)
 }
 
-/// Whether a name may have this behind its first letter.
+/// Whether a name may have this character after its first letter.
 pub(crate) fn is_name_letter(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
 }
@@ -44,7 +44,7 @@ pub enum AtomKind {
     Real(Real),
 }
 
-/// How a constant was written: the checks warn of bare integers as timer values.
+/// How a constant was written. The checks warn about bare integers as timer values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Written {
@@ -56,7 +56,8 @@ impl Atom {
     /// Parses one word without spaces.
     ///
     /// # Errors
-    /// A finding, if the word begins as a constant and is not a valid one, or lies outside `i32`.
+    /// A finding if the word begins like a constant but is not a valid one, or if it lies outside
+    /// `i32`.
     pub fn parse(word: &str, span: Span) -> Result<Atom, Finding> {
         let digits = word.strip_prefix('-').unwrap_or(word);
         let kind = if digits.starts_with(|c: char| c.is_ascii_digit()) {

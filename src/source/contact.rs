@@ -11,8 +11,8 @@ use super::span::{Located, Span};
 
 /// A boolean over bits, edges and compares.
 ///
-/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any. `V` is
-/// what a compare compares: in a ladder names and constants, in a test also sums of them.
+/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any. `V` is the
+/// type of a compare's values: names and constants in a ladder, and also sums of them in a test.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Contact<V = Atom> {
     /// A bit, by its name.
@@ -29,7 +29,7 @@ pub enum Contact<V = Atom> {
     Compare(V, Comparison, V, Span),
 }
 
-/// The edge that a contact sees.
+/// The edge that a contact detects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Edge {
@@ -72,7 +72,7 @@ impl Comparison {
         }
     }
 
-    /// The comparison that is ON where this one is OFF.
+    /// The opposite comparison: it is ON if this one is OFF.
     pub fn negated(self) -> Comparison {
         match self {
             Comparison::Eq => Comparison::Ne,
@@ -122,7 +122,7 @@ fn series<V: fmt::Display>(
             f.write_str(sign)?;
         }
         match item {
-            // Neither needs parentheses beside `&` and `|`.
+            // `!` and compares need no parentheses beside `&` and `|`.
             Contact::Not(..) | Contact::Compare(..) => write!(f, "{item}")?,
             Contact::Bit(_) | Contact::Edge(..) | Contact::All(..) | Contact::Any(..) => {
                 write!(f, "{}", Grouped(item))?;

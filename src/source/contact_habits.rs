@@ -1,8 +1,8 @@
-//! Helps for what stands in a contact and has no meaning there: sums, functions, the signs of other
+//! Helps for text that has no meaning in a contact: sums, functions, and the signs of other
 //! notations.
 //!
-//! Called by `contact_lexer` and `contact_parser` when a text cannot be read. Each help can be
-//! written as it stands, with the author's own names and numbers.
+//! Called by `contact_lexer` and `contact_parser` when a text cannot be read. Each help shows text
+//! that can be pasted as it is, with the author's own names and numbers.
 
 use super::finding::{Code, Finding};
 use super::span::Span;
@@ -10,10 +10,10 @@ use crate::isa::address_text::{self, AddressError};
 use crate::isa::function::ResultType;
 use crate::isa::{Function, MemorySizes};
 
-/// The compares, the longer ones first.
+/// The signs of compares, the longer ones first.
 const COMPARES: [&str; 6] = ["==", "!=", "<=", ">=", "<", ">"];
 
-/// The finding for the character at `at`, which begins no contact.
+/// The finding for the character at `at`, with which no contact can begin.
 pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
     let (before, rest) = (text[..at].trim(), &text[at..]);
     let first = rest.chars().next().unwrap_or(' ');
@@ -55,14 +55,14 @@ pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
     }
 }
 
-/// A sign of two characters in another notation, and the right one.
+/// The two-character sign of a different notation at the start of a text, and the right sign.
 fn doubled(rest: &str) -> Option<(&'static str, &'static str)> {
     const SIGNS: [(&str, &str); 5] =
         [("&&", "&"), ("||", "|"), ("<>", "!="), ("=>", ">="), ("=<", "<=")];
     SIGNS.into_iter().find(|(wrong, _)| rest.starts_with(wrong))
 }
 
-/// Whether a text ends with a value, which an operator may follow.
+/// Whether a text ends with a value, so that an operator may follow.
 fn is_value_end(text: &str) -> bool {
     text.ends_with(|c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ')' | ']'))
 }
@@ -71,7 +71,7 @@ fn is_after_compare(before: &str) -> bool {
     before.ends_with(['=', '<', '>'])
 }
 
-/// The help for a character that no contact has.
+/// The help for a character that contacts never contain.
 fn notation(first: char) -> &'static str {
     match first {
         '[' | ']' => "contacts go without brackets; an index follows its name: `recipe[3]`",
@@ -91,7 +91,7 @@ fn negated(before: &str, behind: &str) -> String {
     }
 }
 
-/// A comma: of a number in the German way, or between contacts.
+/// The finding for a comma: a decimal comma in a number, or a comma between contacts.
 fn comma(text: &str, at: usize, place: Span) -> Finding {
     let digits = |c: char| c.is_ascii_digit();
     let whole = text[..at].trim_end_matches(digits);
@@ -112,7 +112,7 @@ pub(super) fn called(text: &str, at: usize) -> Option<String> {
     Function::from_name(&name).map(|_| computed(text, at))
 }
 
-/// The help for a sum or a function at a place of a contact: MATH computes it in a rung before.
+/// The help for a sum or a function at a place of a contact: MATH computes it in an earlier rung.
 pub(super) fn computed(text: &str, at: usize) -> String {
     let start = text[..at].rfind(['&', '|']).map_or(0, |sign| sign + 1);
     let end = text[at..].find(['&', '|']).map_or(text.len(), |sign| at + sign);
@@ -139,7 +139,7 @@ pub(super) fn computed(text: &str, at: usize) -> String {
     )
 }
 
-/// Whether a formula has a real in it, as far as its text shows: `1.5`, `sqrt(…)`.
+/// Whether the text of a formula shows a real: `1.5`, `sqrt(…)`.
 fn is_real(formula: &str) -> bool {
     let bytes = formula.as_bytes();
     let digit = |at: usize| bytes.get(at).is_some_and(u8::is_ascii_digit);

@@ -1,5 +1,5 @@
-//! Splits a string of contacts into tokens. Called by `contact_parser`. For a character that
-//! begins no token, `contact_habits` has the finding.
+//! Splits a string of contacts into tokens. Called by `contact_parser`. `contact_habits` makes the
+//! finding for a character that begins no token.
 
 use super::atom::Atom;
 use super::contact::Comparison;
@@ -19,7 +19,7 @@ pub(super) enum Token {
     Open,
     Close,
     Compare(Comparison),
-    /// A sign of a sum; in tests only.
+    /// A sign of a sum, in conditions of tests only.
     Sign(SumSign),
 }
 
@@ -27,7 +27,7 @@ pub(super) enum Token {
 pub(super) type Parsed<T> = Result<T, Finding>;
 
 /// All tokens of a text, each with its place; `span` is the place of the whole text. With
-/// `has_sums` also the signs of sums.
+/// `has_sums`, the signs of sums are tokens too.
 pub(super) fn lex(text: &str, span: Span, has_sums: bool) -> Parsed<Vec<(Token, Span)>> {
     split(text, span, |rest, first, at| {
         if has_sums && let Some(found) = contact_signs::sign(text, at, span) {
@@ -40,8 +40,9 @@ pub(super) fn lex(text: &str, span: Span, has_sums: bool) -> Parsed<Vec<(Token, 
     })
 }
 
-/// The tokens of a text, which spaces may separate. `next` reads the first token of the rest, from
-/// the rest, its first character and its place in the text; it returns the token's length too.
+/// The tokens of a text; spaces may separate them. `next` reads the first token of the rest and
+/// returns it with its length. Its arguments are the rest, the rest's first character, and the
+/// rest's place in the text.
 pub(super) fn split<T>(
     text: &str,
     span: Span,
@@ -104,7 +105,7 @@ fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
     atom.map(|atom| (Token::Atom(atom), length))
 }
 
-/// The length of a number: `2e` goes on with `-3`, if `2e-3` stands there.
+/// The length of a number. In `2e-3`, the number continues with `-3` after `2e`.
 fn number_length(length: usize, rest: &str) -> usize {
     let mantissa = rest[..length].strip_suffix('e').unwrap_or_default();
     let is_real = !mantissa.is_empty()

@@ -1,9 +1,8 @@
 //! The grammar of contacts: a Pratt parser over the tokens of one string.
 //!
-//! Called by `ladder`, and by `testing` for conditions, whose compares may have sums
-//! (`sum_parser`). `!` binds tighter than `&`, and `&` tighter than `|`; the operands
-//! of a compare are values, not contacts. Nesting is limited, so that no input can exhaust the
-//! stack.
+//! Called by `rung`, and by `sum_parser` for the conditions of tests, whose compares may have sums.
+//! `!` binds tighter than `&`, and `&` tighter than `|`; the operands of a compare are values, not
+//! contacts. Nesting is limited, so that no input can exhaust the stack.
 
 use super::atom::{Atom, AtomKind};
 use super::contact::{Contact, Edge};
@@ -19,7 +18,7 @@ use crate::isa::dialects;
 /// Maximum nesting depth of parentheses and `!`.
 pub(super) const DEPTH_MAX: u32 = 32;
 
-/// Parses one string of a leg's array; `span` is the place of its first byte to its last.
+/// Parses one string of a leg's array; `span` is its place, without the quotes.
 ///
 /// # Errors
 /// The first mistake in it, with its exact place.
@@ -27,7 +26,7 @@ pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
     parse_as(text, span)
 }
 
-/// As [`parse`], for compares of another kind.
+/// As [`parse`], with any type of values in the compares.
 pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>, Finding> {
     let tokens = lex(text, span, V::HAS_SUMS)?;
     let mut parser = Parser { text, span, tokens, at: 0, has_sums: V::HAS_SUMS };
@@ -45,15 +44,15 @@ pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>
     }
 }
 
-/// What a compare compares.
+/// A value in a compare.
 pub(super) trait Compared: From<Atom> + std::fmt::Display {
-    /// Whether it may be a sum.
+    /// Whether the value may be a sum.
     const HAS_SUMS: bool;
 
     /// Its place.
     fn span(&self) -> Span;
 
-    /// Reads one, from the next token on.
+    /// Reads a value, from the next token on.
     fn read(parser: &mut Parser<'_>, depth: u32) -> Parsed<Self>;
 }
 
@@ -156,7 +155,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The number of the token behind the parenthesis that closes the one at `open`.
+    /// The index of the token behind the `)` that closes the `(` at `open`.
     fn behind_close(&self, open: usize) -> usize {
         let mut depth = 0;
         for (at, (token, _)) in self.tokens.iter().enumerate().skip(open) {
@@ -168,7 +167,8 @@ impl Parser<'_> {
         self.tokens.len()
     }
 
-    /// `one` of the grammar: `!` one, parentheses, an edge, a compare or a bit.
+    /// Reads the element `one` of the grammar: `!` with an operand, parentheses, an edge, a compare
+    /// or a bit.
     fn operand<V: Compared>(&mut self, depth: u32) -> Parsed<Contact<V>> {
         let Some((token, span)) = self.next() else {
             return Err(self.error(self.end(), "a contact is missing here"));
@@ -218,7 +218,8 @@ impl Parser<'_> {
         let begin = self.at;
         let inner = self.operand(depth + 1)?;
         let whole = span.to(inner.span());
-        // `!D0 + 1 == 3` would read alike; a compare in parentheses begins behind its own.
+        // `!D0 + 1 == 3` would read in the same way. A compare in parentheses is right; its place
+        // begins behind the `(`.
         if let Contact::Compare(..) = inner
             && self.tokens.get(begin).is_some_and(|(_, first)| first.start == inner.span().start)
         {
@@ -236,13 +237,13 @@ impl Parser<'_> {
         Ok(inner)
     }
 
-    /// Contacts and the parenthesis that closes them, and its place.
+    /// Reads contacts and the `)` that closes them; also returns the place of the `)`.
     fn closed<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<(Contact<V>, Span)> {
         let inner = self.expression(BindingPower::Or, depth + 1)?;
         Ok((inner, self.close(open)?))
     }
 
-    /// The parenthesis that closes another one.
+    /// Reads the `)` that closes the `(` at `open`; returns its place.
     pub(super) fn close(&mut self, open: Span) -> Parsed<Span> {
         if let Some(close) = self.take(&Token::Close) {
             return Ok(close);
@@ -303,7 +304,7 @@ impl Parser<'_> {
         Ok(Contact::Edge(edge, Box::new(inner), span.to(close)))
     }
 
-    /// The finding for a token where a value belongs, or for the end of the text.
+    /// The finding for a token, or the end of the text, in the place of a value.
     pub(super) fn no_value(&self, found: Option<(Token, Span)>) -> Finding {
         let Some((Token::Sign(sign), place)) = found else {
             let place = found.map_or(self.end(), |(_, place)| place);
@@ -326,7 +327,7 @@ impl Parser<'_> {
         self.error(place, message).help(help)
     }
 
-    /// The compare of a value, which was read, with the value behind the sign.
+    /// Reads the rest of a compare: the sign and the right value. The left value was already read.
     fn compared<V: Compared>(&mut self, left: V, depth: u32) -> Parsed<Contact<V>> {
         let Some((Token::Compare(comparison), sign)) = self.peek() else {
             let message = format!("`{left}` is a number, not a contact");
@@ -365,7 +366,8 @@ impl Parser<'_> {
         }
     }
 
-    /// A word of another notation (instead of a sign), at a place or just before it.
+    /// The place and the help of a word that other notations have instead of a sign. The word is at
+    /// the given place, or just before it.
     fn habit(&self, place: Span) -> Option<(Span, &'static str)> {
         let at = self.tokens.iter().position(|(_, span)| *span == place)?;
         let words = [self.tokens.get(at), at.checked_sub(1).and_then(|at| self.tokens.get(at))];
@@ -411,7 +413,8 @@ impl Parser<'_> {
                 if let Some(help) = split_address(before, behind) {
                     return self.error(place, "a number does not stand alone").help(help);
                 }
-                // A tag may have such a name too; in lower case it is more likely one.
+                // A tag may have the same name as such an instruction. In lower case, it is more
+                // likely a tag.
                 let first = before.split_whitespace().next().unwrap_or_default();
                 if first.chars().all(|c| c.is_ascii_uppercase())
                     && let Some(instead) = dialects::instead_of(first)
@@ -434,7 +437,8 @@ impl Parser<'_> {
     }
 }
 
-/// `left op right`. With `grow`, `right` is appended to `left`, a series of the same operator.
+/// `left op right`. With `grow`, `left` is a series of the same operator, and `right` is appended
+/// to it.
 fn join<V>(left: Contact<V>, power: BindingPower, right: Contact<V>, grow: bool) -> Contact<V> {
     let span = left.span().to(right.span());
     let items = match left {

@@ -1,6 +1,7 @@
-//! The signs of sums in a text, and the findings about signs that stand wrongly.
+//! The signs of sums in a text, and the findings about misplaced signs.
 //!
-//! Called by `contact_lexer` and the parsers for conditions of tests; a ladder has no sums.
+//! Called by `contact_lexer` and the parsers for conditions of tests; contacts of a ladder have no
+//! sums.
 
 use super::contact_sum::SumSign;
 use super::finding::{Code, Finding};
@@ -10,11 +11,11 @@ use super::span::Span;
 pub(super) const SIGNS_ALONE: &str = "a condition computes with `+ - * / %` alone: let a MATH of \
                                       the ladder compute this, and compare its result";
 
-/// All of them.
+/// All signs of sums.
 const SIGNS: [SumSign; 5] =
     [SumSign::Add, SumSign::Subtract, SumSign::Multiply, SumSign::Divide, SumSign::Remainder];
 
-/// The sign of a sum at a place of a text, with its length; `None`: something else begins there.
+/// The sign of a sum at a place of a text, with its length; `None` if no such sign begins there.
 pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(SumSign, usize), Finding>> {
     let (before, rest) = (&text[..at], &text[at..]);
     let first = rest.chars().next()?;

@@ -1,21 +1,21 @@
 //! Sums in the compares of a test's conditions, as written: `+ - * / %` with parentheses.
 //!
-//! Made by `sum_parser`. The parts stand in postfix order, so a long sum is walked in a loop. Names
-//! are not looked up here.
+//! Made by `sum_parser`. The parts are in postfix order, so that a loop can visit a sum of any
+//! length. Names are not looked up here.
 
 use std::fmt;
 
 use super::atom::Atom;
 use super::span::Span;
 
-/// A sum of names and constants, or one of them.
+/// A sum of names and constants, or a single name or constant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sum {
-    /// Its parts in postfix order; the last one is the whole.
+    /// Its parts in postfix order; the last part is the outermost one.
     pub parts: Vec<SumPart>,
     /// Its place, with the parentheses around it.
     pub span: Span,
-    /// As it is written.
+    /// Its text as written.
     pub(super) text: Box<str>,
 }
 
@@ -40,7 +40,7 @@ pub enum SumSign {
 }
 
 impl SumSign {
-    /// As written.
+    /// The sign as written.
     pub(super) fn sign(self) -> char {
         match self {
             SumSign::Add => '+',
@@ -51,7 +51,7 @@ impl SumSign {
         }
     }
 
-    /// How tightly it binds: `*` tighter than `+`.
+    /// How tightly it binds: an operator with a greater number binds tighter.
     pub(super) fn precedence(self) -> u8 {
         match self {
             SumSign::Add | SumSign::Subtract => 0,

@@ -1,4 +1,4 @@
-//! The grammar of contacts as a list of examples; the printer is tested with the same list.
+//! The grammar of contacts as a list of examples, and property tests of the parser and the printer.
 
 use expect_test::{Expect, expect};
 use proptest::prelude::*;

@@ -1,7 +1,8 @@
-//! A file during its reading, and its strings: places in the text, and the findings about it.
+//! A file while it is being read: its text, the places in it, its strings, and the list of
+//! findings.
 //!
-//! Used by every file that reads values of TOML; [`super::reader`] makes a [`Doc`] of each file.
-//! Judges nothing but the type of a value.
+//! Used by every file that reads values of TOML; [`super::reader`] makes a [`Doc`] of each file. It
+//! checks nothing but the type of a value.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -14,7 +15,7 @@ use super::lost::LostText;
 use super::span::{FileId, Span};
 use crate::progress::Progress;
 
-/// The most bytes of the text of contacts, of an instruction or of a step.
+/// Maximum number of bytes in the text of a contact, an instruction or a step.
 const TEXT_BYTES_MAX: usize = 64 * 1024;
 
 /// A file being read: its text, and the list for its findings.
@@ -44,22 +45,22 @@ impl<'a> Doc<'a> {
         Doc { file, source, findings, progress: None, lost: None }
     }
 
-    /// The same, for a load that may be ended.
+    /// The same file, for a load that may be ended early.
     pub(super) fn within(self, progress: &'a Progress) -> Self {
         Doc { progress: Some(progress), ..self }
     }
 
-    /// The same, of a file that is not whole.
+    /// The same file, with missing parts.
     pub(super) fn lacking(self, lost: &'a LostText) -> Self {
         Doc { lost: Some(lost), ..self }
     }
 
-    /// What is missing in the file.
+    /// The missing parts of the file.
     pub(crate) fn lost(&self) -> Option<LostText> {
         self.lost.cloned()
     }
 
-    /// Whether the load is to end, and the rest of the file to be left out.
+    /// Whether the load must end without reading the rest of the file.
     pub(super) fn is_over(&self) -> bool {
         self.progress.is_some_and(Progress::is_over)
     }
@@ -75,7 +76,7 @@ impl<'a> Doc<'a> {
         self.findings.borrow().iter().rev().take(16).any(|finding| inside(finding.span))
     }
 
-    /// The place of a stretch of the file.
+    /// The place of a byte range of the file.
     pub fn span(&self, range: Range<usize>) -> Span {
         Span { file: self.file, start: range.start as u32, end: range.end as u32 }
     }
@@ -90,8 +91,8 @@ impl<'a> Doc<'a> {
         self.source.len()
     }
 
-    /// Whether a text is short enough for its parts, and whether the file holds it byte by byte (no
-    /// escapes); only then does each part have a place. Otherwise adds a finding.
+    /// Whether a text can be parsed: it is short enough, and the file contains it byte by byte
+    /// (without escapes), so that each part of it has a place. Otherwise adds a finding.
     pub(crate) fn is_plain(&self, text: &Text, code: Code, one: &str) -> bool {
         if text.text.len() > TEXT_BYTES_MAX {
             let message = format!("a string of more than {TEXT_BYTES_MAX} bytes");
@@ -111,7 +112,7 @@ impl<'a> Doc<'a> {
         self.source.is_empty()
     }
 
-    /// The text of a stretch of the file.
+    /// The text of a byte range of the file.
     pub fn slice(&self, range: Range<usize>) -> &'a str {
         self.source.get(range).unwrap_or("")
     }

@@ -1,9 +1,9 @@
 //! Expressions of MATH as written: constants, names, operators and calls, with their places.
 //!
-//! [`super::expression_parser`] makes them of an instruction's text. The parts stand in postfix
-//! order: the operands of an operator before the operator. So an expression of any length is walked
-//! in a loop over a stack of operands, and no walk can exhaust the program's stack. Names are not
-//! looked up here; the resolver does that.
+//! [`super::expression_parser`] makes them from an instruction's text. The parts are in postfix
+//! order: an operator comes after its operands. So a loop with a stack of operands can visit an
+//! expression of any length, without recursion that could exhaust the program's stack. Names are
+//! not looked up here; the resolver does that.
 
 use super::span::{Located, Span};
 use crate::isa::Real;
@@ -11,18 +11,18 @@ use crate::isa::Real;
 /// The text after `MATH`: `target = expression`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Formula {
-    /// The name that stands before the `=`.
+    /// The name before the `=`.
     pub target: Located<String>,
     /// The index of the target.
     pub index: Option<Expression>,
-    /// What stands behind it.
+    /// The expression behind the `=`.
     pub expression: Expression,
 }
 
 /// An expression.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Expression {
-    /// Its parts, in postfix order; the last one is the whole.
+    /// Its parts, in postfix order; the last part is the outermost one.
     pub parts: Vec<Part>,
 }
 
@@ -31,14 +31,14 @@ pub struct Expression {
 pub struct Part {
     /// The kind.
     pub kind: PartKind,
-    /// The place of the part with its operands, in its parentheses.
+    /// The place of the part with its operands and the parentheses around them.
     pub span: Span,
 }
 
 /// The kind of a part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PartKind {
-    /// An integer, or a duration in ms; 2147483648 only directly behind a unary `-`.
+    /// An integer, or a duration in ms. 2147483648 occurs only directly behind a unary `-`.
     Integer(i64),
     /// A real.
     Real(Real),
@@ -48,7 +48,7 @@ pub enum PartKind {
     Unary(Unary),
     /// An operator with two operands, and the place of its sign.
     Binary(Binary, Span),
-    /// The element of an array; its index stands before it.
+    /// The element of an array; its index comes before it.
     Element(Located<String>),
     /// A function by its name, and the number of its arguments.
     Call(Located<String>, u32),
@@ -62,7 +62,7 @@ macro_rules! operators {
         pub enum $operators { $($operator),* }
 
         impl $operators {
-            /// All of them.
+            /// All operators.
             pub const ALL: &[$operators] = &[$($operators::$operator),*];
 
             /// The sign as written.
@@ -79,7 +79,8 @@ operators! {
 }
 
 operators! {
-    /// An operator with two operands. Of two signs with the same beginning the longer comes first.
+    /// An operator with two operands. If two signs begin with the same characters, the longer one
+    /// comes first.
     Binary
     Power "**" Multiply "*" Divide "/" Remainder "%" Add "+" Subtract "-"
     ShiftLeft "<<" ShiftRightZeros ">>>" ShiftRight ">>"
@@ -110,17 +111,17 @@ impl Binary {
         self.is_ordering() || matches!(self, Binary::Equal | Binary::NotEqual)
     }
 
-    /// `<`, `<=`, `>`, `>=`.
+    /// Whether it is `<`, `<=`, `>` or `>=`.
     pub fn is_ordering(self) -> bool {
         matches!(self, Binary::Less | Binary::AtMost | Binary::Greater | Binary::AtLeast)
     }
 
-    /// `&`, `^`, `|`.
+    /// Whether it is `&`, `^` or `|`.
     pub fn is_bitwise(self) -> bool {
         matches!(self, Binary::And | Binary::Xor | Binary::Or)
     }
 
-    /// `<<`, `>>`, `>>>`.
+    /// Whether it is `<<`, `>>` or `>>>`.
     pub fn is_shift(self) -> bool {
         matches!(self, Binary::ShiftLeft | Binary::ShiftRight | Binary::ShiftRightZeros)
     }

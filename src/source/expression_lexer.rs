@@ -1,7 +1,7 @@
 //! Splits the text of an expression into tokens. Called by `expression_parser`.
 //!
 //! A name has no `-`: a `-` is always the operator. A character that begins no token becomes a
-//! finding, with the help for the notation that the character mostly comes from.
+//! finding. Its help is for the notation from which the character most probably comes.
 
 use super::atom::{Atom, AtomKind};
 use super::contact_lexer::split;
@@ -16,7 +16,7 @@ use crate::isa::real::RealError;
 pub(super) enum Token {
     /// A constant or a name.
     Operand(PartKind),
-    /// An operator; `-` may turn out to have one operand.
+    /// An operator with two operands, or the `-` with one operand.
     Sign(Binary),
     /// `~` or `!`.
     Prefix(Unary),
@@ -79,7 +79,7 @@ fn operand(rest: &str, first: char, span: Span) -> Result<(Token, usize), Findin
     Err(stray(rest, first, span))
 }
 
-/// The length of the slice behind a name, `[0..6]`, which is part of it; else 0.
+/// The length of the slice behind a name (`[0..6]`), which is part of the name; 0 if there is none.
 fn slice_length(behind: &str) -> usize {
     let Some(inner) = behind.strip_prefix('[') else { return 0 };
     let end = inner.find(['[', ']']).filter(|end| inner[..*end].contains(".."));
@@ -111,7 +111,7 @@ fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
         return Ok(PartKind::Integer(i64::from(bits.cast_signed())));
     }
     if word.bytes().all(|b| b.is_ascii_digit()) {
-        // More digits than fit are too large a number, which the parser finds.
+        // A number with too many digits is too large, which the parser reports.
         return Ok(PartKind::Integer(word.parse().unwrap_or(i64::MAX)));
     }
     if word.contains(['.', 'e', 'E']) && !word.contains(':') {

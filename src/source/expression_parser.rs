@@ -1,9 +1,9 @@
 //! The grammar of MATH: the target, and the expression behind the `=`.
 //!
-//! Called by `instruction`. Operators wait on a stack of their own until what stands behind them
-//! binds less tightly (the shunting-yard algorithm), so no input makes this code recurse. The
-//! nesting of parentheses, calls and operators with one operand is limited all the same, because
-//! nobody reads such an expression.
+//! Called by `instruction`. This is the shunting-yard algorithm: an operator waits on a stack until
+//! an operator follows that binds less tightly. So no input makes this code recurse. The nesting of
+//! parentheses, calls and operators with one operand is limited nevertheless, because deeper
+//! expressions are not readable.
 
 use super::expression::{Binary, Expression, Formula, Part, PartKind, Unary};
 use super::expression_lexer::{Token, lex};
@@ -16,7 +16,7 @@ const DEPTH_MAX: usize = 32;
 
 type Parsed<T> = Result<T, Finding>;
 
-/// Parses the text after `MATH`; `span` is its place. Adds the findings, warnings too.
+/// Parses the text after `MATH`; `span` is its place. Adds errors and warnings to `findings`.
 pub(super) fn parse_formula(
     text: &str,
     span: Span,
@@ -38,7 +38,7 @@ pub(super) fn parse_formula(
     parsed.map_err(|finding| findings.push(finding)).ok()
 }
 
-/// The target, the place of its index, and where the expression begins.
+/// The target, the range of its index, and the byte at which the expression begins.
 type Split = (Located<String>, Option<(usize, usize)>, usize);
 
 fn split(text: &str, span: Span) -> Parsed<Split> {
@@ -85,12 +85,13 @@ fn split(text: &str, span: Span) -> Parsed<Split> {
     Ok((Located { value: name.to_owned(), span: place }, index, at + 1))
 }
 
-/// Whether the text behind a `[` is the ends of a slice; an index may have slices in its brackets.
+/// Whether the text behind a `[` is a slice (`0..6`). An index may also contain slices, in brackets
+/// of their own.
 fn is_slice(rest: &str) -> bool {
     rest.split(['[', '(', ']']).next().is_some_and(|ends| ends.contains(".."))
 }
 
-/// The first `=` outside brackets that is no part of `==`.
+/// The first `=` outside brackets that is not part of `==`.
 fn assignment(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut depth = 0usize;
@@ -108,7 +109,7 @@ fn assignment(text: &str) -> Option<usize> {
     None
 }
 
-/// Parses an expression; `span` is the place of its first byte to its last.
+/// Parses an expression; `span` is its place.
 ///
 /// # Errors
 /// The first mistake in it.
@@ -138,7 +139,7 @@ pub fn parse(text: &str, span: Span, warnings: &mut Vec<Finding>) -> Parsed<Expr
     parser.finish()
 }
 
-/// An operator or bracket that waits for what stands behind it.
+/// An operator or an open bracket that waits for the tokens behind it.
 enum Waiting {
     Unary(Unary, Span),
     Binary(Binary, Span),
@@ -181,7 +182,7 @@ impl Parser<'_> {
             .help("a value is a constant, a name, a call or an expression in parentheses")
     }
 
-    /// Reads a token where an operand begins; returns whether one is still wanted.
+    /// Reads a token in the place of an operand; returns whether an operand is still required.
     fn begin(&mut self, token: &Token, place: Span, behind: Option<&Token>) -> Parsed<bool> {
         match token {
             Token::Operand(PartKind::Name(name)) if behind == Some(&Token::Open) => {
@@ -217,7 +218,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads a token behind an operand; returns whether an operand is wanted next.
+    /// Reads a token behind an operand; returns whether an operand must follow.
     fn go_on(&mut self, token: &Token, place: Span) -> Parsed<bool> {
         match token {
             Token::Sign(operator) => {
@@ -247,7 +248,7 @@ impl Parser<'_> {
             .help("an index stands behind the name of an array: `recipe[step + 1]`")
     }
 
-    /// Whether the innermost bracket is an index whose `[` is this one.
+    /// Whether this `[` opens the innermost waiting index. If so, stores its place.
     fn opens_index(&mut self, place: Span) -> bool {
         if let Some(Waiting::Index { name, open }) = self.waiting.last_mut()
             && *open == name.span
@@ -288,7 +289,7 @@ impl Parser<'_> {
         finding.help(own.or(before).unwrap_or("operators are `+ - * / % **` and the like"))
     }
 
-    /// Makes a bracket or an operator with one operand wait.
+    /// Pushes a bracket, or an operator with one operand, onto the waiting stack.
     fn wait(&mut self, waiting: Waiting, place: Span) -> Parsed<()> {
         if self.depth == DEPTH_MAX {
             let message = format!("more than {DEPTH_MAX} levels of parentheses, calls and signs");
@@ -299,7 +300,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Whether the innermost bracket is a call whose `(` is this one.
+    /// Whether this `(` opens the innermost waiting call. If so, stores its place.
     fn opens_call(&mut self, place: Span) -> bool {
         if let Some(Waiting::Call { name, open, .. }) = self.waiting.last_mut()
             && *open == name.span
@@ -315,7 +316,7 @@ impl Parser<'_> {
         matches!(last, Some(Waiting::Call { name, arguments: 0, open }) if *open != name.span)
     }
 
-    /// An integer of more than 32 bits is too large; 2147483648 may stand behind a unary `-`.
+    /// An integer of more than 32 bits is too large; 2147483648 is allowed behind a unary `-`.
     fn constant_fits(&self, kind: &PartKind, place: Span) -> Parsed<()> {
         let PartKind::Integer(n) = kind else { return Ok(()) };
         let is_negative = matches!(self.waiting.last(), Some(Waiting::Unary(Unary::Minus, _)));
@@ -328,7 +329,7 @@ impl Parser<'_> {
         Err(finding.help(format!("constants have 32 bits; a real may be larger: `{text}.0`")))
     }
 
-    /// Adds a complete operand, and applies the operators with one operand before it.
+    /// Adds a complete operand, and applies to it the operators with one operand before it.
     fn operand(&mut self, part: Part) {
         self.operands.push(Term { span: part.span, root: Root::Closed });
         self.parts.push(part);
@@ -347,7 +348,8 @@ impl Parser<'_> {
         }
     }
 
-    /// Gives waiting operators their second operand, for as long as `is_ready`.
+    /// Applies waiting operators to their two operands, the last operator first, as long as
+    /// `is_ready`.
     fn settle(&mut self, is_ready: impl Fn(Binary) -> bool) -> Parsed<()> {
         while let Some(Waiting::Binary(operator, sign)) = self.waiting.last() {
             let (operator, sign) = (*operator, *sign);
@@ -413,7 +415,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Whether nothing but spaces stands between two brackets.
+    /// Whether there are only spaces between two brackets.
     fn is_blank(&self, open: Span, close: Span) -> bool {
         self.text_of(Span { start: open.end, end: close.start, ..open }).trim().is_empty()
     }

@@ -1,5 +1,5 @@
-//! The rules of an expression about neighbouring operators: which are refused, and which are
-//! doubtful without parentheses.
+//! The rules for neighbouring operators of an expression: which are refused, and which cause a
+//! warning if they have no parentheses.
 //!
 //! Called by `expression_parser`, once for each operator with two operands. A warning shows how the
 //! expression is read.
@@ -8,8 +8,7 @@ use super::expression::{Binary, Unary};
 use super::finding::{Code, Finding};
 use super::span::Span;
 
-/// An operand that is complete: its place, and its operator if it stands
-/// without parentheses.
+/// A complete operand: its place, and its outermost operator, unless the operand is in parentheses.
 #[derive(Clone, Copy)]
 pub(super) struct Term {
     pub span: Span,
@@ -35,7 +34,7 @@ pub(super) struct Said {
 }
 
 impl Said {
-    /// The finding for operators that may not stand side by side; `text` gives the text of a place.
+    /// The finding for operators that must not be neighbours; `text` returns the text of a place.
     pub(super) fn mistake<'t>(&self, text: &impl Fn(Span) -> &'t str) -> Option<Finding> {
         let sign = self.operator.sign();
         let whole = self.left.span.to(self.right.span);
@@ -61,7 +60,7 @@ impl Said {
         None
     }
 
-    /// The warning for operators that are easily read otherwise.
+    /// The warning for operators that are easily misread.
     pub(super) fn warning<'t>(&self, text: &impl Fn(Span) -> &'t str) -> Option<Finding> {
         let doubtful = |operand: Term| match operand.root {
             Root::Binary(inner) if is_doubtful(self.operator, inner) => Some(inner),
@@ -84,8 +83,8 @@ impl Said {
     }
 }
 
-/// Whether an operator with an operand of another operator, which binds tighter, is easily read
-/// otherwise.
+/// Whether two operators are easily misread without parentheses. `inner` binds tighter, and is the
+/// operator of an operand of `outer`.
 fn is_doubtful(outer: Binary, inner: Binary) -> bool {
     let is_sum = |operator| matches!(operator, Binary::Add | Binary::Subtract);
     (outer.is_bitwise() && (inner.is_compare() || (inner.is_bitwise() && inner != outer)))

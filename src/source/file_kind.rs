@@ -1,12 +1,12 @@
-//! Tells ladder files, controller files and test files apart, by the tables in the text.
+//! Distinguishes ladder files, controller files and test files, by their tables.
 //!
-//! Called before the reader of either kind is chosen. It does not check keys; the readers do.
+//! Called to choose the reader of a file. It does not check keys; the readers do.
 
 use super::finding::{Code, Finding};
 use super::reader::{self, Table};
 use super::span::{FileId, Span};
 
-/// What the name of a file of the library begins with: `lib:pid`.
+/// The prefix in the names of the library's files: `lib:pid`.
 pub(crate) const LIBRARY: &str = "lib:";
 
 /// Whether a text is a controller file rather than a ladder file. `false` if it is not TOML.
@@ -26,13 +26,14 @@ pub(crate) fn ladder_place(source: &str, file: FileId) -> Option<Span> {
     reader::document(source, file, place).0.flatten()
 }
 
-/// The finding about a test file where another kind of file is wanted; `None` if it is no test
-/// file.
+/// The finding about a test file in the place of a different kind of file; `None` if the text is
+/// not a test file.
 pub(crate) fn of_test(source: &str, file: FileId, wanted: &str) -> Option<Finding> {
     reader::document(source, file, |root| of_test_root(&root, wanted)).0.flatten()
 }
 
-/// Whether a text is a file of rungd: it has a table of one kind, or it is broken and could be one.
+/// Whether a text may be a file of rungd: it has a table of such a file, or it is so broken that no
+/// table of it can be read.
 pub(crate) fn may_be_of_rungd(source: &str) -> bool {
     let of_root = |root: Table<'_>| {
         let is_own = has_keys(|key| root.has(key), |key| root.has_table(key));
@@ -42,15 +43,15 @@ pub(crate) fn may_be_of_rungd(source: &str) -> bool {
     of_root.is_none_or(|(is_own, is_empty)| is_own || is_empty && !broken.is_empty())
 }
 
-/// As [`may_be_of_rungd`], by the keys of the root: whether it has one, and whether that is a
-/// table.
+/// Whether the root has a table of a file of rungd. `has` is whether the root has a key;
+/// `has_table`, whether the key is a table.
 pub(crate) fn has_keys(has: impl Fn(&str) -> bool, has_table: impl Fn(&str) -> bool) -> bool {
     let keys = ["program", "task", "template", "always", "scenario", "random", "prove"];
     let is_ladder = ["tags", "ladder"].iter().any(|key| has_table(key));
     is_ladder || keys.iter().any(|key| has(key)) || has_controller_keys(&has, has_table("ladder"))
 }
 
-/// As [`of_test`].
+/// As [`of_test`], for a file that is already parsed.
 pub(super) fn of_test_root(root: &Table<'_>, wanted: &str) -> Option<Finding> {
     let is_ladder = ["program", "task", "tags", "template"].iter().any(|key| root.has(key));
     let keys = ["always", "scenario", "random", "prove"];
@@ -62,14 +63,13 @@ pub(super) fn of_test_root(root: &Table<'_>, wanted: &str) -> Option<Finding> {
     Some(finding.help("`rungd test` runs it, and says its mistakes"))
 }
 
-/// Whether `ladder` is not a table, or the file has tables of a controller file and none of a
-/// ladder file.
+/// Whether the root is of a controller file: `ladder` is not a table, or, without `ladder`, it has
+/// tables of a controller file and none of a ladder file.
 pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
     has_controller_keys(|key| root.has(key), root.has_table("ladder"))
 }
 
-/// As [`is_controller_root`], by the keys of the root: whether it has one, and whether its `ladder`
-/// is a table.
+/// As [`is_controller_root`], from the keys of the root. `has` is whether the root has a key.
 pub(crate) fn has_controller_keys(has: impl Fn(&str) -> bool, ladder_is_table: bool) -> bool {
     let ladder_file = ["program", "task", "tags"].iter().any(|key| has(key));
     let controller = [

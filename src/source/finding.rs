@@ -1,11 +1,11 @@
 //! Findings as data: errors and warnings about a file.
 //!
 //! Made by the readers, the resolver and the checks; printed by `render`. A finding reports a
-//! mistake of the file's author; later findings are still collected after it. Faults at run time
-//! and failures of the environment have other types, in other modules.
+//! mistake of the file's author; the search for further findings continues after it. Faults at run
+//! time and failures of the environment have their own types, in different modules.
 //!
-//! A finding is small for every file: its texts are bounded here, and the nearest known name is
-//! searched only when the finding is shown.
+//! A finding is small, whatever the file contains: its texts are bounded here, and the search for
+//! the nearest known name runs only when the finding is shown.
 
 use std::borrow::Cow;
 
@@ -25,7 +25,7 @@ pub enum Severity {
 /// One finding.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Which, by its stable name.
+    /// The kind of finding, with its stable name.
     pub code: Code,
     /// Its place.
     pub(crate) span: Span,
@@ -35,7 +35,7 @@ pub struct Finding {
     pub(crate) label: String,
     /// Related places, each with a few words.
     pub(crate) related: Vec<(Span, String)>,
-    /// What to write instead, ready to paste.
+    /// The text to write instead, ready to paste.
     help: Option<String>,
     /// For an unknown name: the nearest known name replaces the help, if there is one.
     near: Option<Box<Near>>,
@@ -58,19 +58,19 @@ impl Finding {
         }
     }
 
-    /// The words under the place.
+    /// Sets the words under the place.
     pub fn label(mut self, label: impl Into<String>) -> Finding {
         self.label = bounded_line(label.into());
         self
     }
 
-    /// What to write instead.
+    /// Sets the help: what to write instead.
     pub(crate) fn help(mut self, help: impl Into<String>) -> Finding {
         self.help = Some(bounded(help.into()));
         self
     }
 
-    /// Replaces the help to declare a name, if it has this help.
+    /// Replaces the help, if that is to declare a name.
     pub(crate) fn declared_as(self, help: impl FnOnce() -> String) -> Finding {
         match self.help.as_deref().is_some_and(|help| help.starts_with("declare it under")) {
             true => self.help(help()),
@@ -78,7 +78,7 @@ impl Finding {
         }
     }
 
-    /// Searches the known names for one near to `name`; if there is one, it replaces the help.
+    /// If one of the known names is near to `name`, it replaces the help.
     pub(crate) fn near(mut self, name: &str, known: &KnownNames) -> Finding {
         self.near = Some(Box::new(Near::new(name, known)));
         self
@@ -90,7 +90,7 @@ impl Finding {
         self
     }
 
-    /// As [`Finding::near`], if one of these names is near; else what was near before.
+    /// As [`Finding::near`], if one of these names is near; otherwise changes nothing.
     pub(crate) fn near_first(self, name: &str, known: &KnownNames) -> Finding {
         match Near::new(name, known).help() {
             Some(_) => self.near(name, known),
@@ -98,7 +98,8 @@ impl Finding {
         }
     }
 
-    /// What to write instead. Searches the nearest name now, so call it for shown findings only.
+    /// The help: what to write instead. Searches for the nearest name, so call it only for findings
+    /// that are shown.
     pub(crate) fn help_text(&self) -> Option<Cow<'_, str>> {
         let near = self.near.as_ref().and_then(|near| near.help()).map(Cow::Owned);
         near.or_else(|| self.help.as_deref().map(Cow::Borrowed))
@@ -112,7 +113,7 @@ impl Finding {
         self
     }
 
-    /// Changes its words.
+    /// Changes its message, its label and its help.
     pub(crate) fn reword(&mut self, change: impl Fn(&str) -> String) {
         let texts = [&mut self.message, &mut self.label].into_iter().chain(&mut self.help);
         texts.for_each(|text| *text = change(text));
@@ -132,7 +133,7 @@ impl Finding {
 /// One row of the table of findings.
 #[derive(Debug)]
 pub struct FindingRow {
-    /// Which.
+    /// The finding's code.
     pub code: Code,
     /// The stable kebab-case name.
     pub name: &'static str,

@@ -1,12 +1,12 @@
-//! `out-of-place`: a header must follow its parent. Called by the reader, once a file.
+//! `out-of-place`: a header must follow its parent. Called by the reader, once per file.
 //!
 //! TOML adds `[[program.stage.rung]]` to the last `[[program.stage]]` of the last `[[program]]`,
-//! even if other headers stand between. A reader of a ladder reads from top to bottom. So each
-//! header here closes every table but its own parents; a header whose parent is closed is a
-//! finding.
+//! even if there are other headers between them. A person reads a ladder from top to bottom.
+//! Therefore each header of a ladder closes all tables except its own parents; a header whose
+//! parent is closed is a finding.
 //!
 //! The parser sorts tables by name; their places restore the order of the file.
-// `_` stands for what TOML allows and a ladder does not; the enum is the parser's.
+// `_` matches the values that TOML allows and a ladder does not; the enum is the parser's.
 #![allow(clippy::wildcard_enum_match_arm)]
 
 use std::ops::Range;
@@ -18,13 +18,14 @@ use super::doc::Doc;
 use super::finding::{Code, Finding};
 use super::span::Span;
 
-/// A header, or the place of a missing one.
+/// A header, or the place at which a header is missing.
 struct Header<'a> {
     path: Vec<&'a str>,
     span: Span,
-    /// Number of leading parts of the path that are tables of an array; a header can close these.
+    /// Length of the leading part of the path that ends with a table of an array; a header can
+    /// close such tables.
     arrays: usize,
-    /// Length of the leading part of the path that should be an array of tables and has no header.
+    /// Length of the leading part of the path that should be an array of tables but has no header.
     headless: Option<usize>,
 }
 
@@ -138,7 +139,7 @@ fn collect<'a>(
     headers: &mut Vec<Header<'a>>,
 ) {
     for (key, value) in table {
-        // Most keys are no tables, and need no path.
+        // Most keys are not tables, and need no path.
         let path = || parent.path.iter().copied().chain([&**key.get_ref()]).collect::<Vec<_>>();
         match value.get_ref() {
             DeValue::Table(below) => {
@@ -212,7 +213,7 @@ fn out_of_place(header: &Header<'_>, before: &Header<'_>) -> Finding {
     }
 }
 
-/// The deepest open table in which the last part of the header may stand.
+/// The deepest open table that may contain the last part of the header.
 fn meant(header: &Header<'_>, before: &Header<'_>) -> Option<String> {
     let last = *header.path.last()?;
     let (_, parents) = PARENTS.iter().find(|(name, _)| *name == last)?;

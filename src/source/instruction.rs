@@ -20,7 +20,7 @@ pub struct Instruction {
     pub(crate) mnemonic: Located<String>,
     /// The other words.
     pub(crate) operands: Vec<Operand>,
-    /// The text behind `MATH`, which has no words.
+    /// The text behind `MATH`, which is not split into words.
     pub(crate) formula: Option<Formula>,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct Operand {
 }
 
 /// Parses the text of an instruction; `span` is the place of the whole text. Adds every mistake to
-/// `findings`; returns `None` if there is one.
+/// `findings`; returns `None` if there is a mistake.
 pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Instruction> {
     let all = words(text);
     let Some((&(at, mnemonic), behind)) = all.split_first() else {
@@ -70,7 +70,7 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
     whole.then_some(Instruction { span, mnemonic, operands, formula: None })
 }
 
-/// Parses the text behind `MATH`, which stands at `mnemonic`.
+/// Parses the text behind `MATH`; `mnemonic` is the place of the word `MATH`.
 fn formula(text: &str, mnemonic: Span, span: Span, findings: &mut Vec<Finding>) -> Option<Formula> {
     let behind = (mnemonic.end - span.start) as usize;
     let rest = &text[behind..];
@@ -78,7 +78,8 @@ fn formula(text: &str, mnemonic: Span, span: Span, findings: &mut Vec<Finding>) 
     parse_formula(rest, place, findings)
 }
 
-/// `to=D0` for the word `=` of `to = D0`, or for the part of it that has the `=`.
+/// The operand of several words without its spaces: `to=D0` for `to = D0`, `to= D0` and `to =D0`.
+/// `number` is the index of the word with the `=`.
 fn joined(words: &[(usize, &str)], number: usize) -> Option<String> {
     let word = words[number].1;
     let key = if word.starts_with('=') { words.get(number.checked_sub(1)?)?.1 } else { "" };
@@ -156,7 +157,7 @@ fn is_element(word: &str) -> bool {
     }
 }
 
-/// The help for `N3,0`: of a Sensaphone counter, the number stands behind a comma too.
+/// The help for `N3,0`: the number of a Sensaphone counter is also written behind a comma.
 fn sensaphone_help(word: &str) -> Option<String> {
     let word = word.split_once('=').map_or(word, |(_, value)| value);
     let (number, element) = word.strip_prefix(['N', 'n'])?.split_once(',')?;

@@ -1,18 +1,18 @@
 //! Findings about instructions in the form of other languages: `D0 = 5`, `MOVE 3 to D0`.
 //!
-//! Called by `instruction`, before it splits the operands. Each help can be written as it stands,
-//! with the author's own operands.
+//! Called by `instruction`, before it splits the operands. Each help shows text that can be pasted
+//! as it is, with the author's own operands.
 
 use super::finding::{Code, Finding};
 use super::span::Span;
 use crate::isa::{Address, MemorySizes, Mnemonic, address_text};
 
-/// The finding for an instruction in another form, if it is one.
+/// The finding for an instruction in the form of a different language; `None` for any other text.
 pub(super) fn other_form(text: &str, words: &[(usize, &str)], span: Span) -> Option<Finding> {
     assignment(text, span).or_else(|| keys_alone(words, span))
 }
 
-/// `D0 = 5`, `LET D0=5`, `OUT Y0 = 1`.
+/// The finding for an assignment: `D0 = 5`, `LET D0=5`, `OUT Y0 = 1`.
 fn assignment(text: &str, span: Span) -> Option<Finding> {
     let (left, right) = text.split_once('=')?;
     let (left, right) = (left.trim_end_matches(':'), right.trim());
@@ -34,7 +34,7 @@ fn assignment(text: &str, span: Span) -> Option<Finding> {
     Some(finding.help(assigned(&verb, target, right)))
 }
 
-/// The instruction for an assignment.
+/// The help for an assignment: the instruction to write instead.
 fn assigned(verb: &str, target: &str, right: &str) -> String {
     let address = address_text::parse(target, &MemorySizes::default()).ok();
     let is_word = matches!(address, Some(Address::Word(_)));
@@ -57,7 +57,7 @@ fn has_key(mnemonic: Mnemonic, word: &str) -> bool {
     mnemonic.spec().operands.iter().any(|row| row.key == Some(word))
 }
 
-/// `MOVE 3 to D0`: keys that stand as words of their own.
+/// The finding for keys that are words of their own: `MOVE 3 to D0`.
 fn keys_alone(words: &[(usize, &str)], span: Span) -> Option<Finding> {
     let (_, name) = words.first()?;
     let mnemonic = Mnemonic::from_name(&name.to_ascii_uppercase())?;

@@ -1,7 +1,7 @@
-//! A key of a file, with its explanation. Every getter of [`super::table::Table`] takes one.
+//! A key of a file, with its explanation. The getters of [`super::table::Table`] receive a [`Key`].
 //!
 //! [`super::shape`] collects the keys by reading an empty table. `rungd schema` makes a JSON Schema
-//! of them, so that editors show the explanation of a key.
+//! from them, so that editors show the explanation of a key.
 
 /// A key and its explanation.
 #[derive(Clone, Copy, Debug)]
@@ -21,9 +21,9 @@ pub enum KeyLimit {
     None,
     /// The value must match this JSON Schema.
     Schema(&'static str),
-    /// One of these words.
+    /// The value is one of these words.
     Words(fn() -> Vec<&'static str>),
-    /// Every value is refused: the reader knows the key only for its finding.
+    /// Every value is refused: the reader accepts the key only to make a specific finding.
     Refused,
 }
 
@@ -57,7 +57,7 @@ impl Key {
     }
 }
 
-/// The words of a table of named things.
+/// The names in a table of named values.
 pub fn words<T>(named: &[(&'static str, T)]) -> Vec<&'static str> {
     named.iter().map(|(word, _)| *word).collect()
 }

@@ -19,7 +19,8 @@ pub(crate) use super::tag::Tag;
 use super::template;
 pub(crate) use super::template::{Parameter, Template};
 
-/// One ladder file. Its rungs are plain, or as written: rungs and uses of templates.
+/// One ladder file. `R` is the type of its rungs: plain rungs (`Rung`), or rungs and uses of
+/// templates as written (`Entry`).
 #[derive(Clone, Debug)]
 pub struct Ladder<R = Rung> {
     /// `[ladder] name`.
@@ -38,7 +39,7 @@ pub struct Ladder<R = Rung> {
     pub blocks: Vec<Block<R>>,
     /// Templates, in file order.
     pub templates: Vec<Template>,
-    /// What is missing, if the file is not TOML as a whole.
+    /// The missing parts, if the file is not completely TOML.
     pub lost: Option<LostText>,
 }
 
@@ -79,7 +80,7 @@ pub struct Block<R = Rung> {
     pub doc: Option<String>,
     /// `autostart`, of a Program.
     pub autostart: Option<Located<bool>>,
-    /// `use`: the template whose rungs and stages are its own.
+    /// `use`: the template that gives the block its rungs and stages.
     pub body: Option<Use>,
     /// Its own rungs.
     pub rungs: Vec<R>,
@@ -89,8 +90,8 @@ pub struct Block<R = Rung> {
 
 const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
 
-/// Reads a ladder file, one of those that share the `Room` of a load. The ladder is `None` if the
-/// text is not TOML, or a controller file.
+/// Reads a ladder file. All files of a load share one `Room`. The ladder is `None` if the text
+/// cannot be read, or may be a different kind of file.
 pub fn read(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder<Entry>>, Vec<Finding>) {
     let (ladder, findings) = reader::document_within(room, source, file, |mut root| {
         if let Some(finding) = file_kind::of_test_root(&root, "a ladder file") {
@@ -110,7 +111,7 @@ pub fn read(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder<Entry
     (ladder.flatten(), findings)
 }
 
-/// Whether a file that is not whole may be of a different kind.
+/// Whether a file with missing parts may be of a different kind.
 fn is_unclear(root: &Table<'_>) -> bool {
     let own = ["ladder", "tags", "program", "task", "template"];
     root.doc().lost().is_some() && !own.iter().any(|key| root.has(key))

@@ -1,8 +1,8 @@
-//! What is missing in files that are not whole TOML, and the findings that may follow from it.
+//! The missing parts of files that are not completely TOML, and the findings that they may cause.
 //!
-//! [`super::mend`] makes a [`LostText`] of each file. The reader and the loads hand it on to
-//! [`LostTexts`], which drops the findings that may only be about what is missing: a wrong finding
-//! while a person types is worse than a finding that comes a moment later.
+//! [`super::mend`] makes a [`LostText`] for each file. The reader and the loads pass it to
+//! [`LostTexts`], which drops the findings that may only be caused by missing parts. A wrong
+//! finding while a person types is worse than a finding that appears a moment later.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -13,21 +13,21 @@ use super::rests_on::RestsOn;
 use super::span::FileId;
 use super::statements::plain_key;
 
-/// What is missing in one file.
+/// The missing parts of one file.
 #[derive(Clone, Debug, Default)]
 pub struct LostText {
-    /// The tables that lost something, in order.
+    /// The tables with missing parts, in order.
     tables: Vec<TableRange>,
-    /// The same, each with all tables of its block or device.
+    /// The same tables, each extended to all tables of its block or device.
     groups: Vec<TableRange>,
-    /// All words of the text that is lost: any may declare a name.
+    /// All words of the lost text: each of them may declare a name.
     words: HashSet<String>,
-    /// Whether a name may be declared there that is not one of these words.
+    /// Whether the lost text may declare a name that is not one of these words.
     hides_names: bool,
 }
 
 impl LostText {
-    /// Of the lost places of a text.
+    /// The missing parts of a text; `places` are their places.
     pub(super) fn of(tables: &LostTables, source: &str, places: &[Range<usize>]) -> LostText {
         let (groups, words) = (tables.lossy_groups(), HashSet::new());
         let mut lost = LostText { tables: tables.lossy(), groups, words, hides_names: false };
@@ -38,7 +38,8 @@ impl LostText {
         }
         // A name, or the template that makes a table a use, may be cut in the middle.
         lost.hides_names |= ["name", "use"].iter().any(|key| lost.words.contains(*key));
-        // A part of a plant, say, is not declared if its kind is lost.
+        // A table with missing parts may not declare its name: a part of a plant without its kind,
+        // for example.
         for place in tables.lossy_names() {
             lost.add_words(&source[place.start as usize..place.end as usize]);
         }
@@ -52,18 +53,18 @@ impl LostText {
         }
     }
 
-    /// A header is lost, with all that it may declare.
+    /// Records that a header is lost, with all names that its table may declare.
     pub(super) fn lose_header(&mut self) {
         self.hides_names = true;
     }
 
-    /// Whether any name may be declared in the text that is lost.
+    /// Whether the lost text may declare any name.
     pub(super) fn hides_names(&self) -> bool {
         self.hides_names
     }
 
-    /// Whether a name may be declared in the text that is lost, perhaps with a character changed:
-    /// then its longer half is a word there.
+    /// Whether the lost text may declare a name, perhaps with one changed character. In that case,
+    /// the longer half of the name is a word of the lost text.
     fn may_declare(&self, name: &str) -> bool {
         let half = name.len().saturating_sub(1) / 2;
         let longer = (half.max(1)..=name.len()).filter(|at| name.is_char_boundary(*at));
@@ -75,10 +76,10 @@ impl LostText {
     }
 }
 
-/// Whether the key of a lost statement, or the element of an array, is known.
+/// Whether a lost text begins with a readable key, or is the element of an array.
 fn is_readable(text: &str) -> bool {
     let text = text.trim_start();
-    // With a bracket that nothing opens, the end of the key may be lost too.
+    // If a `}` has no `{`, the end of the key may be lost too.
     let is_cut = text.matches('}').count() > text.matches('{').count();
     text.starts_with(['{', '"']) || plain_key(text).is_some() && !is_cut
 }
@@ -93,7 +94,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(is_apart).filter(|word| !word.is_empty())
 }
 
-/// What is missing in the files of a load.
+/// The missing parts of the files of a load.
 #[derive(Clone, Debug, Default)]
 pub struct LostTexts {
     files: Vec<(FileId, LostText)>,
@@ -110,7 +111,8 @@ impl LostTexts {
     /// Adds a controller file or a test file.
     pub fn add_settings(&mut self, file: FileId, lost: Option<LostText>) {
         self.settings |= lost.is_some();
-        // The name of a ladder file may be lost, and all that it declares.
+        // The name of a ladder file may be lost, and with it all names that the ladder file
+        // declares.
         self.add(
             file,
             lost.map(|lost| LostText {
@@ -120,7 +122,7 @@ impl LostTexts {
         );
     }
 
-    /// Adds the files of another part of the load.
+    /// Adds the files of a different part of the load.
     pub fn add_all(&mut self, others: &LostTexts) {
         self.settings |= others.settings;
         self.files.extend(others.files.iter().cloned());
@@ -131,7 +133,8 @@ impl LostTexts {
         self.files.is_empty()
     }
 
-    /// Keeps the findings that are right, whatever is missing. Their places are in files.
+    /// Keeps only the findings that are right whatever the missing parts contain. Needs findings
+    /// whose places are in files.
     pub fn keep_sure(&self, findings: &mut Vec<Finding>) {
         if !self.files.is_empty() {
             findings.retain(|finding| self.is_sure(finding));
@@ -160,19 +163,19 @@ impl LostTexts {
         self.files.iter().any(|(_, lost)| lost.may_declare(name))
     }
 
-    /// Whether the place of a finding lies in none of these tables of its file.
+    /// Whether the place of a finding lies in none of the `lossy` tables of its file.
     fn has_whole(&self, finding: &Finding, lossy: fn(&LostText) -> &[TableRange]) -> bool {
         let place = finding.span;
         let mut of_file = self.files.iter().filter(|(file, _)| *file == place.file);
         !of_file.any(|(_, lost)| has_at(lossy(lost), place.start))
     }
 
-    /// Whether none of a finding's names can be declared in what is lost.
+    /// Whether the lost texts can declare none of a finding's names.
     fn has_names(&self, finding: &Finding) -> bool {
         if self.files.iter().any(|(_, lost)| lost.hides_names) {
             return false;
         }
-        // A long name is not in a message as a whole.
+        // A message contains only a part of a long name.
         let mut quoted = finding.message.split('`').skip(1).step_by(2);
         !finding.message.contains('…')
             && !quoted.any(|name| words(name).any(|word| self.may_declare(word)))

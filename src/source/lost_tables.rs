@@ -1,6 +1,6 @@
-//! The tables of a text by their headers, and those of them that lost something.
+//! The tables of a text, with their headers, and whether they have missing parts.
 //!
-//! [`super::mend`] fills it in the order of the file, for [`super::lost`].
+//! [`super::mend`] adds the tables in the order of the file; [`super::lost`] uses the result.
 
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ struct TableState {
     depth: usize,
     /// Whether it is an entry of a list.
     is_list: bool,
-    /// The table above it.
+    /// The index of the table above it.
     above: usize,
     is_lossy: bool,
     /// Its header, and the value of its `name`.
@@ -34,13 +34,13 @@ struct TableState {
 }
 
 impl LostTables {
-    /// With the root.
+    /// The root table only, for a text of `end` bytes.
     pub fn of(end: usize) -> LostTables {
         let range = 0..end as u32;
         LostTables { all: vec![TableState::new(range, 0, true)], end }
     }
 
-    /// A table begins with its header.
+    /// Begins a table with its header.
     pub fn begin(&mut self, header: &Range<usize>, depth: usize, is_list: bool) {
         let (above, start) = (self.open_above(depth), header.start as u32);
         if let Some(last) = self.all.last_mut() {
@@ -51,14 +51,14 @@ impl LostTables {
         self.name(header);
     }
 
-    /// The newest table has a name.
+    /// Adds the place of a name to the newest table.
     pub fn name(&mut self, place: &Range<usize>) {
         if let Some(last) = self.all.last_mut() {
             last.names.push(place.start as u32..place.end as u32);
         }
     }
 
-    /// The newest table whose name has fewer parts.
+    /// The newest table whose name has fewer than `depth` parts.
     fn open_above(&self, depth: usize) -> usize {
         let mut at = self.all.len() - 1;
         while self.all[at].depth >= depth && at > 0 {
@@ -67,19 +67,19 @@ impl LostTables {
         at
     }
 
-    /// The newest table loses something, and so does the table that it is a part of.
+    /// Marks the newest table as lossy, and the table that it is a part of.
     pub fn lose(&mut self) {
         self.lose_in(self.all.len() - 1);
     }
 
-    /// A table with so many parts of its name is lost.
+    /// Marks the parent of a lost table as lossy; the lost table's name has `depth` parts.
     pub fn lose_below(&mut self, depth: usize) {
         self.lose_in(self.open_above(depth));
     }
 
     fn lose_in(&mut self, mut at: usize) {
         while !std::mem::replace(&mut self.all[at].is_lossy, true) {
-            // A list's entry and a table of the root stand by themselves.
+            // An entry of a list and a table of the root are not parts of a different table.
             if self.all[at].is_list || self.all[at].depth <= 1 {
                 break;
             }
@@ -87,18 +87,18 @@ impl LostTables {
         }
     }
 
-    /// The tables that lost something.
+    /// The tables with missing parts.
     pub fn lossy(&self) -> Vec<TableRange> {
         let lossy = self.all.iter().filter(|table| table.is_lossy);
         lossy.map(|table| table.range.clone()).collect()
     }
 
-    /// The places of their headers and names.
+    /// The places of the headers and names of the tables with missing parts.
     pub fn lossy_names(&self) -> impl Iterator<Item = &TableRange> {
         self.all.iter().filter(|table| table.is_lossy).flat_map(|table| &table.names)
     }
 
-    /// The tables that lost something, each with all tables of its block or device.
+    /// The tables with missing parts, each extended to all tables of its block or device.
     pub fn lossy_groups(&self) -> Vec<TableRange> {
         let mut groups: Vec<(TableRange, bool)> = Vec::new();
         for table in &self.all {

@@ -1,9 +1,9 @@
-//! Replaces what is not TOML in a text by spaces, so that the rest can be read.
+//! Replaces the parts of a text that are not TOML by spaces, so that the rest can be read.
 //!
-//! Called by the reader for a file with errors of syntax: an editor wants findings while a person
-//! types. What stays keeps its place, and [`LostText`] says what is missing. Below a header that
-//! cannot be read nothing stays, because it would join a different table. Never adds anything: a
-//! value that is not closed is lost. Makes no findings.
+//! Called by the reader for a file with syntax errors, so that an editor shows findings while a
+//! person types. The rest keeps its place, and [`LostText`] lists the missing parts. All text below
+//! a header that cannot be read is replaced too, because it would join a different table. This
+//! module never adds text: a value that is not closed is lost. It makes no findings.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -17,10 +17,11 @@ use super::statements::{
 };
 use crate::progress::Progress;
 
-/// How often a text is parsed: statements may contradict each other, as two keys of one name.
+/// Maximum number of times that a text is parsed. Each time, statements may contradict each other:
+/// two keys of the same name, for example.
 const ROUNDS_MAX: usize = 4;
 
-/// A text that is TOML, and what it lacks.
+/// The text without its broken parts, which is TOML, and its missing parts.
 pub(super) struct MendedText {
     pub text: String,
     pub lost: LostText,
@@ -28,8 +29,8 @@ pub(super) struct MendedText {
     pub errors: Vec<Error>,
 }
 
-/// Mends a text in which the parser found these errors; `None` if it cannot be mended, or if the
-/// load is to end.
+/// Mends a text in which the parser found the errors `found`; `None` if the text cannot be mended,
+/// or if the load must end.
 pub(super) fn mend(source: &str, found: &[Error], progress: &Progress) -> Option<MendedText> {
     let statements = statements(source);
     let lost = vec![false; statements.len()];
@@ -73,7 +74,7 @@ fn headers_of(statements: &[Statement]) -> Vec<Option<usize>> {
 struct Mending<'a> {
     source: &'a str,
     statements: Vec<Statement>,
-    /// For each statement: the header that it stands under.
+    /// For each statement: the header above it.
     headers: Vec<Option<usize>>,
     /// For each statement: whether it is lost as a whole.
     lost: Vec<bool>,
@@ -84,7 +85,7 @@ struct Mending<'a> {
 }
 
 impl Mending<'_> {
-    /// Drops the statements that are no TOML by themselves.
+    /// Drops the statements that are not TOML by themselves.
     fn drop_broken(&mut self) {
         for at in 0..self.statements.len() {
             let statement = &self.statements[at];
@@ -111,19 +112,21 @@ impl Mending<'_> {
         self.contradictions.insert(place);
         let Some(at) = self.statement_at(place).filter(|at| !self.lost[*at]) else { return };
         if let Some(depth) = self.statements[at].header {
-            // Mostly the header of the table above is missing: what follows belongs to that.
+            // Usually the header of the table above is missing, and the following statements belong
+            // to it.
             let above = if depth > 1 { depth - 1 } else { depth };
             return self.drop_tables(at, above);
         }
         if !self.headers[at].is_some_and(|header| self.is_list(header)) {
             return self.drop_one(at);
         }
-        // Mostly the header of the next list entry is missing, before this key.
+        // Usually the header of the next list entry is missing, before this key.
         let keys = self.statements[at..].iter().take_while(|of| of.header.is_none()).count();
         (at..at + keys).for_each(|at| self.drop_one(at));
     }
 
-    /// Drops a header with its keys, and what follows it up to a header of at most this depth.
+    /// Drops a header with its keys, and all statements up to the next header of at most this
+    /// depth.
     fn drop_tables(&mut self, header: usize, depth: usize) {
         self.drop_one(header);
         let below = |of: &&Statement| of.header.is_none_or(|of| of > depth);
@@ -142,7 +145,7 @@ impl Mending<'_> {
         }
     }
 
-    /// The text with spaces instead of what is lost. Line ends stay.
+    /// The text with spaces instead of the lost parts. Line ends are kept.
     fn text(&self) -> String {
         let mut bytes = self.source.as_bytes().to_vec();
         for place in &self.places {
@@ -182,8 +185,8 @@ impl Mending<'_> {
         lost
     }
 
-    /// The errors without those that follow from a broken statement further up: they are about a
-    /// statement that is TOML by itself, and contradicts no other.
+    /// The errors without those that follow from a broken statement further up. Such an error is
+    /// about a statement that is TOML by itself and contradicts no other statement.
     fn causes(&self, errors: &[Error]) -> Vec<Error> {
         let mut sorted: Vec<&Error> = errors.iter().collect();
         sorted.sort_by_key(|error| place_of(error));
@@ -247,7 +250,7 @@ fn broken_elements(source: &str, array: &Range<usize>) -> Option<Vec<Range<usize
     (!broken.is_empty() && is_toml(&rest)).then_some(broken)
 }
 
-/// The next line that begins with a table, behind the one at `start`.
+/// The start of the next line that begins with a table, behind the line at `start`.
 fn next_element(text: &str, start: usize) -> usize {
     let mut at = start;
     for (number, line) in text[start..].split_inclusive('\n').enumerate() {
@@ -267,7 +270,7 @@ fn is_element(text: &str) -> bool {
 mod tests {
     use super::*;
 
-    /// What stays of each line.
+    /// Checks the text that is kept of each line.
     fn check(source: &str, expected: &str) {
         let mended = mend(source, &[], &Progress::default()).expect("it can be mended");
         assert_eq!(mended.text.len(), source.len());

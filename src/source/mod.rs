@@ -1,9 +1,9 @@
-//! Reads TOML files into the structures that their author wrote, with the place of every part. The
-//! only module that knows TOML; it knows no addresses and no instructions.
+//! Reads TOML files into the structures that their author wrote, with the place of every part. This
+//! is the only module that handles TOML. It resolves no addresses and no instructions.
 //!
-//! [`ladder::read`] and `controller::read` take the text of one file. The resolver takes the first
-//! result, `controller` the second. Both return findings as well, and [`render`] turns findings
-//! into text.
+//! [`ladder::read`] and `controller::read` read the text of one file. The resolver uses the result
+//! of `ladder::read`, and `controller` that of `controller::read`. Both functions also return
+//! findings, which [`render`] prints as text.
 
 pub(crate) mod atom;
 pub(crate) mod contact;

@@ -1,9 +1,9 @@
 //! Finds the known name nearest to a mistyped one, for the help of a finding.
 //!
 //! The distance is the number of single-letter slips (a letter added, dropped or replaced, or two
-//! letters swapped); case does not count. A search among thousands of names takes long, and a file
-//! may hold thousands of unknown names. Therefore a finding keeps a [`Near`], and the search runs
-//! only when its help is shown.
+//! letters swapped); case is ignored. A search among thousands of names takes long, and a file may
+//! hold thousands of unknown names. Therefore a finding keeps a [`Near`], and the search runs only
+//! when its help is shown.
 
 use std::fmt;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ const COMPARED_MAX: usize = 64;
 pub struct KnownNames(Arc<[Box<str>]>);
 
 impl KnownNames {
-    /// Sorts the names: of two equally near names, the first is offered.
+    /// Sorts the names. If two names are equally near, the first one is offered.
     pub fn new<'a>(names: impl IntoIterator<Item = &'a str>) -> KnownNames {
         let mut names: Vec<Box<str>> = names.into_iter().map(Box::from).collect();
         names.sort_unstable();
@@ -36,7 +36,7 @@ impl KnownNames {
         self.iter().skip(first).take_while(move |name| name.starts_with(text))
     }
 
-    /// At most this number of names: those next to `name` in the order.
+    /// The names next to `name` in the order, at most `at_most`.
     fn around(&self, name: &str, at_most: usize) -> impl Iterator<Item = &str> {
         let place = self.0.partition_point(|known| **known < *name);
         let last = self.0.len().saturating_sub(at_most);
@@ -58,7 +58,7 @@ pub struct Near {
     name: Box<str>,
     known: KnownNames,
     searched_max: usize,
-    /// What stands before the names where they are written.
+    /// The text before a name in the help.
     before: Box<str>,
 }
 
@@ -70,13 +70,14 @@ impl Near {
         Near { name, known: known.clone(), searched_max: usize::MAX, before }
     }
 
-    /// Searches at most this number of names, those next to it in the order. A slip in a later
-    /// letter is still found among any number of names; one in the first letter is not.
+    /// Searches at most this number of names: those next to the unknown name in the order. Such a
+    /// search finds a slip in a later letter among any number of names, but not a slip in the first
+    /// letter.
     pub(crate) fn searching_at_most(self, names: usize) -> Near {
         Near { searched_max: names, ..self }
     }
 
-    /// The names are members: the help has the text before them, too (`Day.`).
+    /// For names of members: the help also has the text before a member (`Day.`).
     pub(crate) fn behind(self, before: &str) -> Near {
         Near { before: before.into(), ..self }
     }
@@ -100,7 +101,8 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     for candidate in known {
         #[cfg(test)]
         counted::CANDIDATES.with(|count| count.set(count.get() + 1));
-        // Of a hundred thousand names, most are farther than the best so far by their letters.
+        // Among a hundred thousand names, the letters alone show that most are farther than the
+        // best so far.
         if letters.slips_at_least(candidate) >= best.0 {
             continue;
         }
@@ -112,8 +114,8 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     best.1
 }
 
-/// How often a name has each letter: two names are at least as far apart as their letters are,
-/// whatever the order.
+/// How often a name has each letter. The distance of two names is at least the distance of their
+/// letters in any order.
 struct Letters([i16; 128]);
 
 impl Letters {
@@ -123,7 +125,7 @@ impl Letters {
         Letters(if name.is_ascii() { counts } else { [0; 128] })
     }
 
-    /// A lower bound of the distance; 0 for what is not plain, as no legal name is.
+    /// A lower bound of the distance; 0 if a name is empty, not ASCII or too long to be compared.
     fn slips_at_least(&self, candidate: &str) -> usize {
         let own: i16 = self.0.iter().sum();
         if own == 0 || !candidate.is_ascii() || candidate.len() > COMPARED_MAX {
@@ -157,8 +159,8 @@ fn distance(a: &str, b: &str) -> usize {
     strsim::osa_distance(a, b)
 }
 
-/// Numbers of names that this thread has looked at, and of distances that it has computed. Tests
-/// show with them which searches are left out.
+/// The number of names that this thread has compared, and of distances that it has computed. Tests
+/// use them to show which searches are skipped.
 #[cfg(test)]
 pub mod counted {
     use std::cell::Cell;

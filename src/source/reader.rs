@@ -1,8 +1,8 @@
 //! Parses a file as TOML once, keeps the place of every part, and collects its findings.
 //!
 //! Every reader of a file (the ladder's, the controller's) hands a function to [`document`]. That
-//! function gets the root [`Table`] and asks it for the keys that the reader knows. Of a file that
-//! is not TOML, the function gets what is left without the broken parts.
+//! function receives the root [`Table`] and requests from it the keys of such a file. If the file
+//! is not TOML, the function receives the file without its broken parts.
 
 use std::cell::RefCell;
 
@@ -23,8 +23,8 @@ use crate::progress::Progress;
 const FILE_BYTES_MAX: usize = 256 << 20;
 
 /// Parses a file and hands its root table to `read`. Returns the result of `read` and all findings.
-/// Of a file that is not TOML, `read` gets what is left of it ([`Doc::lost`] says what is missing);
-/// the result is `None` if nothing can be read.
+/// If the file is not TOML, `read` receives the file without its broken parts, which [`Doc::lost`]
+/// lists. The result is `None` if nothing can be read.
 pub fn document<T>(
     source: &str,
     file: FileId,
@@ -74,7 +74,7 @@ fn read_checked<T>(doc: Doc<'_>, table: &DeTable<'_>, read: impl FnOnce(Table<'_
     read(Table::root(doc, table))
 }
 
-/// Reads what is left of a file, and drops the findings that may be about what is missing.
+/// Reads a file without its broken parts, and drops the findings that the missing parts may cause.
 fn read_mended<T>(
     mended: &MendedText,
     (file, progress): (FileId, &Progress),
@@ -88,7 +88,7 @@ fn read_mended<T>(
     let mut texts = LostTexts::default();
     texts.add(file, Some(mended.lost.clone()));
     texts.keep_sure(&mut findings);
-    // The parent of a header may be lost, and the parser's errors say it then.
+    // The parent of a header may be lost. The parser's errors already report that.
     findings.retain(|finding| finding.code != Code::OutOfPlace || !mended.lost.hides_names());
     (value, findings)
 }

@@ -4,7 +4,7 @@
 //! nothing itself; without `color` the text has no escape codes.
 //!
 //! A generated file may be one line of megabytes with a finding at every place. Therefore at most
-//! `SHOWN_MAX` findings are drawn, and of a long line only an excerpt is drawn.
+//! `SHOWN_MAX` findings are drawn, and only an excerpt of a long line.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -24,19 +24,19 @@ pub struct Style {
     pub deny_warnings: bool,
 }
 
-/// Maximum number of findings shown: enough to mend at a time.
+/// Maximum number of findings shown: a person corrects no more at a time.
 const SHOWN_MAX: usize = 100;
-/// Length of a long line's text kept on each side of the places in it. It is longer than any
-/// excerpt of the drawing library, so that the library sets the ellipsis.
+/// Number of bytes of a long line that are kept on each side of the places in it. This is more than
+/// any excerpt of the drawing library, so that the library sets the ellipsis.
 const AROUND_BYTES: usize = 600;
-/// Length of a long place that is drawn.
+/// Number of bytes of a long place that are drawn.
 const PLACE_BYTES: usize = 600;
 /// Marks the end of a file's name. The drawing library adds the place within the excerpt after it;
 /// this wrong place is removed.
 const EXCERPT: char = '\u{1}';
 
-/// The findings in the order given, and a last line with their count. Of more than `SHOWN_MAX`
-/// findings the first are shown, errors before warnings.
+/// The findings in the order given, and a last line with their count. If there are more than
+/// `SHOWN_MAX`, only the first ones are shown, and warnings only if there is room after all errors.
 pub fn render(findings: &[Finding], files: &[SourceFile], style: Style) -> String {
     let renderer = if style.color { Renderer::styled() } else { Renderer::plain() };
     let mut ends = vec![0; files.len()];
@@ -116,7 +116,7 @@ fn plural(n: usize, what: &str) -> String {
 struct LineStarts(Vec<usize>);
 
 impl LineStarts {
-    /// Those up to the line that the last place stands in.
+    /// The starts up to the line with the place `end`.
     fn of(text: &str, end: usize) -> LineStarts {
         let rest = text.as_bytes().get(end..).unwrap_or_default();
         let length = rest.iter().position(|byte| *byte == b'\n').map_or(rest.len(), |at| at + 1);
@@ -159,7 +159,7 @@ fn group<'a>(
     group
 }
 
-/// From this distance to the finding's place on, a related place of the same file has its own
+/// A related place of the same file that is farther than this from the finding's place has its own
 /// snippet.
 const FAR_BYTES: u32 = 4_096;
 
@@ -221,7 +221,7 @@ fn with_unix_line_ends(excerpt: &str) -> Cow<'_, str> {
     }
 }
 
-/// A place of an excerpt, in what [`with_unix_line_ends`] makes of it.
+/// The place in the result of [`with_unix_line_ends`] for a place in the excerpt.
 fn without_returns(excerpt: &str, at: usize) -> usize {
     let before = excerpt.match_indices('\r').take_while(|(place, _)| *place < at);
     let gone = |place: usize| matches!(excerpt.as_bytes().get(place + 1), Some(b'\n') | None);
@@ -249,9 +249,9 @@ fn boundary(at: usize, text: &str) -> usize {
     (0..=at).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
 }
 
-/// The lines that the places touch, whole or, of long lines, the text around the places; the
-/// drawing library then need not read the rest of a large file. Also returns whether the front of a
-/// line was cut off.
+/// The range of the lines with the places; of a long line, only the text around the places. So the
+/// drawing library need not read the rest of a large file. Also returns whether the front of a line
+/// was cut off.
 fn window(spans: &[Range<usize>], text: &str, lines: &LineStarts) -> (Range<usize>, bool) {
     let start = spans.iter().map(|s| s.start).min().unwrap_or(0);
     let end = spans.iter().map(|s| s.end).max().unwrap_or(0);
@@ -261,8 +261,8 @@ fn window(spans: &[Range<usize>], text: &str, lines: &LineStarts) -> (Range<usiz
     (from..to, from > first.start)
 }
 
-/// A file's name with the finding's place in the whole file. The drawing library knows the excerpt
-/// only; the place that it prints is removed.
+/// A file's name with the finding's place in the whole file. The drawing library has only the
+/// excerpt; the place that it prints is removed.
 fn told(source: &SourceFile, lines: &LineStarts, spans: &[Range<usize>]) -> String {
     let start = spans.first().map_or(0, |span| span.start);
     let line = lines.bounds(start, &source.text).start;

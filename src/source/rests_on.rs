@@ -1,10 +1,10 @@
-//! What a finding rests on: whether it may be about what is missing in a file that is not whole.
+//! What a finding depends on. If that may be missing in a file, the finding may be wrong.
 //!
-//! Used by [`super::lost`]. A new finding must be given its row here.
+//! Used by [`super::lost`]. A new finding needs an entry here.
 
 use super::finding::Code;
 
-/// What must be whole for a finding to be right.
+/// The part that must be complete for a finding to be right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RestsOn {
     /// The text at its place.
@@ -13,16 +13,16 @@ pub(super) enum RestsOn {
     Names,
     /// The table at its place, and the names that it is about.
     Table,
-    /// The same, with all tables of its block or device.
+    /// All tables of the block or device at its place, and the names that it is about.
     Group,
-    /// The settings around the ladders, as the sizes of memory.
+    /// The settings around the ladders: the sizes of memory, for example.
     Settings,
-    /// All files: it says that something is nowhere.
+    /// All files: the finding states that something is in none of them.
     Everything,
 }
 
 impl Code {
-    /// What the finding rests on.
+    /// What the finding depends on.
     #[rustfmt::skip]
     pub(super) fn rests_on(self) -> RestsOn {
         use Code::*;

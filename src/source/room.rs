@@ -23,7 +23,7 @@ pub const STRING_BYTES_MAX: usize = 32 << 20;
 pub struct Room {
     tokens: usize,
     string_bytes: usize,
-    /// Of the load.
+    /// The progress of the load.
     pub(super) progress: Progress,
 }
 
@@ -34,7 +34,7 @@ impl Default for Room {
 }
 
 impl Room {
-    /// All the room, for a load.
+    /// The whole room, for a load with this progress.
     pub fn of(progress: Progress) -> Room {
         Room { tokens: TOKENS_MAX, string_bytes: STRING_BYTES_MAX, progress }
     }

@@ -1,8 +1,8 @@
-//! Rungs and uses of templates as written, and the stages that hold them.
+//! Rungs and uses of templates as written, and the stages that contain them.
 //!
 //! Called by the readers of blocks (`ladder`) and of templates (`template`). A table of a `rung`
-//! array is a rung, or a use: the rungs of a template in its place. Which template that is, and
-//! what it makes of the arguments, is the resolver's concern.
+//! array is a rung or a use. The rungs of a template take the place of a use; the resolver finds
+//! the template and applies the arguments.
 
 use super::contact::Contact;
 use super::contact_parser;
@@ -12,7 +12,8 @@ use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
 use super::reader::{Table, Text};
 use super::span::{Located, Span};
 
-/// A Stage. Its rungs are plain, or as written: rungs and uses.
+/// A Stage. `R` is the type of its rungs: plain rungs (`Rung`), or rungs and uses as written
+/// (`Entry`).
 #[derive(Clone, Debug)]
 pub struct Stage<R = Rung> {
     /// The place of its header.
@@ -25,7 +26,7 @@ pub struct Stage<R = Rung> {
     pub rungs: Vec<R>,
 }
 
-/// What stands in the place of a rung.
+/// An entry of a `rung` array.
 #[derive(Clone, Debug)]
 pub enum Entry {
     /// A rung.
@@ -39,12 +40,12 @@ pub enum Entry {
 pub struct Use {
     /// The place of its header.
     pub span: Span,
-    /// `name`; of a Program, its name.
+    /// `name`; if the use is the body of a Program, the Program's name.
     pub name: Option<Text>,
     /// `use`: the name of the template.
     pub template: Option<Text>,
-    /// `with`, in file order: names of parameters, each with its text; a number without quotes as
-    /// a text too. `None` for a value of another type, which is reported.
+    /// `with`, in file order: the names of parameters, each with its value as text, even for a
+    /// number without quotes. `None` for a value of a wrong type, which is reported.
     pub arguments: Vec<(Text, Option<Text>)>,
     /// `allow`.
     pub allow: Vec<Text>,
@@ -130,7 +131,7 @@ fn read_stage(mut table: Table<'_>) -> Stage<Entry> {
     Stage { span, name, doc, rungs }
 }
 
-/// `None` when the load is to end.
+/// Reads a rung or a use; `None` if the load must end.
 fn read_entry_in_time(table: Table<'_>) -> Option<Entry> {
     (!table.doc().is_over()).then(|| match table.has("use") {
         true => Entry::Use(read_use(table)),

@@ -1,8 +1,8 @@
-//! Collects the keys that a file can have, from its reader itself.
+//! Collects the keys that a file can have, from the file's reader itself.
 //!
 //! [`super::ladder`] and `controller` read an empty table that records the requested keys
-//! (`reader::shape`). `rungd schema` makes a JSON Schema of the record, so the schema and
-//! the reader know the same keys. Each key comes with its explanation ([`super::key`]).
+//! (`reader::shape`). `rungd schema` makes a JSON Schema from the record, so the schema and the
+//! reader have the same keys. Each key comes with its explanation ([`super::key`]).
 
 use std::cell::{Ref, RefCell};
 use std::rc::Rc;
@@ -18,7 +18,7 @@ pub struct Shape(Rc<RefCell<Noted>>);
 pub struct Noted {
     /// The table's kind, in words (`a rung`).
     pub place: &'static str,
-    /// Its keys, in the order in which the reader asks for them.
+    /// Its keys, in the order in which the reader requests them.
     pub keys: Vec<(Key, ValueForm)>,
     /// The value of any other key (a tag's name, a leg's name).
     pub others: Option<(Key, ValueForm)>,
@@ -37,9 +37,9 @@ pub enum ValueForm {
     Text,
     /// `true` or `false`.
     Flag,
-    /// An integer, from and to.
+    /// An integer, with its least and greatest value.
     Integer(i64, i64),
-    /// An array of integers, from and to.
+    /// An array of integers, with their least and greatest value.
     Integers(i64, i64),
     /// A duration: `"10ms"`.
     Duration,
@@ -62,7 +62,7 @@ pub enum ValueForm {
 }
 
 impl ValueForm {
-    /// The table that a value is, or that each element of it is.
+    /// The keys of a value that is a table, or of its elements if they are tables.
     pub fn below(&self) -> Option<&Shape> {
         match self {
             ValueForm::Table(shape) | ValueForm::Tables(shape) | ValueForm::TextOrTable(shape) => {

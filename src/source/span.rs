@@ -1,10 +1,10 @@
-//! Places: which file, which bytes.
+//! Places: a file and a range of its bytes.
 
 /// A file of a load, by its position in the list of files given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FileId(pub u32);
 
-/// A stretch of a file, in bytes: `start..end`.
+/// A range of bytes of a file: `start..end`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Span {
     /// The file.

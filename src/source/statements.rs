@@ -1,10 +1,10 @@
-//! Divides a text into statements: headers, and keys with their values; and says which of them are
-//! TOML by themselves.
+//! Divides a text into statements (headers, and keys with their values), and determines which of
+//! them are TOML by themselves.
 //!
 //! [`super::mend`] calls it for a file that the parser refuses. A value whose bracket or quote is
-//! never closed would swallow the rest of the file. So a statement that is no TOML ends before the
+//! never closed would swallow the rest of the file. So a statement that is not TOML ends before the
 //! next line that begins like a statement.
-// `_` stands for all other tokens; the enum is the parser's.
+// `_` matches all other tokens; the enum is the parser's.
 #![allow(clippy::wildcard_enum_match_arm)]
 
 use std::ops::Range;
@@ -16,15 +16,16 @@ use toml_parser::lexer::TokenKind;
 /// A header, or a key with its value; lines that are neither are statements too.
 #[derive(Clone, Debug)]
 pub(super) struct Statement {
-    /// Its place, from the begin of a line to the end of a line.
+    /// Its place, from the start of a line to the end of a line.
     pub range: Range<usize>,
-    /// The number of parts of a header's name; also of a header that is not closed.
+    /// The number of parts of a header's name, even if the header is not closed.
     pub header: Option<usize>,
     /// Whether it is TOML by itself.
     pub is_toml: bool,
 }
 
-/// How often the length of a text is lexed for values that seem to go on over further statements.
+/// Maximum number of bytes that are lexed again for values that seem to continue over further
+/// statements, as a multiple of the text's length.
 const LEXED_AGAIN_MAX: usize = 4;
 
 /// All statements of a text, in order. Blank lines and comments belong to none.
@@ -41,7 +42,7 @@ pub(super) fn statements(source: &str) -> Vec<Statement> {
         }
         let mut statement = division.statement(at);
         at = statement.range.end;
-        // An array on the line below its key would be a header.
+        // An array on the line below its key would be taken for a header.
         let is_apart = statements.last().is_some_and(|before: &Statement| !before.is_toml);
         if is_apart && is_array_of_texts(line) {
             statement = Statement { header: None, is_toml: false, ..statement };
@@ -73,7 +74,8 @@ fn is_array_of_texts(line: &str) -> bool {
     items.is_some_and(|items| items.trim_start().starts_with(['"', '\'']))
 }
 
-/// The length of the lines whose brackets and quotes are closed; `None` if the text ends before.
+/// The length of the first lines up to the line on which all brackets and quotes are closed; `None`
+/// if the text ends before that.
 pub(super) fn closed_lines(text: &str) -> Option<usize> {
     let mut depth = 0_usize;
     for token in Source::new(text).lex() {
@@ -99,7 +101,7 @@ pub(super) fn closed_lines(text: &str) -> Option<usize> {
 /// A text that is being divided.
 struct Division<'a> {
     source: &'a str,
-    /// The first line behind the newest statement that begins like a statement, as far as known.
+    /// The start of the line that the last search of `beginning_behind` found.
     next_beginning: usize,
     /// The number of bytes that may still be lexed again.
     lexable: usize,
@@ -116,7 +118,7 @@ impl Division<'_> {
         Statement { range: start..end, header: header_depth(text, is_toml), is_toml }
     }
 
-    /// The begin of the next line that looks like the begin of a statement.
+    /// The start of the next line that looks like the start of a statement.
     fn beginning_behind(&mut self, start: usize) -> usize {
         if self.next_beginning > start {
             return self.next_beginning;
@@ -132,8 +134,8 @@ impl Division<'_> {
         at
     }
 
-    /// The end of a statement of which a line looks like the begin of another one: in a text of
-    /// several lines. It is believed only if the whole is TOML.
+    /// The end of a statement in which a line looks like the start of a different statement; a
+    /// string of several lines may have such a line. `None` if the whole is not TOML.
     fn end_beyond(&mut self, start: usize, next: usize) -> Option<usize> {
         let mut most = self.source.len().min(next + self.lexable);
         while !self.source.is_char_boundary(most) {
@@ -172,7 +174,7 @@ pub(super) fn plain_key(line: &str) -> Option<&str> {
     }
 }
 
-/// The length of the part of a key at the begin of a text, with its quotes.
+/// The length of the part of a key at the start of a text, with its quotes.
 fn key_part(text: &str) -> Option<usize> {
     let quote = text.chars().next()?;
     if matches!(quote, '"' | '\'') {
@@ -183,8 +185,8 @@ fn key_part(text: &str) -> Option<usize> {
     length.or(Some(text.len())).filter(|length| *length > 0)
 }
 
-/// The number of parts of the name of a header, also of one that is broken; `None` for other
-/// statements. Never too large, so that what is below a broken header is known to be below it.
+/// The number of parts of a header's name, even of a broken header; `None` for other statements.
+/// The number is never too large, so that no table below a broken header seems to be beside it.
 fn header_depth(text: &str, is_toml: bool) -> Option<usize> {
     let line = first_line(text).split('#').next().unwrap_or("").trim();
     let name = line.trim_start_matches(|c: char| !c.is_ascii_alphanumeric());

@@ -1,8 +1,8 @@
 //! Strict TOML 1.0: the parser reads TOML 1.1, and this module refuses the additions of 1.1, so
-//! that every TOML tool reads a file alike.
+//! that every TOML tool reads a file in the same way.
 //!
-//! Also makes the findings for a text that is not TOML. Called by the reader, once a file.
-// `_` stands for what TOML allows and a ladder does not; the enum is the parser's.
+//! Also makes the findings for a text that is not TOML. Called by the reader, once per file.
+// `_` matches the values that TOML allows and a ladder does not; the enum is the parser's.
 #![allow(clippy::wildcard_enum_match_arm)]
 
 use std::ops::Range;
@@ -14,8 +14,8 @@ use super::doc::Doc;
 use super::finding::{Code, Finding};
 use super::headers;
 
-/// Makes findings of the parser's errors, one a line: the parser continues after an error, and
-/// later errors of the line mostly follow from the first.
+/// Makes findings from the parser's errors, at most one per line: the parser continues after an
+/// error, and later errors of the line usually follow from the first.
 pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
     let mut places: Vec<(Range<usize>, &Error)> =
         errors.iter().map(|error| (error.span().unwrap_or(0..0), error)).collect();
@@ -29,7 +29,8 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
             let rest = doc.slice(range.start..doc.len());
             range.start + rest.find('\n').unwrap_or(rest.len())
         }));
-        // It follows from an earlier error: it is on the same line, or the same error further down.
+        // Whether the error follows from an earlier one: it is on the same line, or is the same
+        // error further down.
         let echo = last.is_some_and(|(end, message)| {
             range.start <= end || (message == error.message() && message.contains("missing"))
         });
@@ -55,7 +56,7 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
     }
 }
 
-/// The help for an error; `rest`: the line from its place on.
+/// The help for an error; `rest` is the line from the error's place on.
 fn help(message: &str, rest: &str) -> Option<&'static str> {
     if message.contains("unquoted key") && rest.starts_with(|c: char| !c.is_ascii()) {
         return Some("names are of the letters A to Z and a to z, digits and `_`: `groesse`");
@@ -97,8 +98,8 @@ fn check_value(doc: Doc<'_>, value: &Spanned<DeValue<'_>>) {
     }
 }
 
-/// Refuses a line end between the braces of an inline table (but inside a value), and a comma after
-/// its last pair.
+/// Refuses a line end between the braces of an inline table (except inside a value), and a comma
+/// after its last pair.
 fn inline_table(doc: Doc<'_>, table: &DeTable<'_>, whole: Range<usize>) {
     let mut leaves = Vec::new();
     collect_leaves(doc, table, &mut leaves);

@@ -1,6 +1,6 @@
 //! The grammar of sums: `+ - * / %` with parentheses, in the compares of a test's conditions.
 //!
-//! Called by `testing`. Contacts are those of `contact_parser`.
+//! Called by `testing`. `contact_parser` reads the contacts around the sums.
 
 use super::contact::Contact;
 use super::contact_lexer::{Parsed, Token};
@@ -16,7 +16,7 @@ use super::span::Span;
 /// The first mistake in it, with its exact place.
 pub(crate) fn parse_condition(text: &str, span: Span) -> Result<Contact<Sum>, Finding> {
     parse_as(text, span).map_err(|mut finding| {
-        // A condition is one string.
+        // A condition is one string, so this help of `contact_parser` does not fit.
         finding.reword_help(|help| match help.starts_with("contacts in series are strings") {
             true => "contacts are joined by `&` and `|`: `X0 & X1`".to_owned(),
             false => help.to_owned(),
@@ -42,7 +42,7 @@ impl Compared for Sum {
 }
 
 impl Parser<'_> {
-    /// Reads a sum of operators that bind at least so tightly; returns its place.
+    /// Reads a sum of operators whose precedence is at least `least`; returns its place.
     fn sum(&mut self, parts: &mut Vec<SumPart>, least: u8, depth: u32) -> Parsed<Span> {
         let mut span = self.term(parts, depth)?;
         while let Some((Token::Sign(sign), _)) = self.peek()

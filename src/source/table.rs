@@ -1,9 +1,9 @@
 //! A TOML table, read with typed getters by the readers of ladder and controller files.
 //!
-//! A value of the wrong type becomes a finding, and [`Table::finish`] makes a finding of every key
-//! that no getter asked for. Reading continues after a mistake: the getter returns `None`, as for
+//! A value of the wrong type becomes a finding, and [`Table::finish`] makes a finding for every key
+//! that no getter requested. Reading continues after a mistake: the getter returns `None`, as for
 //! an absent key.
-// `_` stands for what TOML allows and a ladder does not; the enum is the parser's.
+// `_` matches the values that TOML allows and a ladder does not; the enum is the parser's.
 #![allow(clippy::wildcard_enum_match_arm)]
 
 mod entries;
@@ -40,7 +40,7 @@ pub enum Constant {
 pub struct NamedTable<'a> {
     /// Its key.
     pub name: Text,
-    /// Its value; `None` for a value of another type, which is reported.
+    /// Its value; `None` for a value of a wrong type, which is reported.
     pub table: Option<Table<'a>>,
 }
 
@@ -55,14 +55,14 @@ pub enum TextOrTable<'a> {
 /// One constant, or a list of constants with its place.
 pub type OneOrList = (Option<Located<Constant>>, Option<Located<Vec<Located<Constant>>>>);
 
-/// One table, and the keys that were asked for.
+/// A table, and the keys that were requested.
 pub struct Table<'a> {
     doc: Doc<'a>,
     table: &'a DeTable<'a>,
     span: Span,
     place: &'static str,
     asked: Vec<&'static str>,
-    /// The record of requested keys, if this is an empty table that is read to learn its keys.
+    /// The record of requested keys, if this is an empty table that is read to collect its keys.
     shape: Option<Shape>,
 }
 
@@ -75,13 +75,13 @@ impl<'a> Table<'a> {
         Table { doc, table, span, place: "the file", asked: Vec::new(), shape: None }
     }
 
-    /// The table, recording requested keys in `shape`.
+    /// The same table, with requested keys recorded in `shape`.
     pub(super) fn noting(mut self, shape: &Shape) -> Self {
         self.shape = Some(shape.clone());
         self
     }
 
-    /// The file it stands in.
+    /// The file that contains it.
     pub fn doc(&self) -> Doc<'a> {
         self.doc
     }
@@ -96,7 +96,7 @@ impl<'a> Table<'a> {
         self.place
     }
 
-    /// Names what it is in findings.
+    /// Sets the words for its kind in findings.
     pub fn call(&mut self, place: &'static str) {
         self.place = place;
     }
@@ -111,7 +111,7 @@ impl<'a> Table<'a> {
         self.table.is_empty()
     }
 
-    /// Whether a key is present. Does not count as asking for it.
+    /// Whether a key is present. Does not count as a request for it.
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
@@ -131,7 +131,7 @@ impl<'a> Table<'a> {
         self.doc.find(finding);
     }
 
-    /// All strings in the table and in what it contains, in no order.
+    /// All strings in the table and in the arrays and tables below it, in no order.
     pub fn all_strings(&self) -> Vec<String> {
         let mut strings = Vec::new();
         let mut waiting: Vec<&DeValue<'_>> = self.table.values().map(Spanned::get_ref).collect();
@@ -168,7 +168,7 @@ impl<'a> Table<'a> {
         self.string_for(key, "a string", ValueForm::Text)
     }
 
-    /// A string; `wanted` names its meaning in the finding for a value of another type.
+    /// A string; `wanted` names its meaning in the finding for a value of a wrong type.
     fn string_for(&mut self, key: Key, wanted: &str, form: ValueForm) -> Option<Text> {
         let value = self.get(key, form)?;
         match value.get_ref() {
@@ -246,7 +246,7 @@ impl<'a> Table<'a> {
         Some(Located { value: numbers, span: self.doc.span(value.span()) })
     }
 
-    /// A duration, in ms: a string as `10ms`.
+    /// A duration, in ms, from a string such as `10ms`.
     pub fn duration(&mut self, key: Key) -> Option<Located<i32>> {
         let text = self.string_for(key, "a duration (`\"10ms\"`)", ValueForm::Duration)?;
         match duration::parse(&text.text) {
@@ -258,7 +258,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A constant: an integer, `true` or `false`, or a string that holds a constant.
+    /// A constant: an integer, `true` or `false`, or a string that contains a constant.
     pub fn constant(&mut self, key: Key) -> Option<Located<Constant>> {
         let value = self.get(key, ValueForm::Constant)?;
         self.constant_of(value, key.name)
@@ -402,8 +402,8 @@ impl<'a> Table<'a> {
         tables
     }
 
-    /// All entries, in file order (the form of `[tags]`). An entry that is no table is a finding
-    /// with the text of `help`.
+    /// All entries, in file order (the form of `[tags]`). An entry that is not a table becomes a
+    /// finding with the text of `help`.
     pub fn entries(
         &mut self,
         any: Key,
@@ -460,7 +460,7 @@ impl<'a> Table<'a> {
         Some((self.below(self.table, 0..0, place).noting(&shape), shape))
     }
 
-    /// Makes a finding of every key that no getter asked for.
+    /// Makes a finding for every key that no getter requested.
     pub fn finish(self) {
         for (key, _) in self.in_file_order() {
             let name: &str = key.get_ref();

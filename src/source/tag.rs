@@ -1,6 +1,6 @@
 //! Tags as written.
 //!
-//! Called by the readers of ladders and templates. What a tag means is the resolver's concern.
+//! Called by the readers of ladders and templates. The resolver determines the meaning of a tag.
 
 use super::key::{Key, key};
 use super::reader::{Constant, NamedTable, Table, Text};
@@ -58,7 +58,7 @@ impl Tag {
     }
 }
 
-/// The name of a tag; the grammar in `docs/language.md`.
+/// The name of a tag; its grammar is in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
 

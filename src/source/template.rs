@@ -17,7 +17,7 @@ pub struct Template {
     pub name: Option<Text>,
     /// `[template.parameters]`, in file order.
     pub parameters: Vec<Parameter>,
-    /// `[template.tags]`, in file order: each use has its own.
+    /// `[template.tags]`, in file order: each use has its own tags.
     pub tags: Vec<Tag>,
     /// Its rungs and uses.
     pub rungs: Vec<Entry>,
@@ -34,7 +34,7 @@ pub struct Parameter {
     pub name: Text,
     /// `type`; `None` if it is missing or unreadable, which is reported.
     pub kind: Option<Text>,
-    /// `default`; a number without quotes as a text too.
+    /// `default` as text, even for a number without quotes.
     pub default: Option<Text>,
     /// `doc`.
     pub doc: Option<String>,
@@ -43,7 +43,7 @@ pub struct Parameter {
 /// The types of parameters.
 const TYPES: &str = r#"{"enum":["contact","bit","int","real","duration","output","int-out",
     "real-out","timer","counter","sensaphone","array"]}"#;
-/// The name of a parameter; the grammar in `docs/language.md`.
+/// The name of a parameter; its grammar is in `docs/language.md`.
 const NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 
 /// Reads a template.

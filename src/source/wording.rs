@@ -1,11 +1,11 @@
-//! Bounds a finding's text: a quoted name may be megabytes long, or hold control characters that a
-//! terminal would execute.
+//! Bounds a finding's text: a quoted name may be megabytes long, or contain control characters that
+//! a terminal would execute.
 //!
 //! [`super::finding::Finding`] passes all its texts through [`bounded`]; the code that makes
-//! findings need not. Also quotes what a text says for a shell: [`shell_word`]; and says numbers:
-//! [`counted`], [`thousands`].
+//! findings need not. This module also quotes a path for a shell ([`shell_word`]) and formats
+//! numbers ([`counted`], [`thousands`]).
 
-/// The longest word that is kept whole: longer than any legal name, and than most paths.
+/// Maximum length of a word that is not shortened: more than any legal name, and than most paths.
 const WORD_CHARS_MAX: usize = 200;
 /// Number of characters kept at each end of a longer word.
 const WORD_HEAD: usize = 60;
@@ -13,8 +13,8 @@ const WORD_TAIL: usize = 20;
 /// Maximum length of a text, in characters.
 const TEXT_CHARS_MAX: usize = 4_000;
 
-/// The text with control characters escaped (but line ends), overlong words shortened in the
-/// middle, and cut to `TEXT_CHARS_MAX` characters.
+/// The text, cut to `TEXT_CHARS_MAX` characters, with control characters escaped (except line ends)
+/// and overlong words shortened in the middle.
 pub fn bounded(text: String) -> String {
     if text.len() <= WORD_CHARS_MAX && !text.chars().any(|c| c != '\n' && is_obeyed(c)) {
         return text;
@@ -39,7 +39,7 @@ pub fn bounded_line(text: String) -> String {
     bounded(text.replace('\n', "\\n").replace('\r', "\\r"))
 }
 
-/// A file's name with everything escaped that is not simply shown, and nothing cut.
+/// A file's name, not shortened, with all characters escaped that a terminal does not simply show.
 pub fn shown_name(name: &str) -> String {
     let mut shown = String::with_capacity(name.len());
     for c in name.chars() {
@@ -54,7 +54,7 @@ pub fn shown_name(name: &str) -> String {
     shown
 }
 
-/// A path quoted as one word of a shell's line; never read as an option.
+/// A path, quoted as one word of a shell command. A program never takes it for an option.
 pub(crate) fn shell_word(path: &str) -> String {
     let path = if path.starts_with('-') { format!("./{path}") } else { path.to_owned() };
     let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
@@ -91,8 +91,8 @@ fn push(told: &mut String, c: char) -> usize {
     }
 }
 
-/// Whether a terminal may not simply show a character: control characters, and those that reverse
-/// the direction of a text. A line end is a control character too.
+/// Whether a terminal executes a character instead of showing it: control characters (line ends
+/// too), and characters that change the direction of a text.
 pub(crate) fn is_obeyed(c: char) -> bool {
     let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}')
         || matches!(c, '\u{2066}'..='\u{2069}' | '\u{61c}');

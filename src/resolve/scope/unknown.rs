@@ -1,4 +1,4 @@
-//! The mistake in a name that stands for nothing, with the help that fits it best.
+//! The mistake in a name that nothing declares, with the help that fits it best.
 
 use super::{Scope, parts};
 use crate::resolve::mistake::{Mistake, habit, new};
@@ -28,7 +28,7 @@ impl Scope {
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
     }
 
-    /// The help for a name that is near no known one.
+    /// The help for a name that is not near any known name.
     fn instead(&self, base: &str, member: Option<&str>) -> String {
         if base.contains(',') {
             return "a Sensaphone counter is `N,19` or `N19`, and its value `N,19,6` or `N19.ACC`"

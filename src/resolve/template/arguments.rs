@@ -1,4 +1,4 @@
-//! Checks what uses give: each name must be what the parameter's type says.
+//! Checks the arguments of uses: each name must fit the type of its parameter.
 //!
 //! Runs once all names are declared.
 
@@ -14,9 +14,9 @@ use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
 
 impl Resolver<'_> {
-    /// Checks all arguments. The places where a wrong one stands need no further findings.
+    /// Checks all arguments. The places of a wrong argument get no further findings.
     pub(in crate::resolve) fn check_arguments(&mut self) {
-        // Only what stands in rungs is an operand of the ladder.
+        // Only names in rungs are operands of the ladder: those of arguments are removed again.
         let (named, constants) = (self.named.len(), self.constants.len());
         for argument in std::mem::take(&mut self.arguments) {
             match &argument.given {

@@ -1,7 +1,7 @@
-//! Templates by themselves: their names, parameters and own tags, and the order of their nesting.
+//! Templates by themselves: their names, parameters and own tags, and the uses in them.
 //!
-//! Called before any use is written out. What is wrong in a template whatever its uses give is
-//! found here, once.
+//! Called before any use is expanded. A mistake of a template that does not depend on the arguments
+//! of its uses is found here, once.
 
 use std::collections::{HashMap, HashSet};
 
@@ -15,16 +15,16 @@ use crate::source::nearest::{KnownNames, did_you_mean};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
-/// A template, and what a use needs to know of it.
+/// A template, with the data that its uses need.
 pub(super) struct Declared<'t> {
     pub template: &'t Template,
     /// The parameters with a known type.
     parameters: HashMap<&'t str, (Kind, &'t Parameter)>,
     /// The names of its own tags and inner uses.
     pub own: HashSet<&'t str>,
-    /// These, and those of the parameters.
+    /// The names in `own`, and those of the parameters.
     pub known: KnownNames,
-    /// Whether it can be written out.
+    /// Whether it can be expanded.
     pub is_usable: bool,
 }
 
@@ -45,7 +45,7 @@ impl<'t> Declared<'t> {
         let own: HashSet<&str> = tags.chain(uses).collect();
         let names = template.parameters.iter().map(|parameter| &*parameter.name.text);
         let known = KnownNames::new(own.iter().copied().chain(names));
-        // A parameter without a type has its finding; what it would stand for is not known.
+        // A parameter without a type is already reported; no argument can be read for it.
         let is_usable = template.parameters.iter().all(|parameter| parameter.kind.is_some());
         Declared { template, parameters, own, known, is_usable }
     }
@@ -66,7 +66,7 @@ impl<'t> Declared<'t> {
         parameters.filter_map(|p| Some((p, self.parameters.get(&*p.name.text)?.0)))
     }
 
-    /// What the arguments of a use lack.
+    /// The mistakes in the arguments of a use.
     pub fn misfits(&self, of: &Use) -> Vec<Finding> {
         let mut findings = Vec::new();
         for (name, text) in &of.arguments {
@@ -140,7 +140,7 @@ impl<'t> Templates<'t> {
         (templates, findings)
     }
 
-    /// The template of a use, by its number.
+    /// The index of the template of a use.
     pub fn of(&self, of: &Use) -> Option<usize> {
         self.by_name.get(&*of.template.as_ref()?.text).copied()
     }
@@ -159,7 +159,7 @@ impl<'t> Templates<'t> {
         unused.filter_map(finding).collect()
     }
 
-    /// What is wrong with a use by itself; `is_body`: it is a Program's body.
+    /// The mistakes of a use by itself; `is_body` is whether it is a Program's body.
     pub fn misuses(&self, of: &Use, is_body: bool) -> Vec<Finding> {
         let Some(name) = &of.template else { return Vec::new() };
         let Some(at) = self.of(of) else {
@@ -191,7 +191,7 @@ impl<'t> Templates<'t> {
     }
 }
 
-/// The first part of a name, and what stands behind it.
+/// The first part of a name, and the rest, from the dot on.
 pub(super) fn base(name: &str) -> (&str, &str) {
     name.split_at(name.find('.').unwrap_or(name.len()))
 }
@@ -205,7 +205,7 @@ pub(super) fn uses(template: &Template) -> impl Iterator<Item = &Use> {
     })
 }
 
-/// Checks the names in a template: of parameters, own tags and uses, beside its stages.
+/// Checks the names of the parameters, own tags and uses of a template, also against its stages.
 fn names(declared: &Declared, findings: &mut Vec<Finding>) {
     let template = declared.template;
     let mut seen: HashMap<&str, Span> = HashMap::new();

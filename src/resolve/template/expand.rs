@@ -1,7 +1,7 @@
-//! Writes uses out, depth first in file order.
+//! Expands uses, depth first in file order.
 //!
-//! A use that lacks something is left out, with a finding; its own tags are declared nevertheless,
-//! so that names of them elsewhere cause no further findings.
+//! A use with a mistake is left out, with a finding. Its own tags are declared nevertheless, so
+//! that their names cause no further findings elsewhere.
 
 use std::collections::{HashMap, HashSet};
 
@@ -24,31 +24,31 @@ use crate::source::ladder::{
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, Span};
 
-/// The uses of all ladders, written out so far.
+/// The results so far of expanding the uses of all ladders.
 pub(super) struct Expansion<'t> {
     templates: &'t Templates<'t>,
     pub layers: Layers,
     pub findings: Vec<Finding>,
-    /// What the uses give, to be checked once all names are declared.
+    /// The arguments of the uses, to be checked once all names are declared.
     pub arguments: Vec<Argument>,
-    /// The names of the uses that stand in ladders.
+    /// The names of the uses in rungs of ladders.
     pub names: Vec<Text>,
     /// The whole names of all uses in rungs.
     pub uses: Vec<String>,
-    /// The whole names of the uses whose template is unknown, so that nobody knows their tags.
+    /// The whole names of the uses whose template is unknown, so that their tags are unknown too.
     pub unknown: Vec<String>,
-    /// By the numbers of the templates: whether one of their uses is written out.
+    /// For each template, by its index: whether one of its uses was expanded.
     pub written: Vec<bool>,
-    /// The names of the uses that are written out, in ladders.
+    /// The names of the uses in ladders so far.
     named: HashSet<String>,
     room: Room,
     tags: Vec<Tag>,
     trial: bool,
-    /// Whether it is reported that there is no room.
+    /// Whether the lack of room is already reported.
     is_told: bool,
 }
 
-/// Who uses a template: the ladder, or a use of another template.
+/// The use that contains a use, if the template is used in a template; `None` for a ladder.
 type Giver<'g, 't> = Option<&'g Instance<'t>>;
 
 impl<'t> Expansion<'t> {
@@ -70,7 +70,7 @@ impl<'t> Expansion<'t> {
         }
     }
 
-    /// The ladder with rungs alone, and with the own tags of its uses. Marks the used templates.
+    /// The ladder with rungs only, and with the own tags of its uses. Marks the used templates.
     pub fn ladder(&mut self, ladder: Ladder<Entry>, used: &mut [bool]) -> Ladder {
         let Ladder { name, doc, allow, devices, order, mut tags, blocks, templates, lost } = ladder;
         let blocks = blocks.into_iter().map(|block| self.block(block, used)).collect();
@@ -99,7 +99,8 @@ impl<'t> Expansion<'t> {
         Block { form, span, name, doc, autostart, body: None, rungs, stages }
     }
 
-    /// A Program with the body of a template has the name of a use: without `-`.
+    /// Reports a `-` in the name of a Program with a template as its body: it is also the name of a
+    /// use.
     fn hyphen(&mut self, of: &Use) {
         let Some(name) = of.name.as_ref().filter(|name| name.text.contains('-')) else { return };
         let message = format!("`{}` cannot be the name of a use", name.text);
@@ -124,13 +125,14 @@ impl<'t> Expansion<'t> {
         rungs
     }
 
-    /// A use that stands in a ladder.
+    /// Reads a use in a ladder.
     fn of_ladder(&mut self, of: &Use, is_body: bool, used: &mut [bool]) -> Option<Instance<'t>> {
         if let Some(at) = self.templates.of(of) {
             used[at] = true;
         }
         self.findings.extend(self.templates.misuses(of, is_body));
-        // What a second use of the same name stands for would only repeat that the name is taken.
+        // The rungs of a second use with the same name would only cause more findings about taken
+        // names.
         let name = of.name.as_ref()?;
         if !self.named.insert(name.text.clone()) {
             return None;
@@ -138,12 +140,12 @@ impl<'t> Expansion<'t> {
         self.instance(of, None, is_body)
     }
 
-    /// Whether the templates stand for too much.
+    /// Whether the expansion has exceeded its limit.
     pub fn is_over(&self) -> bool {
         self.room.is_over()
     }
 
-    /// Says once that the templates stand for too much, at the use that was too much.
+    /// Reports once that the expansion has exceeded its limit, at the use that exceeded it.
     fn end_if_over(&mut self, of: &Use) {
         if self.room.is_over() && !std::mem::replace(&mut self.is_told, true) {
             let span = of.template.as_ref().map_or(of.span, |name| name.span);
@@ -155,7 +157,7 @@ impl<'t> Expansion<'t> {
         }
     }
 
-    /// A use with its arguments. Adds its own tags.
+    /// Reads a use with its arguments. Adds its own tags.
     fn instance(&mut self, of: &Use, giver: Giver<'_, 't>, is_body: bool) -> Option<Instance<'t>> {
         let usable = |number: &usize| self.templates.all[*number].is_usable;
         let Some(number) = self.templates.of(of).filter(usable) else {
@@ -201,7 +203,7 @@ impl<'t> Expansion<'t> {
         Some(instance)
     }
 
-    /// Reads the arguments and defaults of a use. Whether all are there.
+    /// Reads the arguments and defaults of a use; returns whether none is missing or wrong.
     fn give(&mut self, instance: &mut Instance<'t>, of: &Use, giver: Giver<'_, 't>) -> bool {
         let declared = instance.of;
         let mut whole = declared.misfits(of).is_empty();
@@ -229,7 +231,7 @@ impl<'t> Expansion<'t> {
                 None => whole = false,
             }
         }
-        // While `given` is empty, a name in a default cannot be a parameter.
+        // `given` is still empty, so a name in a default cannot be a parameter.
         for (parameter, kind, text) in defaults {
             match self.given(kind, text, instance) {
                 Some(given) => {
@@ -243,7 +245,7 @@ impl<'t> Expansion<'t> {
         whole
     }
 
-    /// An argument that stands in the text of a template.
+    /// Reads an argument in the text of a template.
     fn given(&mut self, kind: Kind, text: &Text, giver: &Instance<'t>) -> Option<Given> {
         let given = given::read(kind, text, giver.layer).ok()?;
         let mut rewrite = self.rewrite(giver);
@@ -258,7 +260,7 @@ impl<'t> Expansion<'t> {
 
     fn note_argument(&mut self, of: (&Declared, &Parameter, Kind), given: &Given) {
         let (declared, parameter, kind) = of;
-        // What an outer use handed on is checked where it was given.
+        // An argument that an outer use passed on is checked at the outer use.
         if !self.layers.is_given(given.span().file) {
             self.arguments.push(Argument {
                 template: declared.name().to_owned(),
@@ -278,7 +280,7 @@ impl<'t> Expansion<'t> {
         }
     }
 
-    /// A template that nothing uses, with arguments that fit.
+    /// Expands a template of which no use was expanded, with arguments that fit.
     pub fn trial(&mut self, declared: &'t Declared<'t>) -> Option<Trial> {
         let template = declared.template;
         let name = template.name.as_ref().filter(|_| declared.is_usable)?;
@@ -287,7 +289,7 @@ impl<'t> Expansion<'t> {
         }
         self.trial = true;
         let of_ladders = std::mem::take(&mut self.arguments);
-        // No name of a ladder has a `?`.
+        // No name in a ladder has a `?`.
         let whole = format!("?{}", name.text);
         let (at, own) = (name.span, declared.known.clone());
         let place = UsePlace { name: whole.clone(), at, is_trial: true, own };
@@ -335,7 +337,7 @@ impl<'t> Expansion<'t> {
         (rungs, stages)
     }
 
-    /// Writes out rungs and uses of a template.
+    /// Expands rungs and uses of a template.
     fn rungs(&mut self, entries: &'t [Entry], instance: &Instance<'t>, out: &mut Vec<Rung>) {
         for entry in entries {
             if self.room.is_over() {
@@ -383,8 +385,8 @@ impl<'t> Expansion<'t> {
         Rung { extent, name, doc, allow, when, legs, body: own, branches }
     }
 
-    /// Adds the own tags of a use, with what stands in its texts.
-    /// `written`: the arguments as the ladder has them.
+    /// Adds the own tags of a use, with the words in braces in their texts replaced. `written` are
+    /// the arguments as the ladder has them.
     fn own_tags(&mut self, instance: &Instance<'t>, written: &[(Text, Option<Text>)]) {
         for tag in &instance.of.template.tags {
             let stands = |word: &str| match word {

@@ -1,4 +1,4 @@
-//! An argument, read by the type of its parameter.
+//! Reads an argument according to the type of its parameter.
 
 use super::kind::{Kind, Wanted};
 use crate::isa::Real;
@@ -9,22 +9,22 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, Span};
 
-/// An argument: what stands in the place of a parameter.
+/// An argument, which takes the place of a parameter.
 #[derive(Clone, Debug)]
 pub enum Given {
-    /// Contacts, and how deeply they are nested.
+    /// Contacts, and their nesting depth.
     Contacts(Contact, u32),
     /// A name or a constant.
     Atom(Atom),
 }
 
-/// The most bytes of an argument's text.
+/// Maximum number of bytes of an argument's text.
 const BYTES_MAX: usize = 64 * 1024;
 
-/// Reads an argument, given in a file or in the layer of a use.
+/// Reads an argument; `by` is the file, or the layer of the use, that contains its text.
 ///
 /// # Errors
-/// The finding for a text that no parameter of this type can be.
+/// The finding for a text that cannot be the argument of a parameter of this type.
 pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> {
     let span = Span { file: by, ..text.span };
     let error = |message: String| Box::new(Finding::new(Code::TemplateArgument, span, message));
@@ -72,7 +72,7 @@ fn negated(kind: Kind, word: &str) -> Option<String> {
     }
 }
 
-/// Whether a word has no index, or one at its end.
+/// Whether a word has no index, or exactly one at its end.
 fn is_indexed_once(word: &str) -> bool {
     match word.split_once(['[', ']']) {
         None => true,
@@ -83,7 +83,7 @@ fn is_indexed_once(word: &str) -> bool {
     }
 }
 
-/// The constant as the parameter's type has it.
+/// Converts a constant to the parameter's type; a name stays as it is.
 fn typed(kind: Kind, atom: Atom) -> Result<Atom, Box<Finding>> {
     let wanted = kind.wanted();
     let kind_of = match (&atom.kind, wanted) {
@@ -103,7 +103,7 @@ fn typed(kind: Kind, atom: Atom) -> Result<Atom, Box<Finding>> {
     Ok(Atom { kind: kind_of, span: atom.span })
 }
 
-/// How deeply contacts are nested.
+/// The nesting depth of contacts.
 fn depth(contact: &Contact) -> u32 {
     match contact {
         Contact::Bit(_) | Contact::Compare(..) => 1,
@@ -115,7 +115,7 @@ fn depth(contact: &Contact) -> u32 {
 }
 
 impl Given {
-    /// Contacts that were written out.
+    /// Contacts as an argument.
     pub fn contacts(contact: Contact) -> Given {
         let depth = depth(&contact);
         Given::Contacts(contact, depth)
@@ -139,7 +139,7 @@ impl std::fmt::Display for Given {
     }
 }
 
-/// Contacts with other places.
+/// The same contacts with different places, which `place` returns.
 pub fn moved(contact: &Contact, place: &mut dyn FnMut(Span) -> Span) -> Contact {
     let mut all = |items: &[Contact]| items.iter().map(|item| moved(item, place)).collect();
     match contact {
@@ -159,7 +159,7 @@ pub fn moved(contact: &Contact, place: &mut dyn FnMut(Span) -> Span) -> Contact 
     }
 }
 
-/// A name or constant with another place.
+/// The same name or constant with a different place, which `place` returns.
 pub fn moved_atom(atom: &Atom, place: &mut dyn FnMut(Span) -> Span) -> Atom {
     Atom { kind: atom.kind.clone(), span: place(atom.span) }
 }

@@ -1,4 +1,4 @@
-//! The types of parameters, and the places where a parameter of each type may stand.
+//! The types of parameters, and the places that accept a parameter of each type.
 
 use crate::isa::OperandKind;
 
@@ -36,7 +36,7 @@ pub const KINDS: [(&str, Kind); 12] = [
     ("array", Kind::Array),
 ];
 
-/// What a name is wanted for at a place.
+/// The kind of operand that a place requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Wanted {
@@ -65,7 +65,7 @@ pub enum Wanted {
 }
 
 impl Kind {
-    /// The type of a name.
+    /// The type with this name.
     pub fn from_name(name: &str) -> Option<Kind> {
         KINDS.iter().find(|(of, _)| *of == name).map(|(_, kind)| *kind)
     }
@@ -88,7 +88,7 @@ impl Kind {
         }
     }
 
-    /// An argument, for a help.
+    /// An example of an argument, for a help.
     pub fn example(self) -> &'static str {
         match self {
             Kind::Contact => "auto & !stop",
@@ -106,7 +106,7 @@ impl Kind {
         }
     }
 
-    /// The type of a tag that fits; `None` if there is none.
+    /// The type of a tag that is a valid argument; `None` if there is no such type.
     pub fn trial_type(self) -> Option<&'static str> {
         Some(match self {
             Kind::Contact | Kind::Bit | Kind::Output => "bit",
@@ -119,7 +119,7 @@ impl Kind {
         })
     }
 
-    /// What an argument for it must be.
+    /// The kind of operand that an argument for it must be.
     pub fn wanted(self) -> Wanted {
         match self {
             Kind::Contact | Kind::Bit => Wanted::Bit,
@@ -135,7 +135,8 @@ impl Kind {
         }
     }
 
-    /// Whether a parameter may stand at such a place; `member`: with a member behind it.
+    /// Whether such a place accepts the parameter; `member` is whether the parameter has a member
+    /// behind it.
     pub fn fits(self, wanted: Wanted, member: bool) -> bool {
         let any = wanted == Wanted::Any;
         let reads_bit = matches!(wanted, Wanted::Bit | Wanted::Operand);
@@ -167,7 +168,7 @@ impl Kind {
 }
 
 impl Wanted {
-    /// Of an operand of an instruction; `None`: a Stage, which no parameter stands for.
+    /// The kind of an instruction's operand; `None` for a Stage, which cannot be a parameter.
     pub fn of(kind: OperandKind) -> Option<Wanted> {
         Some(match kind {
             OperandKind::WritableBit => Wanted::WrittenBit,
@@ -208,7 +209,7 @@ impl Wanted {
         }
     }
 
-    /// The type of a parameter that may stand there, for a help.
+    /// The type of a parameter that such a place accepts, for a help.
     pub fn type_name(self) -> Option<&'static str> {
         Some(match self {
             Wanted::Bit => "bit",

@@ -1,9 +1,9 @@
-//! Templates: what their uses stand for.
+//! Templates: replaces their uses by rungs and stages.
 //!
-//! Called by `resolve_ladders` before any name is declared. [`Resolver::expand`] writes every use
-//! out, so that afterwards each block has rungs and stages alone, and the ladder has the own tags
-//! of all uses (`p1.failed`). Once all names are declared, [`Resolver::check_arguments`] looks at
-//! what each use gives. Everything later knows no templates.
+//! Called by `resolve_ladders` before any name is declared. [`Resolver::expand`] expands every use.
+//! Each block then has only rungs and stages, and the ladder has the own tags of all uses
+//! (`p1.failed`). Once all names are declared, [`Resolver::check_arguments`] checks the arguments
+//! of each use. No later step handles templates.
 
 mod arguments;
 mod declared;
@@ -25,11 +25,11 @@ use crate::source::span::{FileId, Span};
 use declared::{Templates, uses};
 use expand::Expansion;
 
-/// Ladders whose rungs are written out.
+/// Ladders whose uses are expanded.
 pub(super) type Ladders = Vec<(FileId, Ladder)>;
 
 impl Resolver<'_> {
-    /// Writes out every use of a template.
+    /// Expands every use of a template.
     pub(super) fn expand(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Ladders {
         let all = || ladders.iter().flat_map(|(_, ladder)| &ladder.templates);
         let templates: Vec<Template> = all().cloned().collect();
@@ -51,7 +51,8 @@ impl Resolver<'_> {
         let unused = templates.unused(&used);
         findings.extend(unused.into_iter().filter(|finding| !of_library(finding.span)));
         let own: Vec<bool> = templates.all.iter().map(|of| !of_library(of.template.span)).collect();
-        // Those that nothing uses come first: their trials write out what they use.
+        // Templates that nothing uses come first: their trials also expand the templates that they
+        // use.
         for is_used in [false, true] {
             for (at, declared) in templates.all.iter().enumerate() {
                 if own[at] && used[at] == is_used && !expansion.written[at] {
@@ -60,7 +61,7 @@ impl Resolver<'_> {
             }
         }
         if expansion.is_over() {
-            // What was written out until then is not worth the time.
+            // An incomplete expansion is not worth the time of checking it.
             plain.iter_mut().for_each(|(_, ladder)| forget_rungs(ladder));
             expansion.arguments.clear();
             self.trials.clear();
@@ -76,7 +77,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Leaves out the rungs and own tags that templates stand for.
+/// Removes all rungs, and the own tags of uses.
 fn forget_rungs(ladder: &mut Ladder) {
     for block in &mut ladder.blocks {
         block.rungs.clear();

@@ -1,17 +1,17 @@
 //! The nesting of templates: none uses itself, and none is nested too deeply.
 //!
-//! Works in loops: files may nest ten thousand templates.
+//! Works in loops without recursion: files may nest ten thousand templates.
 
 use super::declared::{Templates, uses};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::Use;
 
-/// The most templates in each other.
+/// Maximum nesting depth of templates.
 const DEPTH_MAX: usize = 32;
-/// The most templates that a finding about a circle names.
+/// Maximum number of templates that a finding about a circle names.
 const NAMED_MAX: usize = 8;
 
-/// Finds circles and nesting that is too deep; such templates are not usable.
+/// Reports circles, and nesting that is too deep; such templates are not usable.
 pub(super) fn check(templates: &mut Templates, findings: &mut Vec<Finding>) {
     let inner: Vec<Vec<(usize, &Use)>> = templates
         .all
@@ -35,8 +35,8 @@ pub(super) fn check(templates: &mut Templates, findings: &mut Vec<Finding>) {
     }
 }
 
-/// How many templates each one nests, itself included; `None`: it is in a circle, or uses one that
-/// is.
+/// The nesting depth of each template, itself included; `None` if it is in a circle, or uses a
+/// template that is.
 fn depths(inner: &[Vec<(usize, &Use)>]) -> Vec<Option<usize>> {
     let mut outer = vec![Vec::new(); inner.len()];
     let mut waiting: Vec<usize> = inner.iter().map(Vec::len).collect();
@@ -58,8 +58,8 @@ fn depths(inner: &[Vec<(usize, &Use)>]) -> Vec<Option<usize>> {
     depths
 }
 
-/// Follows from each template without a depth the first inner one without a depth: that ends in a
-/// circle.
+/// Goes from each template without a depth to its first inner template without a depth, and so on:
+/// this ends in a circle.
 fn circles(
     templates: &Templates,
     inner: &[Vec<(usize, &Use)>],

@@ -1,4 +1,4 @@
-//! What an expansion leaves to do once all names are declared.
+//! The results of an expansion that are checked once all names are declared.
 
 use super::given::Given;
 use super::kind::Kind;
@@ -17,8 +17,8 @@ pub(in crate::resolve) struct Argument {
 #[derive(Debug)]
 pub(in crate::resolve) struct Trial {
     pub block: Block,
-    /// Its own tags, and the tags that it was given.
+    /// Its own tags, and the tags that are its arguments.
     pub tags: Vec<Tag>,
-    /// What its inner uses give.
+    /// The arguments of its inner uses.
     pub arguments: Vec<Argument>,
 }

@@ -1,9 +1,9 @@
-//! Writes a text of a template for one of its uses: arguments in place of parameters, and the whole
-//! names of its own tags.
+//! Rewrites the parts of a template for one of its uses: with arguments instead of parameters, and
+//! with the whole names of its own tags.
 //!
-//! Works on what the readers have parsed, never on text, so that an argument cannot become a part
-//! of something else. Every place gets the layer of the use; an argument gets a layer for each
-//! place where its parameter stands. Called by `expand`.
+//! Works on parsed parts, never on text, so that an argument cannot merge with the text around it.
+//! Every place gets the layer of the use; an argument gets a layer for each place of its parameter.
+//! Called by `expand`.
 
 use std::collections::HashMap;
 
@@ -20,14 +20,14 @@ use crate::source::finding::{Code, Finding};
 use crate::source::instruction::{Instruction, Operand};
 use crate::source::span::{FileId, Located, Span};
 
-/// A use while it is written out.
+/// A use while it is expanded.
 pub(super) struct Instance<'t> {
     pub of: &'t Declared<'t>,
     /// Its layer.
     pub layer: FileId,
     /// Its whole name: `p1.lamp`.
     pub name: String,
-    /// What its rungs' names begin with: `p1/lamp/`.
+    /// The prefix of its rungs' names: `p1/lamp/`.
     pub path: String,
     /// The arguments, by the names of the parameters.
     pub given: HashMap<&'t str, Given>,
@@ -35,7 +35,7 @@ pub(super) struct Instance<'t> {
     pub allow: Vec<crate::source::reader::Text>,
 }
 
-/// Writes texts of one use.
+/// Rewrites parts of a template for one use.
 pub(super) struct Rewrite<'r, 't> {
     pub instance: &'r Instance<'t>,
     pub layers: &'r mut Layers,
@@ -43,7 +43,7 @@ pub(super) struct Rewrite<'r, 't> {
     pub findings: &'r mut Vec<Finding>,
 }
 
-/// The deepest nesting of contacts with their arguments.
+/// Maximum nesting depth of contacts with their arguments.
 const DEPTH_MAX: u32 = 100;
 
 impl<'t> Rewrite<'_, 't> {
@@ -56,7 +56,7 @@ impl<'t> Rewrite<'_, 't> {
         self.findings.push(Finding::new(code, at, message).help(help));
     }
 
-    /// The name of an own tag or of an inner use, whole; another name as it is.
+    /// The whole name of an own tag or of an inner use; any other name is unchanged.
     pub fn whole(&self, name: &str) -> String {
         match self.instance.of.own.contains(base(name).0) {
             true => format!("{}.{name}", self.instance.name),
@@ -64,8 +64,8 @@ impl<'t> Rewrite<'_, 't> {
         }
     }
 
-    /// The argument of a name that is a parameter, with what stands behind the parameter's name.
-    /// The name has a mistake if there is none.
+    /// If a name is a parameter: the parameter's name, its type, and the rest of the name behind
+    /// it; `Err` if the name has a mistake, which is reported.
     fn argument<'n>(
         &mut self,
         name: &'n str,
@@ -89,7 +89,7 @@ impl<'t> Rewrite<'_, 't> {
         Some(Ok((own, kind, behind)))
     }
 
-    /// The finding for a parameter that stands where its type does not belong.
+    /// Reports a parameter at a place that does not accept its type.
     fn unfit(&mut self, name: &str, at: Span, (kind, wanted): (Kind, Wanted)) {
         let (parameter, behind) = base(name);
         let (message, help) = if !behind.is_empty() {
@@ -115,7 +115,7 @@ impl<'t> Rewrite<'_, 't> {
         self.find(Code::TemplateParameter, at, message, help);
     }
 
-    /// What was given, in a layer for the place where its parameter stands.
+    /// The argument, in a layer for the place of its parameter.
     fn atom_given(&mut self, own: &str, behind: &str, at: Span) -> Option<Atom> {
         let Given::Atom(atom) = &self.instance.given[own] else { return None };
         let layer = self.layers.add_atom(atom.span.file, at);
@@ -129,7 +129,7 @@ impl<'t> Rewrite<'_, 't> {
         Some(atom)
     }
 
-    /// A name that must stay a name; `None` if it has a mistake, which is reported.
+    /// Rewrites a name that must stay a name; `None` if it has a mistake, which is reported.
     fn name(&mut self, name: &Located<String>, wanted: Wanted) -> Option<Located<String>> {
         let at = self.place(name.span);
         if name.value.contains('[') {
@@ -144,7 +144,8 @@ impl<'t> Rewrite<'_, 't> {
         Some(Located { value, span: atom.span })
     }
 
-    /// An element or slice: its array and what stands in its brackets may be parameters.
+    /// Rewrites an element or slice: its array, and the index or ends in its brackets, may be
+    /// parameters.
     fn indexed(&mut self, name: &str, at: Span) -> Option<String> {
         let (array, rest) = name.split_once('[')?;
         let array = self.named(array, at, Wanted::Array)?;
@@ -158,7 +159,7 @@ impl<'t> Rewrite<'_, 't> {
         Some(format!("{array}[{}]", ends.join("..")))
     }
 
-    /// A name, or what was given for it, as a text.
+    /// A name, or its argument if it is a parameter, as a text.
     fn named(&mut self, name: &str, at: Span, wanted: Wanted) -> Option<String> {
         let Some(argument) = self.argument(name, at, wanted) else { return Some(self.whole(name)) };
         let (own, _, behind) = argument.ok()?;
@@ -182,12 +183,12 @@ impl<'t> Rewrite<'_, 't> {
         }
     }
 
-    /// Contacts in series; those with mistakes are left out.
+    /// Rewrites contacts in series; contacts with mistakes are left out.
     pub fn contacts(&mut self, contacts: &[Contact]) -> Vec<Contact> {
         contacts.iter().filter_map(|contact| self.contact(contact, 0)).collect()
     }
 
-    /// Contacts; `depth`: how deeply they are nested.
+    /// Rewrites contacts; `depth` is the nesting depth of their place.
     pub fn contact(&mut self, contact: &Contact, depth: u32) -> Option<Contact> {
         self.room.take(1)?;
         Some(match contact {
@@ -223,7 +224,7 @@ impl<'t> Rewrite<'_, 't> {
         self.name(name, Wanted::Bit).map(Contact::Bit)
     }
 
-    /// The contacts that were given, as if in parentheses.
+    /// The contacts of an argument, as if in parentheses.
     fn contacts_given(&mut self, own: &str, at: Span, depth: u32) -> Option<Contact> {
         let Given::Contacts(contact, deep) = &self.instance.given[own] else { return None };
         if depth + deep > DEPTH_MAX {
@@ -243,13 +244,13 @@ impl<'t> Rewrite<'_, 't> {
         };
         let mut contact = moved(contact, &mut place);
         if let Contact::All(_, span) | Contact::Any(_, span) = &mut contact {
-            // The quotes are its parentheses.
+            // The quotes count as its parentheses.
             *span = Span { start: span.start - 1, end: span.end + 1, ..*span };
         }
         whole.then_some(contact)
     }
 
-    /// An instruction; `None` if it has a mistake, which is reported.
+    /// Rewrites an instruction; `None` if it has a mistake, which is reported.
     pub fn instruction(&mut self, text: &Instruction) -> Option<Instruction> {
         self.room.take(1 + text.operands.len())?;
         let mnemonic =
@@ -294,7 +295,7 @@ impl<'t> Rewrite<'_, 't> {
 
     fn expression(&mut self, expression: &Expression) -> Option<Expression> {
         let parts = expression.parts.iter().map(|part| self.part(part));
-        // All of them, so that every mistake is reported.
+        // Rewrites all parts first, so that every mistake is reported.
         let parts: Vec<Option<Part>> = parts.collect();
         let parts = parts.into_iter().collect::<Option<Vec<_>>>()?;
         Some(Expression { parts })
@@ -305,7 +306,7 @@ impl<'t> Rewrite<'_, 't> {
         let kind = match &part.kind {
             PartKind::Name(name) => {
                 let atom = Atom { kind: AtomKind::Name(name.clone()), span: part.span };
-                // Functions take whole arrays; the resolver knows where.
+                // Some functions take whole arrays; the resolver checks that.
                 let wanted = match self.instance.of.parameter(name) {
                     Some((_, Kind::Array)) => Wanted::Array,
                     Some(_) | None => Wanted::Operand,
@@ -332,7 +333,7 @@ impl<'t> Rewrite<'_, 't> {
     }
 }
 
-/// What an operand is wanted for; `None`: it is a Stage.
+/// The kind of operand that is required; `None` for a Stage.
 fn wanted(spec: Option<&'static Spec>, operand: &Operand, positional: usize) -> Option<Wanted> {
     let Some(spec) = spec else { return Some(Wanted::Any) };
     let row = match &operand.key {

@@ -1,6 +1,7 @@
-//! The room for what templates stand for: an expansion ends quickly, whatever is written.
+//! The limit for the size of an expansion, so that it ends quickly whatever the files contain.
 
-/// The most contacts, operands, rungs and tags of all uses together: files can hold about as many.
+/// Maximum number of contacts, operands, rungs and tags of all uses together: about as many as
+/// files can contain.
 pub(super) const PARTS_MAX: usize = 1_000_000;
 
 /// The room that is left.
@@ -13,7 +14,7 @@ impl Room {
         Room { left: PARTS_MAX }
     }
 
-    /// Takes room for some parts; `None` once there is too little.
+    /// Takes room for this number of parts; `None` if there is too little.
     pub fn take(&mut self, parts: usize) -> Option<()> {
         match self.left.checked_sub(parts) {
             Some(left) => {
@@ -27,7 +28,7 @@ impl Room {
         }
     }
 
-    /// Whether no more is written out.
+    /// Whether the expansion ends because there is no room left.
     pub fn is_over(&self) -> bool {
         self.left == 0
     }

@@ -1,11 +1,11 @@
-//! `{name}` and `{patience}` in the texts of a template's tags.
+//! Words in braces in the texts of a template's tags: `{name}`, `{patience}`.
 
 use crate::source::atom::{is_name, is_name_letter};
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::Span;
 
-/// The pieces of a text: each a plain text, then a word in braces, if one follows.
+/// The pieces of a text. Each is a plain text, and the word in braces behind it, if there is one.
 fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -25,7 +25,7 @@ fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
     })
 }
 
-/// The findings about braces: a word that nothing stands for, and a brace that is not closed.
+/// The findings about braces: an unknown word, and a brace that is not closed.
 pub(super) fn check(text: &str, span: Span, known: &[&str]) -> Vec<Finding> {
     let holds = "a text may hold `{name}`, the use's name, and parameters in braces";
     let find = |message: String| Finding::new(Code::TemplateRule, span, message);
@@ -49,7 +49,7 @@ pub(super) fn check(text: &str, span: Span, known: &[&str]) -> Vec<Finding> {
     findings
 }
 
-/// The most characters of a text that a finding repeats.
+/// Maximum number of characters of a text that a finding quotes.
 const SHOWN_MAX: usize = 20;
 
 /// The first opening brace without its closing one.
@@ -60,7 +60,7 @@ fn unclosed(plain: &str) -> Option<usize> {
     plain.match_indices('{').map(|(at, _)| at).find(|at| !is_closed(at))
 }
 
-/// The text with what the words in braces stand for.
+/// The text with the words in braces replaced by their values.
 pub(super) fn filled(text: &str, of: impl Fn(&str) -> Option<String>) -> String {
     let mut filled = String::new();
     for (plain, word) in pieces(text) {

@@ -1,5 +1,5 @@
-//! The trial of a template that nothing uses: it is written out with arguments that fit, and
-//! checked like any other, outside the program.
+//! The trial of a template that nothing uses: it is expanded with arguments that fit, and checked
+//! like any other template, outside the program.
 
 use crate::resolve::Resolver;
 use crate::resolve::program::Program;
@@ -37,7 +37,7 @@ impl Resolver<'_> {
     }
 }
 
-/// The names of a ladder.
+/// The ladder without its rungs, for its names only.
 fn without_rungs(ladder: &Ladder) -> Ladder {
     let stage = |stage: &Stage| Stage {
         span: stage.span,

@@ -1,5 +1,5 @@
-//! Getters for the entries of a table whose keys are names, when its values are no tables.
-// `_` stands for what TOML allows and a ladder does not; the enum is the parser's.
+//! Getters for the entries of a table whose keys are names and whose values are not only tables.
+// `_` matches the values that TOML allows and a ladder does not; the enum is the parser's.
 #![allow(clippy::wildcard_enum_match_arm)]
 
 use toml::de::DeValue;
@@ -11,8 +11,8 @@ use crate::source::reader::Text;
 use crate::source::span::Located;
 
 impl<'a> Table<'a> {
-    /// All entries as arrays of strings, by key and in file order (the form of `leg`). Helps write
-    /// the keys with `prefix`.
+    /// All entries as arrays of strings, by key and in file order (the form of `leg`). Help texts
+    /// have `prefix` before the keys.
     pub fn string_arrays(&mut self, any: Key, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
         self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Texts));
         let entries = self.in_file_order();
@@ -23,7 +23,7 @@ impl<'a> Table<'a> {
         arrays.collect()
     }
 
-    /// The keys that no getter asked for, in file order: for a finding other than that of
+    /// The keys that no getter requested, in file order, for a finding that differs from that of
     /// [`Table::finish`].
     pub fn unasked(&self) -> Vec<Text> {
         let entries = self.in_file_order().into_iter();
@@ -96,7 +96,7 @@ impl<'a> Table<'a> {
     }
 
     /// All entries as strings or bare numbers, by key and in file order (the form of `with`).
-    /// `None` for a value of another type, which is reported.
+    /// `None` for a value of a wrong type, which is reported.
     pub fn scalars(&mut self, any: Key) -> Vec<(Text, Option<Text>)> {
         self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Scalar));
         let entries = self.in_file_order();
