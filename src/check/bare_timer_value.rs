@@ -39,7 +39,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     findings.extend(context.contacts.iter().filter_map(|contact| compare(context, contact)));
 }
 
-/// The tag that names the constant at a place.
+/// The tag that names the constant at `place`.
 fn tag<'a>(context: &Context<'a>, place: Span) -> Option<&'a Tag> {
     let constants = &context.program.constants;
     let at =
@@ -49,8 +49,8 @@ fn tag<'a>(context: &Context<'a>, place: Span) -> Option<&'a Tag> {
     inside.then(|| &context.program.tags[*tag])
 }
 
-/// The finding for a tag's value without a unit. Its place is the tag's value, where it has to be
-/// corrected.
+/// The finding for a tag's value without a unit. Its place is the tag's value, because the author
+/// must correct the value there.
 fn in_tags(tag: &Tag, place: Span, message: String, number: i32) -> Finding {
     let name = &tag.name;
     let help = choice(number, |ms| format!("{name} = {{ value = \"{}\" }}", duration::print(ms)));
@@ -112,7 +112,7 @@ fn bare(value: Value) -> Option<i32> {
     }
 }
 
-/// Both meanings of the number, as texts to write.
+/// Both meanings of the number, as texts for the help.
 fn choice(number: i32, write: impl Fn(i32) -> String) -> String {
     match number.checked_mul(1000) {
         Some(s) => format!("`{}`, as it is read now, or `{}`", write(number), write(s)),

@@ -1,6 +1,6 @@
-//! `block-rule`: EXIT, RUN, RESTART, ENTASK and HALT act only on the blocks that they are made for.
+//! `block-rule`: EXIT, RUN, RESTART, ENTASK or HALT acts on a block of the wrong kind.
 //!
-//! EXIT ends the program that it stands in, but not `Main`, and not a task. RUN and RESTART start
+//! EXIT ends the program that contains it, but not `Main`, and not a task. RUN and RESTART start
 //! programs, ENTASK starts tasks; none of these instructions may name `Main`. The rule
 //! `built-in-task` covers built-in tasks.
 //!

@@ -1,5 +1,5 @@
-//! `built-in-task`: no instruction starts or stops FirstScan, TopOfScan, BottomOfScan or LastScan;
-//! each has a fixed time in the scan.
+//! `built-in-task`: an instruction starts or stops FirstScan, TopOfScan, BottomOfScan or LastScan.
+//! Each of these tasks has a fixed time in the scan.
 //!
 //! Passes:
 //!

@@ -1,33 +1,34 @@
-//! Prints contacts and conditions for the helps of findings, ready to paste.
+//! Prints contacts and conditions for the help texts of findings, ready to paste.
 //!
 //! Called by the rules. The texts follow the grammar of ladder files; a test loads them again.
-//! Parentheses are set wherever `&` and `|` meet.
+//! Parentheses always separate `&` from `|`.
 
 use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
 use crate::resolve::program::{Contact, Value, Written};
 
 use super::context::{Context, RungPlace};
 
-/// A longer condition is not printed in a help (characters).
+/// The maximum length of a condition in a help text (characters).
 const CONDITION_MAX: usize = 72;
 
-/// A condition of more places is not printed in a help.
+/// The maximum number of places in a condition in a help text.
 const PLACES_MAX: usize = 6;
 
 /// The bit that is always ON.
 const ON: &str = status::BIT_NICKNAMES[status::st::ON as usize];
 
-/// A series of contacts, after the bit of its stage or program if it needs one; empty: always ON.
+/// A series of contacts, after the bit of its stage or program if it needs that bit. An empty
+/// series is always ON.
 pub struct ContactSeries<'a> {
-    /// The bit that leads the series: `Day.Green`, `Drain.Running`.
+    /// The bit at the beginning of the series: `Day.Green`, `Drain.Running`.
     pub gate: Option<String>,
     /// The contacts.
     pub contacts: Vec<&'a Contact>,
 }
 
 impl ContactSeries<'_> {
-    /// The text as one element of `when`; with `alone` = false in parentheses where `&` or `|`
-    /// beside it need them.
+    /// The text as one element of `when`. With `alone` = false, the text can be placed beside `&`
+    /// or `|`: it has parentheses if it needs them.
     fn print(&self, context: &Context, alone: bool) -> String {
         let all = match (&self.gate, self.contacts.as_slice()) {
             (None, []) => return ON.to_owned(),
@@ -59,8 +60,8 @@ impl<'a> Context<'a> {
         print(self, contact)
     }
 
-    /// One condition that is ON when any of these has power, as the text of `when = ["…"]`. `None`
-    /// if a power is unknown, or the condition is too long or always ON.
+    /// One condition that is ON if any of `powers` is ON, as the text of `when = ["…"]`. `None` if
+    /// a power is unknown, or if the condition is too long or always ON.
     pub fn any_of(
         &self,
         powers: impl ExactSizeIterator<Item = Option<ContactSeries<'a>>>,
@@ -80,8 +81,8 @@ impl<'a> Context<'a> {
         (text.len() <= CONDITION_MAX && !terms.iter().any(|term| term == ON)).then_some(text)
     }
 
-    /// The power of a place, without `$On`. `None` in a rung with legs other than `when`, and if
-    /// contacts may have been left out of the program.
+    /// The power at a place, without `$On`. `None` in a rung without a `when` leg, and if contacts
+    /// may have been left out of the program.
     pub fn power(&self, place: &RungPlace<'a>) -> Option<ContactSeries<'a>> {
         if !self.whole {
             return None;
@@ -94,8 +95,8 @@ impl<'a> Context<'a> {
         Some(ContactSeries { gate: None, contacts })
     }
 
-    /// The power of a place for use in another block: with the bit of its stage or program. `None`
-    /// in a task too, because its rungs do not execute in every scan.
+    /// The power at a place, for use in a different block: with the bit of its stage or program.
+    /// `None` in a task too, because its rungs do not execute in every scan.
     pub fn power_from_outside(&self, place: &RungPlace<'a>) -> Option<ContactSeries<'a>> {
         let mut power = self.power(place)?;
         power.gate = match place.stage {
@@ -108,7 +109,7 @@ impl<'a> Context<'a> {
     }
 }
 
-/// A contact as text that can stand beside `&` and `|`.
+/// A contact as text that can be placed beside `&` and `|`.
 fn grouped(context: &Context, contact: &Contact) -> String {
     let text = print(context, contact);
     match contact {

@@ -1,10 +1,10 @@
 //! `constant-compare`: a compare with the same result in every scan.
 //!
 //! It compares two constants, a location with itself, or a location with a constant at or beyond
-//! the limits of its range. The range is that of the memory (V 0..65535, D the whole of i32), not a
-//! tag's `min` and `max`: a compare may guard against values beyond these. A word of the time of
-//! day has a range of its own (`$Hour` 0..23), which counts against a number that stands in the
-//! compare itself: a named constant, or a template's argument, is a setting that may lie at an end.
+//! the limits of its range. The range is the range of the memory (V 0..65535, D the whole of i32),
+//! not a tag's `min` and `max`: a compare may guard against values beyond these. A word of the time
+//! of day has its own range (`$Hour` 0..23). That range applies only to a number in the compare
+//! itself. A named constant or a template's argument is a setting, which may be at a limit.
 //!
 //! Passes:
 //!
@@ -90,7 +90,7 @@ fn judge(
     }
 }
 
-/// As [`judge`], of a word of the time of day and a number that stands in the compare itself.
+/// As [`judge`], for a word of the time of day and a number in the compare itself.
 fn judge_clock(
     context: &Context,
     (left, comparison, right): (Value, Comparison, Value),
@@ -121,7 +121,7 @@ fn clock(word: Word) -> Option<(i32, i32)> {
     }
 }
 
-/// What the ends of a word of the time of day stand for.
+/// The meaning of the lowest and highest value of a word of the time of day.
 fn clock_words(word: Word) -> &'static str {
     match word {
         Word::Space(WordSpace::Dst, dst::MONTH) => "1 is January, 12 is December",
@@ -133,13 +133,13 @@ fn clock_words(word: Word) -> &'static str {
     }
 }
 
-/// The constant result of a compare of an integer in a range with a whole number in it or beyond.
+/// The constant result of comparing a word with a constant. The word has any value in the range.
 fn constant_result((low, high): (f64, f64), comparison: Comparison, constant: f64) -> Option<bool> {
     match comparison {
         Comparison::Eq | Comparison::Ne if (low..=high).contains(&constant) => None,
         Comparison::Eq => Some(false),
         Comparison::Ne => Some(true),
-        // An order is constant if it has the same result at both ends of the range.
+        // The result is constant if it is the same at both ends of the range.
         Comparison::Lt | Comparison::Le | Comparison::Gt | Comparison::Ge => {
             let at_low = holds(low, comparison, constant);
             (at_low == holds(high, comparison, constant)).then_some(at_low)
@@ -156,7 +156,7 @@ fn judge_range(
     let (low, high) = word.numbers();
     let held = (low..=high).contains(&constant) && (word.is_real() || constant.fract() == 0.0);
     let always = match comparison {
-        // Between two whole numbers lies a fraction that no word of integers holds.
+        // No word is equal to a constant that it cannot hold: one beyond its range, or a fraction.
         Comparison::Eq | Comparison::Ne if !held => Some(comparison == Comparison::Ne),
         Comparison::Eq
         | Comparison::Ne

@@ -1,10 +1,10 @@
 //! `constant-saturates`: MOVE, ADD, SUB or FILL with a constant so large or small that the result
-//! never fits the target, or a MATH of such a constant alone.
+//! never fits the target, or a MATH that consists of such a constant.
 //!
-//! It is legal: a larger result becomes the target's largest number, a smaller one its smallest. A
-//! tag's `min` and `max` narrow the range of its address. The author mostly has a different range
-//! in mind. Only certain cases are reported: a sum passes if its other operand can bring it into
-//! the range.
+//! It is legal: a result above the range becomes the target's largest number, a result below it the
+//! smallest. A tag's `min` and `max` narrow the range of its address. Usually the author assumes a
+//! different range. A sum is reported only if no value of its other operand brings it into the
+//! range.
 //!
 //! Passes:
 //!
@@ -33,7 +33,7 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let storing = storing(placed.action())?;
     let word = storing.to.first()?;
     let limits = context.limits(word);
-    // Of an array, any element may be the one that takes it.
+    // For an array, any element may be the target.
     let mut all = storing.to.each().map(|word| limit_of(word, context.limits(word), storing.range));
     let stored = all.next()??;
     if all.any(|stored| stored.is_none()) {
@@ -61,9 +61,10 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     })
 }
 
-/// The limit that a word stores in place of any number of this range, none of which fits.
+/// The limit that a word stores instead of the numbers `low` to `high`; `None` if one of them may
+/// fit.
 fn limit_of(word: Word, limits: WriteLimits, (low, high): (f64, f64)) -> Option<i32> {
-    // A word of whole numbers takes a number without its fraction.
+    // A word of whole numbers stores a number without its fraction.
     let whole = |number: f64| if word.is_real() { number } else { number.trunc() };
     if whole(low) > word.number(limits.max) {
         return Some(limits.max);

@@ -1,9 +1,9 @@
 //! The input of every rule: the program, and every instruction and contact with its place.
 //!
-//! [`Context::new`] walks the program once, in file order; the rules then ask for instructions by
-//! mnemonic, for the drivers of a bit, the owners of a structure, or the compares. It makes no
-//! findings; the names in findings come from `names`. Drivers are compared by *element* (a block's
-//! own rungs, or one stage), because a termination pass acts on an element.
+//! [`Context::new`] walks the program once, in file order. The rules then look up instructions, the
+//! drivers of a bit, the owners of a structure, or contacts. This module makes no findings; the
+//! names in findings come from `names`. Drivers are compared by *element* (a block's own rungs, or
+//! one stage), because a termination pass acts on an element.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -23,19 +23,19 @@ use crate::source::span::{Located, Span};
 
 use super::outside::Outside;
 
-/// The data of a check beside the program.
+/// The data that a check uses in addition to the program.
 #[derive(Clone, Copy)]
 pub struct Around<'a> {
-    /// The controller file's retained ranges; empty without one.
+    /// The retained ranges of the controller file; empty without a controller file.
     pub(crate) retained: &'a [Range],
-    /// The writers of the controller file; `None` without one.
+    /// The writers of the controller file; `None` without a controller file.
     pub(crate) outside: Option<&'a Outside>,
-    /// Of the load.
+    /// The progress of the load.
     pub(crate) progress: &'a Progress,
 }
 
 impl<'a> Around<'a> {
-    /// Of a load that nothing ends, of ladders alone.
+    /// The data for a load of ladders without a controller file and without a time limit.
     pub fn of(retained: &'a [Range]) -> Around<'a> {
         Around { retained, outside: None, progress: &crate::progress::UNASKED }
     }
@@ -45,13 +45,13 @@ impl<'a> Around<'a> {
 pub struct Context<'a> {
     /// The program.
     pub program: &'a Program,
-    /// Whether the program is complete: not even a contact is left out.
+    /// Whether the program is complete: no part of it, not even a contact, is left out.
     pub whole: bool,
     /// The retained ranges of the controller file; empty without a controller file.
     pub retained: &'a [Range],
-    /// The writers of the controller file; `None` without one.
+    /// The writers of the controller file; `None` without a controller file.
     pub outside: Option<&'a Outside>,
-    /// Of the load.
+    /// The progress of the load.
     pub progress: &'a Progress,
     /// Every instruction, in file order.
     pub instructions: Vec<Placed<'a>>,
@@ -65,17 +65,17 @@ pub struct Context<'a> {
     limits: NumberMap<Word, WriteLimits<'a>>,
     /// The addresses of tags with `initial`, `min` or `max`: an operator sets them.
     pub settings: NumberSet<Address>,
-    /// What the ladder reads and writes; `usage` makes both, once for all rules.
+    /// The addresses that the ladder reads and writes. `usage` makes both, once for all rules.
     pub reads: OnceCell<Vec<(Address, Span)>>,
     pub writes: OnceCell<NumberMap<Address, Effect>>,
 }
 
-/// The effect that all writes of the ladder together have on a bit or word.
+/// The combined effect of all writes of the ladder on a bit or word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effect {
-    /// RST alone: a bit that is ON goes OFF.
+    /// The bit can only go OFF: all writes are RST.
     Off,
-    /// It may change to any value.
+    /// The bit or word can change to any value.
     Any,
 }
 
@@ -86,7 +86,7 @@ pub struct WriteLimits<'a> {
     pub min: i32,
     /// The greatest number.
     pub max: i32,
-    /// The tag that sets the limits; `None`: they are the word's range.
+    /// The tag that sets the limits; `None` if the limits are the range of the word.
     pub of_tag: Option<&'a Tag>,
 }
 
@@ -220,7 +220,7 @@ impl<'a> Context<'a> {
         limits.of_tag.get_or_insert(tag);
     }
 
-    /// The limits of the results that MOVE, ADD and SUB store in a word.
+    /// The limits of the results that an instruction stores in a word.
     pub fn limits(&self, word: Word) -> WriteLimits<'a> {
         self.limits.get(&word).copied().unwrap_or(WriteLimits::of(word))
     }
@@ -259,7 +259,7 @@ impl<'a> Placed<'a> {
         &self.instruction.action
     }
 
-    /// The bit that it writes ON and OFF at every execution, if it is a driver.
+    /// The bit that the instruction writes ON or OFF at every execution, if it is a driver.
     pub fn driven(&self) -> Option<Located<Bit>> {
         match self.action() {
             Action::Coil { coil: Coil::Out | Coil::Pd | Coil::Nd, bit } => Some(*bit),
@@ -289,7 +289,7 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// The Stages that it turns ON.
+    /// The stages that the instruction turns ON.
     pub fn stages_entered(&self) -> impl Iterator<Item = StageId> + use<'a> {
         let on = self.action().stage_move().on;
         on.iter().map(|stage| stage.value)
@@ -297,18 +297,18 @@ impl<'a> Placed<'a> {
 }
 
 impl RungPlace<'_> {
-    /// The element it lies in.
+    /// The element of the place.
     pub fn element(&self) -> ElementId {
         ElementId { block: self.block.id, stage: self.stage.map(|stage| stage.id) }
     }
 
-    /// Whether its block is a Task, built-in or not.
+    /// Whether its block is a task, built-in or not.
     pub fn in_task(&self) -> bool {
         self.block.kind != BlockKind::Program
     }
 }
 
-/// `Program` or `Task`, in a sentence.
+/// `program` or `task`, for a sentence.
 pub fn kind_name(kind: BlockKind) -> &'static str {
     if kind == BlockKind::Program { "program" } else { "task" }
 }

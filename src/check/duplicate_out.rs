@@ -1,8 +1,8 @@
 //! `duplicate-out`: within one block's own rungs, or one stage, two instructions drive one bit.
 //!
 //! Drivers write their bit, ON or OFF, at every execution: OUT, PD, ND, and ONDTMR and OFFDTMR with
-//! their output. Of two drivers, the last one determines the bit in every scan. SET, RST and PONOFF
-//! do not write at every execution and are not drivers.
+//! their output. If a bit has two drivers, the last one determines it in every scan. SET, RST and
+//! PONOFF do not write at every execution and are not drivers.
 //!
 //! Passes:
 //!
@@ -36,7 +36,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         for all in elements.values() {
             let [first, again @ ..] = &all[..] else { continue };
             let Some(second) = again.first() else { continue };
-            // The help names the conditions of all drivers, so it is made once.
+            // The help contains the conditions of all drivers, so it is made only once.
             let help = help(context, bit, all);
             findings.push(finding(context, bit, (first, second)).help(help));
             let more = again[1..].iter().map(|later| finding(context, bit, (first, later)));

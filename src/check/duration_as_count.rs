@@ -1,8 +1,9 @@
 //! `duration-as-count`: a counter's preset, or a value compared with its count, given as a
 //! duration.
 //!
-//! A duration is a number of ms, so `preset=3s` counts to 3000. A unit means a time, so either a
-//! timer or a plain number is right there. The opposite of `bare_timer_value`.
+//! A duration is a number of ms, so `preset=3s` counts to 3000. A unit means a time: the author
+//! wants either a timer or a number without a unit. This rule is the opposite of
+//! `bare_timer_value`.
 //!
 //! Passes:
 //!

@@ -1,7 +1,8 @@
 //! `edge-in-clk`: an edge contact in the `clk` leg of SR.
 //!
-//! SR shifts at the rising edge of `clk` itself, so an edge contact there is an edge of an edge:
-//! it hides a `clk` that stays ON, and its history goes OFF in a pass, which that of SR does not.
+//! SR itself shifts at the rising edge of `clk`, so an edge contact there is an edge of an edge. SR
+//! does not detect that the signal stays ON. In a termination pass the history of the edge contact
+//! goes OFF, but the history of SR does not.
 //!
 //! Passes:
 //!

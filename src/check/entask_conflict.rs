@@ -1,5 +1,5 @@
-//! `entask-conflict`: a task with a recurrent ENTASK has a second ENTASK. A task has either one
-//! recurrent ENTASK, or any number of run-once ones.
+//! `entask-conflict`: a task with a recurrent ENTASK has a second ENTASK. A task may have either
+//! one recurrent ENTASK, or any number of run-once ENTASKs.
 //!
 //! Passes:
 //!
@@ -66,7 +66,7 @@ fn finding(context: &Context, name: &str, recurrent: &Placed, other: &Placed) ->
         .help(help)
 }
 
-/// The help: one ENTASK for both rungs, with its condition if that is known.
+/// The help: one ENTASK for both rungs, with its condition if the condition is known.
 fn joined(context: &Context, recurrent: &Placed, other: &Placed) -> String {
     let same_element = recurrent.place.element() == other.place.element();
     let both = [recurrent, other].into_iter();

@@ -1,8 +1,8 @@
-//! `input-unmapped`: the ladder reads an X that nothing moves, while devices move others.
+//! `input-unmapped`: the ladder reads an X that nothing moves, although devices move other X.
 //!
-//! Only with a controller file whose devices move an X: a ladder alone, or with simulated inputs,
-//! is still being tried out. Rules of simulated devices and the coils of `[modbus-server.image]`
-//! move an X too. An X whose tag has `initial` is meant to keep it.
+//! Reported only with a controller file whose devices move an X: a ladder without such a file is
+//! probably still being tried out. Rules of simulated devices and the coils of
+//! `[modbus-server.image]` move an X too. An X whose tag has `initial` is meant to keep that value.
 //!
 //! Passes, with a map that has `X0` and `X1`; fails with `X0` alone:
 //!

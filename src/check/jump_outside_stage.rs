@@ -1,4 +1,4 @@
-//! `jump-outside-stage`: JMP or SGDIVRG outside a stage. They leave the stage that they stand in.
+//! `jump-outside-stage`: JMP or SGDIVRG outside a stage. They leave the stage that contains them.
 //!
 //! Passes: SGSET anywhere in the program.
 //!

@@ -1,9 +1,9 @@
-//! `lost-fraction`: a constant with a fraction goes into a word of whole numbers.
+//! `lost-fraction`: a constant with a fraction is stored in a word of whole numbers.
 //!
-//! It is legal: the word takes the number truncated towards zero. But who writes a fraction wants
-//! one, and forgot that the target holds none. Reported where all other numbers are whole, so that
-//! the fraction never shows in the result: MOVE, FILL and MATH of a constant, ADD and SUB of a
-//! constant and a whole number.
+//! It is legal: the word stores the number truncated towards zero. But an author who writes a
+//! fraction wants to keep it, and forgot that the target holds none. Reported if all other numbers
+//! are whole, so that the fraction never affects the result: MOVE, FILL and MATH of a constant, ADD
+//! and SUB of a constant and a whole number.
 //!
 //! Passes:
 //!
@@ -33,7 +33,7 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let fraction = stored.fraction?;
     let word = stored.to.first().filter(|word| !word.is_real())?;
     let (low, high) = word.numbers();
-    // Of a number beyond the word, `constant_saturates` says more.
+    // For a number beyond the word's range, the finding of `constant_saturates` is more precise.
     if stored.range.0 > high || stored.range.1 < low {
         return None;
     }

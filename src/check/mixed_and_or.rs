@@ -1,7 +1,7 @@
 //! `mixed-and-or`: `&` and `|` side by side without parentheses.
 //!
-//! `&` binds tighter, but readers may not know that. The places show parentheses: a series in
-//! parentheses begins before its first contact.
+//! `&` binds tighter, but readers may not know that. The rule finds parentheses by the places: a
+//! series in parentheses begins before its first contact.
 //!
 //! Passes:
 //!

@@ -2,8 +2,8 @@
 //!
 //! The loader calls [`check`] after the resolver has made a program, and [`silence()`] with all
 //! findings of the load. Each rule has its own file; the file's header shows a ladder that passes
-//! and one that fails. A rule only reads the program and adds findings (the mistake, its place, and
-//! the text to write instead). All rules run, whatever others find.
+//! and a ladder that fails. A rule only reads the program and adds findings (the mistake, its
+//! place, and the text to write instead). All rules run, even if other rules have findings.
 
 pub use context::Around;
 pub(crate) use context::Context;
@@ -63,8 +63,8 @@ type Rule = fn(&context::Context, &mut Vec<Finding>);
 enum Needs {
     /// One contact or instruction by itself.
     Itself,
-    /// The places of instructions. Parts left out of the program hide findings, but cause no false
-    /// ones.
+    /// The places of instructions. Parts that are left out of the program can hide findings, but
+    /// cause no false findings.
     Place,
     /// The whole program: the rule reports that something is missing.
     Whole,
@@ -107,13 +107,13 @@ pub fn check(program: &Program, around: Around) -> Vec<Finding> {
     program.layers.told(check_whole(program, around))
 }
 
-/// All findings of the rules, in order of place. A place may lie in a layer of the program.
+/// All findings of the rules, in order of place. A place may be in a layer of the program.
 pub(crate) fn check_whole(program: &Program, around: Around) -> Vec<Finding> {
     apply(program, around, Needs::Whole)
 }
 
 /// The correct findings for a program with parts left out because of mistakes. `misplaced`: headers
-/// are misplaced, so that places may not be the intended ones; rules that need places then do not
+/// are misplaced, so places may differ from the intended ones. Then rules that need places do not
 /// run.
 pub(crate) fn check_partial(program: &Program, around: Around, misplaced: bool) -> Vec<Finding> {
     apply(program, around, if misplaced { Needs::Itself } else { Needs::Place })

@@ -1,8 +1,8 @@
 //! `multi-scan-in-task`: an instruction that works over several scans, in a task that runs once.
 //!
 //! A run-once task executes once and terminates, so a timer never times, and a counter is reset
-//! after every run. `FirstScan` and `LastScan` always run once. A run-once ENTASK starts its task
-//! at once, so it is not reported.
+//! after every run. `FirstScan` and `LastScan` always run once. A run-once ENTASK in such a task is
+//! not reported, because it needs only one execution to start its task.
 //!
 //! Passes:
 //!

@@ -1,7 +1,7 @@
-//! Addresses as findings print them: with the names that the ladder gives them.
+//! The texts of addresses in findings: with their names in the ladder.
 //!
-//! Called by the rules. Prefers a tag to its address and a status nickname to its number, because a
-//! help is pasted into the ladder. `conditions` prints contacts.
+//! Called by the rules. Prefers a tag to its address and a status nickname to its number, because
+//! help texts are pasted into the ladder. `conditions` prints contacts.
 
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace, status};
 
@@ -9,7 +9,7 @@ use super::context::Context;
 use crate::resolve::array::Element;
 
 impl Context<'_> {
-    /// The name to write in this ladder: the tag if there is one, else the address.
+    /// The name to write in this ladder: the tag if the address has one, else the address.
     pub fn name(&self, address: Address) -> String {
         if let Some(name) = self.program.places.name(address) {
             return name;
@@ -45,12 +45,12 @@ impl Context<'_> {
         }
     }
 
-    /// [`Context::say`] of a bit.
+    /// As [`Context::say`], for a bit.
     pub fn say_bit(&self, bit: Bit) -> String {
         self.say(Address::Bit(bit))
     }
 
-    /// [`Context::say`] of a structure.
+    /// As [`Context::say`], for a structure.
     pub fn say_structure(&self, structure: Structure) -> String {
         self.say(Address::Structure(structure))
     }
@@ -113,7 +113,7 @@ pub fn structure_kind(structure: Structure) -> &'static str {
     }
 }
 
-/// An instruction that would own a structure, to paste.
+/// An instruction that would own a structure, ready to paste.
 pub fn owner_of(context: &Context, structure: Structure) -> String {
     let name = context.name(Address::Structure(structure));
     match structure {
@@ -123,7 +123,7 @@ pub fn owner_of(context: &Context, structure: Structure) -> String {
     }
 }
 
-/// `` `A`, `B` and `C` ``; of more than `LISTED_MAX` names, the first.
+/// `` `A`, `B` and `C` ``. Of more than `LISTED_MAX` names, only the first are listed.
 pub fn list(names: &[String]) -> String {
     match names {
         many if many.len() > LISTED_MAX => {

@@ -1,8 +1,8 @@
 //! `never-written`: the ladder reads a bit or word that nothing writes.
 //!
-//! Writers are instructions, devices, Modbus clients, and what `writers` counts as a setting. A
-//! member of a structure needs an instruction that owns the structure, or a write to that member. X
-//! bits have a rule of their own (`input_unmapped`).
+//! Writers are instructions, devices, Modbus clients, and an operator if `writers` counts the
+//! address as a setting. A member of a structure needs an instruction that owns the structure, or a
+//! write to that member. X bits have their own rule (`input_unmapped`).
 //!
 //! Passes:
 //!
@@ -46,7 +46,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-/// What the log reads and no rung does: bits of alarms, and what is logged at each change.
+/// The addresses that the log reads but no rung reads: tags with `alarm`, and tags whose changes
+/// are logged.
 fn logged(context: &Context, read: &[(Address, Span)]) -> Vec<(Address, Span)> {
     let read: NumberSet<Address> = read.iter().map(|(address, _)| *address).collect();
     let tags = context.program.tags.iter().filter(|tag| tag.alarm.is_some() || tag.log_changes);
@@ -57,7 +58,7 @@ fn logged(context: &Context, read: &[(Address, Span)]) -> Vec<(Address, Span)> {
     bits.filter(|(address, _)| !read.contains(address)).collect()
 }
 
-/// Whether the controller itself writes it, or another rule judges it.
+/// Whether the controller itself writes the address, or a different rule covers it.
 pub(super) fn is_always_written(address: Address) -> bool {
     match address {
         Address::Bit(Bit::Space(space, _)) => matches!(space, BitSpace::St | BitSpace::X),
@@ -91,7 +92,7 @@ fn finding(context: &Context, address: Address, span: Span) -> Finding {
     ))
 }
 
-/// The value of what nothing writes, as it is shown and as `initial` says it.
+/// The value of an address that nothing writes: as shown in a finding, and as written in `initial`.
 pub(super) fn always(address: Address) -> (&'static str, &'static str) {
     match address {
         Address::Word(word) if word.is_real() => ("0.0", "0.0"),
@@ -100,7 +101,7 @@ pub(super) fn always(address: Address) -> (&'static str, &'static str) {
     }
 }
 
-/// How the ladder says that an operator sets it.
+/// The help text about declaring that an operator sets the address.
 pub(super) fn setting(context: &Context, address: Address) -> String {
     let initial = always(address).1;
     match context.tag_at(address) {

@@ -1,8 +1,9 @@
-//! `never-written`, of the controller file: a row of a map sends what nothing writes, or a
-//! simulated input follows it.
+//! `never-written`, for the controller file: a row of a map sends an operand that nothing writes,
+//! or a simulated input follows such an operand.
 //!
-//! What the ladder reads too is reported there (`never_written`). A row of several operands may
-//! have spare ones: it is reported if nothing writes any of them.
+//! If the ladder reads the operand too, only the ladder's finding is reported (`never_written`). A
+//! row of several operands may contain spare operands: it is reported only if nothing writes any of
+//! them.
 //!
 //! Passes, and fails without the rung:
 //!

@@ -2,7 +2,8 @@
 //!
 //! The driver that executes last in a scan determines the bit, and the termination of one driver
 //! turns the bit OFF although the other may have turned it ON. Two stages of one program are
-//! allowed, since they take turns (see `out-lost-on-jump-back`). `duplicate_out` lists the drivers.
+//! allowed, because they take turns (see `out-lost-on-jump-back`). `duplicate_out` lists the
+//! drivers.
 //!
 //! Passes:
 //!

@@ -1,12 +1,12 @@
 //! `out-lost-on-jump-back`: a jump to an earlier stage drops a bit that both stages drive.
 //!
-//! In the scan after the jump the earlier stage executes first and drives the bit. Then comes the
-//! turn of the left stage, and its termination turns the bit OFF: the output drops for one scan.
-//! The same holds for stages that SGCONVRG leaves, and for a bit that the target SETs; such a bit
-//! may stay OFF for good. With a jump to a later stage, the termination comes first, so nothing is
-//! lost and nothing is reported.
+//! In the scan after the jump, the earlier stage executes first and drives the bit. Then the stage
+//! that was left terminates and turns the bit OFF: the output drops for one scan. The same applies
+//! to stages that SGCONVRG leaves, and to a bit that the target SETs; such a bit may stay OFF
+//! permanently. With a jump to a later stage, the termination comes first, so nothing is lost and
+//! nothing is reported.
 //!
-//! Passes: the stages hold no OUT; a program later in the file drives the bit.
+//! Passes: the stages contain no OUT; a program later in the file drives the bit.
 //!
 //! ```toml
 //! rung = [ { when = ["Day.Green | Day.Amber"], do = ["OUT Y0"] } ]
@@ -41,7 +41,7 @@ use crate::source::span::Span;
 use super::context::{Context, Placed};
 use super::names::list;
 
-/// Maximum number of bits in one finding: a longer help would not be pasted.
+/// Maximum number of bits in one finding: nobody would paste a longer help.
 const LOST_MAX: usize = 16;
 /// Maximum number of stages in a condition.
 const STAGES_MAX: usize = 16;
@@ -103,7 +103,7 @@ impl Stages {
         self.set.get(&stage).is_some_and(|bits| bits.contains(&bit))
     }
 
-    /// The bits that the left stage drives and the target drives or SETs.
+    /// The bits that the left stage drives and that the target drives or SETs.
     fn lost(&self, (left, target): Pair) -> Vec<Bit> {
         let bits = self.driven.get(&left).into_iter().flat_map(BTreeMap::keys).copied();
         bits.filter(|bit| self.drives(target, *bit) || self.sets(target, *bit))
@@ -124,7 +124,8 @@ fn jumps_back(context: &Context, jump: &Placed) -> Vec<Pair> {
     } else {
         return Vec::new();
     };
-    // Stages after the jump in the file have their turn in this scan, the others in the next.
+    // Stages after the jump in the file have their turn in this scan, the others in the next
+    // scan.
     let this_scan = |stage: StageId| here.is_none_or(|here| at(stage) > at(here));
     let targets: Vec<StageId> = jump.stages_entered().collect();
     let pairs = left.iter().flat_map(|l| targets.iter().map(move |t| (*l, *t)));
@@ -160,7 +161,7 @@ fn finding(
     finding
 }
 
-/// A program to paste: it drives the bits from the stages' bits.
+/// The help: a program to paste, which drives the bits from the bits of the stages.
 fn help(context: &Context, stages: &Stages, block: &Block, lost: &[Bit]) -> String {
     let mut name = format!("{}Outputs", block.name);
     while context.program.blocks.iter().any(|b| b.name == name) {
@@ -182,7 +183,7 @@ fn help(context: &Context, stages: &Stages, block: &Block, lost: &[Bit]) -> Stri
     text
 }
 
-/// The stages that turn the bit ON, with the conditions of their OUTs where these can be told.
+/// The stages that turn the bit ON, with the conditions of their OUTs if they can be printed.
 fn condition(context: &Context, stages: &Stages, block: &Block, bit: Bit) -> String {
     let in_stages = |p: &Placed| p.place.block.id == block.id && p.place.stage.is_some();
     let drivers: Vec<&Placed> =

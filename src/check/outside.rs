@@ -1,36 +1,39 @@
 //! The devices and Modbus clients that write bits and words of a ladder.
 //!
-//! `controller` makes an [`Outside`] of its settings. Without a controller file only the ladder is
-//! known ([`may_be_moved`]). Called by `writers`, which adds what the ladder says.
+//! `controller` makes an [`Outside`] from its settings. Without a controller file, the writers are
+//! guessed from the ladder ([`may_be_moved`]). Called by `writers`, which adds the settings of the
+//! ladder.
 
 use crate::isa::{Address, Bit, BitSpace, NumberSet, Word, WordSpace};
 use crate::resolve::operands::Operands;
 use crate::resolve::range::Range;
 use crate::source::span::Span;
 
-/// The bits and words that a controller file lets others write.
+/// The bits and words that devices and Modbus clients write or read, by the controller file.
 #[derive(Debug, Default)]
 pub struct Outside {
     /// The addresses that devices and rules of simulated devices move.
     pub(crate) moved: NumberSet<Address>,
     /// The operands that Modbus clients may write.
     pub(crate) listed: Vec<Operands>,
-    /// The ranges that Modbus clients write by the image: coils, and the inputs that follow them.
+    /// The ranges that Modbus clients write through the image: coils, and the inputs that follow
+    /// them.
     pub(crate) image: Vec<Range>,
     /// The place of the first device that moves an X.
     pub(crate) wired: Option<Span>,
-    /// What devices, simulated inputs and Modbus clients read by the controller file.
+    /// The parts of the controller file that read addresses: rows of maps, simulated inputs and
+    /// others.
     pub(crate) reads: Vec<Read>,
 }
 
 /// A part of a controller file that reads bits or words of the ladder.
 #[derive(Debug)]
 pub(crate) struct Read {
-    /// What it reads, in order.
+    /// The addresses, in order.
     pub addresses: Vec<Address>,
     /// Its place.
     pub span: Span,
-    /// What it does with them: `device line1 takes`.
+    /// The part and its action, as text: `device line1 takes`.
     pub reader: String,
 }
 
@@ -49,8 +52,8 @@ impl Outside {
     }
 }
 
-/// Whether a controller file that is not known may let something write an address. X, MC and MHR
-/// are there for that; a device moves other memory only if the ladder names `devices`.
+/// Whether something may write an address if the controller file is unknown. X, MC and MHR are made
+/// for writes from outside; a device moves other memory only if the ladder names `devices`.
 pub(super) fn may_be_moved(address: Address, has_devices: bool) -> bool {
     match address {
         Address::Bit(Bit::Space(space, _)) => match space {

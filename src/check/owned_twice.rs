@@ -44,7 +44,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-/// One CTU and one CTD may share a Sensaphone counter; nothing else shares.
+/// Whether two owners conflict. Only one CTU and one CTD may share a Sensaphone counter.
 fn collide(structure: Structure, first: &Placed, second: &Placed) -> bool {
     !matches!(structure, Structure::Sensaphone(_)) || first.mnemonic() == second.mnemonic()
 }

@@ -1,5 +1,5 @@
-//! Reachability in a graph. Called by the rules about stages never entered and blocks never
-//! started.
+//! Reachability in a graph. Called by the rules about stages that are never entered and blocks that
+//! are never started.
 
 use std::collections::{BTreeMap, BTreeSet};
 

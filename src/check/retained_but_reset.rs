@@ -3,7 +3,7 @@
 //!
 //! The termination passes of an orderly stop run before memory is saved, so a CNT is saved as 0.
 //! UDCG, TMRAG and the Sensaphone counters have no termination logic. The finding's place is the
-//! owner, where `allow` can silence it; the range is a related place.
+//! owner, because `allow` can silence it there; the range is a related place.
 //!
 //! Passes: `ranges = ["CT0"]` and
 //!
@@ -76,7 +76,7 @@ fn finding(
         .help(help)
 }
 
-/// A retained D that the ladder does not name; else `D0`, with words to retain it too.
+/// A retained D that the ladder does not name; else `D0`, with a text about retaining it too.
 fn word(context: &Context) -> (Word, &'static str) {
     let named: BTreeSet<Address> = context.program.operands.iter().map(|o| o.address).collect();
     let data = context.retained.iter().filter(|range| range.space == Space::Word(WordSpace::D));

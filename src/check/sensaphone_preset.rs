@@ -1,4 +1,4 @@
-//! `sensaphone-preset`: the CTU and the CTD of one counter state no preset, or different ones.
+//! `sensaphone-preset`: the CTU and the CTD of one counter have no preset, or different presets.
 //!
 //! A constant is the value of PRE at a cold start; a location is copied to PRE at every execution.
 //! A constant and a location count as different presets.
@@ -50,7 +50,7 @@ fn counters<'c>(context: &'c Context<'c>) -> impl Iterator<Item = (Structure, &'
     context.owners().filter(|(structure, _)| matches!(structure, Structure::Sensaphone(_)))
 }
 
-/// An owner that states a preset, with the preset.
+/// An owner that has a preset, with the preset.
 type Stated<'c> = (&'c Placed<'c>, Located<Value>);
 
 fn stated<'c>(owners: &'c [Placed<'c>]) -> Vec<Stated<'c>> {

@@ -1,7 +1,7 @@
 //! `set-never-reset`: a bit is SET, and no instruction turns it OFF.
 //!
 //! RST, PONOFF, MATH and drivers (see `duplicate_out`) turn a bit OFF. MC bits are not reported,
-//! since a Modbus client may write them.
+//! because a Modbus client may write them.
 //!
 //! Passes:
 //!

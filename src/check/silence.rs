@@ -1,8 +1,9 @@
 //! `allow`: removes the warnings that the author silenced.
 //!
 //! Called by the loader with all findings. A rung's `allow` silences the warnings whose place
-//! begins in the rung, `[ladder] allow` those of its file and of the controller file, which has no
-//! `allow` of its own. Related places of a warning do not count. Errors are never silenced.
+//! begins in the rung. `[ladder] allow` silences the warnings of its file and of the controller
+//! file, which has no `allow` of its own. Related places of a warning do not count. Errors are
+//! never silenced.
 
 use std::collections::HashSet;
 
@@ -10,8 +11,8 @@ use crate::resolve::program::Program;
 use crate::source::finding::{Finding, Severity};
 use crate::source::span::{FileId, Span};
 
-/// The findings without the allowed ones. Warnings of the readers can be allowed too. `controller`:
-/// the controller file.
+/// The findings without the allowed warnings. Warnings of the readers can be allowed too.
+/// `controller`: the controller file.
 pub fn silence(
     program: &Program,
     findings: Vec<Finding>,
@@ -31,7 +32,7 @@ pub fn silence(
     findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
 }
 
-/// The `allow` lists of rungs, in order of place: rungs do not overlap.
+/// The `allow` lists of rungs, in order of place. Rungs do not overlap.
 struct Allows<'a>(Vec<(Span, &'a [String])>);
 
 fn rung_allows(program: &Program) -> Allows<'_> {
@@ -45,7 +46,7 @@ fn rung_allows(program: &Program) -> Allows<'_> {
 }
 
 impl Allows<'_> {
-    /// Whether the rung in which a place begins allows the finding.
+    /// Whether the rung in which the place begins allows findings of this name.
     fn hold(&self, name: &str, span: Span) -> bool {
         let place = (span.file, span.start);
         let behind = self.0.partition_point(|(extent, _)| (extent.file, extent.start) <= place);

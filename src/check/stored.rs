@@ -9,7 +9,7 @@ use crate::resolve::instruction::{Filling, Source, Target, WordPlace};
 use crate::resolve::program::{Action, Value};
 use crate::source::span::Span;
 
-/// The words that an instruction stores in: one, or one or all of an array.
+/// The words in which an instruction stores: one word, or one or all elements of an array.
 #[derive(Clone, Copy)]
 pub enum Words {
     One(Word),
@@ -19,18 +19,18 @@ pub enum Words {
 /// The numbers that an instruction stores.
 #[derive(Clone, Copy)]
 pub struct Storing {
-    /// Where.
+    /// The words in which it stores them.
     pub to: Words,
     /// The least and greatest number.
     pub range: (f64, f64),
-    /// A constant with a fraction among whole numbers alone.
+    /// A constant with a fraction, if all other numbers are whole.
     pub fraction: Option<f64>,
-    /// The place of its last constant; of a MATH, of its target.
+    /// The place of its last constant; for a MATH, the place of its target.
     pub place: Span,
 }
 
 impl Words {
-    /// The first one.
+    /// The first word.
     pub fn first(self) -> Option<Word> {
         match self {
             Words::One(word) => Some(word),
@@ -38,7 +38,7 @@ impl Words {
         }
     }
 
-    /// All of them.
+    /// All words.
     pub fn each(self) -> impl Iterator<Item = Word> {
         let (one, array) = match self {
             Words::One(word) => (Some(word), None),
@@ -52,15 +52,15 @@ impl Words {
     }
 }
 
-/// What an action stores in words, if a constant is part of it: of MOVE, ADD, SUB and FILL, and of
-/// a MATH whose expression is a constant alone.
+/// The numbers that an action stores in words, if a constant is part of them: for MOVE, ADD, SUB
+/// and FILL, and for a MATH whose whole expression is a constant.
 pub fn storing(action: &Action) -> Option<Storing> {
     if let Action::Store { source, to } = action {
         let to = match to.value {
             WordPlace::Word(word) => Words::One(word),
             WordPlace::Element(element) => Words::Of(element.array),
         };
-        // With two locations, no constant is at fault.
+        // Without a constant, there is nothing to report.
         let place = source.values().filter(|of| of.value.constant().is_some()).last()?.span;
         return Some(Storing { to, range: sum(*source), fraction: fraction(*source), place });
     }
@@ -80,7 +80,7 @@ pub fn storing(action: &Action) -> Option<Storing> {
 }
 
 impl Storing {
-    /// Of a constant.
+    /// The storing of a constant.
     fn of(to: Words, number: f64, place: Span) -> Storing {
         let fraction = Some(number).filter(|number| number.fract() != 0.0);
         Storing { to, range: (number, number), fraction, place }

@@ -1,7 +1,7 @@
 //! `task-starts-itself`: a task contains the ENTASK that names it.
 //!
 //! The ENTASK executes only while the task is already running. Then a run-once ENTASK has no
-//! effect, and a recurrent one ends with the task that it should enable.
+//! effect, and a recurrent ENTASK ends with the task that it should enable.
 //!
 //! Passes:
 //!

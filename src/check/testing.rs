@@ -1,4 +1,4 @@
-//! Helpers for the tests of all rules: from a ladder text to its findings, printed.
+//! Helpers for the tests of all rules: they print the findings of a ladder text.
 
 use expect_test::Expect;
 
@@ -13,8 +13,8 @@ use crate::source::reader::Text;
 use crate::source::span::{SourceFile, Span};
 
 /// Loads the ladder, checks it, silences allowed warnings and compares the findings. Indentation
-/// and blank lines around the text do not count. `never-written` is left out: a ladder of a test
-/// reads what nothing writes.
+/// and blank lines around the text do not count. `never-written` is left out, because the ladders
+/// of tests read addresses that nothing writes.
 pub fn check(ladder: &str, expected: Expect) {
     compare(ladder, |code| code != Code::NeverWritten, expected);
 }
@@ -57,8 +57,8 @@ pub fn check_retained(ranges: &[&str], rungs: &str, expected: Expect) {
     expected.assert_eq(&print(&ladder, &super::check(&program, Around::of(&retained))));
 }
 
-/// As [`check_main`], with a controller file and all findings: a device moves X0, C1, D1 and R1;
-/// Modbus clients write MC1, MHR1 and the accumulator of CT1, and MC5 as X5.
+/// As [`check_main`], with a controller file and all findings. A device moves X0, C1, D1 and R1;
+/// Modbus clients write MC1, MHR1 and the accumulator of CT1, and MC5, which X5 follows.
 pub fn check_outside(rungs: &str, expected: Expect) {
     let ladder = main(rungs);
     let program = load(&ladder).0.expect("the ladder has no errors");
@@ -78,8 +78,8 @@ pub fn check_outside(rungs: &str, expected: Expect) {
     expected.assert_eq(&print(&ladder, &super::check(&program, around)));
 }
 
-/// As [`check_outside`], with parts of a controller file that read: names of operands, and what the
-/// part does. Only their findings.
+/// As [`check_outside`], with parts of a controller file that read: each has the names of operands
+/// and the text of its action. Compares only the findings of these parts.
 pub fn check_read_outside(rungs: &str, reads: &[(&str, &str)], expected: Expect) {
     let ladder = main(rungs);
     let program = load(&ladder).0.expect("the ladder has no errors");

@@ -1,7 +1,8 @@
 //! `unused-tag`: the ladder names neither this tag nor a member of it.
 //!
 //! Not reported: tags with `alarm`, `log` or `metric`, which are useful without being named, and
-//! tags with `spare = true`. If the ladder names the tag's address instead, the finding says so.
+//! tags with `spare = true`. If the ladder names the tag's address instead, the finding contains
+//! that.
 //!
 //! Passes:
 //!
@@ -26,7 +27,7 @@ use super::usage::structure_of;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    // An array is one tag, of which the program has an element each.
+    // In the program, each element of an array is a tag. Only the first one is reported.
     let first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
     let idle = |tag: &&Tag| {
         let watched = tag.is_shown();
@@ -43,7 +44,7 @@ fn typed(context: &Context, tag: &Tag) -> Option<Finding> {
     let kind = context.program.places.named(name)?.type_name();
     let message = format!("nothing names tag `{name}`");
     let finding = Finding::new(Code::UnusedTag, tag.span, message).label("unused");
-    // An own tag of a template is declared without the name of the use.
+    // A template declares its own tags without the name of the use.
     let name = name.rsplit('.').next().unwrap_or(name);
     Some(finding.help(format!(
         "delete it, or say that it is meant: `{name} = {{ type = \"{kind}\", spare = true }}`"

@@ -1,7 +1,8 @@
 //! The bits and words that a ladder reads and writes, with the places of the reads.
 //!
 //! Called by the rules about operands that nothing writes. A read is a contact, a side of a
-//! compare, or an operand that an instruction reads. Of a MATH, the place is the whole instruction.
+//! compare, or an operand that an instruction reads. For a MATH, the place is the whole
+//! instruction.
 
 use crate::isa::{Address, Bit, NumberMap, NumberSet, Structure, Word};
 use crate::resolve::formula::Part;
@@ -11,7 +12,7 @@ use crate::source::span::Span;
 
 use super::context::{Context, Effect, Placed};
 
-/// Every address that the ladder reads, once, with the first place that reads it; in order of
+/// Every address that the ladder reads, once, with the first place that reads it. In order of
 /// place.
 pub fn reads<'c>(context: &'c Context) -> &'c [(Address, Span)] {
     context.reads.get_or_init(|| listed(context))
@@ -21,7 +22,7 @@ fn listed(context: &Context) -> Vec<(Address, Span)> {
     let mut all = Vec::new();
     context.contacts.iter().for_each(|contact| of_contact(contact, &mut all));
     context.instructions.iter().for_each(|placed| of_instruction(placed, &mut all));
-    // Of a whole array in a formula, element 0 will do.
+    // For a whole array in a formula, element 0 is enough.
     let is_first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
     all.retain(|(address, _)| context.tag_at(*address).is_none_or(is_first));
     all.sort_by_key(|(_, span)| (span.file, span.start));
@@ -37,7 +38,8 @@ fn of_contact(contact: &Contact, reads: &mut Vec<(Address, Span)>) {
             reads
                 .extend([left, right].into_iter().filter_map(|value| Some((word(*value)?, *span))));
         }
-        // The parts follow. Of an array something may write any element.
+        // The parts of a contact are contacts of the list too. Elements that a word selects are
+        // ignored, because something may write any element of the array.
         Contact::Not(..)
         | Contact::Edge(..)
         | Contact::All(..)
@@ -73,7 +75,7 @@ fn word(value: Value) -> Option<Address> {
     }
 }
 
-/// Every address that an instruction names to write it. Structures that are owned are not listed.
+/// Every address that an instruction names and writes. Structures that are owned are not listed.
 pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, Effect> {
     context.writes.get_or_init(|| effects(context))
 }
@@ -88,7 +90,7 @@ fn effects(context: &Context) -> NumberMap<Address, Effect> {
         for address in array.flat_map(|array| array.addresses()) {
             writes.insert(address, Effect::Any);
         }
-        // The bit of a FILL is read.
+        // A FILL reads its bit.
         let is_fill = matches!(action, Action::Fill { .. });
         for (_, operand) in action.operands().each().filter(|_| !is_fill) {
             let address = match operand {

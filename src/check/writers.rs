@@ -1,8 +1,8 @@
 //! The bits and words that something other than an instruction may write.
 //!
-//! Called by the rules about operands that nothing writes. Devices and Modbus clients are those of
-//! [`outside`](super::outside). An operator may write almost every bit and word, so the ladder says
-//! which of them are meant as settings: those with `initial`, `min` or `max`. Retained memory is a
+//! Called by the rules about operands that nothing writes. [`outside`](super::outside) lists the
+//! devices and Modbus clients. An operator may write almost every bit and word, but only those
+//! whose tag has `initial`, `min` or `max` count as settings of an operator. Retained memory is a
 //! setting too.
 
 use crate::isa::Address;

@@ -9,11 +9,11 @@ use super::operator::{OperatorArgs, complete_alarms};
 use super::terminal::{one_line, say};
 use crate::operator::protocol::{AckList, AckedAlarm, AlarmState, Request};
 
-/// Acknowledges alarms of a running controller: somebody knows of them
+/// Acknowledges alarms of a running controller: records that somebody has noticed them
 ///
 /// An acknowledgement changes nothing in the ladder. An alarm that stands stays in the list of
-/// `rungd alarms` as acknowledged, until it goes away; one that went away before leaves the list.
-/// The log says who acknowledged which alarm.
+/// `rungd alarms` as acknowledged, until it goes away. An alarm that went away before is removed
+/// from the list. The log contains the user and the alarm.
 #[derive(Args, Debug)]
 pub struct AckArgs {
     /// Tags with an `alarm`, or the addresses of their bits; or `--all`
@@ -30,7 +30,7 @@ pub struct AckArgs {
     at: OperatorArgs,
 }
 
-/// Acknowledges.
+/// Acknowledges the alarms.
 ///
 /// # Errors
 /// Standard output cannot be written.
@@ -54,7 +54,7 @@ pub fn ack(args: &AckArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// What became of an alarm.
+/// The line about the result for one alarm.
 fn line(acked: &AckedAlarm) -> String {
     let (tag, text) = (one_line(&acked.tag), one_line(&acked.text));
     let what = match acked.before {

@@ -1,7 +1,7 @@
-//! `rungd alarms`: lists the alarms of a running controller, each with what explains it.
+//! `rungd alarms`: lists the alarms of a running controller, each with an explanation.
 //!
-//! The list is an answer of the controller. The explanations are those of `rungd why`, shortened:
-//! made here, of the recording of the last minute.
+//! The controller returns the list. The explanations are shortened answers of `rungd why`; this
+//! command makes them from the recording of the last minute.
 
 use anyhow::Result;
 use clap::Args;
@@ -16,24 +16,24 @@ use crate::observe::{At, Limits, Subject};
 use crate::operator::protocol::{Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request};
 use crate::record::Recording;
 
-/// The most alarms that are explained: the first of an episode explain the others.
+/// The maximum number of alarms that are explained: the first of an episode explain the others.
 const EXPLAINED_MAX: usize = 8;
-/// The reasons of reasons that are followed.
+/// The number of levels of reasons that are followed.
 const DEPTH: u32 = 1;
-/// The most lines of an explanation.
+/// The maximum number of lines of an explanation.
 const LINES_MAX: usize = 4;
 
-/// Lists the alarms of a running controller, each with what explains it
+/// Lists the alarms of a running controller, each with an explanation
 ///
-/// First the alarms that stand, in the order in which they rose; then those that went away before
-/// anybody acknowledged them. `rungd ack` acknowledges.
+/// First the alarms that stand, in the order in which they rose; then the alarms that went away
+/// before anybody acknowledged them. `rungd ack` acknowledges alarms.
 #[derive(Args, Debug)]
 pub struct AlarmsArgs {
     #[command(flatten)]
     at: OperatorArgs,
 }
 
-/// Lists.
+/// Lists the alarms.
 ///
 /// # Errors
 /// Standard output cannot be written.
@@ -56,7 +56,7 @@ pub fn alarms(args: &AlarmsArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// The whole list; `reasons`: of the first alarms.
+/// The text of the whole list. `reasons`: the explanations of the first alarms.
 fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String {
     let stand = list.alarms.iter().filter(|alarm| alarm.state.stands()).count();
     let gone = list.alarms.len() - stand;
@@ -79,7 +79,7 @@ fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String
     lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
 }
 
-/// Priority, acknowledgement, times, and how often.
+/// The priority, acknowledgement, times and number of rises of an alarm.
 pub(super) fn facts(alarm: &Alarm, clock: &LocalClock) -> String {
     let acknowledged = match (alarm.state, &alarm.acknowledged) {
         (AlarmState::Acknowledged, Some(ack)) => {
@@ -104,7 +104,7 @@ pub(super) fn facts(alarm: &Alarm, clock: &LocalClock) -> String {
     format!("{priority}, {acknowledged}, {when}; {} {often} in the last day", alarm.day)
 }
 
-/// What explains the first alarms that stand, a few lines each.
+/// The explanations of the first active alarms, a few lines each.
 ///
 /// # Errors
 /// The user may not read the recording, or it cannot be used.
@@ -125,9 +125,9 @@ fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, Stri
     Ok(stand.iter().map(|alarm| reason(&subject, &bytes, alarm)).collect())
 }
 
-/// The first lines of the answer to `rungd why`, without its head: as of the scan in which the
-/// alarm rose, or as of now, if the recording does not reach back to it or is of another program
-/// there.
+/// The first lines of the answer to `rungd why`, without its head, for the scan in which the alarm
+/// rose. If the recording does not contain that scan, or has a different program there, the answer
+/// is for the latest scan.
 fn reason(subject: &Subject, bytes: &[u8], alarm: &Alarm) -> Vec<String> {
     let recording = Recording::of_bytes(bytes.to_vec());
     let Some(last) = recording.count().checked_sub(1) else { return Vec::new() };
@@ -150,7 +150,7 @@ fn reason(subject: &Subject, bytes: &[u8], alarm: &Alarm) -> Vec<String> {
     }
 }
 
-/// What remains of an answer: no head, no description, and the first of its lines.
+/// The shortened answer: its first lines, without the head and the description.
 fn short(text: &str) -> Vec<String> {
     let told = text.lines().skip(1).filter(|line| !line.starts_with("  ("));
     let lines: Vec<&str> = told.map(|line| line.strip_prefix("  ").unwrap_or(line)).collect();

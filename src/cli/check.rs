@@ -1,4 +1,4 @@
-//! `rungd check`: checks files, prints the findings on standard error, and gives the exit code.
+//! `rungd check`: checks files, prints the findings on standard error, and returns the exit code.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -36,7 +36,7 @@ enum Deny {
 /// Checks the files.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// A file cannot be read.
 pub fn check(args: &CheckArgs) -> Result<Exit> {
     let style = style(args.deny.is_some());
     let mut ladders = Vec::new();
@@ -60,8 +60,8 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })
 }
 
-/// Joins the files and findings of two loads; the files of the second get new numbers. Adds its
-/// places to the list.
+/// Joins the files and findings of two loads; the files of the second load get new numbers. Adds
+/// the places of its tags to `addresses`.
 fn append(all: &mut Loaded, mut loaded: Loaded, addresses: &mut String) {
     addresses.push_str(&loaded.program.as_ref().map_or_else(String::new, listed));
     let shift = all.files.len() as u32;
@@ -73,7 +73,7 @@ fn append(all: &mut Loaded, mut loaded: Loaded, addresses: &mut String) {
     all.findings.append(&mut loaded.findings);
 }
 
-/// The tags with a `type` in byte order, a line each: name, type, place.
+/// The tags with a `type` in byte order, one line for each: name, type, place.
 fn listed(program: &Program) -> String {
     let names = program.places.by_name().map(|place| place.name.len());
     let width = names.max().unwrap_or(0);

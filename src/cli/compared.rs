@@ -1,7 +1,9 @@
-//! Two programs compared, scan by scan: which operands differ, when first, how often, for how long.
+//! Compares two programs scan by scan: which operands differ, the first time, how often, and for
+//! how long.
 //!
-//! `replay_ladder` executes both and asks here after each scan. An operand is found in each program
-//! on its own: an output by its address, an alarm or a watched operand by its name.
+//! `replay_ladder` executes both programs and calls this module after each scan. An operand is
+//! looked up in each program separately: an output by its address, an alarm or a watched operand by
+//! its name.
 
 use std::collections::HashSet;
 
@@ -16,10 +18,10 @@ use crate::resolve::program::{Program, TagMeaning};
 use crate::sim::trace::Watched;
 use crate::source::wording::{counted, thousands};
 
-/// The most elements of an array that count as outputs.
+/// The maximum number of elements of an array that count as outputs.
 const ELEMENTS_MAX: usize = 2048;
 
-/// Why an operand is compared.
+/// The reason why an operand is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ComparedAs {
     Output,
@@ -29,7 +31,7 @@ pub(super) enum ComparedAs {
 
 /// An operand of both programs.
 pub(super) struct Compared {
-    /// Its name for people, and for commands.
+    /// Its text in the report, and its name in commands.
     pub label: String,
     pub name: String,
     pub compared_as: ComparedAs,
@@ -41,7 +43,7 @@ pub(super) struct Compared {
     times: u64,
     scans: u64,
     ns: i64,
-    /// Where the present difference began.
+    /// The beginning of the present difference; `None` if both values are the same.
     since_ns: Option<i64>,
 }
 
@@ -56,7 +58,7 @@ pub(super) struct FirstDifference {
 /// All operands that are compared.
 pub(super) struct Comparison {
     pub operands: Vec<Compared>,
-    /// The values of the last scan: of each operand the old one and the new one.
+    /// The values of the last scan: the old and the new value of each operand.
     pub values: Vec<i32>,
 }
 
@@ -128,10 +130,10 @@ impl Compared {
 }
 
 impl Comparison {
-    /// The outputs and alarms of the programs, and the operands that were asked for.
+    /// The outputs and alarms of the programs, and the watched operands.
     ///
     /// # Errors
-    /// One that no program has: the command line is wrong.
+    /// No program has a watched operand: the command line is wrong.
     pub fn of(
         plants: &RecordedPlants,
         new: &RecordedPlant,
@@ -154,7 +156,8 @@ impl Comparison {
         Ok(Comparison { operands, values: Vec::new() })
     }
 
-    /// Compares the ends of a scan; the old program by its place among the recorded ones.
+    /// Compares both images at the end of a scan. `place` is the place of the old program among the
+    /// recorded ones.
     pub fn look(&mut self, scan: &ReplayedScan, (place, old): (usize, &Image), new: &Image) {
         self.values.clear();
         for operand in &mut self.operands {
@@ -165,12 +168,12 @@ impl Comparison {
         }
     }
 
-    /// A stretch of the recording ends.
+    /// Ends all present differences, because a stretch of the recording ends.
     pub fn end(&mut self, now_ns: i64) {
         self.operands.iter_mut().for_each(|operand| operand.close(now_ns));
     }
 
-    /// The operands of a trace, the old one above the new one.
+    /// The operands of a trace: for each operand, first the old and then the new one.
     pub fn watched(&self, only_asked: bool) -> (Vec<usize>, Vec<Watched>) {
         let all = self.operands.iter().enumerate();
         let chosen = all.filter(|(_, o)| !only_asked || o.compared_as == ComparedAs::Watched);
@@ -188,7 +191,7 @@ impl Comparison {
         (places, watched)
     }
 
-    /// What differs, a line each, and how much of what.
+    /// The report: one line for each operand that differs, and the number of operands that differ.
     pub fn text(&self, clock: &LocalClock) -> String {
         let mut text: String = self.operands.iter().filter_map(|o| o.line(clock)).collect();
         let count = |wanted: ComparedAs, what: &str| {
@@ -234,7 +237,7 @@ fn output(plants: &RecordedPlants, new: &RecordedPlant, address: Address) -> Com
     Compared::new((label, name, ComparedAs::Output), old, (new, new.layout().cell(address)))
 }
 
-/// Every Y that a ladder names or a device takes, in order.
+/// Every Y that a ladder names or a device outputs, in order.
 fn outputs(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
     let mut numbers = HashSet::new();
     for plant in std::iter::once(new).chain(plants.all.iter().flatten()) {
@@ -251,14 +254,14 @@ fn outputs(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
     numbers.into_iter().map(|number| output(plants, new, address(number))).collect()
 }
 
-/// The addresses that devices take, device by device.
+/// The addresses that devices output, device by device.
 fn taken(plant: &RecordedPlant) -> Vec<Vec<Address>> {
     let devices = plant.loaded.controller.iter().flat_map(|controller| &controller.devices);
     devices.map(|device| device.outputs.iter().map(|output| output.address).collect()).collect()
 }
 
-/// The words and other bits that devices take. Both programs have one controller file, so the
-/// points are paired by their places in it: a tag may lie elsewhere.
+/// The words and other bits that devices output. Both programs have the same controller file, so
+/// the points are paired by their places in it: the address of a tag may differ.
 fn mapped_words(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
     let mut all = Vec::new();
     for (device, addresses) in taken(new).iter().enumerate() {
@@ -279,7 +282,7 @@ fn mapped_words(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
     all
 }
 
-/// The alarms of both, by their tags.
+/// The alarms of both programs, by their tags.
 fn alarms(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
     let mut tags: Vec<&str> = Vec::new();
     let mut seen = HashSet::new();

@@ -1,4 +1,4 @@
-//! `rungd completions`: prints the script with which a shell completes rungd's command lines.
+//! `rungd completions`: prints the script that a shell uses to complete rungd's command lines.
 //!
 //! The script calls `rungd` at each completion, so that tags and addresses of the running ladder
 //! are completed too.
@@ -12,10 +12,10 @@ use clap_complete::env::Shells;
 
 use super::exit::Exit;
 
-/// The environment variable by which a script asks; as `CompleteEnv` has it.
+/// The environment variable that a script sets when it calls `rungd`; the same as in `CompleteEnv`.
 const VARIABLE: &str = "COMPLETE";
 
-/// zsh loads the file when it completes the first line; this call completes that line too.
+/// zsh loads the file only at the first completion. This call also completes that first line.
 const ZSH_FIRST_TIME: &str = "
 if [[ $funcstack[1] == _rungd ]]; then
     _clap_dynamic_completer_rungd \"$@\"

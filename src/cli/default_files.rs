@@ -1,5 +1,5 @@
-//! The files of a command that needs a program and is not told which: the controller file of this
-//! folder, else the service's.
+//! The default files of a command that needs a program: the controller file of this folder, else
+//! the controller file of the service.
 
 use std::path::{Path, PathBuf};
 
@@ -11,11 +11,11 @@ use crate::load;
 /// The controller file of the service.
 const OF_SERVICE: &str = "/etc/rungd/rungd.toml";
 
-/// The files as given; without any, the controller file of this folder (`rungd.toml`, or the only
-/// one there), else the service's.
+/// The files in `given`. If there are none, the controller file of this folder (`rungd.toml`, or
+/// the only one there), else the controller file of the service.
 ///
 /// # Errors
-/// There is none, or several.
+/// There is no controller file, or this folder has several.
 pub(super) fn given_or_default(given: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if !given.is_empty() {
         return Ok(given.to_vec());

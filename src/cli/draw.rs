@@ -1,4 +1,4 @@
-//! `rungd draw`: a ladder as ladder people draw it, as text, SVG or HTML.
+//! `rungd draw`: draws a ladder diagram as text, SVG or HTML.
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ pub struct DrawArgs {
     /// A controller file, or ladder files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// The file to write: its ending is the form: .svg, .html or .txt
+    /// The file to write; its ending (.svg, .html or .txt) selects the format
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// In text, draw wires with `-`, `|` and `+`
@@ -43,10 +43,10 @@ enum DrawingForm {
     Html,
 }
 
-/// Draws.
+/// Draws the ladder.
 ///
 /// # Errors
-/// A file that cannot be read; an output that cannot be written.
+/// A file cannot be read, or the output cannot be written.
 pub fn draw(args: &DrawArgs) -> Result<Exit> {
     let form = form(args.output.as_deref())?;
     let marks = args.coverage.as_deref().map(marks).transpose()?;
@@ -63,7 +63,7 @@ pub fn draw(args: &DrawArgs) -> Result<Exit> {
             listing(&ladder, style, marks.as_ref())
         }
         DrawingForm::Svg => picture(&ladder, marks.as_ref()),
-        // The page says what the ladder does; tests are no part of it.
+        // The page describes only the ladder, so tests are left out.
         DrawingForm::Html => page(&ladder, &asked.index(&[]).all(), marks.as_ref()),
     };
     match &args.output {

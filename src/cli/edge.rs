@@ -14,9 +14,9 @@ use crate::source::render::render;
 
 /// Publishes the tags of a running controller to an MQTT broker, as a Sparkplug B edge node
 ///
-/// The file says whose values go where. Changes are read from the scan log, so that what happened
-/// while the link was down is sent later, with the time of its scan. Commands are refused unless
-/// the file lists their tags.
+/// The file names the controller and the broker. Changes are read from the scan log, so changes
+/// during a break of the link are sent later, with the time of their scan. Commands are refused
+/// unless the file lists their tags.
 #[derive(Args, Debug)]
 pub struct EdgeArgs {
     /// The file of the edge node
@@ -27,10 +27,10 @@ pub struct EdgeArgs {
     check: bool,
 }
 
-/// Publishes, or checks the file.
+/// Publishes the tags, or only checks the file.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// A file cannot be read.
 pub fn edge(args: &EdgeArgs) -> Result<Exit> {
     let bytes = fs::read(&args.file).with_context(|| args.file.display().to_string())?;
     let read = read_edge(&args.file, &bytes);

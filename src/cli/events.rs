@@ -17,7 +17,7 @@ pub struct EventsArgs {
     catalog: bool,
 }
 
-/// Prints them.
+/// Prints the events.
 ///
 /// # Errors
 /// Standard output cannot be written.

@@ -1,5 +1,5 @@
-//! Exit codes, for scripts and systemd. `docs/exit-codes.md` is the page for people; a test keeps
-//! the two alike.
+//! Exit codes, for scripts and systemd. `docs/exit-codes.md` describes them for people; a test
+//! compares that page with this file.
 
 use std::{fmt, io};
 
@@ -8,7 +8,8 @@ use std::{fmt, io};
 pub enum Exit {
     /// The request is done.
     Ok = 0,
-    /// A running controller refuses in its present state; or its mode is not the one asked about.
+    /// A running controller refuses the request in its present state; or its mode is not the
+    /// required one.
     Refused = 1,
     /// The command line is wrong.
     Usage = 2,
@@ -18,8 +19,8 @@ pub enum Exit {
     Software = 70,
     /// A file, port or device could not be read, written or opened.
     Io = 74,
-    /// A controller did not end in an orderly way: a fault came before the last of `--scans`, or a
-    /// second signal came before the termination passes.
+    /// A controller did not end in an orderly way: there was a fault before the last of `--scans`,
+    /// or a second signal before the termination passes.
     Fault = 75,
     /// The user has no permission for this request to a running controller.
     NoPerm = 77,
@@ -27,7 +28,7 @@ pub enum Exit {
     Config = 78,
 }
 
-/// A mistake of the command line that shows only after the files are read.
+/// A mistake in the command line that is detected only after the files are read.
 #[derive(Debug)]
 pub struct CommandLine(pub String);
 
@@ -53,8 +54,8 @@ impl Exit {
         (Exit::Config, "CONFIG"),
     ];
 
-    /// The code of a failure: the command line's if it says so, the environment's if an I/O error
-    /// is at its root, else the files'.
+    /// The code of a failure: `Usage` for a [`CommandLine`], `Io` if the root cause is an I/O
+    /// error, else `Config`.
     pub fn of(error: &anyhow::Error) -> Exit {
         if error.is::<CommandLine>() {
             return Exit::Usage;
@@ -66,7 +67,7 @@ impl Exit {
     }
 }
 
-/// Whether a failure only means that the reader of our output has ended (`… | head`).
+/// Whether a failure only means that the reader of the output has ended (`… | head`).
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     let io = error.chain().find_map(|cause| cause.downcast_ref::<io::Error>());
     io.is_some_and(|io| io.kind() == io::ErrorKind::BrokenPipe)

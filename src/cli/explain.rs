@@ -2,7 +2,7 @@
 //! finding from its page, or an event of the log from the catalogue; prints a file of the library
 //! below its page.
 //!
-//! The texts are those of [`crate::explain`]; here they are found by name, and listed.
+//! [`crate::explain`] has the texts; this module finds them by name, and lists the names.
 
 use std::fmt::Write as _;
 
@@ -30,7 +30,7 @@ use crate::source::nearest::did_you_mean;
 /// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd. For
 /// `lib:pid`, or a template in it (`Pid`), prints that file of the library, with its page as
 /// comments. For a tag, an address or a block of a program (`--in`, or the controller file of this
-/// folder): how often it is written and read; `rungd xref` says where.
+/// folder), prints how often it is written and read; `rungd xref` shows where.
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
     /// A mnemonic, the name of a function or a finding, the name or code of an event, or a file of
@@ -60,7 +60,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// The text for a name; an error is the sentence about one that has none.
+/// The text for a name; the error is the message about a name without a text.
 fn named(name: &str) -> Result<String, String> {
     if let Some(file) = library::named(name) {
         let mistake = |(message, help)| format!("{message}: {help}");
@@ -74,17 +74,17 @@ fn named(name: &str) -> Result<String, String> {
     })
 }
 
-/// The text about an operand of a program; `None` without a program that knows it.
+/// The text about an operand of a program; `None` if no program has the operand.
 fn operand(args: &ExplainArgs, name: &str) -> Option<String> {
     let program = args.program.load_quietly().ok()??;
-    // Most names that nothing explains are slips: the tests are read only for what is there.
+    // Most unknown names are typing errors, so the tests are read only for an operand that exists.
     program.index(&[]).of(name).ok()?;
     let tests = program.tests();
     let reference = program.index(&tests).of(name).ok()?;
     Some(format!("{}`rungd xref {name}` says where\n", xref::text::short(&reference)))
 }
 
-/// Everything with a name but the library.
+/// All names, except those of the library.
 fn known() -> impl Iterator<Item = &'static str> {
     let known = instruction::TABLE.iter().map(|spec| spec.name);
     let known = known.chain(FUNCTIONS.iter().map(|spec| spec.name));
@@ -92,7 +92,7 @@ fn known() -> impl Iterator<Item = &'static str> {
     known.chain(events::all().map(|event| event.name))
 }
 
-/// What the shell offers.
+/// The names that the shell offers.
 fn candidates() -> Vec<CompletionCandidate> {
     let library = library::FILES.iter().map(|file| {
         let about = StyledStr::from(file.head().0);

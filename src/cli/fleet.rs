@@ -1,7 +1,8 @@
-//! `rungd fleet`: the controllers behind a broker, as their edge nodes tell of them.
+//! `rungd fleet`: the controllers behind a broker, from the messages of their edge nodes.
 //!
-//! `fleet` listens; `fleet_page` draws. No value of a controller is written: `--rebirth` asks nodes
-//! for births, `--host-id` tells that this host is there, and nothing else is published.
+//! `fleet` subscribes; `fleet_page` makes the texts. No value of a controller is written:
+//! `--rebirth` requests births from nodes, `--host-id` publishes the state of this host, and
+//! nothing else is published.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -19,12 +20,13 @@ use super::when::LocalClock;
 use crate::fleet::{ExpectedLadders, FleetHeard, FleetWord, WatchedMetrics, listen, now_ms};
 use crate::isa::duration;
 
-/// Shows the controllers behind an MQTT broker, as their edge nodes tell of them by Sparkplug B
+/// Shows the controllers behind an MQTT broker, from the Sparkplug B messages of their edge nodes
 ///
-/// An edge node is born when it connects, and the broker keeps no births. So a node that connected
-/// before `rungd fleet` did is known by its name alone, until it is born again: `--rebirth` asks
-/// for that. Nothing else is sent to a node, and no value of a controller is written. `--host-id`
-/// publishes the state of this host. Without either option nothing is published.
+/// An edge node publishes its birth when it connects, and the broker does not keep births. So for a
+/// node that connected before `rungd fleet`, only the name is known until its next birth:
+/// `--rebirth` requests one. Nothing else is sent to a node, and no value of a controller is
+/// written. `--host-id` publishes the state of this host. Without either option nothing is
+/// published.
 #[derive(Args, Debug)]
 pub struct FleetArgs {
     #[command(subcommand)]
@@ -45,9 +47,9 @@ struct FleetStatusArgs {
     at: BrokerArgs,
     #[command(flatten)]
     wait: WaitArgs,
-    /// Compare the ladders with those of a folder, a checkout of git:
+    /// Compare the ladders with those of a folder, such as a Git checkout:
     /// `DIR/GROUP/NODE/controller.toml` or `DIR/NODE/controller.toml`. Exit with 1 if a node does
-    /// not run what the folder has
+    /// not run the ladder in the folder
     #[arg(long, value_name = "DIR")]
     expect: Option<PathBuf>,
     /// Exit with 1 unless each node is online and its controller's mode is RUN
@@ -58,7 +60,7 @@ struct FleetStatusArgs {
 /// Prints each change as a line: births, deaths, values
 #[derive(Args, Debug)]
 struct FleetWatchArgs {
-    /// Names of metrics, in which `*` stands for any characters (default: all but the heartbeat).
+    /// Names of metrics; `*` matches any characters (default: all but the heartbeat).
     /// With names, or with `--rebirth`, the values of each node's first birth are printed too
     #[arg(value_name = "METRIC")]
     metrics: Vec<String>,
@@ -69,7 +71,7 @@ struct FleetWatchArgs {
     wait: Option<Duration>,
 }
 
-/// Lists the alarms of all nodes: those that stand, and those that wait for an acknowledgement
+/// Lists the alarms of all nodes: alarms that stand, or that wait for an acknowledgement
 #[derive(Args, Debug)]
 struct FleetAlarmsArgs {
     #[command(flatten)]
@@ -80,7 +82,7 @@ struct FleetAlarmsArgs {
 
 #[derive(Args, Debug)]
 struct WaitArgs {
-    /// How long it listens before it answers. An edge node of rungd says a word every 10 s
+    /// The time to listen before the answer. An edge node of rungd sends a message every 10 s
     #[arg(long, value_name = "TIME", default_value = "12s", value_parser = time)]
     wait: Duration,
 }
@@ -94,10 +96,10 @@ fn time(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Listens, and prints.
+/// Subscribes, and prints the answer or the changes.
 ///
 /// # Errors
-/// Standard output cannot be written; a file cannot be read.
+/// Standard output cannot be written, or a file cannot be read.
 pub fn fleet(args: &FleetArgs) -> Result<Exit> {
     match &args.command {
         FleetCommand::Status(args) => status(args),
@@ -171,7 +173,8 @@ fn watch(args: &FleetWatchArgs) -> Result<Exit> {
     Ok(args.at.exit(&heard))
 }
 
-/// Listens for a while; the inner `Err` is the exit code of a failure, which has been printed.
+/// Listens for the time `wait`. The inner `Err` is the exit code of a failure, which has been
+/// printed.
 fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetHeard, Exit>> {
     let options = match at.options(Some(wait)) {
         Ok(options) => options,
@@ -180,7 +183,7 @@ fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetHeard, Exi
     let heard = listen(&options, &mut |word| {
         match word {
             FleetWord::Failed(failure) => say_line(&format!("rungd fleet: {failure}")),
-            // The answer says what is left out.
+            // The answer reports what was left out.
             FleetWord::Connected(_) | FleetWord::Changed(_) | FleetWord::LeftOut(_) => {}
         }
         Ok(())
@@ -188,7 +191,7 @@ fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetHeard, Exi
     Ok(if heard.was_connected { Ok(heard) } else { Err(at.exit(&heard)) })
 }
 
-/// Prints an answer, as a line of JSON or as text.
+/// Prints an answer as a line of JSON or as text.
 fn answer<T: Serialize>(json: bool, answer: &T, text: impl FnOnce() -> String) -> Result<()> {
     if json {
         let json = serde_json::to_string(answer)?;

@@ -1,4 +1,4 @@
-//! The arguments of `rungd fleet` that name a broker, and the exit codes of what fails there.
+//! The arguments of `rungd fleet` that name a broker, and the exit codes of its failures.
 
 use std::path::{Path, PathBuf};
 use std::process;
@@ -14,18 +14,19 @@ use crate::mqtt::{
 };
 use crate::sparkplug::check_name;
 
-/// Refused for who one is: bad login, not authorized, by MQTT 3.1.1 and 5.
+/// The codes of MQTT 3.1.1 and 5 for a bad login and for missing authorization.
 const NOT_PERMITTED: [(MqttVersion, u8); 4] =
     [(MqttVersion::V3, 4), (MqttVersion::V3, 5), (MqttVersion::V5, 0x86), (MqttVersion::V5, 0x87)];
 
-/// The longest packet. Twice the longest message that is read: one that is a little too long is
-/// counted, and its node is told as stale; of a giant its bytes are not even kept.
+/// The maximum length of a packet: twice the maximum length of a message. A message that is a
+/// little too long is counted, and its node is shown as stale. The bytes of a longer packet are not
+/// kept.
 const PACKET_BYTES_MAX: u32 = 8 << 20;
 
 #[derive(Args, Debug)]
 pub(super) struct BrokerArgs {
-    /// A broker: `mqtt://HOST:PORT`, or `mqtts://` with TLS; several times for several brokers, of
-    /// which one at a time is used
+    /// A broker: `mqtt://HOST:PORT`, or `mqtts://` with TLS. Repeat the option for several brokers;
+    /// one at a time is used
     #[arg(long = "broker", value_name = "URL", required = true, env = "RUNGD_BROKER")]
     #[arg(value_parser = BrokerAddress::parse, value_delimiter = ',')]
     brokers: Vec<BrokerAddress>,
@@ -47,18 +48,18 @@ pub(super) struct BrokerArgs {
     /// A file whose first line is the user's password
     #[arg(long, value_name = "FILE", requires = "user")]
     password_file: Option<PathBuf>,
-    /// Hear the nodes of this group, and no others
+    /// Show only the nodes of this group
     #[arg(long, value_name = "GROUP", value_parser = name)]
     group: Option<String>,
-    /// Ask nodes whose birth was not heard to tell it again, with all their values. It is the one
-    /// command that is sent to nodes, and it changes no value
+    /// Request a new birth, with all values, from nodes whose birth was not received. No other
+    /// command is sent to nodes, and this one changes no value
     #[arg(long)]
     pub(super) rebirth: bool,
-    /// Publish the state of this host as ID: edge nodes with `primary-host = "ID"` hold back what
-    /// they have while it is away
+    /// Publish the state of this host as ID: edge nodes with `primary-host = "ID"` hold back their
+    /// values while it is offline
     #[arg(long, value_name = "ID", value_parser = name)]
     host_id: Option<String>,
-    /// Print JSON. The names of times end in their unit
+    /// Print JSON. Names of times end with their unit
     #[arg(long)]
     pub(super) json: bool,
 }
@@ -76,7 +77,8 @@ fn name(text: &str) -> Result<String, String> {
 }
 
 impl BrokerArgs {
-    /// What to listen to, for so long; `Err`: the exit code of a failure, which has been printed.
+    /// The options for listening for the time `lasts`. `Err` is the exit code of a failure, which
+    /// has been printed.
     pub fn options(&self, lasts: Option<Duration>) -> Result<FleetOptions, Exit> {
         let mut brokers = BrokerSettings::new(self.brokers.clone(), &client_id());
         brokers.version = match self.mqtt {
@@ -122,8 +124,8 @@ fn login_of(user: &str, file: &Path) -> Result<BrokerLogin, Exit> {
     })
 }
 
-/// A name for this process: two clients of one name throw each other out. 23 characters, which
-/// every broker takes.
+/// An MQTT client identifier for this process. It must be unique, because a broker disconnects a
+/// client if a different one connects with the same identifier. Every broker accepts 23 characters.
 fn client_id() -> String {
     let moment = now_ms().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
     format!("rungdf{:x}{moment:x}", process::id()).chars().take(23).collect()

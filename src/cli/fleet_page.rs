@@ -1,6 +1,6 @@
-//! The pages of `rungd fleet` for people: the table of nodes, the list of alarms, a line a change.
+//! The texts of `rungd fleet`: the table of nodes, the list of alarms, one line for each change.
 //!
-//! Every name and text comes from a broker: control characters are shown, and never obeyed.
+//! Every name and text comes from a broker: control characters are printed as escapes.
 
 use std::time::Duration;
 
@@ -13,17 +13,17 @@ use crate::fleet::{
     shown,
 };
 
-/// A clock that is this far from ours is told.
+/// A clock that differs from the local clock by this time is reported.
 const CLOCK_TOLD_MS: u64 = 5_000;
-/// The characters of a hash that are shown.
+/// The number of characters of a hash that are shown.
 const HASH_CHARS: usize = 12;
-/// The longest name of a ladder, and of a mode, in the table.
+/// The maximum length of the name of a ladder, or of a mode, in the table.
 const LADDER_CHARS: usize = 24;
-/// The widest column. A longer cell takes its room, and moves no other row.
+/// The maximum width of a column. A longer cell is printed in full, and widens no other row.
 const COLUMN_CHARS: usize = 48;
-/// The most hosts that are listed. A plant has one or two.
+/// The maximum number of hosts that are listed. A plant has one or two.
 const HOSTS_SHOWN: usize = 10;
-/// The longest text in a line.
+/// The maximum length of a text in a line.
 const VALUE_CHARS: usize = 200;
 
 /// The states in the order in which they are counted.
@@ -32,7 +32,7 @@ const STATES: [&str; 5] = ["online", "silent", "stale", "offline", "unborn"];
 const HEAD: [&str; 8] =
     ["node", "state", "mode", "ladder", "forces", "overruns", "alarms", "last word"];
 
-/// The table of nodes, what is to be said of some, and what was left out.
+/// The table of nodes, remarks on some of them, and a list of the parts that were left out.
 pub(super) fn status_page(report: &FleetReport, listened: Duration) -> String {
     let mut lines = vec![headline(report, listened)];
     if !report.nodes.is_empty() {
@@ -67,7 +67,7 @@ fn headline(report: &FleetReport, listened: Duration) -> String {
     format!("{}, heard for {listened}: {}", nodes(report.nodes.len()), counts.join(", "))
 }
 
-/// Nothing was heard: the cause is seldom that there is nothing.
+/// The text if no message was received. Usually there is a node, so the text names likely causes.
 fn nothing(listened: String) -> String {
     format!(
         "no edge node was heard in {listened}, and one of rungd says a word every 10s: does it \
@@ -111,7 +111,7 @@ fn row(node: &NodeReport) -> [String; 8] {
     .map(|cell| one_line(&cell).into_owned())
 }
 
-/// What is to be said of a node beside its row.
+/// The remarks on a node in addition to its row.
 fn remarks(node: &NodeReport) -> Vec<String> {
     let told = &node.told;
     let mut said = Vec::new();
@@ -155,7 +155,7 @@ fn remarks(node: &NodeReport) -> Vec<String> {
     said
 }
 
-/// What is to be said of a ladder; nothing, if it is the one that is expected.
+/// The remark on a ladder; `None` if it is the expected one.
 fn verdict(verdict: &LadderVerdict) -> Option<String> {
     Some(match verdict {
         LadderVerdict::Same { .. } => return None,
@@ -201,7 +201,7 @@ fn foot(report: &FleetReport) -> Vec<String> {
     lines
 }
 
-/// The alarms of all nodes.
+/// The list of the alarms of all nodes.
 pub(super) fn alarms_page(list: &FleetAlarmList, listened: Duration, clock: &LocalClock) -> String {
     let mut lines = vec![alarms_headline(list, listened)];
     let mut node = None;

@@ -1,7 +1,8 @@
-//! `rungd fmt`: writes ladder files, controller files and test files in one layout, or says which
-//! are not in it.
+//! `rungd fmt`: writes ladder files, controller files and test files in one layout, or lists the
+//! files that are not in it.
 //!
-//! [`crate::format`] has the layout. This file finds the files; [`super::fmt_file`] writes one.
+//! [`crate::format`] has the layout. This module finds the files; [`super::fmt_file`] writes a
+//! file.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -38,7 +39,7 @@ pub struct FmtArgs {
     check: bool,
 }
 
-/// What becomes of the files.
+/// The result for all files.
 #[derive(Default)]
 struct Outcome {
     /// Whether a file is not in the layout.
@@ -50,7 +51,7 @@ struct Outcome {
 /// Formats the files.
 ///
 /// # Errors
-/// A file that cannot be read or written; a folder without files of rungd.
+/// A file cannot be read or written, or a folder has no files of rungd.
 pub fn fmt(args: &FmtArgs) -> Result<Exit> {
     let mut outcome = Outcome::default();
     for path in &args.paths {
@@ -71,8 +72,8 @@ pub fn fmt(args: &FmtArgs) -> Result<Exit> {
 }
 
 impl Outcome {
-    /// The text of a file in the layout, and as it is. `None` if the file is broken: its findings
-    /// are kept.
+    /// The present text of a file, and its text in the layout. `None` if the file is broken: then
+    /// its findings are kept.
     fn formatted(&mut self, name: String, bytes: &[u8]) -> Option<(String, String)> {
         let file = FileId(self.files.len() as u32);
         let (text, finding) = decode(bytes, file);
@@ -100,7 +101,7 @@ fn standard_input(check: bool, outcome: &mut Outcome) -> Result<()> {
     let name = "<standard input>";
     let Some((before, after)) = outcome.formatted(name.to_owned(), &bytes) else { return Ok(()) };
     if !check {
-        // As it is: a character that a terminal obeys belongs to the file.
+        // The text is not escaped, because control characters are part of the file.
         io::stdout().lock().write_all(after.as_bytes())?;
     } else if before != after {
         print(&fmt_file::difference(name, &before, &after))?;
@@ -111,7 +112,7 @@ fn standard_input(check: bool, outcome: &mut Outcome) -> Result<()> {
 /// Formats the files of rungd in a folder and the folders in it.
 fn folder(folder: &Path, check: bool, outcome: &mut Outcome) -> Result<()> {
     let mut is_empty = true;
-    // A link is left alone: what it leads to may be elsewhere.
+    // A link is ignored: its target may be outside the folder.
     for path in search(folder, ".toml")?.into_iter().filter(|path| !path.is_symlink()) {
         let bytes = read_bytes(&path).with_context(|| path.display().to_string())?;
         if file_kind::may_be_of_rungd(&String::from_utf8_lossy(&bytes)) {

@@ -1,5 +1,5 @@
-//! A file of `rungd fmt`: writes it so that no other program sees half of it, and shows where it
-//! differs from the layout.
+//! One file of `rungd fmt`: writes it so that no other program reads a half-written file, and shows
+//! its first difference from the layout.
 //!
 //! Called by [`super::fmt`] for each file that changes.
 
@@ -11,15 +11,15 @@ use std::path::Path;
 
 use super::terminal::one_line;
 
-/// Lines of a difference that are shown, of each text.
+/// The maximum number of lines of a difference that are shown from each text.
 const SHOWN_LINES_MAX: usize = 8;
 
-/// Replaces a file's text: a file beside it takes its name. Mode and owner stay; a link stays a
-/// link. A file with several names, or of an owner that cannot be given, is written where it is;
-/// the file beside it holds the new text until that is done.
+/// Replaces a file's text: writes a new file beside it, and renames it. Mode and owner stay the
+/// same; a link stays a link. If the file has several names, or if the new file cannot get its
+/// owner, the old file is overwritten. Until that is done, the new file keeps the text.
 ///
 /// # Errors
-/// A file cannot be made in this folder, or not written.
+/// A file cannot be made in this folder, or cannot be written.
 pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
     let path = fs::canonicalize(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -41,19 +41,19 @@ pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
     fs::remove_file(&fresh)
 }
 
-/// Writes a text beside its file; true if the new file can stand in for the old one.
+/// Writes a text to a new file beside the old one. Returns true if the new file can replace it.
 fn write_as(path: &Path, fresh: &Path, text: &str) -> io::Result<bool> {
     let about = fs::metadata(path)?;
     let mut file = OpenOptions::new().write(true).create_new(true).open(fresh)?;
     file.write_all(text.as_bytes())?;
-    // The owner first: a change of it may take bits of the mode.
+    // The owner is set first, because a change of owner may clear bits of the mode.
     let is_owned = fchown(&file, Some(about.uid()), Some(about.gid())).is_ok();
     file.set_permissions(about.permissions())?;
     file.sync_all()?;
     Ok(is_owned && about.nlink() == 1)
 }
 
-/// Writes a text over the file's old one.
+/// Overwrites the file's text.
 fn write_within(path: &Path, text: &str) -> io::Result<()> {
     let mut file = OpenOptions::new().write(true).open(path)?;
     file.write_all(text.as_bytes())?;
@@ -74,7 +74,7 @@ pub(super) fn difference(name: &str, before: &str, after: &str) -> String {
     shown
 }
 
-/// How many lines of each text differ, until both have two lines that are alike.
+/// The number of lines of each text before the next two lines that are the same in both.
 fn until_alike(before: &[&str], after: &[&str]) -> (usize, usize) {
     let alike = |(gone, come): (usize, usize)| {
         let rest = before.get(gone..).zip(after.get(come..));

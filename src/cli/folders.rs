@@ -1,14 +1,14 @@
-//! The files of a folder and the folders in it, for commands that take both files and folders.
+//! The files of a folder and the folders in it, for commands that accept both files and folders.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-/// The files whose names end so, in order of their names; not those in folders whose names begin
-/// with a dot. A link is a file, whatever it leads to.
+/// The files whose names have this ending, in order of their names. Folders whose names begin with
+/// a dot are left out. A link counts as a file, even if it leads to a folder.
 ///
 /// # Errors
-/// A folder that cannot be read.
+/// A folder cannot be read.
 pub(super) fn search(folder: &Path, ending: &str) -> Result<Vec<PathBuf>> {
     let context = || folder.display().to_string();
     let mut entries = Vec::new();

@@ -41,7 +41,7 @@ pub struct UnforceArgs {
     at: OperatorArgs,
 }
 
-/// Forces.
+/// Forces an operand.
 ///
 /// # Errors
 /// Standard output cannot be written.

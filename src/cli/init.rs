@@ -1,7 +1,8 @@
 //! `rungd init`: writes a first project into an empty directory. The project runs without hardware.
 //!
-//! Its files are those of `config/first/`, which the package also puts into `/etc/rungd`. There the
-//! service's socket is in systemd's runtime folder; here it is beside the controller file.
+//! Its files are the files of `config/first/`, which the package also installs in `/etc/rungd`.
+//! There the service's socket is in systemd's runtime folder; here it is beside the controller
+//! file.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -29,7 +30,7 @@ const FILES: [(&str, &str); 4] = [
     ("README.md", include_str!("../../config/first/README.md")),
 ];
 
-/// The operator's socket, as the package leaves it and as a first project has it.
+/// The operator's socket in the package's controller file, and in a first project.
 const SOCKET_OFF: &str = "# [operator]\n# socket = ";
 const SOCKET_ON: &str = "[operator]\nsocket = ";
 
@@ -56,7 +57,7 @@ pub fn init(args: &InitArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// Refuses a directory with files, to protect them; an empty repository is accepted.
+/// Refuses a directory with files, to protect them. An empty repository is accepted.
 fn refuse_what_is_there(directory: &Path) -> Result<()> {
     let entries = match fs::read_dir(directory) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),

@@ -1,5 +1,5 @@
-//! `rungd lsp`: the language server, which an editor starts and speaks with over standard input and
-//! output.
+//! `rungd lsp`: the language server. An editor starts it and communicates with it over standard
+//! input and output.
 
 use anyhow::Result;
 use clap::Args;
@@ -9,12 +9,12 @@ use crate::editor::{self, EditorEnd, Wire};
 
 /// Serves an editor: findings as one types, completion, hover, go to definition, rename
 ///
-/// An editor starts it and speaks the Language Server Protocol with it over standard input and
-/// output. It reads the files of the project, and writes none of them. If the editor asks for live
-/// values, it reads them from the running controller; it never writes to it.
+/// An editor starts it and uses the Language Server Protocol over standard input and output. It
+/// reads the files of the project, and writes none of them. If the editor requests live values, it
+/// reads them from the running controller; it never writes to the controller.
 #[derive(Args, Debug)]
 pub struct LspArgs {
-    /// Does nothing: many editors add it
+    /// Accepted, because many editors add it; has no effect
     #[arg(long, hide = true)]
     stdio: bool,
 }
@@ -26,7 +26,7 @@ pub struct LspArgs {
 pub fn lsp(_args: &LspArgs) -> Result<Exit> {
     let (connection, wire) = Wire::open()?;
     let end = editor::serve(&connection)?;
-    // The threads end when nothing can be sent any more.
+    // The threads end when the connection is dropped.
     drop(connection);
     wire.close()?;
     Ok(match end {

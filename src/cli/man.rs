@@ -1,5 +1,5 @@
-//! `rungd man`: writes the manual pages, one per subcommand, from the definition of the command
-//! line. Packages call it; people read `man rungd`.
+//! `rungd man`: writes the manual pages, one for each subcommand, from the definition of the
+//! command line. The build of a package calls it; people read `man rungd`.
 
 use std::fs;
 use std::io;
@@ -90,7 +90,7 @@ fn section<'a>(roff: &mut Roff, title: &str, rows: impl Iterator<Item = (&'a str
     }
 }
 
-/// The exit codes, each with the first sentence of its row in the page.
+/// The exit codes, each with the first sentence of its row in `docs/exit-codes.md`.
 fn exits() -> Vec<(String, &'static str)> {
     let page = include_str!("../../docs/exit-codes.md");
     let meaning = |exit: Exit, name: &str| {

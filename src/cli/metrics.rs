@@ -1,4 +1,4 @@
-//! `rungd metrics`: the metrics of a running controller, for Prometheus and its like.
+//! `rungd metrics`: the metrics of a running controller, for Prometheus and similar systems.
 
 use std::io::{self, Write as _};
 use std::net::SocketAddr;
@@ -20,7 +20,8 @@ const EVERY_LEAST: Duration = Duration::from_secs(1);
 
 /// Prints the metrics of a running controller, serves them, or writes them to a file
 ///
-/// Without `--listen` and `--textfile` it looks once, and prints the text format of Prometheus.
+/// Without `--listen` and `--textfile` it reads the metrics once, and prints them in the text
+/// format of Prometheus.
 #[derive(Args, Debug)]
 pub struct MetricsArgs {
     /// Serve them at http://ADDRESS/metrics, as OpenMetrics or as Prometheus text
@@ -31,7 +32,7 @@ pub struct MetricsArgs {
     /// Write them to a file, for a collector of text files (`*.prom`)
     #[arg(long, value_name = "PATH")]
     textfile: Option<PathBuf>,
-    /// Write the file again and again, as 15s
+    /// Write the file again at this interval, such as 15s
     #[arg(long, value_name = "TIME", requires = "textfile", value_parser = interval)]
     #[arg(conflicts_with = "listen")]
     every: Option<Duration>,
@@ -56,10 +57,10 @@ fn interval(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Prints, serves or writes.
+/// Prints, serves or writes the metrics.
 ///
 /// # Errors
-/// The address cannot be taken; the file or standard output cannot be written.
+/// The address cannot be used, or the file or standard output cannot be written.
 pub fn metrics(args: &MetricsArgs) -> Result<Exit> {
     let socket = args.socket.clone();
     if let Some(at) = args.listen {
@@ -74,7 +75,7 @@ pub fn metrics(args: &MetricsArgs) -> Result<Exit> {
         (Some(file), None) => metrics::write(file, socket)?,
         (None, _) => {
             let (text, failure) = metrics::once(socket);
-            // For a program: its own escapes stand for line ends and quotes.
+            // The output is for a program, and already has its own escapes.
             io::stdout().lock().write_all(text.as_bytes())?;
             failure
         }

@@ -130,7 +130,7 @@ enum Command {
     Xref(xref::XrefArgs),
 }
 
-/// Runs the command line; gives the exit code.
+/// Runs the command line, and returns the exit code.
 pub fn run() -> i32 {
     CompleteEnv::with_factory(Cli::command).complete();
     let command = Cli::parse().command;

@@ -1,6 +1,6 @@
-//! `rungd mutate`: test files in; how many slips in their ladders they notice out.
+//! `rungd mutate`: reports how many mistakes in ladders their test files detect.
 //!
-//! Reads the files and prints; `testing` makes the mutants and judges them.
+//! This module reads the files and prints the result; `testing` makes and tests the mutants.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use super::terminal::{one_line, plain_json, print, say};
 use super::test::{OpenSuite, Progress, find, jobs, open, refused};
 use crate::testing::{self, JudgedMutant, MutantKind, MutateOptions, Suite};
 
-/// Changes a ladder in small ways, and says which of the changes its tests notice
+/// Makes small changes to a ladder, and reports which of them its tests detect
 #[derive(Args, Debug)]
 pub struct MutateArgs {
     /// Test files, and folders that are searched for *.test.toml
@@ -22,10 +22,10 @@ pub struct MutateArgs {
     /// Only changes of these kinds
     #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kind)]
     only: Vec<MutantKind>,
-    /// Fail (exit code 1) if a file's tests notice less than this share, in percent
+    /// Fail (exit code 1) if a file's tests detect less than this share, in percent
     #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u8).range(0..=100))]
     at_least: Option<u8>,
-    /// Threads (default: one a processor)
+    /// Number of threads (default: one for each processor)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// Print the result as JSON
@@ -38,10 +38,10 @@ fn kind(text: &str) -> Result<MutantKind, String> {
     MutantKind::from_name(text).ok_or_else(|| format!("the kinds are: {}", names()))
 }
 
-/// Judges the mutants.
+/// Tests the mutants.
 ///
 /// # Errors
-/// A path that cannot be read.
+/// A path cannot be read.
 pub fn mutate(args: &MutateArgs) -> Result<Exit> {
     let suites = open(&find(&args.paths)?)?;
     if refused(&suites) {

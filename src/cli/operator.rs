@@ -1,5 +1,5 @@
-//! The parts shared by the commands that talk to a running controller: its socket, the request and
-//! the answer, the exit code of a refusal, and the completion of its names.
+//! The parts shared by the commands that communicate with a running controller: its socket, the
+//! request and the answer, the exit code of a refusal, and the completion of its names.
 
 use std::ffi::OsStr;
 use std::io::{self, Write};
@@ -43,17 +43,17 @@ pub struct New {
 }
 
 impl New {
-    /// Both in the form of a request.
+    /// The operand and the value, in the form of a request.
     pub fn named(&self) -> (String, GivenValue) {
         (self.operand.clone(), GivenValue::Text(self.value.clone()))
     }
 }
 
 impl OperatorArgs {
-    /// Sends a request whose failure does not end the command: the failure is not printed.
+    /// Sends a request whose failure does not end the command. A failure is not printed.
     ///
     /// # Errors
-    /// The request is refused, or nobody answers.
+    /// The request is refused, or no controller answers.
     pub fn try_ask<T: DeserializeOwned + Serialize>(
         &self,
         request: &Request,
@@ -84,7 +84,7 @@ impl OperatorArgs {
         })
     }
 
-    /// Prints an answer, as JSON or as text.
+    /// Prints an answer as JSON or as text.
     ///
     /// # Errors
     /// Standard output cannot be written.
@@ -150,7 +150,7 @@ fn kind_of(failure: &CallFailure) -> serde_json::Value {
     }
 }
 
-/// The running controller's names, for the shell. Empty if no controller answers.
+/// The names in the running controller, for the shell. Empty if no controller answers.
 pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     let prefix = current.to_string_lossy().into_owned();
     let names: NameList = match client::ask(&socket_to_complete(), &Request::Names { prefix }) {
@@ -178,7 +178,7 @@ fn candidate(name: &str, about: &str) -> CompletionCandidate {
     CompletionCandidate::new(one_line(name).into_owned()).help(Some(about.into()))
 }
 
-/// The socket of the command line that is being written, as its command would find it.
+/// The socket that the incomplete command line would use.
 fn socket_to_complete() -> PathBuf {
     let words: Vec<_> = std::env::args_os().collect();
     let after = |(at, word): (usize, &std::ffi::OsString)| match word.to_str() {

@@ -20,7 +20,7 @@ pub struct ReadArgs {
     at: OperatorArgs,
 }
 
-/// Reads.
+/// Reads the values.
 ///
 /// # Errors
 /// Standard output cannot be written.
@@ -33,9 +33,8 @@ pub fn read(args: &ReadArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// One line per operand: name, address, value, whether it is forced; of a Y outside RUN what is at
-/// the output. A tag that is known by its
-/// name alone has no address.
+/// One line for each operand: name, address, value, and whether it is forced. For a Y outside RUN,
+/// the line also has the state of the output. A tag with a `type` has no address.
 pub fn table(values: &[ShownValue]) -> String {
     let name =
         |value: &ShownValue| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();

@@ -1,6 +1,6 @@
-//! `rungd record`: lists, verifies and cuts recordings, and writes out the program in one.
+//! `rungd record`: lists, verifies and cuts recordings, and writes out the program of a recording.
 //!
-//! `replay` executes a recording and traces it, for `export` too; `record_info` tells what one is.
+//! `replay` executes a recording and traces it, for `export` too; `record_info` describes one.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, ErrorKind, Write};
@@ -32,12 +32,12 @@ pub struct RecordArgs {
 
 #[derive(Subcommand, Debug)]
 enum RecordCommand {
-    /// Lists what is recorded: from when to when, which scans, which program, and the gaps
+    /// Lists the stretches of a recording: times, scans, programs, and the gaps
     List {
         #[command(flatten)]
         of: RecordingSource,
     },
-    /// Tells what a recording is: its program, time, scans, size, changes of mode and gaps
+    /// Describes a recording: its program, time, scans, size, changes of mode and gaps
     Info {
         #[command(flatten)]
         of: RecordingSource,
@@ -71,8 +71,8 @@ enum RecordCommand {
         #[arg(short, long, value_name = "X.csv|X.svg|X.vcd|-")]
         output: PathBuf,
     },
-    /// Makes a test of a part of a recording: what came in as steps, outputs and alarms as
-    /// expectations
+    /// Makes a test from a part of a recording: inputs and writes become steps, outputs and alarms
+    /// become expectations
     Test {
         #[command(flatten)]
         of: RecordingSource,
@@ -82,20 +82,20 @@ enum RecordCommand {
         #[arg(short, long, value_name = "FILE.test.toml", default_value = "-")]
         output: PathBuf,
     },
-    /// Writes out the files of the program that is recorded
+    /// Writes out the files of the recorded program
     Files {
         #[command(flatten)]
         of: RecordingSource,
         /// The program of this time (default: the newest)
         #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
         at: Option<When>,
-        /// The folder to write them into; it is made
+        /// The folder to write them into; it is created if it does not exist
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
 }
 
-/// Where a recording comes from.
+/// The source of a recording.
 #[derive(Args, Clone, Debug)]
 pub struct RecordingSource {
     /// A recording: a file, or a folder as `[record] dir` names it (default: the last minute of the
@@ -117,7 +117,7 @@ pub struct RecordedPart {
     pub to: Option<When>,
 }
 
-/// Lists, verifies, cuts.
+/// Executes the subcommand.
 ///
 /// # Errors
 /// The recording cannot be read, or the output cannot be written.
@@ -160,7 +160,7 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
     }
 }
 
-/// Says what is wrong with the files of a recording.
+/// Prints the flaws of the files of a recording.
 fn tell_flaws(recording: &Recording) {
     for (path, flaw) in &recording.flaws {
         say_line(&format!("rungd: {}: {flaw}", path.display()));
@@ -251,7 +251,7 @@ fn verify(recording: Recording, json: bool) -> Result<Exit> {
     Ok(if is_proven { Exit::Ok } else { Exit::Refused })
 }
 
-/// The outcome of a verification in words.
+/// The result of a verification as text.
 fn verdict(recording: &Recording, verified: &Verified) -> String {
     let Verified { scans, sections, compared, gaps, unreplayable, first_difference } = *verified;
     if recording.count() == 0 {
@@ -283,7 +283,7 @@ fn cut(recording: &Recording, part: &RecordedPart, output: &Path) -> Result<Exit
     Ok(Exit::Ok)
 }
 
-/// Whether a moment lies after the last scan of a recording.
+/// Whether a moment is after the last scan of a recording.
 fn is_after(when: &When, clock: &LocalClock, span: &RangeInclusive<i64>) -> bool {
     matches!(when.find(clock, span.clone()), Moment::Time(unix_ns) if unix_ns > *span.end())
 }
@@ -312,7 +312,7 @@ pub(super) fn sections(recording: &Recording, part: &RecordedPart) -> Result<Ran
 fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit> {
     let range = sections(&recording, part)?;
     let program = Arc::clone(recording.program(range.end - 1));
-    // The newest program's stretch without a gap.
+    // The range is the last sections that have the newest program and no gap.
     let is_one = |at: &usize| recording.program(*at) == &program;
     let mut first = range.end - 1;
     while first > range.start && is_one(&(first - 1)) && recording.follows(first) {
@@ -338,7 +338,8 @@ fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit
     Ok(Exit::Ok)
 }
 
-/// A file that is not there yet: it could be the recording itself, or a ladder.
+/// Creates a file that does not exist yet: an existing file could be the recording itself, or a
+/// ladder.
 fn new_file(path: &Path) -> Result<File> {
     match File::create_new(path) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
@@ -367,8 +368,8 @@ fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit
     Ok(Exit::Ok)
 }
 
-/// The path of a recorded file within a folder. Its name comes from outside: nothing in it leads
-/// out of the folder.
+/// The path of a recorded file within a folder. The name comes from outside, so parts that lead out
+/// of the folder are removed.
 fn inside(name: &str) -> PathBuf {
     let parts = Path::new(name).components().filter_map(|part| match part {
         Component::Normal(part) => Some(part),

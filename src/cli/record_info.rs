@@ -1,4 +1,4 @@
-//! `rungd record info`: a recording at a glance.
+//! `rungd record info`: a summary of a recording.
 //!
 //! Reads every section once, and executes none. Called by `record`.
 
@@ -16,15 +16,15 @@ use crate::runtime::TapeEntry;
 use crate::runtime::exchange::Mode;
 use crate::source::wording::{counted, thousands};
 
-/// The most changes and gaps that the text lists.
+/// The maximum number of changes, and of gaps, that the text lists.
 const LISTED_MAX: usize = 12;
 
-/// The least time from which a day is foretold.
+/// The minimum recorded time for an estimate of the size of a day.
 const MEASURED_NS: u128 = 10_000_000_000;
 
 const DAY_NS: u128 = 86_400_000_000_000;
 
-/// What a recording is.
+/// The summary of a recording.
 pub(super) struct RecordInfo {
     programs: Vec<Arc<RecordedProgram>>,
     span: Option<(i64, i64)>,
@@ -40,13 +40,14 @@ pub(super) struct RecordInfo {
     /// Changes of mode and of program, each with its time.
     changes: Vec<(i64, String)>,
     gaps: Vec<InfoGap>,
-    /// It begins with the start of RUN: every image of memory in it can be computed anew.
+    /// Whether it begins with the start of RUN: then every image of memory in it can be computed
+    /// again.
     begins_run: bool,
 }
 
-/// Something that is missing.
+/// A gap in the recording.
 struct InfoGap {
-    /// Where the recording goes on, ns since 1970 (UTC).
+    /// The time at which the recording continues, ns since 1970 (UTC).
     at_ns: i64,
     lasts_ns: i64,
     what: String,
@@ -91,7 +92,7 @@ impl RecordInfo {
         info
     }
 
-    /// What only the sections themselves say.
+    /// Adds the facts that are only in the sections themselves.
     fn look_into(&mut self, recording: &Recording) {
         let (mut periods, mut own_periods, mut mode) = (Vec::new(), Vec::new(), None);
         for at in 0..recording.count() {
@@ -141,7 +142,7 @@ impl RecordInfo {
         self.period_ns = median(&mut periods);
     }
 
-    /// For people.
+    /// The summary as text.
     pub fn text(&self, clock: &LocalClock) -> String {
         let Some((begin_ns, end_ns)) = self.span else { return "nothing is recorded\n".into() };
         let mut text = String::new();
@@ -198,7 +199,7 @@ impl RecordInfo {
         }
     }
 
-    /// For programs.
+    /// The summary as JSON.
     pub fn json(&self) -> Value {
         let program = |of: &Arc<RecordedProgram>| {
             json!({
@@ -241,7 +242,7 @@ fn median(numbers: &mut [u64]) -> Option<u64> {
     (!numbers.is_empty()).then(|| *numbers.select_nth_unstable(middle).1)
 }
 
-/// A list below its name, cut where it is long.
+/// Writes a list with its name. A long list is shortened.
 fn list(line: &mut impl FnMut(&str, String), name: &str, all: Vec<String>) {
     let more = all.len().saturating_sub(LISTED_MAX);
     if all.is_empty() {

@@ -1,6 +1,6 @@
-//! The programs of a recording, loaded and lowered: each once, found by section.
+//! The programs of a recording: each is loaded and lowered once, and is found by section.
 //!
-//! `replay` makes its engines of them, and finds operands and alarms by name in each.
+//! `replay` makes its engines from them, and looks up operands and alarms by name in each.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::record::{RecordedProgram, Recording};
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
 
-/// A program that can be executed and named.
+/// A program that can be executed, with its names.
 pub(super) struct RecordedPlant {
     pub program: Arc<Program>,
     /// Its files and its controller's settings.
@@ -24,28 +24,28 @@ pub(super) struct RecordedPlant {
 
 /// The programs of some sections.
 pub(super) struct RecordedPlants {
-    /// Each program, or why it cannot be loaded.
+    /// Each program, or the reason why it cannot be loaded.
     pub all: Vec<Result<RecordedPlant, String>>,
     programs: Vec<Arc<RecordedProgram>>,
-    /// For each section of the recording from `first` on: its program's place in `all`.
+    /// For each section of the recording from `first` on, the index of its program in `all`.
     of_section: Vec<usize>,
     first: usize,
 }
 
 impl RecordedPlant {
-    /// A program that was loaded.
+    /// Lowers a loaded program.
     pub fn new(program: Program, loaded: Loaded) -> RecordedPlant {
         let (engine, symbols) = lower(&program);
         RecordedPlant { program: Arc::new(program), loaded, engine, symbols }
     }
 
-    /// The cell of an operand of the ladder, if it has it.
+    /// The cell of an operand, if the ladder has the operand.
     pub fn cell(&self, name: &str) -> Option<Cell> {
         let address = Scope::of(&self.program).address(name).ok()?;
         self.symbols.layout.cell(address)
     }
 
-    /// Where its cells are.
+    /// The layout of its cells.
     pub fn layout(&self) -> &Layout {
         &self.symbols.layout
     }
@@ -69,7 +69,7 @@ impl RecordedPlants {
         plants
     }
 
-    /// The place of a section's program in `all`.
+    /// The index of a section's program in `all`.
     pub fn place(&self, section: usize) -> usize {
         section.checked_sub(self.first).and_then(|at| self.of_section.get(at)).map_or(0, |at| *at)
     }
@@ -87,7 +87,7 @@ impl RecordedPlants {
     /// A new engine of a program.
     ///
     /// # Errors
-    /// Why it cannot be loaded.
+    /// The reason why the program cannot be loaded.
     pub fn engine_of(&self, program: &RecordedProgram) -> Result<Engine, String> {
         let plant = self.find(program).map(|at| &self.all[at]);
         match plant {
@@ -97,7 +97,7 @@ impl RecordedPlants {
         }
     }
 
-    /// A program that differs in its name alone is the same.
+    /// The index of a program. Only the files are compared.
     fn find(&self, program: &RecordedProgram) -> Option<usize> {
         self.programs.iter().rposition(|known| known.files == program.files)
     }

@@ -1,7 +1,7 @@
-//! What is seen of a replay, scan by scan: the rows of its trace, and the alarms that came and
+//! The observations of a replay, scan by scan: the rows of its trace, and the alarms that came and
 //! went.
 //!
-//! The programs of a recording may change; operands and alarms are found in each by their names.
+//! A recording may contain several programs; operands and alarms are looked up in each by name.
 
 use std::collections::HashMap;
 use std::io;
@@ -16,13 +16,13 @@ use crate::engine::{Cell, Image};
 use crate::record::ReplayedScan;
 use crate::sim::trace::{RowName, ValueTrace, Watched};
 
-/// The most stretches of alarms that are listed.
+/// The maximum number of alarm stretches that are listed.
 const ALARMS_MAX: usize = 30;
 
-/// A program of the recording, and its place among all.
+/// A program of the recording, with its index among all programs.
 pub(super) type Placed<'a> = (usize, &'a RecordedPlant);
 
-/// The content of a cell in an image; 0 of an operand that its program does not have.
+/// The content of a cell in an image; 0 for an operand that the program does not have.
 pub(super) fn content(image: &Image, cell: Option<Cell>) -> i32 {
     match cell {
         None => 0,
@@ -36,7 +36,7 @@ pub(super) struct RecordedTrace<'a> {
     file: TraceFile<'a>,
     path: &'a Path,
     watched: &'a [Watched],
-    /// The place of the present program, and the operands' cells in it.
+    /// The index of the present program, and the operands' cells in it.
     cells: Option<(usize, Vec<Option<Cell>>)>,
     begin_ns: Option<i64>,
     values: Vec<i32>,
@@ -47,14 +47,14 @@ impl<'a> RecordedTrace<'a> {
     /// Creates the file.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub fn create(path: &'a Path, watched: &'a [Watched]) -> Result<RecordedTrace<'a>> {
         let file = TraceFile::create(path, watched)?;
         let (cells, begin_ns, values, failed) = (None, None, Vec::new(), None);
         Ok(RecordedTrace { file, path, watched, cells, begin_ns, values, failed })
     }
 
-    /// The row of a scan. An error comes at the end.
+    /// Adds the row of a scan. An error is returned by [`RecordedTrace::finish`].
     pub fn look(&mut self, (place, plant): Placed, scan: &ReplayedScan, image: &Image) {
         if self.cells.as_ref().is_none_or(|(of, _)| *of != place) {
             let cells = self.watched.iter().map(|watched| same_kind(plant, watched)).collect();
@@ -66,7 +66,7 @@ impl<'a> RecordedTrace<'a> {
         self.row(scan);
     }
 
-    /// A row of values.
+    /// Adds a row of values.
     pub fn put(&mut self, scan: &ReplayedScan, values: &[i32]) {
         self.values.clear();
         self.values.extend_from_slice(values);
@@ -83,10 +83,10 @@ impl<'a> RecordedTrace<'a> {
         self.failed = self.file.values(name, time_us, &self.values).err();
     }
 
-    /// Writes what is left.
+    /// Writes the remaining bytes.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub fn finish(self) -> Result<()> {
         match self.failed {
             Some(error) => Err(error).with_context(|| self.path.display().to_string()),
@@ -107,11 +107,11 @@ fn same_kind(plant: &RecordedPlant, watched: &Watched) -> Option<Cell> {
     is_same.then_some(cell)
 }
 
-/// An alarm from ON to OFF.
+/// An alarm, from the scan in which it goes ON to the scan in which it goes OFF.
 struct AlarmStretch {
     tag: String,
     text: String,
-    /// Its first scan; and whether it was ON before anything was seen.
+    /// Its first scan. `before`: it was already ON in the first scan of the replay.
     scan: u64,
     from_ns: i64,
     before: bool,
@@ -122,17 +122,17 @@ struct AlarmStretch {
 #[derive(Default)]
 pub(super) struct AlarmLog {
     place: Option<usize>,
-    /// The alarms of the present program, in its order.
+    /// The states of the present program's alarms, in its order.
     on: Vec<bool>,
     /// The stretches of the alarms that are ON, by tag.
     open: HashMap<String, usize>,
     stretches: Vec<AlarmStretch>,
-    /// Stretches that are not listed.
+    /// The number of stretches that are not listed.
     more: u64,
 }
 
 impl AlarmLog {
-    /// Looks at the end of a scan.
+    /// Adds the changes of alarms at the end of a scan.
     pub fn look(&mut self, (place, plant): Placed, scan: &ReplayedScan, image: &Image) {
         let alarms = &plant.symbols.alarms;
         let is_first = self.place.is_none();
@@ -154,7 +154,7 @@ impl AlarmLog {
                 }
                 continue;
             }
-            // One that is not listed has a place beyond the list.
+            // A stretch that is not listed gets an index beyond the list.
             self.open.insert(alarm.tag.clone(), self.stretches.len());
             if self.stretches.len() == ALARMS_MAX {
                 self.more += 1;
@@ -171,7 +171,7 @@ impl AlarmLog {
         }
     }
 
-    /// The list, a line each.
+    /// The list, one line for each stretch.
     pub fn text(&self, clock: &LocalClock) -> String {
         let line = |stretch: &AlarmStretch| {
             let AlarmStretch { tag, text, scan, from_ns, before, to_ns } = stretch;

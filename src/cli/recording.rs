@@ -1,7 +1,7 @@
-//! The parts shared by the commands that read recordings: where one comes from (a file, a folder,
-//! a running controller), and how the program in it is made again.
+//! The parts shared by the commands that read recordings: the source of a recording (a file, a
+//! folder or a running controller), its stretches, and the sections of a time.
 //!
-//! Used by `why`, `record` and `replay`. No command of these changes anything in a controller.
+//! Used by `why`, `record` and `replay`. These commands change nothing in a controller.
 
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
@@ -17,8 +17,8 @@ use crate::operator::protocol::{RecordingBytes, Request};
 use crate::record::Recording;
 use crate::runtime::{NumberedCall, scan_begins};
 
-/// The last minute of a running controller; `Err` is the exit code of a refusal, which has been
-/// printed.
+/// The recording of the last minute of a running controller. `Err` is the exit code of a refusal,
+/// which has been printed.
 pub(super) fn live(at: &OperatorArgs) -> Result<Recording, Exit> {
     let answer: RecordingBytes = at.ask(&Request::Recording { from_section: None })?;
     let Some(bytes) = answer.bytes() else {
@@ -28,18 +28,18 @@ pub(super) fn live(at: &OperatorArgs) -> Result<Recording, Exit> {
     Ok(Recording::of_bytes(bytes))
 }
 
-/// A file of segments, or a folder of them.
+/// The recording in a file of segments, or in a folder of such files.
 ///
 /// # Errors
-/// It cannot be read.
+/// The recording cannot be read.
 pub(super) fn opened(path: &Path) -> Result<Recording> {
     Recording::open(path).with_context(|| path.display().to_string())
 }
 
-/// A recording of a file or folder, else of a running controller.
+/// The recording in a file or folder; without a path, the recording of a running controller.
 ///
 /// # Errors
-/// It cannot be read.
+/// The recording cannot be read.
 pub(super) fn of(
     path: Option<&PathBuf>,
     at: &OperatorArgs,
@@ -50,13 +50,13 @@ pub(super) fn of(
     }
 }
 
-/// From the first scan to the last one, ns since 1970 (UTC); `None`: the recording is empty.
+/// The times of the first and the last scan, ns since 1970 (UTC); `None` if the recording is empty.
 pub(super) fn span(recording: &Recording) -> Option<RangeInclusive<i64>> {
     let last = recording.count().checked_sub(1)?;
     Some(recording.head(0).begin_ns..=recording.head(last).end_ns)
 }
 
-/// The number of the last scan that began until a time, ns since 1970 (UTC).
+/// The number of the last scan that began before or at a time, ns since 1970 (UTC).
 pub(super) fn scan_at(recording: &Recording, unix_ns: i64) -> Option<u64> {
     let section = recording.place_of_time(unix_ns)?;
     let (_, body) = recording.read(section).ok()??;
@@ -66,7 +66,7 @@ pub(super) fn scan_at(recording: &Recording, unix_ns: i64) -> Option<u64> {
     begun.last().map_or(first.checked_sub(1), |of| Some(of.number))
 }
 
-/// The section in which a moment lies, or the last one before it.
+/// The section that contains a moment, or the last section before it.
 pub(super) fn section_at(recording: &Recording, moment: Moment) -> Option<usize> {
     match moment {
         Moment::Scan(scan) => recording.place_of_scan(scan),
@@ -88,7 +88,7 @@ pub(super) struct RecordedStretch {
 }
 
 impl RecordedStretch {
-    /// What lies before it, if that is a gap.
+    /// The text about a gap before the stretch, if there is a gap.
     pub fn gap(&self, recording: &Recording) -> Option<String> {
         let first = self.sections.start;
         if first == 0 || recording.follows(first) {

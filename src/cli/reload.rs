@@ -1,4 +1,5 @@
-//! `rungd reload` and `rungd rollback`: change the running program without a stop, and go back.
+//! `rungd reload` and `rungd rollback`: change the running program without a stop, and return to
+//! the previous one.
 
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
@@ -14,7 +15,7 @@ use super::terminal::{one_line, say, say_line};
 use crate::daemon;
 use crate::operator::protocol::{Reloaded, Request};
 
-/// Makes the running controller read its files again, and go on with the program in them
+/// Makes the running controller read its files again and continue with the program in them
 ///
 /// The programs are swapped between two scans. Wrong files change nothing, and give exit code 78.
 #[derive(Args, Debug)]
@@ -43,7 +44,7 @@ pub struct RollbackArgs {
     at: OperatorArgs,
 }
 
-/// Reloads.
+/// Reloads the program.
 ///
 /// # Errors
 /// Standard output cannot be written.
@@ -64,7 +65,7 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
     ask(&OperatorArgs { socket: socket.into(), ..args.at.clone() }, &request)
 }
 
-/// Makes a process without a socket reload, by SIGHUP. Only the log has the outcome.
+/// Makes a process without a socket reload, by SIGHUP. The result is only in the log.
 fn hang_up(pid: i32) -> Result<Exit> {
     let process = Pid::from_raw(pid).filter(|_| pid > 0);
     let sent = process.ok_or(Errno::SRCH).and_then(|process| kill_process(process, Signal::HUP));
@@ -81,7 +82,7 @@ fn hang_up(pid: i32) -> Result<Exit> {
     })
 }
 
-/// Rolls back.
+/// Rolls back to the previous program.
 ///
 /// # Errors
 /// Standard output cannot be written.

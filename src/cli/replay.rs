@@ -1,7 +1,7 @@
-//! `rungd replay`: executes a recording again, verifies every hash, and traces what happened; or
-//! executes another program on what came in, by `replay_ladder`.
+//! `rungd replay`: executes a recording again, verifies every hash, and traces operands; or
+//! executes a different program on the recorded inputs, by `replay_ladder`.
 //!
-//! It writes nothing but its trace, and asks no running controller.
+//! It writes only its trace, and uses no running controller.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use super::{recording, watched_operands};
 use crate::record::{RecordedProgram, Recording, Replay, Verified};
 use crate::source::wording::{counted, thousands};
 
-/// Replays.
+/// Replays a recording.
 ///
 /// # Errors
 /// The recording cannot be read, or the trace cannot be written.
@@ -40,8 +40,8 @@ pub fn replay(args: &ReplayArgs) -> Result<Exit> {
     replay_of(args, recording)
 }
 
-/// Refuses a trace, as an option names it, whose form is unknown or that would overwrite what is
-/// read.
+/// Refuses a trace file whose form is unknown or that would overwrite a file that is read. `option`
+/// is the option that names it.
 ///
 /// # Errors
 /// The command line is wrong.
@@ -130,7 +130,7 @@ fn same_program(args: &ReplayArgs, recording: Recording, scene: Scene) -> Result
     Ok(if is_whole { Exit::Ok } else { Exit::Refused })
 }
 
-/// The sentence at the end.
+/// The last lines of the report.
 fn verdict(
     (verified, different, seconds): (&Verified, &[usize], f64),
     recording: &Recording,
@@ -179,7 +179,7 @@ fn verdict(
     text
 }
 
-/// The most gaps that are told with their times.
+/// The maximum number of gaps that are listed with their times.
 const GAPS_TOLD: usize = 3;
 
 /// `of 3 steps at 2026-11-22 10:02:03.500`.

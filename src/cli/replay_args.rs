@@ -1,6 +1,6 @@
-//! What `rungd replay` is asked for, and the words that both of its reports use.
+//! The arguments of `rungd replay`, and the texts that both of its reports use.
 //!
-//! `replay` and `replay_ladder` execute it.
+//! `replay` and `replay_ladder` execute the command.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use super::when::{LocalClock, When};
 use crate::record::Recording;
 use crate::source::wording::thousands;
 
-/// Executes a recording again: verifies it, traces it, or tries another program on it
+/// Executes a recording again: verifies it, traces it, or tries a different program on it
 #[derive(Args, Debug)]
 pub struct ReplayArgs {
     /// A recording: a file, or a folder as `[record] dir` names it
@@ -26,8 +26,8 @@ pub struct ReplayArgs {
     /// Until this time or scan
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
     pub to: Option<When>,
-    /// Execute these ladder files on the recorded inputs, instead of the recorded ones (library
-    /// files stay), and compare
+    /// Execute these ladder files instead of the recorded ones (library files stay) on the recorded
+    /// inputs, and compare both programs
     #[arg(long, value_name = "NEW.toml", num_args = 1..)]
     pub ladder: Vec<PathBuf>,
     /// Operands to trace and compare, in this order
@@ -40,13 +40,13 @@ pub struct ReplayArgs {
 }
 
 impl ReplayArgs {
-    /// Where the trace goes, if there is one.
+    /// The path of the trace, if there is a trace.
     pub fn trace(&self) -> Option<PathBuf> {
         let by_watch = self.watch.is_some() && self.ladder.is_empty();
         self.trace.clone().or_else(|| by_watch.then(|| PathBuf::from("-")))
     }
 
-    /// Prints the report where it does not mix with a trace.
+    /// Prints the report on standard output; if the trace is there, on standard error.
     pub fn report(&self, text: &str) -> io::Result<()> {
         match self.trace() {
             Some(trace) if trace == Path::new("-") => {
@@ -69,7 +69,7 @@ pub(super) fn pace(recording: &Recording, window: &ReplayWindow, seconds: f64) -
     });
     let real: f64 = spans.map(|ns| ns as f64 / 1e9).sum();
     let times = if seconds > 0.0 { (real / seconds).round() } else { 0.0 };
-    // Far below 2^53.
+    // The number is far below 2^53, so the conversion is exact.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let times = thousands(times as u64);
     format!("replayed in {seconds:.1} s, {times} × real time")

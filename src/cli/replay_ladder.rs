@@ -1,7 +1,8 @@
-//! `rungd replay --ladder`: another program on what came in, compared with the one that ran.
+//! `rungd replay --ladder`: executes a different program on the recorded inputs, and compares it
+//! with the recorded program.
 //!
 //! Reads the new ladder files and prints their findings; `twin_run` executes both programs,
-//! `compared` says what differs. What it cannot know is how the plant would have answered.
+//! `compared` finds the differences. The reaction of the plant to different outputs is unknown.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -24,11 +25,11 @@ use crate::source::render::{refuses, render};
 use crate::source::span::SourceFile;
 use crate::source::wording::{counted, thousands};
 
-/// What the report says whatever differs.
+/// The last sentence of every report.
 const OPEN_LOOP: &str = "open loop: the inputs are as they were recorded; where the plant would \
     have answered to other outputs, it does not here\n";
 
-/// Replays with other ladder files.
+/// Replays with different ladder files.
 ///
 /// # Errors
 /// A file cannot be read, the trace cannot be written, or the command line is wrong.
@@ -91,7 +92,7 @@ pub(super) fn replay(args: &ReplayArgs, recording: &Recording, scene: Scene) -> 
     Ok(if is_whole { Exit::Ok } else { Exit::Refused })
 }
 
-/// What the reader must know beside the differences.
+/// Remarks in addition to the differences.
 fn remarks(
     recording: &Recording,
     (twin, clock): (&TwinRun, &LocalClock),
@@ -122,8 +123,8 @@ fn remarks(
     text
 }
 
-/// The recorded controller file with the new ladder files, and their findings printed; `None`: they
-/// are refused.
+/// Loads the recorded controller file with the new ladder files, and prints their findings. `None`
+/// if the files are refused.
 fn loaded(args: &ReplayArgs, recorded: &RecordedProgram) -> Result<Option<RecordedPlant>> {
     let mut loaded = load::recorded_files(&files(&args.ladder, recorded)?);
     let style = style(false);

@@ -1,8 +1,8 @@
-//! Why operands differ between two programs: the answer of `rungd why` in both, at the scan of the
-//! first difference.
+//! The reasons why operands differ between two programs: the answer of `rungd why` in both, at the
+//! scan of the first difference.
 //!
-//! Called by `replay_ladder`. The past of the recorded program is the recording; that of the new
-//! one is made by executing it again.
+//! Called by `replay_ladder`. The past of the recorded program is the recording; the past of the
+//! new program is made by executing it again.
 
 use anyhow::Result;
 
@@ -14,13 +14,13 @@ use super::twin_run::TwinRun;
 use crate::observe::{At, Limits, Past, Subject};
 use crate::record::Recording;
 
-/// The most operands that are explained: those that differ first.
+/// The maximum number of operands that are explained: the operands that differ first.
 const EXPLAINED_MAX: usize = 3;
-/// How many sections (about a second each) of the new program's past are kept.
+/// The maximum number of sections (about a second each) of the new program's past that are kept.
 const SECTIONS_MAX: usize = 60;
 
 /// The reasons of the first differences; empty if nothing differs. The new program begins at the
-/// base of section `first`, as it did when it was compared.
+/// base of section `first`, as in the comparison.
 ///
 /// # Errors
 /// The recording cannot be read.
@@ -33,7 +33,7 @@ pub(super) fn reasons(
         comparison.operands.iter().filter_map(|o| Some((o, o.first?))).collect();
     differing.sort_by_key(|(_, first)| (first.scan.section, first.scan.number));
     let Some((_, earliest)) = differing.first() else { return Ok(String::new()) };
-    // One more section, since a difference may be in its last scan.
+    // The sections up to and including the one with the first difference.
     let last = earliest.scan.section;
     let from = recording.base_of(first).unwrap_or(first);
     let mut new_past = again.past(from..last + 1, SECTIONS_MAX);
@@ -62,7 +62,7 @@ pub(super) fn reasons(
     Ok(text)
 }
 
-/// The answer to why an operand is what it is at the end of a scan.
+/// The reason for the value of an operand at the end of a scan.
 fn answer(
     subject: &Subject,
     past: &mut impl Past,

@@ -1,6 +1,6 @@
-//! The part of a recording that `replay` is asked for: from one moment to another.
+//! The part of a recording that `replay` shows: from one moment to a second one.
 //!
-//! Whole sections are executed and compared; the window says which scans of them are shown.
+//! Whole sections are executed and compared; the window decides which of their scans are shown.
 
 use std::ops::Range;
 
@@ -16,10 +16,10 @@ pub(super) struct ReplayWindow {
 }
 
 impl ReplayWindow {
-    /// From a time to another; without one, from the beginning or to the end.
+    /// The window between two times. A missing time is the beginning or the end of the recording.
     ///
     /// # Errors
-    /// A sentence: the recording is empty, or has nothing there.
+    /// The recording is empty, or has nothing there. The text is a message.
     pub fn of(
         (from, to): (Option<&When>, Option<&When>),
         clock: &LocalClock,
@@ -54,7 +54,7 @@ impl ReplayWindow {
         Ok(ReplayWindow { sections: first..last + 1, from, to })
     }
 
-    /// Whether a scan of its sections is shown.
+    /// Whether a scan of these sections is shown.
     pub fn has(&self, scan: &ReplayedScan) -> bool {
         let (first, last) = (self.sections.start, self.sections.end - 1);
         let begun = match self.from {

@@ -35,7 +35,7 @@ enum RetainCommand {
     },
 }
 
-/// Shows or saves.
+/// Shows a file, or saves memory.
 ///
 /// # Errors
 /// Standard output cannot be written.

@@ -21,7 +21,7 @@ use crate::progress::Progress;
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
-/// The number of free file descriptors that a start needs, with a reserve.
+/// The number of free file descriptors that a start needs, including a reserve.
 const DESCRIPTORS_LEAST: usize = 16;
 
 /// Runs a controller: scans its ladder at a fixed period until a signal stops it
@@ -45,7 +45,7 @@ pub struct RunArgs {
     /// The least urgent level to log (default: the environment's RUNGD_LOG, or info)
     #[arg(long, value_name = "LEVEL")]
     log_level: Option<Level>,
-    /// Where the journal listens
+    /// The socket on which the journal listens
     #[arg(long, value_name = "PATH", hide = true)]
     journal_socket: Option<PathBuf>,
     /// Count restarts after unclean ends in FILE (default: in systemd's RUNTIME_DIRECTORY)
@@ -103,7 +103,7 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     Ok(exit)
 }
 
-/// Checks that enough descriptors are free: some are opened later by calls that cannot fail.
+/// Checks that enough descriptors are free, because later calls open some and must not fail.
 fn probe_descriptors() -> Result<()> {
     let probes: io::Result<Vec<File>> =
         (0..DESCRIPTORS_LEAST).map(|_| File::open("/dev/null")).collect();
@@ -150,7 +150,8 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
     }
 }
 
-/// Shows all findings: as blocks of lines for people, as one log line each for machines.
+/// Prints all findings: as blocks of lines for people, as one log line for each finding for
+/// machines.
 fn refuse(args: &RunArgs, text: &str) -> Exit {
     if log::is_for_people(args.log_format) {
         say_drawn(&format!("{}\n", text.trim_end()));

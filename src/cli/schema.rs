@@ -40,7 +40,7 @@ pub enum FileKind {
     Edge,
 }
 
-/// As `isa::duration` reads it.
+/// The pattern of a duration, as in `isa::duration`.
 const DURATION: &str = "^([0-9]+h)?([0-9]+m)?([0-9]+s)?([0-9]+ms)?$|^[0-9]+(:[0-9]+){3}$";
 
 /// Prints the schema.
@@ -71,7 +71,7 @@ pub fn of(kind: FileKind) -> Value {
 }
 
 struct Writer {
-    /// The tables that can stand in several places, by name.
+    /// The tables that can occur in several places, by name.
     places: Map<String, Value>,
 }
 
@@ -100,7 +100,7 @@ impl Writer {
         schema
     }
 
-    /// The schema of a key's value; `None` if the reader knows the key only to refuse it.
+    /// The schema of a key's value; `None` if the reader always refuses the key.
     fn value(&mut self, key: Key, form: &ValueForm) -> Option<Value> {
         if let KeyLimit::Refused = key.limit {
             return None;
@@ -149,7 +149,7 @@ impl Writer {
         value.as_object().cloned().unwrap_or_default()
     }
 
-    /// A reference to the schema of a table that stands in arrays.
+    /// A reference to the schema of a table that occurs in several places.
     fn place(&mut self, shape: &Shape) -> Value {
         let place = shape.noted().place;
         let name = place.trim_start_matches("a ").replace(' ', "-");
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
     use crate::isa::instruction::LegName;
 
-    /// A value that the reader looks at in its own way has its types in its limit.
+    /// If the reader itself checks the type of a value, the limit of the key contains the types.
     #[test]
     fn every_value_has_a_type() {
         fn untyped(schema: &Value, path: &str, found: &mut Vec<String>) {

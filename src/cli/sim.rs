@@ -1,8 +1,8 @@
-//! `rungd sim`: ladder files or a controller file, a stimulus and a plan in; a trace out. Virtual
-//! time, no sleeping.
+//! `rungd sim`: makes a trace from ladder files or a controller file, a stimulus and a plan. It
+//! runs in virtual time, without waiting.
 //!
-//! Reads and writes the files; `sim` computes the trace of ladders, and `rig` that of a controller
-//! with its simulated devices.
+//! This module reads and writes the files. `sim` computes the trace of ladders; `rig` computes the
+//! trace of a controller with its simulated devices.
 
 use std::path::PathBuf;
 
@@ -92,7 +92,7 @@ fn clock(text: &str) -> Result<i64, String> {
 /// Loads the ladder files, prints their findings, and simulates.
 ///
 /// # Errors
-/// A file that cannot be read or written, a stimulus or `--watch` that does not fit the program.
+/// A file cannot be read or written, or a stimulus or `--watch` does not fit the program.
 pub fn sim(args: &SimArgs) -> Result<Exit> {
     let reads = args.files.iter().chain(&args.stimulus);
     if let Some(read) = trace_file::overwritten(&args.trace, reads) {

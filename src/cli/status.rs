@@ -13,7 +13,7 @@ use crate::operator::protocol::{
     Status,
 };
 
-/// The width of the longest bar.
+/// The width of the longest bar, in characters.
 const BAR_CHARS: u64 = 40;
 
 /// Prints the state of a running controller
@@ -22,7 +22,7 @@ pub struct StatusArgs {
     /// Exit with 1 unless the mode is RUN
     #[arg(long)]
     require_run: bool,
-    /// Show histograms of the scans' execution times and latenesses
+    /// Show histograms of the execution time and the lateness of scans
     #[arg(long)]
     histogram: bool,
     #[command(flatten)]
@@ -43,7 +43,7 @@ pub fn status(args: &StatusArgs) -> Result<Exit> {
     Ok(if args.require_run && !runs { Exit::Refused } else { Exit::Ok })
 }
 
-/// The page. The most important lines come first: the mode, the program, alarms, forces.
+/// The text. The most important lines come first: the mode, the program, alarms, forces.
 fn page(status: &Status, histogram: bool) -> String {
     let Status { version, pid, ladder, mode, scans, .. } = status;
     let ms = |ms: u64| span(ms * 1_000_000);
@@ -83,7 +83,7 @@ fn page(status: &Status, histogram: bool) -> String {
     lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
 }
 
-/// What is at the outputs outside RUN, where memory holds something else.
+/// The lines about outputs outside RUN, with the outputs whose state differs from memory.
 fn outputs(status: &Status) -> Vec<String> {
     match status.outputs.is_empty() {
         true => vec!["at their safe values, as in memory".to_owned()],
@@ -127,7 +127,7 @@ fn row(head: &str, text: &str) -> String {
     format!("  {head:10}  {text}")
 }
 
-/// Lines under one head; the line `none` if `texts` is empty.
+/// Lines under one heading; the line `none` if `texts` is empty.
 fn rows(head: &str, mut texts: Vec<String>) -> Vec<String> {
     if texts.is_empty() {
         texts.push("none".to_owned());
@@ -163,7 +163,7 @@ fn block_line(block: &BlockStatus) -> String {
     format!("{kind} {}: {state}{stages}", block.name)
 }
 
-/// A line of figures; with the histogram, one bar per doubling beneath it.
+/// A line of figures. With the histogram, one bar for each power of two is below it.
 fn spread(name: &str, spread: &Spread, histogram: bool) -> Vec<String> {
     let figures = [
         ("last", spread.last_us),
@@ -178,7 +178,7 @@ fn spread(name: &str, spread: &Spread, histogram: bool) -> Vec<String> {
     let mut lines = vec![row(name, &format!("{figures} us"))];
     let most = spread.histogram.iter().map(|bar| bar.count).max().unwrap_or(0).max(1);
     for bar in spread.histogram.iter().filter(|_| histogram) {
-        // A bar with a count above 0 has at least one sign.
+        // A bar with a count above 0 has at least one character.
         let chars = (bar.count * BAR_CHARS).div_ceil(most) as usize;
         let line = format!("<= {:>9.1} us  {:40}  {}", bar.up_to_us, "#".repeat(chars), bar.count);
         lines.push(row("", &line));

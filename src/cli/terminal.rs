@@ -1,8 +1,8 @@
 //! Prints to a terminal, so that no text acts as a control sequence.
 //!
-//! Every command prints here. Names, texts of a ladder, paths and a file's bytes come from outside.
-//! Control characters, and characters that change the direction of writing, are printed as escapes
-//! (`\u{1b}`). `source::render` draws findings, and escapes them itself.
+//! Every command prints through this module. Names, texts of a ladder, paths and a file's bytes
+//! come from outside. Control characters, and characters that change the direction of writing, are
+//! printed as escapes (`\u{1b}`). `source::render` draws findings, and escapes them itself.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -10,13 +10,14 @@ use std::io::{self, Write};
 
 use crate::source::wording::is_obeyed;
 
-/// A text for a terminal. Line ends stay: only for a text whose lines rungd itself has made.
+/// A text for a terminal. Line ends are not escaped, so it is only for texts whose line ends rungd
+/// itself has written.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
     escaped(text, |c| is_obeyed(c) && c != '\n')
 }
 
-/// A text for one line of a terminal. Line ends are escaped too: a name with a line end in it
-/// cannot add a line to an answer.
+/// A text for one line of a terminal. Line ends are escaped too, so that a name that contains a
+/// line end cannot add a line to an answer.
 pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
     escaped(text, is_obeyed)
 }
@@ -35,8 +36,8 @@ fn escaped(text: &str, odd: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(plain)
 }
 
-/// A line of JSON for a terminal: the same JSON. (Such characters stand in its strings alone, and
-/// `serde_json` escapes those up to U+001F.)
+/// A line of JSON for a terminal, with the same meaning. Control characters occur only in its
+/// strings, and `serde_json` already escapes those up to U+001F.
 pub(crate) fn plain_json(json: &str) -> Cow<'_, str> {
     if !json.contains(is_obeyed) {
         return Cow::Borrowed(json);
@@ -44,7 +45,7 @@ pub(crate) fn plain_json(json: &str) -> Cow<'_, str> {
     let mut plain = String::with_capacity(json.len());
     for c in json.chars() {
         match is_obeyed(c) {
-            // All of them have four digits at most.
+            // All these characters have at most four digits.
             true => {
                 let _ = write!(plain, "\\u{:04x}", u32::from(c));
             }

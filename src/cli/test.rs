@@ -1,7 +1,9 @@
-//! `rungd test`: test files in; a verdict for each test out. Virtual time, no sleeping.
+//! `rungd test`: runs the tests of test files and prints a verdict for each. It runs in virtual
+//! time, without waiting.
 //!
-//! Finds and reads the files, chooses the form of the result, shows progress on a terminal;
-//! `testing` runs the tests. Standard output has the result alone, the same bytes on every run.
+//! This module finds and reads the files, chooses the form of the result, and shows progress on a
+//! terminal; `testing` runs the tests. Standard output contains only the result, with the same
+//! bytes on every run.
 
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -22,13 +24,13 @@ use crate::testing::{
     self, Coverage, FileVerdicts, ReadSuite, RunOptions, Suite, Verdict, read_suite,
 };
 
-/// The time after which a terminal sees how far the tests are.
+/// The time after which the progress is shown on a terminal.
 const SHOW_AFTER: Duration = Duration::from_millis(500);
 
-/// The time between two looks at the files, with `--watch`.
+/// The time between two checks of the files with `--watch`, and between two progress lines.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
-/// How much a file's time of change may lag behind the clock: the system keeps it by ticks.
+/// The maximum lag of a file's modification time behind the clock: the system's time has ticks.
 const TICK_MAX: Duration = Duration::from_millis(20);
 
 /// The ending of a test file.
@@ -43,13 +45,13 @@ pub struct TestArgs {
     /// Run only tests whose names contain this text
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
-    /// Threads (default: one a processor)
+    /// Number of threads (default: one for each processor)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// Print a line for each test that passed too
     #[arg(long, short)]
     verbose: bool,
-    /// Print what the tests have executed: rungs, contacts, Stages, alarms
+    /// Print the coverage of the tests: rungs, contacts, Stages, alarms
     #[arg(long)]
     coverage: bool,
     /// Write a trace of each scenario into this folder, as CSV
@@ -68,16 +70,16 @@ pub struct TestArgs {
 
 /// A test file that was read.
 pub(super) struct OpenSuite {
-    /// As it is shown.
+    /// Its name in messages.
     pub name: String,
-    /// What was read.
+    /// Its content.
     pub read: ReadSuite,
 }
 
 /// Runs the tests.
 ///
 /// # Errors
-/// A path that cannot be read, a file that cannot be written.
+/// A path cannot be read, or a file cannot be written.
 pub fn test(args: &TestArgs) -> Result<Exit> {
     loop {
         let begun = SystemTime::now();
@@ -109,7 +111,7 @@ fn run_all(args: &TestArgs, suites: &[OpenSuite]) -> Result<Exit> {
     finish(args, &files, &coverage)
 }
 
-/// Prints the findings of test files; true if they cannot be run.
+/// Prints the findings of test files. Returns true if the tests cannot be run.
 pub(super) fn refused(suites: &[OpenSuite]) -> bool {
     let style = style(false);
     let mut is_refused = false;
@@ -122,7 +124,7 @@ pub(super) fn refused(suites: &[OpenSuite]) -> bool {
     is_refused
 }
 
-/// The number of threads: as given, else one a processor.
+/// The number of threads: as given, else one for each processor.
 pub(super) fn jobs(given: Option<u16>) -> usize {
     let processors = || std::thread::available_parallelism().map_or(1, usize::from);
     given.map_or_else(processors, usize::from)
@@ -176,7 +178,7 @@ fn run_one(
     Ok(verdicts)
 }
 
-/// The lines about one file: the failures in full.
+/// The lines about one file, with all failures in full.
 fn file_text(name: &str, verdicts: &[Verdict], verbose: bool) -> String {
     let failed = verdicts.iter().filter(|verdict| verdict.failure.is_some()).count();
     let mut text = format!("{}: {}\n", one_line(name), counts(verdicts.len(), failed));
@@ -209,7 +211,7 @@ fn summary(files: &[FileVerdicts], (tests, failed): (usize, usize)) -> String {
     format!("{} files: {}\n", files.len(), counts(tests, failed))
 }
 
-/// The test files of paths, in order; a folder's in order of their names.
+/// The test files of the paths, in order. The files of a folder are in order of their names.
 pub(super) fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let here = [PathBuf::from(".")];
     let paths = if paths.is_empty() { &here[..] } else { paths };
@@ -238,7 +240,7 @@ pub(super) fn open(paths: &[PathBuf]) -> Result<Vec<OpenSuite>> {
     paths.iter().map(open).collect()
 }
 
-/// Waits until a file that was read has changed, or a test file has come or gone.
+/// Waits until a file that was read has changed, or a test file was added or removed.
 fn wait_for_change(
     args: &TestArgs,
     suites: &[OpenSuite],
@@ -252,7 +254,7 @@ fn wait_for_change(
     say(&format!("watching {} files: Ctrl+C ends\n", known.len()));
     loop {
         std::thread::sleep(LOOK_EVERY);
-        // A file that is being replaced is not there for a moment.
+        // A file that is being replaced may be missing for a moment.
         let is_changed = |(name, was): (&String, &Option<SystemTime>)| {
             changed(name).is_some_and(|at| Some(at) != *was)
         };
@@ -262,23 +264,23 @@ fn wait_for_change(
     }
 }
 
-/// A line on a terminal about how far the tests of a file are.
+/// A line on a terminal with the progress of the tests of a file.
 pub(super) struct Progress<'a> {
     name: &'a str,
     begun: Instant,
-    /// When the line was written last; `None`: never.
+    /// The time at which the line was last written; `None` if it was never written.
     shown: Mutex<Option<Instant>>,
     is_terminal: bool,
 }
 
 impl<'a> Progress<'a> {
-    /// Nothing is shown yet.
+    /// Makes a progress line, and shows nothing yet.
     pub fn new(name: &'a str) -> Progress<'a> {
         let is_terminal = std::io::stderr().is_terminal();
         Progress { name, begun: Instant::now(), shown: Mutex::new(None), is_terminal }
     }
 
-    /// Shows how much is done, now and then.
+    /// Shows the progress, if enough time has passed since the last line.
     pub fn show(&self, done: u64, all: u64) {
         if !self.is_terminal || self.begun.elapsed() < SHOW_AFTER {
             return;
@@ -292,7 +294,7 @@ impl<'a> Progress<'a> {
         say_drawn(&format!("\r{name}: {percent} %\u{1b}[K"));
     }
 
-    /// Takes the line away.
+    /// Removes the line.
     pub fn clear(&self) {
         if self.shown.lock().is_ok_and(|shown| shown.is_some()) {
             say_drawn("\r\u{1b}[K");

@@ -11,8 +11,8 @@ use super::watched_operands;
 use crate::rig::RigProgram;
 use crate::testing::{self, Suite};
 
-/// Plays the scenarios of a suite whose names contain the filter, each with a trace of all operands
-/// that the ladder names: `FOLDER/<test file>-<scenario>.csv`.
+/// Runs the scenarios of a suite whose names contain the filter. Writes a trace of all operands
+/// that the ladder names for each: `FOLDER/<test file>-<scenario>.csv`.
 ///
 /// # Errors
 /// The folder or a file cannot be written.

@@ -1,6 +1,6 @@
-//! The file of a trace: CSV, a timing diagram or waves, as the ending of its name says.
+//! The file of a trace. The ending of its name selects the form: CSV, a timing diagram or waves.
 //!
-//! Used by the commands that trace. `sim` holds the forms themselves.
+//! Used by the commands that trace. `sim` contains the forms themselves.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -27,7 +27,7 @@ impl<'a> TraceFile<'a> {
     /// Creates the file; `-` is standard output.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub fn create(path: &Path, watched: &'a [Watched]) -> Result<TraceFile<'a>> {
         let out = output(path)?;
         Ok(match extension(path) {
@@ -37,10 +37,10 @@ impl<'a> TraceFile<'a> {
         })
     }
 
-    /// Writes what is left.
+    /// Writes the remaining bytes.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub fn finish(self) -> Result<()> {
         match self {
             TraceFile::Csv(trace) => drop(trace.finish()?),
@@ -69,7 +69,7 @@ impl ValueTrace for TraceFile<'_> {
     }
 }
 
-/// Refuses `--changes` of a form that is no CSV: its other forms show changes as they are.
+/// Refuses `--changes` for a form other than CSV: the other forms already show only changes.
 ///
 /// # Errors
 /// The command line is wrong.
@@ -82,7 +82,7 @@ pub(super) fn refuse_changes(changes: bool, trace: &Path) -> Result<()> {
     }
 }
 
-/// Refuses a name, as an option gives it, whose ending says no form.
+/// Refuses a file name whose ending selects no form. `option` is the option that names it.
 ///
 /// # Errors
 /// The command line is wrong.
@@ -100,7 +100,7 @@ pub(super) fn refuse_other_forms(option: &str, trace: &Path) -> Result<()> {
     }
 }
 
-/// A file that is read, where the trace would be written: under this name or another.
+/// The file of `reads` that the trace would overwrite, even if its path is written differently.
 pub(super) fn overwritten<'p>(
     trace: &Path,
     mut reads: impl Iterator<Item = &'p PathBuf>,

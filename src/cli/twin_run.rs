@@ -1,8 +1,8 @@
-//! Two engines on one recording: the recorded program, and another one with the same inputs.
+//! Two engines on one recording: the recorded program, and a new program with the same inputs.
 //!
-//! `replay_ladder` drives it, section by section. The other program takes over the memory of the
-//! recorded one as a reload would, at the first section and after each gap; what came in reaches
-//! the same operands, though they may have other cells.
+//! `replay_ladder` calls it, section by section. At the first section and after each gap, the new
+//! program takes over the memory of the recorded one, as in a reload. The recorded inputs and
+//! writes go to the same operands, which may have different cells in the new program.
 
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
@@ -15,10 +15,10 @@ use crate::reload::{ReloadPlan, Side};
 use crate::runtime::exchange::Mode;
 use crate::runtime::{NumberedCall, TapeEntry, TapeSection, numbered_calls};
 
-/// The ends of a scan in both programs.
+/// Both programs at the end of a scan.
 pub(super) struct TwinScan<'a> {
     pub scan: ReplayedScan,
-    /// The place of the old program among the recorded ones.
+    /// The index of the old program among the recorded ones.
     pub place: usize,
     pub old: &'a Engine,
     pub new: &'a Engine,
@@ -29,17 +29,18 @@ pub(super) struct TwinRun<'a> {
     recording: &'a Recording,
     plants: &'a RecordedPlants,
     new_plant: &'a RecordedPlant,
-    /// The engines, and what leads from cells of the old one to cells of the new one.
+    /// The engines, and the transfer from cells of the old one to cells of the new one.
     engines: Option<Engines>,
-    /// The section at whose start they are.
+    /// The section at whose start the engines are.
     at: Option<usize>,
-    /// Sections whose end was compared with what was recorded, and those that differ.
+    /// The number of sections whose end was compared with the recorded hash, and the number of
+    /// those that differ.
     pub compared: u64,
     pub different: u64,
     pub scans: u64,
-    /// The times at which the new program took over the memory of the old one.
+    /// How often the new program took over the memory of the old one.
     pub carried: u64,
-    /// The scan with which the new program ended its RUN by itself.
+    /// The last scan of the new program, if it stopped by itself.
     pub stopped: Option<ReplayedScan>,
 }
 
@@ -48,7 +49,7 @@ struct Engines {
     old: Engine,
     new: Engine,
     transfer: Transfer,
-    /// The scan of the new program that was its last one, if the old one went on.
+    /// The last scan of the new program, if it has stopped by itself.
     last: Option<ReplayedScan>,
 }
 
@@ -75,10 +76,10 @@ impl<'a> TwinRun<'a> {
         }
     }
 
-    /// Executes a section, and visits the end of each scan.
+    /// Executes a section, and calls `visit` at the end of each scan.
     ///
     /// # Errors
-    /// Why it cannot be executed.
+    /// The reason why the section cannot be executed.
     pub fn section(
         &mut self,
         at: usize,
@@ -97,8 +98,8 @@ impl<'a> TwinRun<'a> {
         Ok(ended)
     }
 
-    /// What happened in the new program in these sections, to be asked why: at most the newest so
-    /// many of them. Ends where one cannot be executed.
+    /// The past of the new program in these sections, for questions: at most the newest `most`
+    /// sections, and only those after the last section that cannot be executed.
     pub fn past(&mut self, sections: Range<usize>, most: usize) -> Vec<Arc<TapeSection>> {
         let mut past = VecDeque::new();
         for at in sections {
@@ -113,7 +114,7 @@ impl<'a> TwinRun<'a> {
         past.into()
     }
 
-    /// A section as one of the new program; executes it.
+    /// Executes a section, and returns it as a section of the new program.
     fn new_section(&mut self, at: usize) -> Result<TapeSection, String> {
         let body = self.open(at)?;
         let Some(engines) = &self.engines else { return Err("it has no engine".into()) };
@@ -135,7 +136,7 @@ impl<'a> TwinRun<'a> {
         Ok(TapeSection { start, state, entries, who: body.who })
     }
 
-    /// Reads a section, and brings the engines to its start.
+    /// Reads a section, and sets the engines to its start.
     fn open(&mut self, at: usize) -> Result<SectionBody, String> {
         let goes_on = self.at.take() == Some(at) && self.recording.follows(at);
         let read = self.recording.read(at).map_err(|error| error.to_string())?;
@@ -164,7 +165,7 @@ impl<'a> TwinRun<'a> {
         let transfer = ReloadPlan::new(side(plant), side(self.new_plant)).transfer;
         let kept = self.engines.take().filter(|_| goes_on);
         let (new, last) = match kept {
-            // The recorded program was reloaded: the new one goes on.
+            // The recorded program was reloaded: the new program continues.
             Some(engines) => (engines.new, engines.last),
             None => {
                 self.carried += 1;
@@ -209,7 +210,7 @@ impl<'a> TwinRun<'a> {
 }
 
 impl Engines {
-    /// Makes a call in both.
+    /// Applies a call to both engines.
     fn apply(&mut self, call: EngineCall, scan: &ReplayedScan) {
         self.old.apply(call);
         match call {
@@ -229,7 +230,8 @@ impl Engines {
         }
     }
 
-    /// A call of the old program as one of the new program; `None`: it has no such cell.
+    /// A call of the old program as a call of the new program; `None` if the new program has no
+    /// such cell.
     fn there(&self, call: EngineCall) -> Option<EngineCall> {
         let there = |cell: Cell| self.transfer.cell(cell);
         match call {

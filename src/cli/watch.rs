@@ -1,7 +1,7 @@
 //! `rungd watch`: prints the values of a running controller's operands repeatedly.
 //!
-//! On a terminal it redraws a table; elsewhere it prints one line per look. Each look is one
-//! request, and all values of a look are from one scan.
+//! On a terminal it redraws a table; elsewhere it prints one line for each reading. Each reading is
+//! one request, and all its values are from one scan.
 
 use std::io::{self, IsTerminal, Write};
 use std::thread::sleep;
@@ -27,10 +27,10 @@ pub struct WatchArgs {
     /// template stands for all its members
     #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operands: Vec<String>,
-    /// The time between two looks
+    /// The time between two readings
     #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = interval)]
     interval: Duration,
-    /// End after N looks
+    /// End after N readings
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
     #[command(flatten)]
@@ -73,7 +73,7 @@ pub fn watch(args: &WatchArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// Prints a drawing with its control sequences.
+/// Prints a drawing, including its control sequences.
 fn draw(drawing: &str) -> io::Result<()> {
     io::stdout().lock().write_all(drawing.as_bytes())
 }
@@ -92,19 +92,19 @@ fn line(values: &Values) -> String {
     format!("{} scan={}{}\n", values.mode, values.scans, shown.collect::<String>())
 }
 
-/// How many columns and lines the terminal has, if it tells.
+/// The number of columns and lines of the terminal, if it reports them.
 fn window() -> (usize, usize) {
     let size = terminal_size::terminal_size();
     size.map_or((usize::MAX, usize::MAX), |(wide, high)| (wide.0.into(), high.0.into()))
 }
 
-/// The table, drawn from the screen's top; the rest of the screen is cleared. Lines that do not fit
-/// in the window are left out and counted: a longer table would scroll away at each look.
+/// The table, drawn from the top of the screen; the rest of the screen is cleared. Lines that do
+/// not fit in the window are left out and counted, because a longer table would scroll.
 fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String {
     let mut text = String::from(if first { "\x1b[2J\x1b[H" } else { "\x1b[H" });
     let mut lines = vec![format!("{}  scan {}", values.mode, values.scans)];
     lines.extend(plain(&table(&values.values)).lines().map(str::to_owned));
-    // The window's last line stays empty: the cursor stands there.
+    // The last line of the window stays empty for the cursor.
     let room = high.saturating_sub(1).max(2);
     if lines.len() > room {
         let hidden = lines.len() - (room - 1);
@@ -112,7 +112,8 @@ fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String
         lines.push(format!("… {hidden} more: the window is too low"));
     }
     for line in lines {
-        // Nor in the last column: clearing behind it would clear it.
+        // The last column stays empty too: the sequence that clears the rest of the line would
+        // clear it.
         text.extend(line.chars().take(wide.saturating_sub(1).max(1)));
         text += "\x1b[K\n";
     }

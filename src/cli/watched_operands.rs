@@ -1,4 +1,4 @@
-//! The operands of a trace: those of `--watch`, else all that the ladder names.
+//! The operands of a trace: those of `--watch`, else all operands that the ladder names.
 //!
 //! Used by the commands that trace: `sim` and `replay`.
 
@@ -14,15 +14,16 @@ use crate::rig::simulation::{ELEMENTS_MAX, all_named};
 use crate::sim::stimulus::split_element;
 use crate::sim::trace::Watched;
 
-/// Ends the function with a mistake of the command line.
+/// Returns from the function with an error about the command line.
 macro_rules! usage {
     ($($words:tt)*) => { return Err(CommandLine(format!($($words)*)).into()) };
 }
 
-/// The operands with these names, else all that the ladder names, arrays up to a length.
+/// The operands with these names; without names, all operands that the ladder names, with arrays up
+/// to a maximum length.
 ///
 /// # Errors
-/// A name that is no operand: the command line is wrong.
+/// A name is not an operand: the command line is wrong.
 pub(super) fn watched(
     names: Option<&[String]>,
     program: &Program,
@@ -55,7 +56,7 @@ pub(super) fn watched(
     }
 }
 
-/// Says which arrays have more elements than the trace without `--watch` shows.
+/// Prints which arrays have more elements than the trace without `--watch` shows.
 fn say_left_out(program: &Program) {
     for of in program.arrays.iter().filter(|of| of.array.count as usize > ELEMENTS_MAX) {
         let (name, count) = (of.name.split('[').next().unwrap_or(&of.name), of.array.count);

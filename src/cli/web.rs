@@ -17,11 +17,11 @@ use crate::web::{ListenAt, UserFailure, WebOptions, serve, set_password};
 pub struct WebArgs {
     #[command(subcommand)]
     users: Option<WebCommand>,
-    /// Where it listens: an address with a port, or the path of a Unix socket
+    /// Where to listen: an address with a port, or the path of a Unix socket
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:8080")]
     #[arg(value_parser = ListenAt::parse)]
     listen: ListenAt,
-    /// A name by which browsers reach this host; several times for several names
+    /// A host name under which browsers reach this host. Repeat the option for several names
     #[arg(long = "host", value_name = "NAME")]
     hosts: Vec<String>,
     /// The certificate and its chain, as PEM
@@ -30,10 +30,10 @@ pub struct WebArgs {
     /// The certificate's key, as PEM
     #[arg(long, value_name = "FILE", requires = "tls_cert")]
     tls_key: Option<PathBuf>,
-    /// A proxy that speaks TLS stands before it
+    /// Browsers reach it through a proxy that provides TLS
     #[arg(long, conflicts_with = "tls_cert")]
     behind_proxy: bool,
-    /// The users, as `rungd web passwd` makes them; without it a one-time link lets in
+    /// The file of users, made by `rungd web passwd`; without it, a one-time link gives access
     #[arg(long, value_name = "FILE")]
     users_file: Option<PathBuf>,
     /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
@@ -44,7 +44,8 @@ pub struct WebArgs {
 
 #[derive(Subcommand, Debug)]
 enum WebCommand {
-    /// Sets the password of a user, who may then sign in; asks for it, or reads a line
+    /// Sets the password of a user, who may then sign in; prompts for it, or reads a line of
+    /// standard input
     Passwd {
         /// The user
         #[arg(value_name = "USER")]
@@ -61,7 +62,7 @@ enum WebCommand {
 /// Serves the pages, or sets a password.
 ///
 /// # Errors
-/// What is refused; what cannot be opened.
+/// The arguments are refused, or a file, socket or address cannot be opened.
 pub fn web(args: &WebArgs) -> Result<Exit> {
     if let Some(WebCommand::Passwd { user, users_file, remove }) = &args.users {
         return passwd(user, users_file, *remove);
@@ -96,7 +97,7 @@ fn passwd(user: &str, file: &std::path::Path, remove: bool) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// A password: typed twice without being shown, or a line of standard input.
+/// Reads a password: typed twice without being shown, or a line of standard input.
 fn asked() -> Result<String> {
     let stdin = io::stdin();
     if !stdin.is_terminal() {

@@ -1,9 +1,9 @@
-//! Times as a person says them: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`.
+//! Times on the command line: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`.
 //!
-//! Every command that looks into a recording parses its times here and prints them here. A [`When`]
-//! is parsed before the recording is open; [`When::find`] then gives the moment, with the reader's
-//! [`LocalClock`] and the recording's span. A moment may lie outside of the recording: the command
-//! decides what that means.
+//! Every command that reads a recording uses this module to parse and print its times. A [`When`]
+//! is parsed before the recording is open. [`When::find`] then returns the moment, from the
+//! reader's [`LocalClock`] and the recording's span. A moment may be outside the recording: the
+//! command handles that case.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -18,19 +18,19 @@ use crate::isa::duration;
 const NS_PER_S: i64 = 1_000_000_000;
 const NS_PER_MS: i64 = 1_000_000;
 const DAY_S: i64 = 86_400;
-/// How many days back a time of day is looked for in a recording.
+/// The maximum number of days back in the search for a time of day in a recording.
 const DAYS_BACK: i64 = 3660;
 
-/// A time as it was said.
+/// A time as written on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum When {
-    /// The number of a scan; the first of a process is 1: `scan 81234`.
+    /// The number of a scan: `scan 81234`. The first scan of a process is 1.
     Scan(u64),
     /// Before the recording's end, ms: `-15m`.
     BeforeEnd(i32),
     /// A time of day; ns since midnight: `10:02:03.5`.
     TimeOfDay(i64),
-    /// A time of day, so many days before the reader's today: `yesterday 23:50`.
+    /// Days before the reader's present day, and a time of that day: `yesterday 23:50`.
     DaysAgo(i64, i64),
     /// Local ns since 1970-01-01 00:00:00: `2026-11-22T10:02:03`.
     Local(i64),
@@ -43,7 +43,7 @@ pub(super) enum When {
 pub(super) enum Moment {
     /// Ns since 1970 (UTC).
     Time(i64),
-    /// The number of a scan; the first of a process is 1.
+    /// The number of a scan. The first scan of a process is 1.
     Scan(u64),
 }
 
@@ -58,7 +58,7 @@ impl When {
     /// Parses a time. For clap: `#[arg(value_parser = When::parse, allow_hyphen_values = true)]`.
     ///
     /// # Errors
-    /// A sentence with the forms that are understood.
+    /// A message with the accepted forms.
     pub fn parse(text: &str) -> Result<When, String> {
         parse(text.trim()).ok_or_else(|| {
             format!(
@@ -68,9 +68,9 @@ impl When {
         })
     }
 
-    /// The moment in a recording that lasts from one time to the other, ns since 1970 (UTC). A time
-    /// of day without a date is the newest of the recording; if no day of it has that time, it is
-    /// of the day on which the recording ends.
+    /// The moment in a recording. `span` is the recording's time, in ns since 1970 (UTC). A time of
+    /// day without a date means the newest such time in the recording; if the recording does not
+    /// contain it, it means the day on which the recording ends.
     pub fn find(&self, clock: &LocalClock, span: RangeInclusive<i64>) -> Moment {
         let unix_ns = match *self {
             When::Scan(number) => return Moment::Scan(number),
@@ -85,7 +85,7 @@ impl When {
 }
 
 impl LocalClock {
-    /// The clock of this process: its zone is that of `TZ`, or else of `/etc/localtime`.
+    /// The clock of this process. Its time zone is from `TZ`, else from `/etc/localtime`.
     pub fn here() -> LocalClock {
         let tz = std::env::var("TZ").ok();
         let zone = local_time::read(tz.as_deref(), Path::new("/etc/localtime"));
@@ -96,7 +96,7 @@ impl LocalClock {
         LocalClock { zone: zone.unwrap_or_else(|_| TimeZone::utc()), now_ns }
     }
 
-    /// A clock of a zone, stopped at a time: ns since 1970 (UTC).
+    /// A clock in a zone, stopped at a time in ns since 1970 (UTC).
     #[cfg(test)]
     pub fn at(zone: TimeZone, now_ns: i64) -> LocalClock {
         LocalClock { zone, now_ns }
@@ -121,13 +121,13 @@ impl LocalClock {
         unix_ns.saturating_add(self.offset_ns(unix_ns))
     }
 
-    /// Local time less UTC.
+    /// Local time minus UTC.
     fn offset_ns(&self, unix_ns: i64) -> i64 {
         i64::from(local_time::offset_s(&self.zone, unix_ns.div_euclid(NS_PER_S))) * NS_PER_S
     }
 
-    /// The time at which local clocks show so much: the first of two; and of a time that clocks
-    /// skip, what a clock would show that was not changed.
+    /// The UTC time of a local time. A local time that occurs twice means the first one. If clocks
+    /// skip the local time, the offset before the change applies.
     fn unix_ns(&self, local_ns: i64) -> i64 {
         let offset_of = |by_ns: i64| self.offset_ns(local_ns.saturating_add(by_ns));
         let (before, after) = (offset_of(-DAY_S * NS_PER_S), offset_of(DAY_S * NS_PER_S));
@@ -136,13 +136,13 @@ impl LocalClock {
         real.unwrap_or(times[0])
     }
 
-    /// A time of day on the local day of a time, or so many days after it.
+    /// The UTC time of a time of day, `days` days after the local day of `of_ns`.
     fn day(&self, of_ns: i64, days: i64, in_day_ns: i64) -> i64 {
         let day = self.local_ns(of_ns).div_euclid(DAY_S * NS_PER_S).saturating_add(days);
         self.unix_ns(day.saturating_mul(DAY_S * NS_PER_S).saturating_add(in_day_ns))
     }
 
-    /// The newest time of a span at which local clocks show a time of day.
+    /// The newest time in a span at which local clocks show a time of day.
     fn newest(&self, in_day_ns: i64, span: &RangeInclusive<i64>) -> i64 {
         let on = |days_back: i64| self.day(*span.end(), -days_back, in_day_ns);
         let times = (0..DAYS_BACK).map(on);
@@ -176,7 +176,7 @@ fn parse(text: &str) -> Option<When> {
     }
 }
 
-/// Ns since midnight of `10:02`, `10:02:03` or `10:02:03.5`.
+/// The ns since midnight for `10:02`, `10:02:03` or `10:02:03.5`.
 fn parse_time(text: &str) -> Option<i64> {
     let mut parts = text.split(':');
     let (hour, minute) = (two_digits(parts.next()?)?, two_digits(parts.next()?)?);
@@ -196,7 +196,7 @@ fn is_fraction(text: &&str) -> bool {
     (1..=9).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// One or two digits: `7:30` is a time too.
+/// Parses one or two digits: `7:30` is a time too.
 fn two_digits(text: &str) -> Option<i64> {
     let fits = text.len() <= 2 && text.bytes().all(|byte| byte.is_ascii_digit());
     text.parse().ok().filter(|_| fits)
@@ -210,7 +210,7 @@ fn digits(text: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// Central Europe, without the files of the machine.
+    /// A clock in Central Europe, which does not depend on the files of the machine.
     fn berlin(now: &str) -> LocalClock {
         let rule = "CET-1CEST,M3.5.0,M10.5.0/3";
         let zone = local_time::read(Some(rule), Path::new("")).unwrap();
@@ -225,7 +225,7 @@ mod tests {
         }
     }
 
-    /// What is meant in a recording from and to times of UTC, as local time.
+    /// The local time that a text means in a recording between two UTC times.
     fn meant(text: &str, (from, to): (&str, &str)) -> String {
         let clock = berlin("2026-11-22T15:00:00Z");
         let span = found(from, &clock, 0..=0)..=found(to, &clock, 0..=0);

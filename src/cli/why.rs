@@ -1,4 +1,4 @@
-//! `rungd why`: what made an operand what it is, on a running controller or on a recording.
+//! `rungd why`: the reason for the value of an operand, in a running controller or in a recording.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -15,10 +15,11 @@ use super::when::{LocalClock, Moment, When};
 use crate::observe::{At, Limits};
 use crate::record::Recording;
 
-/// A time that so much later than the last scan means that scan: people write whole seconds.
+/// A time that is at most this much later than the last scan means that scan, because people write
+/// whole seconds.
 const LATE_NS: i64 = 1_000_000_000;
 
-/// Explains why an operand is what it is: the write, the contacts, and what would change it
+/// Explains the value of an operand: the write, the contacts, and what would change it
 #[derive(Args, Debug)]
 pub struct WhyArgs {
     /// Tag, address or member
@@ -32,14 +33,14 @@ pub struct WhyArgs {
     /// the running controller)
     #[arg(long, value_name = "RECORDING")]
     recording: Option<PathBuf>,
-    /// How many reasons of reasons to follow
+    /// How many levels of reasons to follow
     #[arg(long, value_name = "N", default_value_t = Limits::default().depth)]
     depth: u32,
     #[command(flatten)]
     controller: OperatorArgs,
 }
 
-/// Explains.
+/// Explains the value.
 ///
 /// # Errors
 /// The recording cannot be read, or standard output cannot be written.
@@ -90,7 +91,7 @@ fn refused(args: &WhyArgs, why: &str) -> Exit {
     Exit::Refused
 }
 
-/// The section that a question is about, and the moment in it.
+/// The section of a question, and the moment in it.
 fn place(at: Option<&When>, recording: &Recording) -> Result<(usize, At), String> {
     let span = recording::span(recording).ok_or("the recording is empty")?;
     let last = recording.count() - 1;

@@ -16,7 +16,7 @@ pub struct WriteArgs {
     at: OperatorArgs,
 }
 
-/// Writes.
+/// Writes the value.
 ///
 /// # Errors
 /// Standard output cannot be written.

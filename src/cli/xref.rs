@@ -1,7 +1,7 @@
-//! `rungd xref`: what writes an operand, what reads it, what the controller file and the tests do
-//! with it.
+//! `rungd xref`: the cross-references of an operand: its writers and readers, and its uses in the
+//! controller file and in tests.
 //!
-//! Loads the files and finds their tests; `draw::xref` answers.
+//! Loads the files and finds their tests; `draw::xref` makes the answer.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use crate::source::render::render;
 use crate::source::wording::counted;
 use crate::testing::{self, TestTouch};
 
-/// Says what writes and reads operands, where, and what else touches them
+/// Lists where operands are written and read, and their other uses
 ///
 /// An operand is a tag, an address, a member, a structure, an array, a constant, a block, a Stage
 /// or a field device. The answer names instructions, contacts, devices, Modbus places, retention
@@ -41,7 +41,7 @@ pub struct XrefArgs {
     json: bool,
 }
 
-/// The program that a question is about.
+/// The program of a question.
 #[derive(Args, Debug)]
 pub struct ProgramArgs {
     /// The controller file, or the ladder files (default: the controller file of this folder,
@@ -50,7 +50,7 @@ pub struct ProgramArgs {
     files: Vec<PathBuf>,
 }
 
-/// A program that was loaded.
+/// A loaded program.
 pub(super) struct AskedProgram {
     loaded: Loaded,
     pub(super) subject: Subject,
@@ -59,7 +59,7 @@ pub(super) struct AskedProgram {
 /// Prints the cross-references.
 ///
 /// # Errors
-/// A file that cannot be read; standard output cannot be written.
+/// A file cannot be read, or standard output cannot be written.
 pub fn xref(args: &XrefArgs) -> Result<Exit> {
     let Some(program) = args.program.load()? else { return Ok(Exit::Config) };
     let tests = program.tests();
@@ -93,19 +93,19 @@ impl AskedProgram {
         Some(AskedProgram { loaded, subject })
     }
 
-    /// What tests touch of it. Reads them.
+    /// Reads the tests of the program, and returns the operands that they use.
     pub fn tests(&self) -> Vec<TestTouch> {
         tests(&self.loaded)
     }
 
-    /// The program, to be asked.
+    /// The index of the program, for look-ups.
     pub fn index<'a>(&'a self, tests: &'a [TestTouch]) -> Index<'a> {
         Index::new(&self.subject, self.loaded.controller.as_ref(), tests)
     }
 }
 
 impl ProgramArgs {
-    /// Of files that a command names in its own way.
+    /// The arguments for files that a command names in its own option.
     pub fn of(files: Vec<PathBuf>) -> ProgramArgs {
         ProgramArgs { files }
     }
@@ -113,7 +113,7 @@ impl ProgramArgs {
     /// Loads the program; `None` if it has errors, which are printed.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// A file cannot be read.
     pub fn load(&self) -> Result<Option<AskedProgram>> {
         let loaded = self.read()?;
         if loaded.program.is_none() {
@@ -122,10 +122,10 @@ impl ProgramArgs {
         Ok(AskedProgram::of(loaded))
     }
 
-    /// As [`ProgramArgs::load`], without a word about errors.
+    /// As [`ProgramArgs::load`], without printing errors.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// A file cannot be read.
     pub fn load_quietly(&self) -> Result<Option<AskedProgram>> {
         Ok(AskedProgram::of(self.read()?))
     }
@@ -139,8 +139,8 @@ impl ProgramArgs {
     }
 }
 
-/// What the tests of these files touch: those beside a file, and in a folder `tests` there or
-/// beside its folder. One that cannot be read is counted.
+/// The operands that the tests of these files use. The tests are beside a file, in a folder `tests`
+/// there, or in a folder `tests` beside its folder. Test files that cannot be read are counted.
 fn tests(loaded: &Loaded) -> Vec<TestTouch> {
     let names = loaded.files.iter().map(|file| Path::new(&file.name));
     let own: Vec<PathBuf> = names.clone().map(identity).collect();
@@ -183,7 +183,7 @@ fn beside(path: &Path) -> Vec<PathBuf> {
     all.into_iter().filter(|folder| folder.is_dir()).collect()
 }
 
-/// The test files of a folder in order of their names, not those of the folders in it.
+/// The test files of a folder, in order of their names, without the files of folders in it.
 fn in_folder(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.path());

@@ -1,8 +1,8 @@
 //! Blank lines: one before each header, none at the ends, never two.
 //!
 //! Called by `format` between reading and ordering. Within a table of tags or settings a blank line
-//! of the author stays, because it makes groups. Comments stay with what they stood at: a blank
-//! line beside a comment is never taken away, but for further ones.
+//! of the author stays, because it separates groups. A blank line beside a comment stays too, so
+//! that the comment does not move to different lines; only a second blank line is removed.
 
 use super::order::KeyOrder;
 use super::tree::{Head, Piece};
@@ -29,8 +29,7 @@ pub(super) fn space(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
     spaced
 }
 
-/// Takes a blank line away that stands between a header and its first key, or between two keys of a
-/// rung or block.
+/// Removes a blank line between a header and its first key, or between two keys of a rung or block.
 fn close_up(keys: KeyOrder, spaced: &mut Vec<Piece<'_>>) {
     let [.., before, Piece::Blank] = &spaced[..] else { return };
     let goes = match before {
@@ -43,7 +42,8 @@ fn close_up(keys: KeyOrder, spaced: &mut Vec<Piece<'_>>) {
     }
 }
 
-/// Sets the blank line before a header, above the comment that stands directly on it.
+/// Adds the blank line before a header. If a comment is directly above the header, the blank line
+/// is above that comment.
 fn part(head: &Head<'_>, spaced: &mut Vec<Piece<'_>>) {
     let remarks = spaced.iter().rev().take_while(|piece| matches!(piece, Piece::Remark(_))).count();
     let at = spaced.len() - remarks;
@@ -60,7 +60,8 @@ fn part(head: &Head<'_>, spaced: &mut Vec<Piece<'_>>) {
     }
 }
 
-/// `[[program.rung.branch]]`, `[program.rung.with]`: these stand close to their rung.
+/// Whether a header is `[[program.rung.branch]]` or `[program.rung.with]`: these have no blank line
+/// before them.
 fn is_part_of_a_rung(head: &Head<'_>) -> bool {
     let Some((last, parents)) = head.path.split_last() else { return false };
     let parent = Head { path: parents.to_vec(), is_array: true, tail: None };

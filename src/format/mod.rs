@@ -2,8 +2,8 @@
 //! in arrays, and the order of keys in the tables of a ladder. `docs/fmt.md` has the rules.
 //!
 //! Called by `rungd fmt`. A text goes through [`parse`], [`blanks`], [`order`] and `write`; then
-//! [`same`] compares what the two texts say. It changes neither a value nor a comment, knows
-//! nothing of the ladder but the names of its tables, and reads and writes no files.
+//! [`same`] compares the contents of the two texts. Formatting changes neither a value nor a
+//! comment, depends only on the names of the ladder's tables, and reads and writes no files.
 
 mod blanks;
 mod order;
@@ -22,16 +22,16 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader;
 use crate::source::span::FileId;
 
-/// The mark that some editors put at the begin of a file.
+/// The mark that some editors write at the beginning of a file.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// The text in the one layout. The time is linear in the length of the text.
+/// The text in the common layout. The time is linear in the length of the text.
 ///
 /// # Errors
 /// The findings of a text that is not TOML.
 pub fn formatted(text: &str) -> Result<String, Vec<Finding>> {
     let (read, mut findings) = reader::document(text, FileId(0), |_| ());
-    // A header above its parent may be out of place, or no TOML at all.
+    // A header above its parent may be misplaced, or may not be valid TOML.
     let is_out_of_place = findings.iter().any(|finding| finding.code == Code::OutOfPlace);
     let is_toml = !is_out_of_place || DeTable::parse_recoverable(text).1.is_empty();
     let refuses = |code| code == Code::TomlSyntax || !is_toml && code == Code::OutOfPlace;
@@ -50,7 +50,7 @@ fn laid_out(text: &str) -> String {
         Some((first, _)) if first.ends_with('\r') => "\r\n",
         Some(_) | None => "\n",
     };
-    // The mark takes no column: comments would be aligned by it.
+    // The mark is removed first, because it would count as a column for the comments.
     let unmarked = text.strip_prefix(BYTE_ORDER_MARK);
     let pieces = order::order(blanks::space(parse::pieces(unmarked.unwrap_or(text))));
     let laid_out = write::write(&pieces, line_end);

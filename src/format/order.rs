@@ -1,13 +1,13 @@
-//! The order of keys in the tables of a ladder: what a part is called, then why it is there, then
-//! what it does.
+//! The order of keys in the tables of a ladder: first the name of a part, then its purpose, then
+//! its function.
 //!
-//! Called by `format` between reading and writing. Tables of other kinds keep the order of their
-//! author, and so does the list of tags. A key moves together with the comments above it and behind
-//! it, and never over a blank line.
+//! Called by `format` between reading and writing. Tables of other kinds and the list of tags keep
+//! the order of their author. A key moves together with the comments above it and behind it, and
+//! never across a blank line.
 
 use super::tree::{Content, Head, Pair, Piece, Row};
 
-/// A kind of table whose keys have an order, or on the way to one.
+/// A kind of table. Its keys have an order, or it contains such tables, or it is a different table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum KeyOrder {
     /// The file itself.
@@ -27,7 +27,7 @@ pub(super) enum KeyOrder {
 }
 
 impl KeyOrder {
-    /// The keys in their order. Those that are not named come behind these.
+    /// The keys in their order. Keys that are not in this list come after them.
     fn order(self) -> &'static [&'static str] {
         match self {
             KeyOrder::Root | KeyOrder::Tags | KeyOrder::Other => &[],
@@ -48,7 +48,7 @@ impl KeyOrder {
         }
     }
 
-    /// The kind of the table, or of the tables of the array, at a key.
+    /// The kind of the table at a key, or of the tables of the array at the key.
     fn below(self, key: &str) -> KeyOrder {
         match (self, plain(key)) {
             (KeyOrder::Root, "program") => KeyOrder::Program,
@@ -68,12 +68,12 @@ impl KeyOrder {
         }
     }
 
-    /// The kind of the table of a header.
+    /// The kind of the table that a header begins.
     pub(super) fn of(head: &Head<'_>) -> KeyOrder {
         head.path.iter().fold(KeyOrder::Root, |keys, key| keys.below(key))
     }
 
-    /// Whether blank lines between its keys say nothing.
+    /// Whether blank lines between its keys have no meaning.
     pub(super) fn is_close(self) -> bool {
         match self {
             KeyOrder::Root | KeyOrder::Tags | KeyOrder::Other => false,
@@ -135,8 +135,8 @@ fn below_all(keys: KeyOrder, key: &[&str]) -> KeyOrder {
     key.iter().fold(keys, |keys, key| keys.below(key))
 }
 
-/// Ends a run of keys and comments without a blank line. A comment behind its last key could be
-/// about that key: such a run stays as it is.
+/// Ends a run of keys and comments without a blank line. A comment below the last key could be
+/// about that key, so the order of such a run does not change.
 fn close<'a>(keys: KeyOrder, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>, is_end: bool) {
     let rest = match run.iter().rposition(|piece| matches!(piece, Piece::Pair(_))) {
         Some(last) => run.split_off(last + 1),

@@ -1,17 +1,17 @@
 //! Reads a text into its [`Piece`]s, from the events of the TOML parser.
 //!
-//! Called by `format` for texts that are valid TOML, before and after formatting. It checks
-//! nothing; of a text that is not valid it makes pieces of what it knows, or none.
+//! Called by `format` for texts that are valid TOML. It checks nothing; for an invalid text it
+//! makes pieces of the parts that it recognizes, or none.
 
 use toml_parser::Source;
 use toml_parser::parser::{Event, EventKind, RecursionGuard, parse_document};
 
 use super::tree::{Array, Content, Head, Pair, Piece, Row, Tail};
 
-/// Nesting limit of values; the reader refuses deeper ones first.
+/// Nesting limit of values. The reader has already refused values that are deeper.
 const DEPTH_MAX: u32 = 100;
 
-/// The last column that an author can have meant for comments behind lines.
+/// The maximum column of comments behind lines.
 const COLUMN_MAX: usize = 100;
 
 /// The pieces of a text, in their order.
@@ -31,7 +31,7 @@ struct EventReader<'a> {
     events: Vec<Event>,
     at: usize,
     pieces: Vec<Piece<'a>>,
-    /// Whether nothing but spaces has stood on this line.
+    /// Whether the line has only had spaces so far.
     is_fresh: bool,
 }
 
@@ -40,7 +40,7 @@ impl<'a> EventReader<'a> {
         self.events.get(self.at).map(Event::kind)
     }
 
-    /// The text of the next event, which is taken.
+    /// Takes the next event, and returns its text.
     fn take(&mut self) -> &'a str {
         let event = self.events.get(self.at);
         self.at += 1;
@@ -187,7 +187,7 @@ impl<'a> EventReader<'a> {
                     array.line_end(is_fresh);
                     is_fresh = true;
                 }
-                // A comma at the begin of a line belongs to the line before.
+                // A comma at the beginning of a line belongs to the line before.
             }
         }
         array

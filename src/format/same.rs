@@ -1,7 +1,8 @@
-//! The proof of a formatted text: it says what the text before it says.
+//! Checks that a formatted text has the same content as the text before it.
 //!
-//! Called by `format` for each text that it has changed. The values are compared as parsed; the
-//! headers in their order; the comments as a list without an order, since keys may have moved.
+//! Called by `format` for each text that it has changed. The values are compared after parsing, the
+//! headers in their order, and the comments as a list without an order, because keys may have
+//! moved.
 
 use toml::de::{DeTable, DeValue};
 use toml_parser::Source;
@@ -48,8 +49,8 @@ fn is_same_value(before: &DeValue<'_>, after: &DeValue<'_>) -> bool {
 /// Tokens without a meaning.
 const BLANK: [TokenKind; 3] = [TokenKind::Whitespace, TokenKind::Newline, TokenKind::Eof];
 
-/// The headers of a text, and its comments in byte order. From the tokens, not from the pieces, so
-/// that a mistake in the reading of pieces is seen.
+/// The headers of a text, and its comments in byte order. It is made from the tokens, not from the
+/// pieces, so that it detects a mistake in the reading of pieces.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Outline<'a> {
     heads: Vec<&'a str>,
@@ -88,7 +89,7 @@ impl<'a> Outline<'a> {
     }
 }
 
-/// What a line began with.
+/// The kind of the current line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum LineKind {
     Start,

@@ -1,20 +1,20 @@
-//! Comments behind lines: those of lines that stand together begin in one column.
+//! Comments behind lines: in a group of lines without a blank line, they begin in one column.
 //!
-//! The column is the one that most of them had, as long as there is room; so the columns of a file
-//! stay as its author chose them. Called by `write` with all lines.
+//! The column is the most frequent one in the group, if the lines are short enough. So the columns
+//! of a file stay as its author chose them. Called by `write` with all lines.
 
 use super::tree::Tail;
 
-/// The spaces between a line and its comment, at least.
+/// The minimum number of spaces between a line and its comment.
 const GAP: usize = 2;
-/// A longer line does not push away the comments of its neighbours.
+/// The maximum column to which a long line moves the comments of its neighbours.
 const COLUMN_MAX: usize = 70;
 
-/// A line, or the lines of a string that has several.
+/// A line, or all lines of a string that has several lines.
 #[derive(Debug, Default)]
 pub(super) struct TextLine<'a> {
     pub(super) text: String,
-    /// The comment behind it.
+    /// The comment behind the line.
     pub(super) tail: Option<Tail<'a>>,
 }
 
@@ -58,7 +58,7 @@ impl TextLine<'_> {
         self.text.is_empty()
     }
 
-    /// The characters of its last line.
+    /// The number of characters of its last line.
     fn end(&self) -> usize {
         self.text.rsplit('\n').next().unwrap_or_default().chars().count()
     }

@@ -1,4 +1,4 @@
-//! The rules of the layout, each with a text before and after.
+//! Tests of the rules of the layout, each with a text before and after.
 
 use expect_test::{Expect, expect};
 
@@ -52,7 +52,7 @@ fn one_column_for_the_keys_that_stand_together() {
             longer = { at = "X2" }
         "#]],
     );
-    // Above the first header each key is on its own, and so is a list of tables.
+    // Keys above the first header are not aligned, and neither is a list of tables.
     check(
         "ladder = []\nalways = [\"X0\"]\nset = 1\n",
         expect![[r#"
@@ -94,7 +94,7 @@ fn blank_lines() {
             name = "Main"
         "##]],
     );
-    // The keys of a rung are one group, and its branches stand close to it.
+    // The keys of a rung are one group, and its branches follow without a blank line.
     check(
         "[[program.rung]]\nwhen = [\"X0\"]\n\ndo = []\n\n\
          [[program.rung.branch]]\nwhen = []\n# Why\n[[program.rung.branch]]\n\
@@ -292,7 +292,7 @@ fn comments_behind_lines_stand_in_one_column() {
         watchdog = "1s"    # c
     "#]],
     );
-    // No more room: they move together. A very long line moves alone.
+    // If the column has no room, the comments move together. A very long line moves alone.
     check(
         "[scan] # a\nperiod = \"10ms\" #b  \n\n[x] # c\n",
         expect![[r#"
@@ -354,12 +354,12 @@ fn what_is_not_toml_is_refused_with_its_findings() {
         let findings = formatted(text).expect_err(text);
         assert_eq!(findings.len(), 1, "{text}");
     }
-    // A header out of its place is TOML: `rungd check` reports it.
+    // A misplaced header is valid TOML: `rungd check` reports it.
     let text = "[[program.rung]]\nwhen = []\n\n[[task]]\n\n[[program.stage]]\n";
     assert_eq!(formatted(text).as_deref(), Ok(text));
 }
 
-/// One long key or line does not make every line long.
+/// One long key or line does not lengthen the other lines.
 #[test]
 fn a_text_grows_with_its_length_alone() {
     let (long, count) = ("k".repeat(20_000), 2_000);

@@ -1,7 +1,7 @@
-//! A TOML file as its author laid it out: the order of its parts, blank lines and comments.
+//! A TOML file with its author's layout: the order of its parts, blank lines and comments.
 //!
-//! Made by [`super::parse`], ordered by [`super::order`], spaced by [`super::blanks`], and written
-//! by [`super::write`]. Texts of keys, numbers and strings stay as they stand in the file.
+//! Made by [`super::parse`], spaced by [`super::blanks`], ordered by [`super::order`], and written
+//! by [`super::write`]. Texts of keys, numbers and strings do not change.
 
 /// A part of the file that begins a line.
 #[derive(Debug)]
@@ -33,11 +33,11 @@ pub(super) struct Pair<'a> {
     pub(super) tail: Option<Tail<'a>>,
 }
 
-/// A comment behind something else on a line.
+/// A comment behind other text on the same line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tail<'a> {
     pub(super) text: &'a str,
-    /// The characters before it on its line.
+    /// The number of characters before it on its line.
     pub(super) column: usize,
 }
 
@@ -57,9 +57,9 @@ pub(super) struct Array<'a> {
     /// The comment behind `[`.
     pub(super) opening: Option<Tail<'a>>,
     pub(super) rows: Vec<Row<'a>>,
-    /// Whether its author broke it into lines.
+    /// Whether its author wrote it on several lines.
     pub(super) is_split: bool,
-    /// Whether a comment stands anywhere in it.
+    /// Whether it contains a comment.
     pub(super) has_remarks: bool,
 }
 
@@ -82,7 +82,7 @@ impl Array<'_> {
 }
 
 impl Content<'_> {
-    /// Whether a comment stands anywhere in it.
+    /// Whether it contains a comment.
     pub(super) fn has_remarks(&self) -> bool {
         match self {
             Content::Scalar(_) => false,

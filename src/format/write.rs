@@ -1,15 +1,16 @@
-//! Writes pieces as lines: `=` in one column for keys that stand together, values on one line or an
-//! element a line, comments behind lines in one column.
+//! Writes pieces as lines: `=` in one column for a group of keys, values on one line or one element
+//! on each line, comments behind lines in one column.
 //!
-//! Called by `format` with pieces that are in order. It decides where lines end inside a value, and
-//! how many spaces stand where; never which pieces there are.
+//! Called by `format` with pieces that are in order. It chooses the line ends inside a value and
+//! the number of spaces. It neither adds nor removes pieces.
 
 use super::tails::{self, TextLine};
 use super::tree::{Array, Content, Head, Pair, Piece, Row, Tail};
 
-/// The characters of a line, where an array can be broken.
+/// The maximum length of a line in characters. An array that makes a line longer is split.
 const LINE_CHARS_MAX: usize = 100;
-/// A longer key or value moves no column, so that the text of many lines stays short.
+/// The maximum length of a key or value that counts for a column. So one long key does not lengthen
+/// many lines.
 const CELL_CHARS_MAX: usize = 50;
 /// The spaces before an element on a line of its own.
 const INDENT: usize = 4;
@@ -37,8 +38,8 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// Keys and comments that stand together, or one other piece. The keys above the first header
-    /// are on their own each.
+    /// Writes a group of keys and comments, or one other piece. The keys above the first header are
+    /// not aligned.
     fn run(&mut self, run: &[Piece<'a>], is_root: bool) {
         let widths = run.iter().filter_map(|piece| match piece {
             Piece::Pair(pair) if !is_root && !is_list_of_tables(pair) => Some(key_chars(&pair.key)),
@@ -98,7 +99,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The indent of an array that takes several lines.
+    /// The indent of an array on several lines; `None` if the array is on one line.
     fn breaks(&self, array: &Array<'a>, spot: Spot) -> Option<usize> {
         let (indent, is_free) = match spot {
             Spot::Lines(indent) => (indent, true),
@@ -111,8 +112,8 @@ impl<'a> Writer<'a> {
             .then_some(indent)
     }
 
-    /// Whether the line would be too long with the array. One with a string of several lines is
-    /// left as it is.
+    /// Whether the line would be too long with the array. An array that contains a string of
+    /// several lines is never too long.
     fn is_too_long(&self, array: &Array<'a>) -> bool {
         let mut trial = Writer::default();
         trial.flat(array);
@@ -168,7 +169,7 @@ impl<'a> Writer<'a> {
         self.line.push(']');
     }
 
-    /// An inline table; its pairs have these widths, with their commas.
+    /// Writes an inline table. `widths` are the widths of its pairs, with their commas.
     fn table(&mut self, pairs: &[Pair<'a>], widths: &[usize], spot: Spot) {
         self.line.push('{');
         for (at, pair) in pairs.iter().enumerate() {
@@ -185,11 +186,11 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Where a value stands: the indent of its line, and whether it may take several lines.
+/// The position of a value: the indent of its line, and whether the value may take several lines.
 #[derive(Clone, Copy)]
 enum Spot {
     Lines(usize),
-    /// Within an inline table; a comment takes a line of its own even there.
+    /// Within an inline table. Even there, an array with comments takes several lines.
     Line(usize),
 }
 
@@ -201,7 +202,7 @@ impl Spot {
     }
 }
 
-/// Whether a value is a list of inline tables: its `=` has no column.
+/// Whether a value is a list of inline tables. The `=` of such a value is not aligned.
 fn is_list_of_tables(pair: &Pair<'_>) -> bool {
     let Content::Array(array) = &pair.value else { return false };
     let is_table = |row: &Row<'_>| matches!(row, Row::Element(Content::Table(_), _));
@@ -220,7 +221,8 @@ fn key_chars(parts: &[&str]) -> usize {
     chars + parts.len().saturating_sub(1)
 }
 
-/// The widths of the pairs of a list of points: inline tables with the same keys and no arrays.
+/// The widths of the pairs in a list of inline tables that have the same keys and no arrays. Empty
+/// for other arrays.
 fn columns(array: &Array<'_>) -> Vec<usize> {
     let mut widths: Vec<usize> = Vec::new();
     let mut keys: Option<Vec<&[&str]>> = None;

@@ -1,7 +1,7 @@
 //! Loads the ladders under test, around the settings of a test file or of a controller file.
 //!
-//! Called by `testing`. The file with the settings has the number 0, as a controller file has; the
-//! ladder files follow. They are named relative to the test file.
+//! Called by `testing`. The file with the settings has the number 0, like a controller file; the
+//! ladder files follow. The paths of the ladder files are relative to the test file.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ pub(crate) enum InputKind {
 }
 
 /// Loads the ladder files that `settings` names, relative to the test file `naming`. `file` is the
-/// file of the settings, and `kind` says whether it is a controller file: then it has the devices.
+/// file with the settings. If its `kind` is a controller file, it declares the devices.
 pub(crate) fn bench(
     naming: &Path,
     (file, kind): (SourceFile, InputKind),
@@ -43,7 +43,7 @@ pub(crate) fn bench(
 /// The kind of a file that a test names.
 ///
 /// # Errors
-/// It cannot be read: a sentence.
+/// The file cannot be read. The text is a message.
 pub(crate) fn input_kind(path: &Path, texts: &OpenTexts) -> Result<InputKind, String> {
     match InputFile::open(path, texts) {
         Ok(input) if input.is_controller() => Ok(InputKind::Controller),

@@ -1,5 +1,6 @@
-//! Tests of files that are not TOML as a whole: what is found in the rest of them, in every kind of
-//! file, and that nothing is executed. `tests/language/broken.rs` breaks the shipped files.
+//! Tests of files that are not TOML as a whole: the findings in the rest of the file, for every
+//! kind of file, and that such a file gives no program. `tests/language/broken.rs` breaks the
+//! shipped files.
 
 use crate::load::{InputFile, Loaded, ladder_inputs, recorded_files};
 use crate::random::SplitMix64;
@@ -10,7 +11,7 @@ fn load(text: &str) -> Loaded {
     ladder_inputs(&[InputFile { path: "ladder.toml".into(), bytes: text.into() }]).unwrap()
 }
 
-/// The lines and names of the findings.
+/// The line and the name of each finding.
 fn told(loaded: &Loaded) -> Vec<String> {
     assert!(loaded.program.is_none() && loaded.controller.is_none());
     let line = |place: crate::source::span::Span| {
@@ -59,7 +60,7 @@ fn what_is_missing_as_a_whole_is_no_finding() {
     assert_eq!(told(&load(silenced)), ["3 toml-syntax"]);
 }
 
-/// The findings of a controller file with the line, and of its ladder.
+/// The findings of a controller file that contains `line`, and of its ladder.
 fn controlled(line: &str, ladder: &str) -> Vec<String> {
     let text = format!("ladder = [\"ladder.toml\"]\n{line}\n");
     let file = |name: &str, text: String| SourceFile { name: name.to_owned(), text };
@@ -127,7 +128,7 @@ fn every_place_lies_in_the_file_whatever_is_broken() {
     }
 }
 
-/// A number of steps that grew with the square would not end.
+/// If the number of steps grew with the square of the number of lines, this test would not end.
 #[test]
 fn many_broken_lines_take_no_long_time() {
     const MANY: usize = 20_000;

@@ -1,4 +1,4 @@
-//! Tests of loads whose time is over: at every step, in every order of length.
+//! Tests of loads whose time limit ends, at each step of a load.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::progress::{Progress, Step};
 const LADDER: &str = "[tags]\nlamp = { at = \"Y0\" }\n[[program]]\nname = \"Main\"\n\
                       rung = [ { when = [\"X0\"], do = [\"OUT lamp\"] } ]\n";
 
-/// A folder with a controller file and a ladder file, removed in the end.
+/// A folder with a controller file and a ladder file, removed at the end of the test.
 struct Folder(std::path::PathBuf);
 
 impl Folder {

@@ -1,9 +1,9 @@
 //! Reads the bytes of regular files, 256 MiB at most.
 //!
-//! Reading a FIFO without a writer, a device or a socket could wait without end. So a controller
-//! file that the daemon starts from, and every file named in another file, must be a regular file.
-//! A file that the caller of a command holds open already (`/dev/stdin`, `/dev/fd/63` of `<(…)`)
-//! may be a pipe. Two paths of one file have the same [`identity`].
+//! Reading a FIFO without a writer, a device or a socket could wait without end. So the controller
+//! file of the daemon, and every file that is named in a file, must be a regular file. A file that
+//! the caller of a command has already opened (`/dev/stdin`, `/dev/fd/63` of `<(…)`) may be a pipe.
+//! Two paths of the same file have the same [`identity`].
 
 use std::collections::HashMap;
 use std::fs::{File, FileType, OpenOptions};
@@ -12,14 +12,14 @@ use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Largest file that is read.
+/// The size limit: a file must be smaller than this.
 const FILE_BYTES_MAX: u64 = 256 << 20;
 
-/// The paths of files that the process was given open.
+/// The paths of files that the caller opened for this process.
 const GIVEN: [&str; 3] = ["/dev/stdin", "/dev/fd/", "/proc/self/fd/"];
 
-/// The identity of a file, the same for all spellings of its path; also of a file that does not
-/// exist yet.
+/// The identity of a file, which is the same for all spellings of its path. A file that does not
+/// exist yet has one too.
 pub(crate) fn identity(path: &Path) -> PathBuf {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let folder = parent.unwrap_or(Path::new(".")).canonicalize();
@@ -27,10 +27,10 @@ pub(crate) fn identity(path: &Path) -> PathBuf {
     path.canonicalize().ok().or_else(made).unwrap_or_else(|| path.to_owned())
 }
 
-/// Reads a file of 256 MiB at most that the caller of a command names.
+/// Reads a file that the caller of a command names, 256 MiB at most.
 ///
 /// # Errors
-/// The file cannot be read, is larger, or is not a file.
+/// The file cannot be read, is larger, or is not a regular file.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     if GIVEN.iter().any(|given| path.to_str().is_some_and(|path| path.starts_with(given))) {
         return read(File::open(path)?);
@@ -44,19 +44,19 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 pub struct OpenTexts(Arc<HashMap<PathBuf, Arc<str>>>);
 
 impl OpenTexts {
-    /// These texts.
+    /// Makes the set of these open texts.
     pub fn new(texts: impl IntoIterator<Item = (PathBuf, Arc<str>)>) -> OpenTexts {
         OpenTexts(Arc::new(texts.into_iter().collect()))
     }
 
-    /// The same, with another text of a file.
+    /// The same texts, but with `text` for one file.
     pub fn with(&self, path: &Path, text: Arc<str>) -> OpenTexts {
         let mut texts = HashMap::clone(&self.0);
         texts.insert(path.to_owned(), text);
         OpenTexts(Arc::new(texts))
     }
 
-    /// The bytes of a text that is open, else of a regular file.
+    /// The bytes of the open text of a file; without an open text, of the regular file on disk.
     ///
     /// # Errors
     /// As [`read_bytes`].
@@ -100,8 +100,8 @@ fn read(file: File) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether everybody may read a file: by its own permissions and those of its folders. A file of
-/// the library is everybody's.
+/// Whether everybody may read a file. The permissions of the file and of its folders decide.
+/// Everybody may read a file of the library.
 pub(crate) fn may_all_read(path: &Path) -> bool {
     use std::os::unix::fs::PermissionsExt;
     if path.to_str().is_some_and(|name| super::library::named(name).is_some()) {

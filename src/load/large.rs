@@ -1,5 +1,5 @@
-//! Tests with very large generated files: the work of a load per finding, counted, and the length
-//! of its messages. No test measures time: `benches/check.py` does.
+//! Tests with very large generated files: they count the work of a load for each finding, and check
+//! the length of its messages. No test measures time: `benches/check.py` does.
 
 use crate::load::{InputFile, Loaded, ladder_inputs};
 use crate::source::finding::Code;
@@ -24,7 +24,7 @@ fn tags(n: usize) -> String {
     (0..n).map(|k| format!("tag_number_{k} = {{ at = \"C0\", spare = true }}\n")).collect()
 }
 
-/// The number of edit distances computed by the load, and by showing its findings.
+/// The number of edit distances that the load computes, and the number for showing its findings.
 #[track_caller]
 fn distances(text: &str, code: Code) -> (usize, usize) {
     counted::take();
@@ -38,7 +38,7 @@ fn distances(text: &str, code: Code) -> (usize, usize) {
     (by_load, counted::take())
 }
 
-/// The load computes no distance; showing computes some, and far fewer than one a pair.
+/// Checks that the load computes no distance, and that showing computes some, but at most `most`.
 #[track_caller]
 fn looked_up(text: &str, code: Code, most: usize) {
     let (by_load, by_showing) = distances(text, code);
@@ -111,7 +111,7 @@ fn an_answer_does_not_grow_with_a_name() {
     }
 }
 
-/// Tokens and trees take many times the memory of their text.
+/// Tokens and trees take many times the memory of their text, so the text has a limit.
 #[test]
 fn a_text_of_contacts_or_an_instruction_has_a_greatest_length() {
     const MOST: usize = 64 * 1024;
@@ -140,7 +140,7 @@ fn a_text_of_contacts_or_an_instruction_has_a_greatest_length() {
     }
 }
 
-/// Each element of a whole array in a formula becomes a step.
+/// Each element of a whole array in a formula becomes a step, so their number has a limit.
 #[test]
 fn the_whole_arrays_of_all_formulas_have_a_greatest_size() {
     let head = format!("[tags]\na = {{ type = \"int\", count = 4000 }}\n{MAIN}");
@@ -153,7 +153,7 @@ fn the_whole_arrays_of_all_formulas_have_a_greatest_size() {
     let [finding] = &loaded.findings[..] else { panic!("{}", shown(&loaded)) };
     assert!(loaded.program.is_none() && finding.code == Code::FunctionArguments);
     assert!(finding.message.contains("1000000 elements"), "{}", finding.message);
-    // The third rung: the first two fit exactly.
+    // The finding is in the third rung, because the first two rungs fit exactly.
     assert!(shown(&loaded).contains("ladder.toml:13:"), "{}", shown(&loaded));
 }
 
@@ -166,7 +166,7 @@ fn no_name_is_longer_than_a_name_may_be() {
     let long = tag(&format!("{fits}n"));
     assert!(long.program.is_none() && long.findings[0].code == Code::ForbiddenName);
     assert!(shown(&long).contains("at most 128"), "{}", shown(&long));
-    // The uses of the tag are no further mistakes.
+    // The uses of the tag cause no further findings.
     let name = format!("{fits}n");
     let used = load(&format!(
         "[tags]\n{name} = {{ at = \"C0\" }}\n{MAIN}{}",

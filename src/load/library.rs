@@ -1,5 +1,6 @@
-//! The templates of `config/lib/`, embedded in the program: `lib:pid` in the place of a ladder
-//! file's path. `rungd explain lib:pid` prints one with its page, `docs/lib/pid.md`.
+//! The templates of `config/lib/`, embedded in the program. `lib:pid` is written in place of a
+//! ladder file's path. `rungd explain lib:pid` prints a file of the library with its page,
+//! `docs/lib/pid.md`.
 
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
@@ -9,11 +10,11 @@ use crate::source::wording::shell_word;
 
 /// A file of the library.
 pub(crate) struct LibraryFile {
-    /// Its name behind `lib:`.
+    /// Its name, without `lib:`.
     pub(crate) name: &'static str,
-    /// The file: templates.
+    /// The text of the file.
     pub(crate) text: &'static str,
-    /// Its page.
+    /// The text of its page.
     pub(crate) page: &'static str,
 }
 
@@ -42,7 +43,7 @@ files! {
 }
 
 impl LibraryFile {
-    /// The comment that begins the file, as one sentence or more; and the file behind it.
+    /// The comment at the beginning of the file, as one or more sentences, and the text after it.
     pub(crate) fn head(&self) -> (String, &'static str) {
         let is_comment = |line: &&str| line.starts_with("# ");
         let lines = self.text.split_inclusive('\n').take_while(is_comment);
@@ -58,10 +59,10 @@ impl LibraryFile {
     }
 }
 
-/// The file that `lib:NAME` names; `None`: the name is a path.
+/// The file that `lib:NAME` names; `None` if the name is a path.
 ///
 /// # Errors
-/// There is no such file: the sentence, and the help.
+/// The library has no such file. The texts are the message and the help.
 pub(crate) fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, String)>> {
     let name = path.strip_prefix(LIBRARY)?;
     let found = FILES.iter().find(|file| file.name == name);
@@ -78,8 +79,8 @@ pub(crate) fn of_template(name: &str) -> Option<&'static LibraryFile> {
     FILES.iter().find(|file| file.templates().any(|of| of == name))
 }
 
-/// The findings, with the library's files in the helps about templates that the library has. Each
-/// help names all files that are lacking.
+/// Adds the library's files to the help texts of findings about templates that are in the library.
+/// Each help text names all missing files.
 pub(crate) fn offered(
     findings: Vec<Finding>,
     files: &[SourceFile],
@@ -100,10 +101,10 @@ pub(crate) fn offered(
     findings.into_iter().zip(wanted).map(with_help).collect()
 }
 
-/// What a use wants of the library.
+/// The file of the library that a `use` needs.
 struct Wanted {
     file: &'static LibraryFile,
-    /// It names the file in the place of a template.
+    /// Whether the `use` names the file instead of a template.
     is_file: bool,
 }
 
@@ -129,14 +130,15 @@ impl Wanted {
     }
 }
 
-/// The name that a use gives in vain, if the finding is about one.
+/// The unknown name in a `use`, if the finding is about such a name.
 fn unknown_template<'f>(finding: &Finding, files: &'f [SourceFile]) -> Option<&'f str> {
     let Span { file, start, end } = finding.span;
     let text = &files.get(file.0 as usize).filter(|_| finding.code == Code::UnknownTemplate)?.text;
     Some(text.get(start as usize..end as usize)?.trim_matches(['"', '\'']))
 }
 
-/// As it is; for `use = "lib:NAME"` without such a file, with the files that there are.
+/// Adds the list of the library's files to a finding about `use = "lib:NAME"` if there is no such
+/// file. Other findings do not change.
 fn no_file(finding: Finding, files: &[SourceFile]) -> Finding {
     let Some(name) = unknown_template(&finding, files) else { return finding };
     let Some(Err((message, help))) = named(name) else { return finding };
@@ -151,7 +153,7 @@ fn no_file(finding: Finding, files: &[SourceFile]) -> Finding {
     finding.near_any(None).help(help)
 }
 
-/// How the files of the library are brought in; empty if all are there.
+/// The help text about adding files of the library; empty if none is missing.
 fn how(lacking: &[String], files: &[SourceFile], has_controller: bool) -> String {
     if lacking.is_empty() {
         return String::new();

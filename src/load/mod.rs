@@ -1,9 +1,9 @@
-//! Files → a checked program and a controller's settings. The same for `rungd check`, `rungd sim`
-//! and the daemon's start and reload.
+//! Loads files: makes a checked program and a controller's settings. Used by `rungd check`,
+//! `rungd sim` and the daemon's start and reload.
 //!
 //! This module reads the files, and calls the reader, the resolver and the rules in this order.
 //! A mistake *in* a file is a finding. A ladder file that cannot be read is a finding too, at its
-//! name in the controller file. A file that the caller names and that cannot be read is a failure.
+//! name in the controller file. If a file that the caller names cannot be read, the load fails.
 
 pub(crate) mod bench;
 #[cfg(test)]
@@ -47,18 +47,18 @@ pub struct Loaded {
     pub files: Vec<SourceFile>,
     /// All findings, in order of place.
     pub findings: Vec<Finding>,
-    /// The program, resolved and judged.
+    /// The program, resolved and checked by the rules.
     pub program: Option<Program>,
     /// The controller file's settings, if one was loaded.
     pub controller: Option<Controller>,
-    /// What is missing in files that are not TOML as a whole.
+    /// The texts that could not be read in files that are not TOML as a whole.
     lost: LostTexts,
     progress: Progress,
-    /// What stands in place of files on disk.
+    /// The texts that replace files on disk.
     texts: OpenTexts,
 }
 
-/// A file's path and bytes. It is read only once, since it may be a pipe.
+/// A file's path and bytes. The file is read only once, because it may be a pipe.
 #[derive(Debug)]
 pub(crate) struct InputFile {
     path: PathBuf,
@@ -69,7 +69,7 @@ impl InputFile {
     /// Reads a file that the caller of a command names.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub fn read(path: &Path) -> Result<InputFile> {
         if let Some(file) = path.to_str().and_then(library::named) {
             let file = file.map_err(|(message, help)| anyhow!("{message}: {help}"))?;
@@ -78,10 +78,10 @@ impl InputFile {
         InputFile::of(path, read_bytes(path))
     }
 
-    /// As [`InputFile::read`], of a text that is open or a regular file.
+    /// As [`InputFile::read`], for an open text or a regular file.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub fn open(path: &Path, texts: &OpenTexts) -> Result<InputFile> {
         match path.to_str().and_then(library::named) {
             Some(_) => InputFile::read(path),
@@ -94,25 +94,25 @@ impl InputFile {
         Ok(InputFile { path: path.to_owned(), bytes })
     }
 
-    /// Whether it is a controller file rather than a ladder file.
+    /// Whether this is a controller file. If not, it is a ladder file.
     pub fn is_controller(&self) -> bool {
         file_kind::is_controller(&String::from_utf8_lossy(&self.bytes))
     }
 }
 
-/// Loads ladder files, given together as one program.
+/// Loads ladder files as one program.
 ///
 /// # Errors
-/// A file that cannot be read, or that is named twice.
+/// A file cannot be read, or is named twice.
 pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
     let inputs: Result<Vec<InputFile>> = paths.iter().map(|path| InputFile::read(path)).collect();
     ladder_inputs(&inputs?)
 }
 
-/// As [`ladder_files`].
+/// As [`ladder_files`], for files that were already read.
 ///
 /// # Errors
-/// A file that is named twice.
+/// A file is named twice.
 pub(crate) fn ladder_inputs(inputs: &[InputFile]) -> Result<Loaded> {
     let mut loaded = Loaded::default();
     let mut seen: HashSet<PathBuf> = HashSet::new();
@@ -136,7 +136,8 @@ pub fn controller_file(path: &Path) -> Result<Loaded> {
     controller_file_within(path, &Progress::default())
 }
 
-/// As [`controller_file`], until `progress` is over; then there is no program and no controller.
+/// As [`controller_file`], with a time limit. If `progress` is over, the result has no program and
+/// no controller.
 ///
 /// # Errors
 /// The controller file cannot be read.
@@ -146,8 +147,8 @@ pub(crate) fn controller_file_within(path: &Path, progress: &Progress) -> Result
     Ok(controller(&input, progress, &OpenTexts::default()))
 }
 
-/// As [`ladder_files`] or [`controller_file`], whichever a path names, with some texts in place of
-/// the files on disk.
+/// As [`ladder_files`] or [`controller_file`], depending on the kind of the file. `texts` replace
+/// files on disk.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -159,15 +160,15 @@ pub(crate) fn open_file(path: &Path, texts: &OpenTexts) -> Result<Loaded> {
     }
 }
 
-/// As [`ladder_files`] of one file, with some texts in place of the files on disk.
+/// As [`ladder_files`], for one file. `texts` replace files on disk.
 ///
 /// # Errors
-/// It cannot be read.
+/// The file cannot be read.
 pub(crate) fn ladder_among(path: &Path, texts: &OpenTexts) -> Result<Loaded> {
     ladder_inputs(&[InputFile::open(path, texts)?])
 }
 
-/// As [`controller_file`], with some texts in place of the files on disk.
+/// As [`controller_file`]. `texts` replace files on disk.
 ///
 /// # Errors
 /// The controller file cannot be read.
@@ -176,7 +177,7 @@ pub(crate) fn controller_among(path: &Path, texts: &OpenTexts) -> Result<Loaded>
     Ok(controller(&input, &Progress::default(), texts))
 }
 
-/// As [`controller_file`].
+/// As [`controller_file`], for a file that was already read.
 pub(crate) fn controller_input(input: &InputFile) -> Loaded {
     controller(input, &Progress::default(), &OpenTexts::default())
 }
@@ -186,7 +187,8 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
     let mut loaded = Loaded { progress, texts, ..Loaded::default() };
     let path = &input.path;
     let id = loaded.add(path.display().to_string(), &input.bytes);
-    // Of wrong bytes nothing else is said: what is read of them is not what the author wrote.
+    // A file with invalid bytes gets no further findings, because its decoded text differs from
+    // the author's text.
     if loaded.has_error() {
         return loaded;
     }
@@ -235,8 +237,8 @@ pub fn recorded_files(files: &[SourceFile]) -> Loaded {
     loaded
 }
 
-/// Marks the tags of all addresses that a device moves or takes, or a simulated input follows, as
-/// used, whether or not the ladder names them.
+/// Marks the tags of all inputs and outputs of devices, and of all bits that a simulated input
+/// follows, as used, even if the ladder does not name them.
 fn mark_mapped(program: &mut Program, controller: &Controller) {
     let devices = &controller.devices;
     let inputs = devices.iter().flat_map(|device| &device.inputs).map(|input| input.address);
@@ -250,16 +252,16 @@ fn mark_mapped(program: &mut Program, controller: &Controller) {
     }
 }
 
-/// Whether a file is a controller file rather than a ladder file.
+/// Whether a file is a controller file. If not, it is a ladder file.
 ///
 /// # Errors
-/// It cannot be read.
+/// The file cannot be read.
 pub fn is_controller_file(path: &Path) -> Result<bool> {
     Ok(InputFile::read(path)?.is_controller())
 }
 
 impl Loaded {
-    /// Gives a file the next number.
+    /// Adds a file and returns its number.
     fn add(&mut self, name: String, bytes: &[u8]) -> FileId {
         let id = FileId(self.files.len() as u32);
         let (text, finding) = decode(bytes, id);
@@ -268,7 +270,7 @@ impl Loaded {
         id
     }
 
-    /// Reads the ladder files that a file of this kind names; true if all could be read.
+    /// Reads the ladder files that the file `naming` names. Returns true if all could be read.
     fn named_files(&mut self, (naming, kind): (&Path, &str), names: &[Text]) -> bool {
         let mut seen: HashMap<PathBuf, Span> = HashMap::new();
         let (mut whole, own) = (true, files::identity(naming));
@@ -323,7 +325,8 @@ impl Loaded {
         whole && !names.is_empty()
     }
 
-    /// Adds a file of the library that a controller file names; true if it is there.
+    /// Adds a file of the library that a controller file names. Returns true if the library has it
+    /// and it is not named twice.
     fn add_library(
         &mut self,
         name: &Text,
@@ -345,13 +348,13 @@ impl Loaded {
         false
     }
 
-    /// Resolves the ladder files of a controller file, from `first` on.
+    /// Resolves the ladder files of a controller file: all files from `first` on.
     fn controlled(&mut self, written: &WrittenController, first: usize) {
         self.with_settings(written, (first, true));
     }
 
-    /// Resolves the ladder files around some settings, from `first` on. Without a controller file
-    /// the devices are those that the ladders name.
+    /// Resolves the ladder files of these settings: all files from `first` on. Without a controller
+    /// file, every device that the ladders name is accepted.
     fn with_settings(
         &mut self,
         written: &WrittenController,
@@ -371,7 +374,7 @@ impl Loaded {
         if self.progress.is_over() {
             return;
         }
-        // A file that is not text would only produce follow-up findings.
+        // A file that is not UTF-8 would only cause further findings with the same reason.
         if self.findings.iter().any(|f| f.span.file.0 as usize >= first) {
             return;
         }
@@ -395,7 +398,7 @@ impl Loaded {
         let bare = Program { sizes: written.memory.clone(), ..Program::default() };
         let program = self.program.as_ref().unwrap_or(&bare);
         let (controller, mut found) = resolve_controller(written, program);
-        // A tag that is itself wrong, or in a file that could not be read, has its finding already.
+        // A tag that is itself wrong, or in a file that could not be read, already has a finding.
         found.retain(|finding| whole || finding.code != Code::UnknownName);
         self.findings.extend(found);
         self.controller = Some(controller);
@@ -405,8 +408,8 @@ impl Loaded {
         self.findings.iter().any(|finding| finding.severity() == Severity::Error)
     }
 
-    /// Applies the rules to the program, silences what is allowed, and keeps the program only if
-    /// nothing refuses it.
+    /// Applies the rules to the program, removes the allowed findings, and keeps the program only
+    /// if no finding is an error.
     fn judge(&mut self) {
         if self.progress.is_over() {
             (self.program, self.controller) = (None, None);
@@ -444,8 +447,8 @@ impl Loaded {
     }
 }
 
-/// The text of a file. If it is not UTF-8, marks replace the wrong bytes, and a finding names
-/// them.
+/// The text of a file. If it is not UTF-8, replacement characters stand for the invalid bytes, and
+/// a finding names the first of them.
 pub fn decode(bytes: &[u8], file: FileId) -> (String, Option<Finding>) {
     match std::str::from_utf8(bytes) {
         Ok(text) => (text.to_owned(), None),

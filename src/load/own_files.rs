@@ -1,8 +1,9 @@
 //! Checks that neither the file of retentive memory nor the operator's socket is one of the
 //! controller's other files.
 //!
-//! Called by `load` with the controller file's settings. Without this check, a start would move a
-//! ladder file aside and put memory in its place. Whether the files can be made is not checked.
+//! Called by `load` with the controller file's settings. Without this check, a start would rename a
+//! ladder file and make a memory file in its place. This module does not check whether the files
+//! can be made.
 
 use std::path::Path;
 
@@ -12,14 +13,15 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
-/// A file that a controller has already.
+/// A file that the controller already uses.
 struct OtherFile {
     what: &'static str,
-    /// The place that names it.
+    /// The place in the controller file that names it.
     named: Option<Span>,
 }
 
-/// A finding for memory and for the socket, if it would take the place of another file.
+/// The findings about a memory file or a socket that would replace a different file of the
+/// controller.
 pub(super) fn findings(controller: &Path, written: &WrittenController) -> Vec<Finding> {
     let memory = written.retain.file.as_ref();
     let socket = written.operator.as_ref().and_then(|operator| operator.socket.as_ref());

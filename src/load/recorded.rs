@@ -1,7 +1,7 @@
-//! The program of a recording, made again, and its past as `observe` asks for it.
+//! Makes the program of a recording again, and provides its past in the form that `observe` needs.
 //!
-//! Used by the commands of `cli` that read recordings, and by the editor. Nothing here reads
-//! a file, or changes anything in a controller.
+//! Used by the commands of `cli` that read recordings, and by the editor. This module reads no file
+//! and changes nothing in a controller.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,7 +18,8 @@ use crate::source::span::SourceFile;
 /// Makes the engine of a recorded program.
 type MakeEngine = fn(&RecordedProgram) -> Result<Engine, String>;
 
-/// Makes the engine for a question, whatever the section: all are of one program.
+/// Makes the engine for a question. It is the same for every section, because all sections have the
+/// same program.
 type MakeSlice = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String>>;
 
 /// A recording that can be executed again.
@@ -49,12 +50,12 @@ fn engine_of(program: &RecordedProgram) -> Result<Engine, String> {
     Ok(Engine::new(lower(&program).0))
 }
 
-/// A recording to be executed.
+/// A recording, ready to be executed again.
 pub(crate) fn run_of(recording: Recording) -> RecordedRun {
     Replay::new(recording, engine_of)
 }
 
-/// The program of a section, to be observed.
+/// The program of a section, as the subject of observations.
 pub(crate) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
     let (program, loaded) = loaded(program)?;
     Ok(Subject::new(Arc::new(program), loaded.files))
@@ -65,13 +66,13 @@ pub(crate) struct RecordedPast {
     run: Replay<MakeSlice>,
     first: usize,
     end: usize,
-    /// Those from a base image to the section that was asked for last.
+    /// The sections from a base image to the section that was requested last.
     loaded: BTreeMap<usize, Arc<TapeSection>>,
 }
 
 impl RecordedPast {
-    /// Those around a section: from the first of its program to the last. `slice`: the program as
-    /// far as the question goes.
+    /// The sections with the same program as `section`, from the first to the last. `slice`: the
+    /// part of the program that the question needs.
     pub fn around(recording: Recording, section: usize, slice: Program) -> RecordedPast {
         let same = |at: &usize| recording.program(*at) == recording.program(section);
         let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
@@ -89,7 +90,7 @@ impl Past for RecordedPast {
     fn section(&mut self, at: usize) -> Option<Arc<TapeSection>> {
         let at = self.first + at;
         if !self.loaded.contains_key(&at) {
-            // A search goes back in time, but states come forward from a base image.
+            // A search goes backward in time, but states are computed forward from a base image.
             let base = self.run.recording().base_of(at)?;
             let sections = (base..=at).map_while(|at| Some((at, self.run.section(at).ok()?)));
             self.loaded = sections.map(|(at, section)| (at, Arc::new(section))).collect();

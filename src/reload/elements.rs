@@ -1,5 +1,5 @@
-//! Compares blocks, Stages, and instructions with a termination pass: finds the kept, new and
-//! removed ones. Called by `ReloadPlan::new`.
+//! Compares blocks, Stages, and instructions with a termination pass: finds those that are kept,
+//! new or removed. Called by `ReloadPlan::new`.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -144,7 +144,7 @@ fn restage(
     }
 }
 
-/// Tasks whose recurrent ENTASK has a changed interval.
+/// Reports and transfers the changed intervals of recurrent ENTASKs.
 fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
     for before in &names.old.intervals {
         let Some(task) = names.block(before.task) else { continue };
@@ -202,8 +202,8 @@ impl There {
     }
 }
 
-/// Finds the instructions of the old program that have a step in a pass and are not in the new
-/// program. Each of these steps runs in the swap.
+/// Finds the instructions of the old program that have a step in a termination pass and are not in
+/// the new program. The swap executes these steps.
 pub(super) fn terminations(
     plan: &mut ReloadPlan,
     names: &Pairs<'_>,
@@ -255,8 +255,8 @@ pub(super) fn terminations(
     }
 }
 
-/// Reports bits that no instruction of the new program writes, if they were only SET, RST or
-/// toggled (a pass may turn others OFF).
+/// Reports bits that no instruction of the new program writes. Only bits that the old program SET,
+/// RST or toggled are reported, because a pass may turn the others OFF.
 pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let tables = &old.program.tables;
     let driven: HashSet<u32> = tables
@@ -268,7 +268,8 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>)
         })
         .collect();
     for bit in names.old.written.iter().copied() {
-        // Other bits are removed with their block or Stage, or with their tag.
+        // A bit outside memory is removed with its block or Stage, and a bit of a `type` tag with
+        // its tag.
         let (Bit::Space(..), Some(Address::Bit(now))) = (bit, names.moves.after(Address::Bit(bit)))
         else {
             continue;
@@ -287,7 +288,8 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>)
     }
 }
 
-/// The bit that is ON while an element executes: of its Stage, or its block's `.Running`.
+/// The bit that is ON while an element executes: the bit of its Stage, or the `.Running` of its
+/// block.
 fn active(side: Side<'_>, element: ElementId) -> u32 {
     let bit = element.stage.map_or(Bit::Running(element.block), Bit::Stage);
     side.symbols.layout.bit(bit).0

@@ -1,20 +1,21 @@
-//! Edge histories: pairs each history of the new program with one of the old program, whose value
-//! it takes over.
+//! Edge histories: pairs each history of the new program with a history of the old program. The
+//! new one takes over the value.
 //!
 //! Each history is paired once, by the first of these rules that finds a partner:
 //!
 //! 1. the same rung, text and element; unedited rungs first;
-//! 2. the same rung and text in another Stage of the block;
-//! 3. the same whole rung under another name;
-//! 4. in the rung of the same name, the same kind of contact or instruction, in order;
+//! 2. the same rung and text in a different Stage of the block;
+//! 3. the same whole rung under a different name;
+//! 4. the same kind of contact or instruction in the rung of the same name, in order;
 //! 5. the same text in the block.
 //!
-//! A history without a partner takes the value of an old history with the same text in its element,
-//! though that one has a partner: a bit that was seen ON must not be seen to rise. Otherwise it
-//! begins OFF.
+//! A history without a partner takes the value of an old history with the same text in the same
+//! element, even if that history has a partner: a bit that was already ON must not count as a
+//! rising edge. If there is no such history, it begins OFF.
 //!
-//! The idea: no edge is seen that did not happen. Therefore a `fall` takes over the history of its
-//! own bit only. An ND without a partner begins OFF, because its rung differs from the old one.
+//! The aim: the swap causes no edge that did not happen. Therefore a `fall` takes over only the
+//! history of its own bit. An ND without a partner begins OFF, because its rung differs from the
+//! old one.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -49,7 +50,7 @@ pub(super) fn histories(plan: &mut ReloadPlan, names: &Pairs<'_>) {
             let Some(history) = *place else { continue };
             let found = key(names.new, history).and_then(|key| waiting.get_mut(&key)?.pop_front());
             let Some(before) = found.and_then(|at| old[at].take()) else { continue };
-            // A block of the same name but of another kind is not the same block.
+            // A block of the same name but of a different kind is not the same block.
             if names.block(before.element.block) != Some(history.element.block) {
                 continue;
             }
@@ -61,7 +62,7 @@ pub(super) fn histories(plan: &mut ReloadPlan, names: &Pairs<'_>) {
     share(plan, names, new.into_iter().flatten());
 }
 
-/// Histories without a partner share the value of an old one with the same text and element.
+/// Histories without a partner share the value of an old history with the same text and element.
 fn share<'a>(plan: &mut ReloadPlan, names: &Pairs<'_>, new: impl Iterator<Item = &'a History>) {
     let mut known: HashMap<(ElementId, &str), &History> = HashMap::new();
     for history in &names.old.histories {
@@ -115,7 +116,8 @@ fn by_whole_rung(identity: &Identity, history: &History) -> Option<HistoryKey> {
     Some(HistoryKey { whole: Some(Arc::clone(&history.whole)), ..by_text(identity, history)? })
 }
 
-/// Not for `fall`: with the history of a bit that was ON it would see its own bit fall.
+/// Not for `fall`: with the history of a different bit that was ON, it would detect a falling edge
+/// that did not happen.
 fn by_rung(identity: &Identity, history: &History) -> Option<HistoryKey> {
     let rung = Some(history.rung.clone()?);
     let text = Some(kind(history)).filter(|kind| *kind != "fall")?.to_owned();

@@ -1,4 +1,4 @@
-//! Compares structures and data: finds the state to keep and the state to begin anew. Called by
+//! Compares structures and data: finds the state to keep and the state to reset. Called by
 //! `ReloadPlan::new`.
 
 use std::collections::{BTreeMap, HashMap};
@@ -40,7 +40,7 @@ impl Kept {
 }
 
 /// Keeps the structures whose owner has the same mnemonic in the same block. A structure with a
-/// different owner begins anew.
+/// different owner is reset.
 pub(super) fn structures(
     plan: &mut ReloadPlan,
     names: &Pairs<'_>,
@@ -95,8 +95,8 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
     of
 }
 
-/// Writes an edited constant preset to PRE, as a cold start would. An unedited one leaves PRE as it
-/// is.
+/// Writes an edited constant preset to PRE, as a cold start would. If the preset is unedited, PRE
+/// keeps its value.
 fn sensaphone_preset(
     plan: &mut ReloadPlan,
     (was, structure): (Structure, Structure),
@@ -202,7 +202,7 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
             None => continue,
         }
         let Some(cell) = old.symbols.layout.cell(*address) else { continue };
-        // A place gets no force of the address that it lies at.
+        // The place of a tag with a `type` does not get the force of its address.
         let state = OldState::Initial { cell, value: *value, forced: before.map(|_| cell) };
         let tag = names.new.addresses.get(address).cloned().flatten();
         match tag.as_deref().and_then(array_of) {
@@ -223,15 +223,16 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
     }
 }
 
-/// The array of an element's name.
+/// The array in the name of an element.
 pub(super) fn array_of(tag: &str) -> Option<&str> {
     tag.split_once('[').map(|(array, _)| array)
 }
 
-/// The elements of arrays that begin with their `initial`, by the array.
+/// The array elements that begin with their `initial`, by array.
 type NewElements = BTreeMap<String, Vec<(String, OldState)>>;
 
-/// One line for each array with new elements. `places` tells of a place with another `count`.
+/// Reports each array with new elements in one line. `places` reports a `type` tag whose `count`
+/// has changed.
 fn tell_arrays(plan: &mut ReloadPlan, names: &Pairs<'_>, arrays: NewElements) {
     for (array, mut elements) in arrays {
         let (old, new) = (names.old.places.named(&array), names.new.places.named(&array));
@@ -253,7 +254,7 @@ fn tell_arrays(plan: &mut ReloadPlan, names: &Pairs<'_>, arrays: NewElements) {
 }
 
 /// The value that a memory cell begins with; `None` if it keeps its value. Memory has the same
-/// cells in both programs.
+/// cell numbers in both programs.
 pub(super) fn begins(plan: &ReloadPlan, cell: Cell) -> Option<i32> {
     let transfer = &plan.transfer;
     match cell {

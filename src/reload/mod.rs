@@ -1,7 +1,7 @@
 //! Compares two programs: finds the state of the old program that the new one keeps.
 //!
 //! Called before a swap, never by the scan thread. The result for the engine is a [`Transfer`]
-//! (numbers), by which it copies state between two scans; the result for people is
+//! (numbers): the engine uses it to copy state between two scans. The result for people is
 //! [`ReloadPlan::report`] (words). Reads no file, uses no thread, and changes neither program.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
@@ -23,10 +23,10 @@ pub use plan::{ReloadPlan, Side};
 pub use report::OldMemory;
 pub(crate) use report::WARNING;
 
-/// Why files with other devices are not reloaded.
+/// The reason why files with different devices are not reloaded.
 pub(crate) const OTHER_DEVICES: &str = "its devices are others than the running ones, or in \
     another order: they need a restart, and nothing is reloaded until then";
-/// Why files with other memory sizes are not reloaded.
+/// The reason why files with different memory sizes are not reloaded.
 pub(crate) const OTHER_SIZES: &str = "`[memory]` says other sizes than the running program has: \
     they need a restart, and nothing is reloaded until then";
 

@@ -1,16 +1,16 @@
-//! Follows what has a name by its name: the element of the old program that an element of the new
-//! one continues, if either belongs to a tag with a `type`.
+//! Pairs the elements of tags with a `type` by the tag's name: finds the element of the old
+//! program that an element of the new program continues.
 //!
-//! Called by `ReloadPlan::new` before everything else; the other files ask [`Moves`] instead of
-//! taking an address for the same thing in both programs. An address that neither program gives to
-//! such a tag is the same thing in both.
+//! Called by `ReloadPlan::new` before everything else. An address of such a tag may mean different
+//! elements in the two programs, so the other files look it up in [`Moves`]. All other addresses
+//! mean the same in both programs.
 //!
-//! | then | now | what goes on |
+//! | old program | new program | what is kept |
 //! |---|---|---|
-//! | `type` | the same `type` | everything, wherever it lies |
-//! | `at` | `type` of that space | everything; only the value if the address is still named |
+//! | `type` | the same `type` | everything, at any address |
+//! | `at` | `type` of that space | everything; only the value if the address is still in use |
 //! | `type` | `at` of that space | everything, if the old program did not name the address |
-//! | `type` | another `type`, or no such tag | nothing: its forces end |
+//! | `type` | a different `type`, or no such tag | nothing: its forces end |
 
 use std::collections::{HashMap, HashSet};
 
@@ -24,7 +24,7 @@ use crate::resolve::places::TagPlace;
 pub(super) struct Moves {
     after: HashMap<Address, Option<Address>>,
     before: HashMap<Address, Option<Address>>,
-    /// What a tag was called in the old program's texts, and is called in the new one's.
+    /// The names in the texts of the old program, each with its name in the texts of the new one.
     texts: HashMap<String, String>,
 }
 
@@ -76,22 +76,22 @@ impl Moves {
         self.before.insert(to, Some(from));
     }
 
-    /// The new address of an old one; `None`: it has ended.
+    /// The new address of an old one; `None` if the element is gone.
     pub fn after(&self, old: Address) -> Option<Address> {
         follow(&self.after, old)
     }
 
-    /// The old address of a new one; `None`: it begins.
+    /// The old address of a new one; `None` if the element is new.
     pub fn before(&self, new: Address) -> Option<Address> {
         follow(&self.before, new)
     }
 
-    /// The old program's names with the texts of the new one; `None` if they are as they were.
+    /// The old program's names with the texts of the new one; `None` if no text has changed.
     pub fn renamed(&self, old: &Identity) -> Option<Identity> {
         (!self.texts.is_empty()).then(|| old.with_texts(&|text| renamed(text, &self.texts)))
     }
 
-    /// Adds the copies, the values of what begins, and the new numbers of cells.
+    /// Adds the copies, the values of new elements, and the new numbers of cells.
     pub fn enter(&self, transfer: &mut Transfer, layouts: (&Layout, &Layout), new: &Identity) {
         let mut elements: Vec<_> = self.before.iter().collect();
         elements.sort_unstable();
@@ -166,7 +166,7 @@ pub(super) fn parts(element: Address) -> Vec<Address> {
     }
 }
 
-/// A text of the old program, with the names of the new one.
+/// A text of the old program with the names of the new one.
 fn renamed(text: &str, texts: &HashMap<String, String>) -> String {
     let in_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '[' | ']');
     let mut said = String::with_capacity(text.len());
@@ -205,7 +205,7 @@ fn copy(transfer: &mut Transfer, (from, to): (Address, Address), (old, new): (&L
     }
 }
 
-/// Adds a cell, to the last stretch if it continues that.
+/// Adds a cell: to the last stretch if it follows it directly, else as a new stretch.
 fn push(stretches: &mut Vec<Stretch>, (from, to): (u32, u32)) {
     match stretches.last_mut() {
         Some(last) if (last.from + last.count, last.to + last.count) == (from, to) => {
@@ -215,7 +215,7 @@ fn push(stretches: &mut Vec<Stretch>, (from, to): (u32, u32)) {
     }
 }
 
-/// The element is as after a cold start.
+/// Sets an element to its state after a cold start.
 fn clear(transfer: &mut Transfer, element: Address, layout: &Layout) {
     // Inputs keep the state of their terminals.
     if matches!(element, Address::Bit(Bit::Space(BitSpace::X, _))) {

@@ -1,5 +1,5 @@
-//! Compares tags with a `type`: reports those that begin anew or are gone, and those that have or
-//! had an address. Called by `ReloadPlan::new`; [`moves`](super::moves) has the rules.
+//! Compares tags with a `type`: reports those that start again or are gone, and those that have an
+//! address in one program. Called by `ReloadPlan::new`; [`moves`](super::moves) has the rules.
 
 use std::cmp::Ordering;
 
@@ -9,7 +9,7 @@ use crate::engine::Cell;
 use crate::isa::Address;
 use crate::resolve::places::TagPlace;
 
-/// The line about a tag with another number of elements.
+/// The line about a tag whose number of elements has changed.
 fn resized(was: &TagPlace, now: &TagPlace) -> String {
     let name = &was.name;
     let text = match (was.is_array, now.is_array) {
@@ -30,8 +30,8 @@ fn resized(was: &TagPlace, now: &TagPlace) -> String {
     }
 }
 
-/// Reports the tags with a `type` that begin anew or are gone, those that have or had an address,
-/// and forces of addresses that have become a tag's place.
+/// Reports the tags with a `type` that start again or are gone, those that have an address in one
+/// program, and forces on addresses that are now the place of a tag.
 pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let cells = |addresses: &mut dyn Iterator<Item = Address>| -> Vec<Cell> {

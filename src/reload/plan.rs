@@ -1,6 +1,6 @@
-//! The result of a comparison of two programs, and the names of both by each other.
+//! The result of a comparison of two programs, and the pairs of names of both programs.
 //!
-//! The files beside it fill it in; `report` makes the words. Compares nothing itself.
+//! The other files of this folder do the comparison and fill it in; `report` makes the words.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -27,8 +27,8 @@ pub struct ReloadPlan {
     pub transfer: Transfer,
     /// For people, grouped by subject.
     pub(crate) differences: Vec<Difference>,
-    /// Programs that may begin at their initial Stage, by their new number: that Stage, and the
-    /// condition.
+    /// Programs that may begin at their initial Stage, by their new number, each with that Stage
+    /// and the condition.
     pub(super) starts: BTreeMap<BlockId, (StageId, Start)>,
 }
 
@@ -45,7 +45,7 @@ pub struct Difference {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum OldState {
-    /// A kept timer or counter: the line is left out while there is nothing to keep.
+    /// A kept timer or counter: the line appears unless its value is 0.
     Keeps {
         timer: bool,
         acc: u32,
@@ -54,7 +54,7 @@ pub enum OldState {
         /// The new Stage of its instruction, if it moved.
         into: Option<Elsewhere>,
     },
-    /// A removed block or Stage: its bit, and the word for it if the bit is OFF.
+    /// A removed block or Stage: its bit, and the word in the report if the bit is OFF.
     Gone { cell: u32, off: &'static str },
     /// A kept block or Stage: the line appears while it is ON.
     Stays { cell: u32 },
@@ -63,9 +63,9 @@ pub enum OldState {
     /// A bit that a block no longer drives, and the bits that are ON while the removed drivers
     /// execute.
     Undriven { bit: u32, active: Vec<u32> },
-    /// A Program that may begin at its initial Stage: the line appears if it does.
+    /// A Program that may begin at its initial Stage: the line appears if it begins there.
     Starts(Start),
-    /// An address that begins anew; `forced`: the cell whose force it can have, if any.
+    /// An address that takes its `initial`; `forced`: the cell whose force it keeps, if any.
     Initial { cell: Cell, value: i32, forced: Option<Cell> },
     /// A tag with a changed address; `begins`: the value that the new address begins with.
     Moved {
@@ -106,17 +106,18 @@ pub struct MovedElement {
     pub begins: Option<i32>,
 }
 
-/// The condition for a Program to begin at its initial Stage.
+/// The condition for a Program to begin at its initial Stage: it runs, no `kept` Stage is ON, and a
+/// `lost` Stage is ON or it had no Stages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Start {
-    /// It is running,
+    /// The bit that is ON while the Program runs.
     pub running: u32,
-    /// none of these Stages is ON,
+    /// The bits of its Stages that the new program has too.
     pub kept: Vec<u32>,
-    /// and it loses one of these that was ON,
+    /// The bits of its Stages that the new program does not have.
     pub lost: Vec<u32>,
-    /// or had none.
+    /// Whether it had no Stages in the old program.
     pub had_none: bool,
 }
 
@@ -125,9 +126,9 @@ pub struct Start {
 #[allow(missing_docs)]
 pub struct Elsewhere {
     pub said: String,
-    /// Its bit in the old program, if the Stage was there.
+    /// The Stage's bit in the old program, if the Stage existed there.
     pub stage: Option<u32>,
-    /// The condition, if it is the initial Stage of a Program that may begin there.
+    /// The condition, if this is the initial Stage of a Program that may begin there.
     pub start: Option<Start>,
 }
 
@@ -178,7 +179,7 @@ impl<'a> Pairs<'a> {
         structure(self.moves.before(Address::Structure(new)))
     }
 
-    /// Whether a preset is as it was.
+    /// Whether a preset is unchanged.
     pub(super) fn same(&self, old: Value, new: Value) -> bool {
         match (old, new) {
             (Value::Word(old), Value::Word(new)) => {
@@ -241,7 +242,7 @@ impl ReloadPlan {
         self.differences.push(Difference { text: text.into(), state: Some(state) });
     }
 
-    /// Records that a part with a state moved to a different element of its block.
+    /// Records that a part with state moved to a different element of its block.
     pub(super) fn moves(&mut self, names: &Pairs<'_>, old: ElementId, new: ElementId) {
         if names.element(old) != Some(new) {
             let pair = (element_of(old), element_of(new));

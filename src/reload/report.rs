@@ -49,8 +49,8 @@ impl OldMemory<'_> {
         self.forces.contains(&cell)
     }
 
-    /// Whether a bit that was ON is OFF after the passes. Before the swap: whether that is
-    /// `expected`.
+    /// Whether a bit that was ON is OFF after the passes. Before the swap: whether it is `expected`
+    /// to go OFF.
     fn goes_off(&self, cell: u32, expected: impl FnOnce() -> bool) -> bool {
         self.is_on(cell)
             && match self.passed {
@@ -114,7 +114,7 @@ impl ReloadPlan {
         lines
     }
 
-    /// The cells of the old program that the report reads, as they are before the swap.
+    /// The cells of the old program whose values before the swap the report needs.
     pub fn asked(&self) -> Vec<Cell> {
         let (mut bits, mut words) = (Vec::new(), Vec::new());
         for state in self.differences.iter().filter_map(|d| d.state.as_ref()) {
@@ -144,7 +144,7 @@ impl OldState {
                 push(*cell, bits, words)
             }
             OldState::Unwritten { bit } => bits.push(*bit),
-            // Depends on the list of forces only.
+            // Depends only on the list of forces.
             OldState::Named { .. } => {}
             OldState::Moved { from, to, .. } => {
                 [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
@@ -265,7 +265,8 @@ fn moved(text: &str, state: &OldState, seen: &OldMemory<'_>) -> String {
     format!("{WARNING}{text}: {is}; {old}'s was {was}{force}")
 }
 
-/// The line about an array at other addresses: how many values differ, and the first that does.
+/// The line about an array whose addresses have changed: the number of values that differ, and the
+/// first of them.
 fn moved_array(
     text: &str,
     elements: &[MovedElement],

@@ -3,7 +3,7 @@
 //! A rung is unchanged if the new program has a rung with the same text (in addresses) and the same
 //! name in the same element. The remaining rungs are paired as edited ones: first those with the
 //! same text in the same block, then those with the same name in the same block, then those in the
-//! same element. Unpaired rungs of the old program were removed, those of the new one were added.
+//! same element. Unpaired rungs of the old program were removed; those of the new one were added.
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -8,14 +8,14 @@ use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 use crate::lower::identity::Identity;
 
-/// Whether either program gives the tag, or the array of an element, its place; `places` reports
-/// these.
+/// Whether the tag, or the array of an element, has a `type` in either program. `places` reports
+/// these tags.
 fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
     let whole = array_of(tag).unwrap_or(tag);
     names.old.places.named(whole).or(names.new.places.named(whole)).is_some()
 }
 
-/// Tags with a changed address: the value stays at the old address.
+/// Reports tags with a changed address. The value stays at the old address.
 pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let mut arrays: BTreeMap<&str, Vec<(Address, Address, MovedElement)>> = BTreeMap::new();
@@ -70,7 +70,7 @@ fn moved_array(
     plan.say_of(text, OldState::MovedArray { elements, input, force });
 }
 
-/// The first and the last of some addresses beside each other.
+/// The first and the last of some consecutive addresses, as text.
 fn span(addresses: impl Iterator<Item = Address> + Clone) -> String {
     let ends = (addresses.clone().min(), addresses.max());
     match ends {
@@ -84,7 +84,7 @@ fn is_input(at: Address) -> bool {
     matches!(at, Address::Bit(Bit::Space(BitSpace::X, _)))
 }
 
-/// Renamed tags: the address is the same.
+/// Reports renamed tags: the address is the same.
 pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let lacks =
@@ -111,7 +111,7 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     }
 }
 
-/// Removed tags whose address has no tag any more: reported if the address is forced.
+/// Reports removed tags whose address has no tag any more, if the address is forced.
 pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
@@ -135,7 +135,7 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
     }
 }
 
-/// Words with changed limits, reported if their value is beyond them.
+/// Reports words with changed limits, if the value is beyond the new limits.
 pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     for address in names.new.addresses.keys() {
         let Address::Word(word) = *address else { continue };

@@ -1,14 +1,14 @@
 //! The content of an image, as bytes: elements by address, their tags, their owners and their
 //! values. The format is described in `docs/retain-format.md`, *Content*.
 //!
-//! `plan` writes contents; this module reads them back. The reader trusts nothing: it refuses an
-//! inconsistent content entirely, even if its checksums are right.
+//! `plan` writes contents; this module reads them. The reader refuses the whole content if it is
+//! inconsistent, even if its checksums are right.
 
 use std::collections::{HashMap, HashSet};
 
 use crate::isa::{Address, BitSpace, Real, Space, WordSpace};
 
-/// The number of bytes of a structure's bits: the bits that a program sees, then its owner's own.
+/// The number of bytes of a structure's bits: the bits that a program reads, then the owner's bits.
 pub(crate) const RECORD_BYTES: usize = 8;
 
 /// The spaces of elements. Each has a number in the file, which never changes.
@@ -26,19 +26,19 @@ const NUMBERS: [(u8, Space); 11] = [
     (11, REALS),
 ];
 
-/// The space of R words. The file holds them as binary32, memory by their cells.
+/// The space of R words. The file holds them as binary32, memory as cells.
 const REALS: Space = Space::Word(WordSpace::R);
 
 /// Flag of a run: the program terminates these elements.
 const TERMINATED: u8 = 1;
 
-/// Flag of a tag: its name is its only address; rungd has chosen the element.
+/// Flag of a tag: its name is its only address, and rungd has chosen the element.
 const PLACED: u8 = 1;
 
-/// Flag of the owner of bits, an SR: the last state of its CLK was ON.
+/// Flag of an SR, as the owner of bits: the last state of its CLK was ON.
 const CLK_ON: u8 = 1;
 
-/// The most elements that the reader accepts: more than all of memory.
+/// The maximum number of elements that the reader accepts: more than all of memory.
 const ELEMENTS_MAX: u64 = 1 << 20;
 
 /// One element: `D5` is number 5 of the space D.
@@ -81,7 +81,7 @@ pub struct RetainedValue {
     pub(crate) record: [u8; RECORD_BYTES],
 }
 
-/// A content that was read.
+/// A content after it was read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Content {
     /// All elements with their values, in the order of the file.
@@ -149,7 +149,7 @@ pub(super) fn put_word(bytes: &mut Vec<u8>, space: Space, cell: i32) {
     }
 }
 
-/// The cell of a real as the file holds it: of an infinity the nearest real, of a NaN 0.
+/// The cell of a real from the file. An infinity becomes the nearest real, a NaN becomes 0.
 fn cell_of(number: f32) -> i32 {
     let number = if number.is_nan() { 0.0 } else { f64::from(number) };
     Real::stored(number).0.cell()
@@ -170,7 +170,7 @@ pub(super) fn element_of(at: Address) -> Option<RetainedElement> {
     Space::RETAINABLE.contains(&space).then_some(RetainedElement { space, number })
 }
 
-/// An address as the ladder writes it: `CT8`.
+/// An address in the form of the ladder: `CT8`.
 pub fn address(element: RetainedElement) -> String {
     format!("{}{}", element.space.name(), element.number)
 }
@@ -182,12 +182,12 @@ pub(super) struct ContentLists<'a> {
     /// The elements whose only address is the name of their tag.
     pub placed: &'a HashSet<RetainedElement>,
     pub owners: &'a [(String, RetainedElement)],
-    /// SRs: their texts and first bits.
+    /// The texts and first bits of SRs.
     pub shifts: &'a [(String, RetainedElement)],
 }
 
-/// The bytes before the values. They are the same in every image until the program changes, but for
-/// the states of clocks.
+/// The bytes before the values. Apart from the states of the clocks, they are the same in every
+/// image until the program changes.
 #[derive(Clone, Debug)]
 pub(super) struct Preamble {
     bytes: Vec<u8>,
@@ -213,7 +213,7 @@ impl Preamble {
         Preamble { bytes, clocks }
     }
 
-    /// Puts the bytes into an empty buffer, with the states of the clocks in the order of the SRs.
+    /// Writes the bytes to an empty buffer, with the states of the clocks in the order of the SRs.
     pub(super) fn put(&self, into: &mut Vec<u8>, clocks: impl Iterator<Item = u8>) {
         into.extend_from_slice(&self.bytes);
         for (at, clock) in self.clocks.iter().zip(clocks) {
@@ -291,7 +291,7 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     (reader.at == bytes.len()).then_some(content)
 }
 
-/// The name of a tag, or of an owner.
+/// The name of a tag or of an owner.
 struct Text {
     text: String,
     element: RetainedElement,

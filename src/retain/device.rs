@@ -1,45 +1,45 @@
-//! The device below the slots: bytes that are read, written and made durable.
+//! The device below the slots: reads and writes bytes, and makes them durable.
 //!
-//! A trait, so that a test can be a disk whose power fails, whose calls fail, and which forgets
-//! what it never made durable. `file` has the real one.
+//! It is a trait, so that a test can simulate a disk whose power fails, whose calls fail, and which
+//! loses bytes that were not made durable. `file` implements it for a real file.
 
 use std::io;
 
-/// A block device or a file, as far as slots need it.
+/// The operations of a block device or a file that the slots need.
 pub trait Storage {
     /// Its length in bytes.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     fn size(&mut self) -> io::Result<u64>;
 
-    /// Reads from an offset; returns the number of bytes read, which may be fewer than wanted.
+    /// Reads from an offset; returns the number of bytes read, which may be fewer than requested.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     fn read_at(&mut self, at: u64, into: &mut [u8]) -> io::Result<usize>;
 
-    /// Writes from an offset; returns the number of bytes written, which may be fewer than given.
+    /// Writes from an offset; returns the number of bytes written, which may be fewer than passed.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     fn write_at(&mut self, at: u64, from: &[u8]) -> io::Result<usize>;
 
-    /// Returns once all bytes that were written are durable. After an error the bytes written since
-    /// the last success may be lost, even if a later call succeeds.
+    /// Returns after all written bytes are durable. After an error, the bytes written since the
+    /// last success may be lost, even if a later call succeeds.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     fn sync(&mut self) -> io::Result<()>;
 
-    /// Makes durable as much as it can, and empties the cache as far as the system permits, so that
-    /// reads come from the medium.
+    /// Makes as much durable as possible, and empties the cache as far as the system permits, so
+    /// that later reads return the bytes on the medium.
     fn settle(&mut self);
 
-    /// Whether its name still leads other processes to this device.
+    /// Checks that a process that opens the name of this device still gets this device.
     ///
     /// # Errors
-    /// `NotFound`: it is not; else the system's.
+    /// `NotFound` if it does not; else the error of the system.
     fn in_place(&mut self) -> io::Result<()> {
         Ok(())
     }
@@ -47,7 +47,7 @@ pub trait Storage {
     /// Closes the device and opens it again, after an error.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     fn reopen(&mut self) -> io::Result<()>;
 }
 
@@ -65,7 +65,7 @@ pub(super) fn read_all<D: Storage>(device: &mut D, at: u64, into: &mut [u8]) -> 
     Ok(done)
 }
 
-/// Writes all of it.
+/// Writes all bytes of `from`.
 pub(super) fn write_all<D: Storage>(device: &mut D, at: u64, from: &[u8]) -> io::Result<()> {
     let mut done = 0;
     while done < from.len() {

@@ -1,8 +1,8 @@
-//! A real file as a device: locked, made under a temporary name, renamed if it is foreign.
+//! A real file as a device: locks it, makes it under a temporary name, renames a foreign file.
 //!
-//! Called by `keeper` and by `rungd retain show`. It reports errors; the keeper decides what they
-//! mean for the controller. If the path is a symbolic link, new files are made beside its target,
-//! and the link stays.
+//! Called by `keeper` and by `rungd retain show`. This module returns errors; the keeper decides
+//! how the controller reacts to them. If the path is a symbolic link, new files are made beside its
+//! target, and the link stays.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -13,17 +13,17 @@ use rustix::fs::{Advice, FlockOperation, RenameFlags, fadvise, flock, renameat_w
 
 use super::device::Storage;
 
-/// The longest chain of symbolic links, as in the kernel.
+/// The maximum length of a chain of symbolic links, as in the kernel.
 const LINKS_MAX: usize = 40;
 
-/// An open file of retentive memory, locked against other processes if it is owned.
+/// An open file of retentive memory. With [`Access::Own`] it is locked against other processes.
 #[derive(Debug)]
 pub struct FileDevice {
     path: PathBuf,
     file: File,
 }
 
-/// The file's metadata: it differs after another process wrote, cut or replaced the file.
+/// The file's metadata: it changes if a different process writes, shortens or replaces the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trace {
     file: (u64, u64, u64),
@@ -35,18 +35,18 @@ pub struct Trace {
 pub enum Access {
     /// Read and write it, and lock it against other processes.
     Own,
-    /// Look at it.
+    /// Only read it.
     Read,
 }
 
 impl FileDevice {
-    /// Opens a file that is there.
+    /// Opens a file that exists.
     ///
     /// # Errors
-    /// The system's; `ResourceBusy` if another process owns it.
+    /// The error of the system; `ResourceBusy` if a different process owns the file.
     pub fn open(path: &Path, access: Access) -> io::Result<FileDevice> {
         let mut options = OpenOptions::new();
-        // A pipe neither blocks here, nor does a terminal become the process's own.
+        // So a pipe does not block here, and a terminal does not become the controlling terminal.
         let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
         options.read(true).write(access == Access::Own).custom_flags(flags.bits() as i32);
         let file = options.open(path)?;
@@ -62,25 +62,26 @@ impl FileDevice {
     /// The device and inode: they stay the same when the file is renamed.
     ///
     /// # Errors
-    /// The system's.
+    /// The error of the system.
     pub(crate) fn identity(&self) -> io::Result<(u64, u64)> {
         identity(&self.file.metadata()?)
     }
 
-    /// The metadata of the file that now has this name: any change but a read shows in it.
+    /// The metadata of the file that has this name now. Every change of the file changes it; a read
+    /// does not.
     pub(crate) fn trace(&self) -> Option<Trace> {
         let named = fs::metadata(&self.path).ok()?;
         let changed = (named.mtime(), named.mtime_nsec(), named.ctime(), named.ctime_nsec());
         Some(Trace { file: (named.dev(), named.ino(), named.len()), changed })
     }
 
-    /// Makes an empty file beside the place, for [`FileDevice::put_in_place`].
+    /// Makes an empty file beside the path, for [`FileDevice::put_in_place`].
     ///
     /// # Errors
-    /// The system's; `ResourceBusy` if another process is making one.
+    /// The error of the system; `ResourceBusy` if a different process is making the file.
     pub(crate) fn create_beside(path: &Path) -> io::Result<FileDevice> {
         let path = with_ending(&followed(path), ".new");
-        // A file that another process is making is locked; one that a process left is not.
+        // A file that a different process is making is locked; an abandoned file is not.
         let left = OpenOptions::new().read(true).custom_flags(AS_IT_IS.bits() as i32).open(&path);
         let is_there = !matches!(&left, Err(error) if error.kind() == io::ErrorKind::NotFound);
         if let Ok(left) = &left {
@@ -89,7 +90,8 @@ impl FileDevice {
                 return Err(busy());
             }
         }
-        // What was not there a moment ago is not removed: by now another process may be making it.
+        // A file that did not exist a moment ago is not removed: a different process may be making
+        // it now.
         if is_there
             && let Err(error) = fs::remove_file(&path)
             && error.kind() != io::ErrorKind::NotFound
@@ -100,7 +102,7 @@ impl FileDevice {
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path);
         let named = |error: io::Error| {
-            // It was not there a moment ago, and may be in its place already.
+            // A different process made the file since the check above.
             if error.kind() == io::ErrorKind::AlreadyExists {
                 return busy();
             }
@@ -119,11 +121,11 @@ impl FileDevice {
         let _ = fs::remove_file(with_ending(&followed(path), ".new"));
     }
 
-    /// Gives the file, whole and durable by now, its name. `replaces`: this process owns the file
-    /// that has the name, and replaces it.
+    /// Renames the file, which is whole and durable now, to `path`. `replaces`: this process owns
+    /// the file at `path`, and replaces it.
     ///
     /// # Errors
-    /// The system's; `ResourceBusy` if there is one by now.
+    /// The error of the system; `ResourceBusy` if a different process has made a file at `path`.
     pub(crate) fn put_in_place(&mut self, path: &Path, replaces: bool) -> io::Result<()> {
         let place = followed(path);
         match rename_anew(&self.path, &place) {
@@ -138,7 +140,7 @@ impl FileDevice {
     }
 }
 
-/// Opens the entry itself: neither blocks nor follows a link.
+/// Flags that open the directory entry itself: the call does not block, and follows no link.
 const AS_IT_IS: rustix::fs::OFlags =
     rustix::fs::OFlags::NONBLOCK.union(rustix::fs::OFlags::NOFOLLOW);
 
@@ -161,17 +163,17 @@ fn identity(of: &fs::Metadata) -> io::Result<(u64, u64)> {
     Ok((of.dev(), of.ino()))
 }
 
-/// Whether a name is that of an open file.
+/// Whether a path is the path of an open file.
 pub(crate) fn is_named(file: &File, path: &Path) -> bool {
     let named = fs::symlink_metadata(path).and_then(|named| identity(&named));
     matches!((file.metadata().and_then(|own| identity(&own)), named), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Gives a file a free name.
+/// Renames a file to a name that no file has.
 fn rename_anew(from: &Path, to: &Path) -> io::Result<()> {
     let here = rustix::fs::CWD;
     match renameat_with(here, from, here, to, RenameFlags::NOREPLACE) {
-        // A file system that cannot promise it.
+        // The file system does not support a rename that never replaces a file.
         Err(rustix::io::Errno::INVAL) if !to.exists() => fs::rename(from, to),
         Err(rustix::io::Errno::INVAL) => Err(io::ErrorKind::AlreadyExists.into()),
         other => Ok(other?),
@@ -193,7 +195,7 @@ impl Storage for FileDevice {
 
     fn sync(&mut self) -> io::Result<()> {
         self.file.sync_data()?;
-        // The bytes of a file without a name cannot be read after a restart.
+        // If the file has lost its name, its bytes cannot be read after a restart.
         self.in_place()
     }
 
@@ -212,8 +214,8 @@ impl Storage for FileDevice {
     }
 
     fn reopen(&mut self) -> io::Result<()> {
-        // The lock is given up first, since the new opening takes it again. No other process waits
-        // for it: one that was refused has ended.
+        // The lock is released first, because `open` takes it again. No other process waits for it:
+        // a process that does not get the lock ends.
         flock(&self.file, FlockOperation::Unlock)?;
         match FileDevice::open(&self.path, Access::Own) {
             Ok(opened) => *self = opened,
@@ -226,11 +228,11 @@ impl Storage for FileDevice {
     }
 }
 
-/// Renames a file to a free name, so that it is never overwritten. It must be the file that was
+/// Renames a file to a free name, so that it is never overwritten. The file must have the identity
 /// `seen`, and no other process may own it.
 ///
 /// # Errors
-/// The system's; `ResourceBusy` if it is another process's.
+/// The error of the system; `ResourceBusy` if a different process owns or has replaced the file.
 pub(crate) fn keep_aside(path: &Path, seen: (u64, u64)) -> io::Result<PathBuf> {
     let held = FileDevice::open(path, Access::Own)?;
     if held.identity()? != seen {
@@ -242,7 +244,7 @@ pub(crate) fn keep_aside(path: &Path, seen: (u64, u64)) -> io::Result<PathBuf> {
 /// As [`keep_aside`], for a file that this process owns.
 ///
 /// # Errors
-/// The system's.
+/// The error of the system.
 pub(crate) fn rename_aside(path: &Path) -> io::Result<PathBuf> {
     let path = &followed(path);
     for number in 1..10_000 {
@@ -287,7 +289,8 @@ mod tests {
 
     use super::*;
 
-    /// Makes a file at the same moment from four threads, many times; the most that got one.
+    /// Makes a file from four threads at the same moment, many times. Returns the maximum number of
+    /// threads that got the file.
     fn most_that_own_it(left: Option<&str>) -> usize {
         let folder = std::env::temp_dir().join(format!(
             "rungd-file-{}-{}",

@@ -5,8 +5,8 @@
 //! Two independent sums over the same bytes decide whether a slot is whole. The first is CRC-32, as
 //! in zip and Ethernet; every language has it. It detects every single wrong bit, and every burst
 //! of up to 32 bits. The second is a running sum. It lowers the chance that a mixture of two images
-//! passes, by a factor of about 2^64. The sequence and scan number stand at both ends of a slot, so
-//! that the beginning of one image and the end of another do not match.
+//! is accepted, by a factor of about 2^64. The sequence and scan number are at both ends of a slot,
+//! so that the beginning of one image and the end of a different one do not match.
 
 /// Headers and slots begin and end at multiples of this, which is a multiple of any sector's size.
 pub(crate) const BLOCK_BYTES: usize = 4096;
@@ -18,7 +18,7 @@ pub(crate) const VERSION: u32 = 1;
 pub(crate) const SLOT_BYTES_MAX: u32 = 64 << 20;
 /// The maximum number of slots.
 pub(crate) const SLOTS_MAX: u32 = 64;
-/// The minimum number of slots: while one is written, a second one is known to be durable.
+/// The minimum number of slots: while one is written, a different one is known to be durable.
 pub(crate) const SLOTS_LEAST: u32 = 3;
 /// The number of slots in a new file.
 pub(crate) const SLOTS_DEFAULT: u32 = 4;
@@ -39,7 +39,7 @@ pub struct Geometry {
     pub slot_bytes: u32,
     /// The number of slots.
     pub slots: u32,
-    /// A number that no other file has: it marks the slots that belong to this file.
+    /// A number that no other file has. It marks the slots that belong to this file.
     pub id: u64,
 }
 
@@ -72,7 +72,7 @@ pub enum BadHeader {
 pub enum BadSlot {
     /// Nothing was written there yet.
     Empty,
-    /// The slot is too short: the file was cut.
+    /// The slot is too short: the file was shortened.
     Cut,
     /// The slot holds something else.
     NoImage,
@@ -80,20 +80,20 @@ pub enum BadSlot {
     OtherFile,
     /// The beginning of the image is damaged.
     Head,
-    /// The image was begun and not completed, or was damaged later.
+    /// The image was not written completely, or was damaged later.
     Torn,
     /// The slot cannot be read.
     Unreadable,
 }
 
 impl Geometry {
-    /// A geometry for contents of this length, with a quarter to spare.
+    /// A geometry for contents of this length, with a quarter of it as reserve.
     pub fn for_content(content_bytes: usize, id: u64) -> Geometry {
         let wanted = slot_bytes(content_bytes + content_bytes / 4);
         Geometry { slot_bytes: wanted as u32, slots: SLOTS_DEFAULT, id }
     }
 
-    /// The size of a whole file.
+    /// The size of the whole file.
     pub fn file_bytes(&self) -> u64 {
         self.slot_at(self.slots as usize)
     }
@@ -122,7 +122,7 @@ pub fn slot_bytes(content_bytes: usize) -> usize {
     bytes.next_multiple_of(BLOCK_BYTES)
 }
 
-/// One copy of the header, a whole block.
+/// One copy of the header, as a whole block.
 pub(crate) fn header(geometry: &Geometry) -> Vec<u8> {
     let mut block = Vec::with_capacity(BLOCK_BYTES);
     block.extend_from_slice(&MAGIC);
@@ -136,7 +136,7 @@ pub(crate) fn header(geometry: &Geometry) -> Vec<u8> {
     block
 }
 
-/// The geometry in a file's first blocks: that of the first undamaged copy of the header.
+/// The geometry in a file's first blocks, from the first undamaged copy of the header.
 ///
 /// # Errors
 /// [`BadHeader`].
@@ -164,7 +164,7 @@ fn header_copy(copy: &[u8]) -> Option<Geometry> {
     (whole && geometry.is_sane()).then_some(geometry)
 }
 
-/// Puts an image into a buffer, as whole blocks for the beginning of a slot.
+/// Writes an image to a buffer, as whole blocks for the beginning of a slot.
 pub fn put_slot(into: &mut Vec<u8>, id: u64, stamp: &Stamp, content: &[u8]) {
     into.clear();
     into.extend_from_slice(&SLOT_MAGIC);

@@ -1,8 +1,8 @@
 //! The keeper: reads the file at the start, and writes images while the controller runs.
 //!
-//! The daemon's thread of retentive memory owns it, and hands it images and the time. The keeper
-//! never writes over an unusable file: it renames the file, or leaves it alone. After a failure the
-//! next save opens the file again, or makes a new one if the file is gone.
+//! The daemon's thread of retentive memory owns the keeper, and passes it images and the time. The
+//! keeper never writes over an unusable file: it renames the file, or leaves it alone. After a
+//! failure the next save opens the file again, or makes a new file if it is gone.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -19,12 +19,12 @@ pub struct Keeper {
     plan: RetainPlan,
     slots: Option<Slots<FileDevice>>,
     gathered: Vec<u8>,
-    /// The image that is durable.
+    /// The numbers of the durable image.
     kept: Option<Kept>,
     kept_content: Vec<u8>,
-    /// The file's metadata at the last check that it holds that image.
+    /// The file's metadata at the last check that the file holds that image.
     trace: Option<Trace>,
-    /// The error if a different process owns the file.
+    /// The error, if a different process owns the file.
     busy: Option<io::Error>,
 }
 
@@ -50,7 +50,7 @@ pub struct Start {
 pub enum News {
     /// A slot that should hold an image does not.
     Slot(usize, BadSlot),
-    /// The file at the path was unusable; it was renamed to this.
+    /// The file at the path was unusable; it was renamed to this path.
     Aside(PathBuf),
     /// A new file was made, of this size.
     Made(Geometry),
@@ -58,10 +58,10 @@ pub enum News {
     NotWritable(String),
 }
 
-/// The image of one scan, to be kept.
+/// The image of one scan, to be saved.
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
-    /// Complete scans of the process.
+    /// The number of complete scans of the process.
     pub scan: u64,
     /// All public bits.
     pub bits: &'a [u8],
@@ -73,7 +73,7 @@ pub struct Image<'a> {
     pub now_ms: u64,
 }
 
-/// A file to be made.
+/// A file that the keeper is to make.
 #[derive(Clone, Copy)]
 struct NewFile<'a> {
     id: u64,
@@ -91,8 +91,8 @@ impl NewFile<'_> {
 }
 
 impl Keeper {
-    /// Opens the file and reads its newest image, or makes a new file if the file is unusable. If
-    /// that fails, every save tries again.
+    /// Opens the file and reads its newest image; makes a new file if the file is unusable. If that
+    /// fails, every save tries again.
     ///
     /// # Errors
     /// A different process owns the file.
@@ -131,7 +131,7 @@ impl Keeper {
         &self.plan
     }
 
-    /// Sets the plan of a new program for the next save, which makes a longer file if needed.
+    /// Sets the plan of a new program. The next save makes a longer file if needed.
     pub(crate) fn set_plan(&mut self, plan: RetainPlan) {
         self.plan = plan;
     }
@@ -171,11 +171,11 @@ impl Keeper {
             self.slots = Some(slots);
             return image;
         }
-        // Longer slots are needed, or the file was cut off: a new file gets the image. This process
-        // owns the old file until the new one is in place.
+        // Longer slots are needed, or the file was shortened: a new file gets the image. This
+        // process owns the old file until the new one is in place.
         let new = NewFile { id, first: survey.newest.as_ref(), replaces: true };
         self.make(new, news);
-        // If that failed, the old file stays in use, with its lock.
+        // If no new file could be made, the old file stays in use, with its lock.
         self.slots.get_or_insert(slots);
         image
     }
@@ -214,7 +214,7 @@ impl Keeper {
                 self.make(NewFile::empty(id), news);
             }
             Err(error) if error.kind() == io::ErrorKind::ResourceBusy => self.busy = Some(error),
-            // The file is gone since it was opened: a different process has renamed it.
+            // A different process has renamed the file since it was opened.
             Err(error) if error.kind() == io::ErrorKind::NotFound => self.busy = Some(error),
             Err(error) => {
                 news.push(News::NotWritable(format!("it cannot be renamed: {error}")));
@@ -254,14 +254,14 @@ impl Keeper {
             Ok(slots)
         });
         if whole.is_err() {
-            // On a full disk a partial file would take the room that the next try needs.
+            // On a full disk, a partial file would take the space that the next try needs.
             FileDevice::discard_beside(&self.path);
         }
         whole
     }
 
-    /// Whether a different process has changed the file since the last check. Compares metadata;
-    /// called while no image changes.
+    /// Whether a different process has changed the file since the last check. Compares metadata.
+    /// Called while the image does not change.
     pub(crate) fn is_disturbed(&self) -> bool {
         self.kept.is_some() && self.trace_now() != self.trace
     }
@@ -270,12 +270,13 @@ impl Keeper {
         self.slots.as_ref().and_then(|slots| slots.device().trace())
     }
 
-    /// Writes an image, unless the file holds the same content already. Returns once the image is
+    /// Writes an image, unless the file already holds the same content. Returns after the image is
     /// durable; `None` if it was durable before.
     ///
     /// # Errors
-    /// The system's. The previous image stays durable, except after `NotFound`: the file is gone,
-    /// or its bytes were changed. The next save repairs it, and may follow at once.
+    /// The error of the system. The previous image stays durable, except after `NotFound`: then the
+    /// file is gone, or its bytes were changed. The next save repairs the file, and may be called
+    /// at once.
     pub(crate) fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
         self.plan.gather(image.bits, image.words, &mut self.gathered);
         let flags = if image.is_final { FLAG_FINAL } else { 0 };
@@ -300,8 +301,8 @@ impl Keeper {
                 Ok(self.kept)
             }
             Err(error) => {
-                // After `NotFound` the next save opens the path again; after other errors the slots
-                // reopen their file.
+                // After `NotFound`, the next save opens the path again. After other errors, the
+                // slots reopen their file.
                 if error.kind() != io::ErrorKind::NotFound {
                     self.slots = Some(slots);
                 }
@@ -310,7 +311,7 @@ impl Keeper {
         }
     }
 
-    /// Whether the kept image is still in the file. If not, the keeper forgets it.
+    /// Whether the kept image is still in the file. If it is not, this clears `kept`.
     fn is_there(&mut self) -> io::Result<bool> {
         let Some((kept, slots)) = self.kept.zip(self.slots.as_mut()) else { return Ok(false) };
         if slots.is_doubted() {
@@ -330,8 +331,8 @@ impl Keeper {
         looked.and(Err(other()))
     }
 
-    /// Makes a new file in place of one that is too short or has used up its sequence numbers. This
-    /// process owns the old file until the new one is complete.
+    /// Makes a new file in place of a file that is too short or has used up its sequence numbers.
+    /// This process owns the old file until the new file is complete.
     fn grow(&mut self, mut slots: Slots<FileDevice>, id: u64) -> io::Result<Slots<FileDevice>> {
         let newest = slots.newest();
         let made = newest.and_then(|newest| {

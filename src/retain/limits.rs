@@ -1,7 +1,8 @@
-//! The limits of words in the running program. An image may hold a value outside of them: one that
+//! The limits of words in the running program. An image may hold a value outside the limits, which
 //! no operator could write and no MOVE would store.
 //!
-//! `plan` makes and uses the limits. Structures have no limits: counters and timers may pass them.
+//! `plan` makes and uses the limits. Structures are not included: counters and timers may exceed
+//! their limits.
 
 use std::collections::HashMap;
 
@@ -10,7 +11,7 @@ use crate::isa::{Address, Word};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 
-/// The limits of words, where they are narrower than the word's own range.
+/// The limits of words, if they are narrower than the range of the word.
 #[derive(Clone, Debug, Default)]
 pub(super) struct WordLimits(HashMap<RetainedElement, WordLimit>);
 
@@ -47,7 +48,7 @@ impl WordLimits {
     /// The reason why a word cannot take a value; `None` if it can.
     pub fn refuse(&self, element: RetainedElement, value: i32) -> Option<String> {
         let WordLimit { min, max, initial } = *self.0.get(&element)?;
-        // A cold start gives this value anyway, so nothing is dropped.
+        // A cold start sets the initial value anyway, so nothing is lost.
         if (min..=max).contains(&value) || value == initial {
             return None;
         }

@@ -1,16 +1,16 @@
 //! Retentive memory: from a scan's image to the bytes of a file and back after a restart.
 //!
-//! `plan` knows what is retained and what it is called, `content` is that in bytes, `format` the
-//! header and the slots around it, `slots` writes and finds them on a [`Storage`], `file` is the
-//! device that a real file is, `keeper` decides when something is written. The daemon gives the
-//! thread and the log; `docs/retain-format.md` is the page for the authors of other readers.
+//! `plan` lists the retained elements and their names. `content` encodes them as bytes. `format`
+//! encodes the header and the slots around the content. `slots` writes and finds slots on a
+//! [`Storage`]. `file` is the [`Storage`] of a real file. `keeper` decides when to write. The
+//! daemon provides the thread and the log. `docs/retain-format.md` describes the file for the
+//! authors of other readers.
 //!
-//! The idea: an image is written beside the last ones, never over the one that is known to be
-//! durable, and it is whole or it is nothing: whatever an interrupted write leaves behind, what is
-//! found later is exactly one scan's image.
+//! An image is never written over the image that is known to be durable. An image whose write was
+//! interrupted is ignored, so a start always finds the image of exactly one scan.
 //!
-//! Deliberately absent: the scan thread, which publishes an image at every scan for everybody and
-//! knows nothing of this; a clock, tracing, threads.
+//! This folder has no clock, no threads and no tracing. The scan thread does not use it: it only
+//! publishes an image at every scan.
 
 pub mod content;
 mod device;

@@ -1,7 +1,7 @@
-//! The use of retained elements by a program: the owners of structures, the presets that the ladder
-//! states for Sensaphone counters, its SRs, and the elements that a stop terminates.
+//! The use of retained elements by a program: the owners of structures, the presets of Sensaphone
+//! counters in the ladder, the SRs, and the elements that a stop terminates.
 //!
-//! `plan` stores these with every image, so that the next program can tell what has changed.
+//! `plan` stores these with every image, so that a changed use is detected at the next start.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,11 +11,11 @@ use crate::isa::Address;
 use crate::lower::identity::Identity;
 use crate::resolve::program::{Action, Program, Value};
 
-/// The text between an owner and the preset that it states.
+/// The text between an owner and its preset.
 const WITH_PRESET: &str = " with PRE ";
 const FROM_LOCATION: &str = "from a location";
 
-/// The preset that the instructions of a Sensaphone counter state.
+/// The preset in the instructions of a Sensaphone counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Preset {
     Constant(i32),
@@ -71,13 +71,13 @@ pub(super) fn preset(owner: &str) -> Option<Preset> {
     }
 }
 
-/// The SRs all of whose bits are retained: the history of CLK is retained with them.
+/// The SRs of which all bits are retained. The history of CLK is retained with the bits.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shifts {
-    /// `SR in Main`, with the first bit in the direction of the shift; a further SR of this bit and
-    /// block has a number.
+    /// `SR in Main`, with the first bit in the direction of the shift. A further SR with the same
+    /// bit and block has a number.
     pub texts: Vec<(String, RetainedElement)>,
-    /// The cells of their histories.
+    /// The cells of the histories of CLK.
     pub clocks: Vec<BitCell>,
 }
 
@@ -104,8 +104,8 @@ impl Shifts {
         shifts
     }
 
-    /// The histories that an image gives; `from` is the element of the image that gives an element
-    /// its value.
+    /// The histories to restore from an image. `from` returns the element of the image from which
+    /// an element takes its value.
     pub fn restore(
         &self,
         found: &Content,

@@ -1,11 +1,12 @@
-//! The elements that a controller retains: their places in the image, and the way back there.
+//! The elements that a controller retains: their cells in the image, and their restoration.
 //!
-//! Made once at the start from the ranges of the controller file and the program. `keeper` gathers
-//! the retained values of an image with it; the daemon restores by it before the first scan.
+//! The plan is made from the program and the ranges of the controller file. `keeper` uses it to
+//! gather the retained values of an image; the daemon uses it to restore them before the first
+//! scan.
 //!
-//! Values come back by tag, and by address where neither side has a tag: a tag that has moved to
-//! a new address takes its value along, and an address whose meaning has changed does not get its
-//! old value.
+//! Values are restored by tag, or by address if the element has no tag in the image and in the
+//! program. So a tag with a new address keeps its value, and an address with a new meaning does not
+//! get its old value.
 
 use std::collections::{HashMap, HashSet};
 
@@ -35,21 +36,22 @@ pub struct RetainPlan {
     preamble: Preamble,
 }
 
-/// The effect of an image that was found.
+/// The effect of restoring an image.
 #[derive(Clone, Debug, Default)]
 pub struct Restoration {
     /// Cells and their restored values.
     pub puts: Vec<(Cell, i32)>,
     /// The number of restored elements.
     pub restored: usize,
-    /// The elements that were not restored, and why: tags one by one, addresses in runs.
+    /// The elements that were not restored, with the reasons: tags one by one, addresses in runs.
     pub dropped: Vec<Dropped>,
-    /// Remarks on restored values that may surprise.
+    /// Remarks on restored values that the author may not expect.
     pub notes: Vec<String>,
-    /// The number of elements that are OFF or 0 because their program terminates them at a stop:
-    /// the image was taken in RUN.
+    /// The number of elements that are set to OFF or 0. The image was taken in RUN, and its program
+    /// terminates these elements at a stop.
     pub terminated: usize,
-    /// The number of retained elements that are not in the image: they start as after a cold start.
+    /// The number of retained elements without a usable value in the image: they are as after a
+    /// cold start.
     pub fresh: usize,
 }
 
@@ -63,7 +65,7 @@ pub struct Dropped {
 }
 
 impl RetainPlan {
-    /// The plan for ranges of a program.
+    /// The plan for the retained ranges of a program.
     pub fn new(ranges: &[Range], program: &Program, symbols: &Symbols) -> RetainPlan {
         let runs = runs(ranges, &terminated(program));
         let is_kept = |element: &RetainedElement| runs.iter().any(|run| holds(run, *element));
@@ -127,13 +129,13 @@ impl RetainPlan {
         self.runs.is_empty()
     }
 
-    /// The bytes of every content.
+    /// The number of bytes of a content.
     pub fn content_bytes(&self) -> usize {
         let values = self.runs.iter().map(|run| value_bytes(run.space) * run.count as usize);
         self.preamble.len() + values.sum::<usize>()
     }
 
-    /// Puts the content for an image into a buffer.
+    /// Writes the content for an image to a buffer.
     pub fn gather(&self, bits: &[u8], words: &[i32], into: &mut Vec<u8>) {
         into.clear();
         let clock = |clock: &BitCell| bits[clock.0 as usize];
@@ -167,11 +169,11 @@ impl RetainPlan {
         into.extend_from_slice(&bits[record.start as usize..record.end as usize]);
     }
 
-    /// The restoration of a content; `is_final`: the termination passes of its own program have
-    /// run over it.
+    /// The restoration of a content. `is_final`: the image was taken after the termination passes
+    /// of its program.
     ///
-    /// Otherwise the elements that its program terminates are terminated here: today's program may
-    /// have changed, and not terminate them.
+    /// If it was not, the elements that the image's program terminates are terminated here, because
+    /// the program of this plan may not terminate them.
     pub(crate) fn restore(&self, found: &Content, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
@@ -235,7 +237,7 @@ impl RetainPlan {
         {
             to.puts.push((Cell::Word(self.layout.word(Word::Pre(n))), value.preset));
         }
-        // The flags belong to the structure, the bits after them to its owner.
+        // The flags belong to the structure; the bits after them belong to its owner.
         let flags = if element.space == Space::Sensaphone { 5 } else { 4 };
         let same_owner = owner.is_some() && owner == self.owners.get(&element).map(String::as_str);
         let kept = if same_owner { RECORD_BYTES } else { flags };
@@ -245,8 +247,8 @@ impl RetainPlan {
         }
     }
 
-    /// Whether a Sensaphone counter gets its PRE from the image. It does not if the ladder states a
-    /// new constant, because the author wants that one.
+    /// Whether a Sensaphone counter gets its PRE from the image. It does not if the ladder contains
+    /// a new constant, which is then the intended preset.
     fn takes_preset(
         &self,
         to: &mut Restoration,
@@ -298,23 +300,23 @@ impl RetainPlan {
     }
 }
 
-/// A value as a stop would have left it.
+/// Changes a value as a stop would have changed it.
 fn terminate(element: RetainedElement, found: &Content, value: &mut RetainedValue) {
     if element.space == Space::Sensaphone {
-        // The count stays; the enable bits and histories are of a rung that is false.
+        // The count stays; the enable bits and histories are as for a rung that is OFF.
         let enabled_and_histories = [0, 1, 5, 6, 7];
         enabled_and_histories.into_iter().for_each(|at| value.record[at] = 0);
     }
     if found.terminated.contains(&element) {
         value.word = 0;
-        // Reset and Zero. A preset that is the reset value is known where its owner still is, and
-        // that is terminated anew in any case.
+        // Sets Reset and Zero. If the reset value is the preset, only the owner can set it. An
+        // owner that still exists is terminated again in any case.
         value.record = [0, 1, 1, 0, 0, 0, 0, 0];
     }
 }
 
-/// The element of an image that gives an element of the running program its value: the one with
-/// the same tag; without tags on either side, the one at the same address.
+/// The element of an image from which an element of the running program takes its value: the
+/// element with the same tag, or, without tags on either side, the element at the same address.
 fn source(
     element: RetainedElement,
     then: &TagIndex<'_>,
@@ -358,7 +360,7 @@ impl<'a> TagIndex<'a> {
         self.by_name.get(name).copied()
     }
 
-    /// An element for people: its address; if it has none for them, its tag.
+    /// An element as text for people: its address, or its tag if rungd has chosen the address.
     fn say(&self, element: RetainedElement) -> String {
         let tag = self.tags_of(element).first().filter(|_| self.placed.contains(&element));
         tag.map_or_else(|| address(element), |tag| (*tag).to_owned())
@@ -369,7 +371,8 @@ impl<'a> TagIndex<'a> {
     }
 }
 
-/// A line for each tag; for addresses without, a line for neighbours with the same fate.
+/// One line for each tag. Neighbouring addresses without a tag and with the same reason share a
+/// line.
 fn told(drops: &[(RetainedElement, String)], then: &TagIndex<'_>) -> Vec<Dropped> {
     let mut lines: Vec<(RetainedElement, u32, &str, Option<String>)> = Vec::new();
     for (element, why) in drops {
@@ -397,7 +400,7 @@ fn told(drops: &[(RetainedElement, String)], then: &TagIndex<'_>) -> Vec<Dropped
     lines.into_iter().map(told).collect()
 }
 
-/// Neighbouring elements as the ladder writes them: `D5`, `D5..D9`.
+/// Neighbouring elements in the form of the ladder: `D5`, `D5..D9`.
 fn span(space: Space, first: u32, last: u32) -> String {
     let [from, to] = [first, last].map(|number| address(RetainedElement { space, number }));
     if first == last { from } else { format!("{from}..{to}") }
@@ -407,7 +410,8 @@ fn holds(run: &Run, element: RetainedElement) -> bool {
     run.space == element.space && (run.first..run.first + run.count).contains(&element.number)
 }
 
-/// Ranges in order, without overlaps, divided where termination at a stop begins or ends.
+/// The ranges in order and without overlaps. Each run contains only elements that a stop
+/// terminates, or only elements that it does not.
 fn runs(ranges: &[Range], terminated: &HashSet<RetainedElement>) -> Vec<Run> {
     let mut divided: Vec<Run> = Vec::new();
     for run in merged(ranges) {

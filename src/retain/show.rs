@@ -1,4 +1,4 @@
-//! A file of retentive memory, printed for a person: its slots and its newest image.
+//! A file of retentive memory as text for people: its slots and its newest image.
 //!
 //! Called by `rungd retain show`. Reads through a [`Storage`] and writes nothing.
 
@@ -16,7 +16,7 @@ use crate::resolve::places::type_of;
 /// The lines that describe the file.
 ///
 /// # Errors
-/// Why it cannot be shown.
+/// The reason why the file cannot be shown.
 pub fn show<D: Storage>(device: &mut D) -> Result<String, String> {
     let survey = survey(device).map_err(|why| match why {
         Unusable::Header(bad) => bad.to_string(),
@@ -108,7 +108,7 @@ fn held(space: Space, value: &RetainedValue) -> String {
     text
 }
 
-/// A time of day as people read it: `2026-03-01 12:00:00 UTC`.
+/// A time of day as text: `2026-03-01 12:00:00 UTC`.
 pub(crate) fn utc(ms: u64) -> String {
     let utc = Utc::of(ms / 1000);
     format!("{utc} {} UTC", utc.time())

@@ -1,12 +1,12 @@
-//! Images on a device: found at the start, written in turns.
+//! Images on a device: finds them at the start, and writes them to the slots in turn.
 //!
 //! Called by `keeper` and `show`, and by tests with simulated disks. The last image that was
 //! reported as durable is never overwritten.
 //!
-//! The idea that is not obvious: after a failed sync, a later success proves nothing. Linux drops
-//! the pages that it could not write and calls them clean, so the next sync succeeds although the
-//! data is on no disk. So after an error the bytes in that slot count as lost, the device is opened
-//! anew, and the whole image is written to a different slot.
+//! After a failed sync, a later success proves nothing. Linux drops the pages that it could not
+//! write and marks them clean, so the next sync succeeds although the data is not on the disk.
+//! Therefore, after an error, the bytes in that slot count as lost, the device is opened again, and
+//! the whole image is written to a different slot.
 
 use std::io;
 
@@ -22,18 +22,18 @@ const NOT_OURS: &str = "it is not what was written there";
 pub struct Slots<D> {
     device: D,
     geometry: Geometry,
-    /// The sequence number of each slot's image; 0: no whole image.
+    /// The sequence number of each slot's image; 0 for a slot without a whole image.
     held: Vec<u64>,
     /// The slot of the durable image, which is not overwritten.
     durable: Option<usize>,
-    /// The last number given.
+    /// The last sequence number that was used.
     sequence: u64,
     /// A call failed: the device must be reopened before its next use.
     doubted: bool,
     buffer: Vec<u8>,
 }
 
-/// An image as it was found.
+/// An image found on the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundImage {
     /// Its slot.
@@ -51,7 +51,7 @@ pub struct Survey {
     pub geometry: Geometry,
     /// Whether the device has its full length.
     pub whole: bool,
-    /// Slot by slot.
+    /// The stamp of each slot's image, or the reason why the slot has none.
     pub slots: Vec<Result<Stamp, BadSlot>>,
     /// The newest image.
     pub newest: Option<FoundImage>,
@@ -60,17 +60,17 @@ pub struct Survey {
 /// Why a device is unusable.
 #[derive(Debug)]
 pub enum Unusable {
-    /// Its header is not that of a file of ours.
+    /// Its header is not the header of a retentive memory file.
     Header(BadHeader),
     /// It cannot be read.
     Io(io::Error),
 }
 
 impl<D: Storage> Slots<D> {
-    /// Formats a device: writes every byte, so that no later write needs room.
+    /// Formats a device: writes every byte, so that no later write needs more disk space.
     ///
     /// # Errors
-    /// The device's.
+    /// The error of the device.
     pub fn format(mut device: D, geometry: Geometry) -> io::Result<Slots<D>> {
         let zeros = vec![0; geometry.slot_bytes as usize];
         for slot in 0..geometry.slots as usize {
@@ -96,7 +96,7 @@ impl<D: Storage> Slots<D> {
         }
     }
 
-    /// Opens a device and looks at all its slots.
+    /// Opens a device and reads all its slots.
     ///
     /// # Errors
     /// [`Unusable`]; nothing was written.
@@ -112,12 +112,12 @@ impl<D: Storage> Slots<D> {
         Ok((slots, survey))
     }
 
-    /// How the device is divided.
+    /// The division of the device into slots.
     pub(crate) fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 
-    /// Whether a further image with a content of this many bytes can be saved here.
+    /// Whether a further image with a content of this length can be saved here.
     pub(crate) fn takes(&self, content_bytes: usize) -> bool {
         self.geometry.fits(content_bytes) && self.sequence < u64::MAX
     }
@@ -127,12 +127,12 @@ impl<D: Storage> Slots<D> {
         &self.device
     }
 
-    /// The device, to be renamed.
+    /// The device, for a rename.
     pub(crate) fn device_mut(&mut self) -> &mut D {
         &mut self.device
     }
 
-    /// The next image gets the number after this one.
+    /// Makes the next image get the number after `sequence`.
     pub(crate) fn continue_from(&mut self, sequence: u64) {
         self.sequence = self.sequence.max(sequence);
     }
@@ -141,7 +141,8 @@ impl<D: Storage> Slots<D> {
     /// number of bytes written.
     ///
     /// # Errors
-    /// The device's, or the content is longer than a slot; the previous image stays durable.
+    /// The error of the device, or the content is longer than a slot. The previous image stays
+    /// durable.
     pub fn save(&mut self, stamp: Stamp, content: &[u8]) -> io::Result<(Stamp, usize)> {
         if !self.geometry.fits(content.len()) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "longer than a slot"));
@@ -174,8 +175,8 @@ impl<D: Storage> Slots<D> {
     /// the slot reads back.
     ///
     /// # Errors
-    /// `NotFound`: the path has a different file or none, or the file is too short; else the
-    /// device's.
+    /// `NotFound` if the path has a different file or none, or if the file is too short; else the
+    /// error of the device.
     pub fn has(&mut self, stamp: &Stamp, content: &[u8]) -> io::Result<bool> {
         let read = self.read_back(stamp, content);
         self.doubted |= read.is_err();
@@ -195,7 +196,7 @@ impl<D: Storage> Slots<D> {
         Ok(read_slot(&self.buffer[..count], self.geometry.id) == Ok((*stamp, content)))
     }
 
-    /// Whether a write failed, so that the image that a start would find is unknown.
+    /// Whether a write failed. After that, it is unknown which image a start would find.
     pub fn is_doubted(&self) -> bool {
         self.doubted
     }
@@ -203,7 +204,7 @@ impl<D: Storage> Slots<D> {
     /// The newest image on the device.
     ///
     /// # Errors
-    /// The device's; `NotFound`: the path has a different file or none.
+    /// The error of the device; `NotFound` if the path has a different file or none.
     pub(crate) fn newest(&mut self) -> io::Result<Option<FoundImage>> {
         self.device.in_place()?;
         match survey(&mut self.device) {
@@ -213,7 +214,7 @@ impl<D: Storage> Slots<D> {
         }
     }
 
-    /// The slot to write next: the one with the oldest image, or with none.
+    /// The slot to write next: a slot without an image, else the slot with the oldest image.
     fn next_slot(&self) -> usize {
         let slots = (0..self.held.len()).filter(|slot| Some(*slot) != self.durable);
         slots.min_by_key(|slot| self.held[*slot]).unwrap_or(0)
@@ -231,7 +232,7 @@ impl<D: Storage> Slots<D> {
     }
 }
 
-/// Looks at a device, and writes nothing.
+/// Reads all slots of a device, and writes nothing.
 ///
 /// # Errors
 /// [`Unusable`].
@@ -262,7 +263,7 @@ fn read_geometry<D: Storage>(device: &mut D) -> io::Result<Result<Geometry, BadH
     let mut blocks = [0; HEADER_COPIES * BLOCK_BYTES];
     let count = match read_all(device, 0, &mut blocks) {
         Ok(count) => count,
-        // One copy may lie in a sector that cannot be read.
+        // One copy may be in a sector that cannot be read.
         Err(first) => {
             let (_, second) = blocks.split_at_mut(BLOCK_BYTES);
             let count = read_all(device, BLOCK_BYTES as u64, second).map_err(|_| first)?;

@@ -1,4 +1,4 @@
-//! The simulator: virtual time, the real engine, no sleeping.
+//! The simulator: runs the real engine in virtual time, without waiting.
 //!
 //! Called by `rungd sim` and tests, with an engine program, a [`Plan`] and a `Trace` for the
 //! rows. `rungd replay` writes its rows with the same traces. Scan k has the timestamp

@@ -33,11 +33,11 @@ pub(crate) fn fits(scans: u64, period_ms: u32) -> bool {
     scans.saturating_sub(1).checked_mul(u64::from(period_ms) * NS_PER_MS).is_some()
 }
 
-/// Runs a program and hands the memory at the end of every scan to the trace. An orderly stop (by
+/// Runs a program and passes the memory at the end of every scan to the trace. An orderly stop (by
 /// the plan or the STOP instruction) adds the row `stop`.
 ///
 /// # Errors
-/// The trace's error.
+/// The error of the trace.
 pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::Result<()> {
     let mut engine = Engine::new(program);
     let times = ScanTimes::default();

@@ -1,9 +1,9 @@
 //! The stimulus of a simulation: CSV rows with the inputs and queued writes of each scan.
 //!
 //! The first line is `scan,OP,OP,…` or `time,OP,OP,…`; rows ascend; an empty cell changes nothing.
-//! A time (`0.35s`, `1m30s`) means the first scan at or after it. The value of an X, an input,
-//! holds from that scan on; the value of any other operand is one queued write in that scan.
-//! `rungd sim` passes a [`Lookup`], which tells the parser the kind and range of an operand.
+//! A time (`0.35s`, `1m30s`) means the first scan at or after it. The value of an input (X) holds
+//! from that scan on; the value of any other operand is one queued write in that scan. `rungd sim`
+//! passes a [`Lookup`], which returns the kind and range of an operand.
 
 use std::fmt::Display;
 
@@ -37,7 +37,7 @@ pub enum StimulusTarget {
 }
 
 impl StimulusTarget {
-    /// The target of an operand that lies at an address.
+    /// The target of an operand, from its address.
     ///
     /// # Errors
     /// The reason why it cannot be written from outside.
@@ -66,7 +66,7 @@ impl StimulusTarget {
         }
     }
 
-    /// The target of a word with these limits, which are contents of its cell.
+    /// The target of a word. The limits are contents of its cell.
     pub fn word(word: Word, cell: WordCell, (min, max): (i32, i32)) -> StimulusTarget {
         match word.is_real() {
             true => StimulusTarget::Real(cell, (Real::of_cell(min), Real::of_cell(max))),
@@ -104,7 +104,7 @@ impl Stimulus {
         Stimulus::parse_timed(text, 1, lookup)
     }
 
-    /// Parses a stimulus. `period_ms`: of the scans, by which times become scans.
+    /// Parses a stimulus. `period_ms`, the period of the scans, is used to convert times to scans.
     ///
     /// # Errors
     /// The first line that has the wrong form, names an operand that cannot be written, or holds a
@@ -173,8 +173,8 @@ impl Stimulus {
         Some(StimulusError::new(line, message))
     }
 
-    /// The changes of one scan. Call it for the scans in order, each time with the same `from`: the
-    /// index where the previous call stopped.
+    /// The changes of one scan. Call it for the scans in order, each time with the same variable
+    /// `from`: it holds the index at which the previous call stopped.
     pub fn of_scan<'a>(&'a self, scan: u64, from: &mut usize) -> impl Iterator<Item = Change> + 'a {
         let start = *from;
         let count = self.changes[start..].iter().take_while(|(at, _)| *at == scan).count();
@@ -189,7 +189,7 @@ impl StimulusError {
     }
 }
 
-/// A sentence about `N,3,6` in a list of operands separated by commas.
+/// A message about an operand like `N,3,6` in a list of operands separated by commas.
 pub(crate) fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
     let number = |text: &&str| text.parse::<u32>().is_ok();
     let mut behind = names.skip_while(|name| !name.eq_ignore_ascii_case("N")).skip(1);
@@ -203,7 +203,7 @@ pub(crate) fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<
     Some(format!("commas separate operands here: instead of `{written}` write `{right}`"))
 }
 
-/// What the first column says.
+/// The meaning of the first column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum WhenColumn {
     Scan,

@@ -3,8 +3,8 @@
 //!
 //! The text depends only on the traced values, so a test can compare a diagram in a document with
 //! the program. A column shows the values at the *end* of its scan: an input's change and its
-//! effect are in the same column. More than [`SCANS_MAX`] scans do not have a column each:
-//! `svg_columns` then keeps columns of many scans, and `svg_wide` draws them.
+//! effect are in the same column. With more than [`SCANS_MAX`] scans, a column stands for several
+//! scans: `svg_columns` keeps these columns, and `svg_wide` draws them.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -14,7 +14,7 @@ use super::svg_wide::{self, HEAD, HIGH, LOW, NAME_CHAR, NUMBER_CHAR, ROW, STYLE,
 use super::trace::{RowName, ValueTrace, Watched, ms_text};
 use crate::engine::Cell;
 
-/// The most scans that have a column each (a stop has one more).
+/// The maximum number of scans that have a column each (a stop has one more).
 pub const SCANS_MAX: usize = 1_000;
 
 const COLUMN: usize = 28;
@@ -26,7 +26,7 @@ pub struct SvgTrace<'a> {
     /// The name of each scan, and its time, µs.
     columns: Vec<(RowName, u64)>,
     values: Vec<Vec<i32>>,
-    /// All rows, if they are more than have a column each.
+    /// The columns of several scans, if there are too many scans for a column each.
     wide: Option<WideColumns>,
 }
 
@@ -44,7 +44,7 @@ impl Measures {
         self.left + column * self.column
     }
 
-    /// The middle of some columns.
+    /// The middle of `count` columns.
     fn middle(&self, from: usize, count: usize) -> usize {
         self.x(from) + count * self.column / 2
     }
@@ -83,7 +83,7 @@ impl<'a> SvgTrace<'a> {
         out.flush()
     }
 
-    /// Gives no scan a column of its own any more.
+    /// Moves the rows to columns of several scans.
     fn widen(&mut self) {
         let mut columns = WideColumns::new(self.watched);
         for (at, head) in self.columns.iter().enumerate() {
@@ -94,7 +94,8 @@ impl<'a> SvgTrace<'a> {
         (self.columns, self.values) = (Vec::new(), Vec::new());
     }
 
-    /// Columns are as wide as the widest number, as far as the picture's maximum width allows.
+    /// The measures. Columns are as wide as the widest number, as far as the picture's maximum
+    /// width allows.
     fn measures(&self) -> Measures {
         let name = self.watched.iter().map(|w| w.name.chars().count()).max().unwrap_or(0).max(4);
         let words = self.watched.iter().zip(&self.values);
@@ -144,7 +145,7 @@ impl<'a> SvgTrace<'a> {
         }
     }
 
-    /// A word: a band for each stretch of equal values, with the value if there is room.
+    /// Draws a word: a band for each stretch of equal values, with the value if it fits.
     fn word_bands(&self, svg: &mut String, at: usize, top: usize, measures: &Measures) {
         let (watched, values) = (&self.watched[at], &self.values[at]);
         let mut from = 0;
@@ -167,7 +168,7 @@ impl<'a> SvgTrace<'a> {
     }
 }
 
-/// A bit: high and shaded while ON, low while OFF.
+/// Draws a bit: high and shaded while ON, low while OFF.
 fn bit_line(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
     let (left, low) = (measures.left, top + LOW);
     let mut steps = String::new();
@@ -215,7 +216,7 @@ mod tests {
         Watched { name: name.to_owned(), cell, real: false }
     }
 
-    /// A diagram of a bit and a word, from their values; the last column is the stop.
+    /// A diagram of a bit and a word. The last column is the stop.
     fn drawn(bit: &[i32], word: &[i32]) -> String {
         let watched =
             [watched("X0", Cell::Bit(BitCell(0))), watched("a<b&c", Cell::Word(WordCell(0)))];

@@ -1,12 +1,12 @@
-//! Columns of a diagram that stand for many scans each: the least and the greatest value in them.
+//! Columns of a diagram that stand for many scans each: the least and the greatest value of each.
 //!
-//! `svg` hands over rows, as many as there are; `svg_wide` draws the columns. When there are too
-//! many, two become one, so memory and picture stay of one size.
+//! `svg` passes any number of rows; `svg_wide` draws the columns. When there are too many columns,
+//! each pair becomes one column, so the memory and the picture have a maximum size.
 
 use super::trace::{RowName, Watched};
 use crate::isa::Real;
 
-/// The most columns.
+/// The maximum number of columns.
 pub(super) const COLUMNS_MAX: usize = 1_200;
 
 /// The least and the greatest value in a column, as contents of the cell.
@@ -15,15 +15,15 @@ pub(super) type ColumnSpread = (i32, i32);
 /// Columns of many scans.
 #[derive(Debug)]
 pub(super) struct WideColumns {
-    /// The scans of each column; the last one may have fewer.
+    /// The number of scans in each column; the last column may have fewer.
     pub scans: u64,
     /// The first scan of each column, and its time, µs.
     pub heads: Vec<(RowName, u64)>,
     /// For each operand, a spread for each column.
     pub spreads: Vec<Vec<ColumnSpread>>,
-    /// Which operands are reals.
+    /// For each operand, whether it is a real.
     reals: Vec<bool>,
-    /// The scans in the last column.
+    /// The number of scans in the last column.
     in_last: u64,
 }
 
@@ -56,7 +56,7 @@ impl WideColumns {
         }
     }
 
-    /// Makes one column of two.
+    /// Merges each pair of columns into one.
     fn halve(&mut self) {
         self.scans *= 2;
         self.heads = self.heads.iter().step_by(2).copied().collect();

@@ -1,8 +1,8 @@
 //! Draws columns that stand for many scans: a word as a band from its least to its greatest value,
-//! a bit that was ON and OFF as half tone.
+//! a bit that was both ON and OFF as a half tone.
 //!
-//! Called by `svg` for the diagrams that have more scans than columns, and for the parts that both
-//! kinds of diagram share. The picture is at most about 1400 px wide, whatever it shows.
+//! Called by `svg` for diagrams that have more scans than columns, and for the parts that both
+//! kinds of diagram share. The picture is at most about 1400 px wide.
 
 use std::fmt::Write as _;
 
@@ -13,13 +13,13 @@ use crate::engine::Cell;
 pub(super) const WIDTH_MAX: usize = 1_200;
 pub(super) const ROW: usize = 30;
 pub(super) const HEAD: usize = 34;
-/// The upper and the lower edge of a line or band, from the top of its row.
+/// The upper and the lower edge of a line or band, measured from the top of its row.
 pub(super) const HIGH: usize = 7;
 pub(super) const LOW: usize = 23;
-/// Widths of a character, px, rounded up: names, and numbers.
+/// The width of a character, px, rounded up: in names, and in numbers.
 pub(super) const NAME_CHAR: usize = 8;
 pub(super) const NUMBER_CHAR: usize = 7;
-/// The height of the explanation below.
+/// The height of the explanation below the diagram.
 const FOOT: usize = 22;
 
 pub(super) const STYLE: &str = "text{font:12px monospace;fill:#222}.t,.v{font-size:10.5px;\
@@ -27,11 +27,11 @@ pub(super) const STYLE: &str = "text{font:12px monospace;fill:#222}.t,.v{font-si
     .f{fill:#08774f;fill-opacity:.14}.w{fill:#eaf1fa;stroke:#4a6f9c}.g{stroke:#e6e6e6}\
     .s{fill:#fff4dc}";
 
-/// What a diagram of many scans needs beside it.
+/// The styles that only a diagram of many scans needs.
 const WIDE_STYLE: &str = ".b{fill:#08774f;fill-opacity:.5}.e{font-size:9px;fill:#4a6f9c}\
     .n{font-size:10.5px;fill:#666}";
 
-/// The beginning of a picture of a width and height.
+/// The beginning of a picture of this width and height.
 pub(super) fn opened(style: &str, (width, height): (usize, usize)) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
@@ -40,7 +40,7 @@ pub(super) fn opened(style: &str, (width, height): (usize, usize)) -> String {
     )
 }
 
-/// The name of an operand, and the line above its row.
+/// Draws the name of an operand and the line above its row.
 pub(super) fn name(svg: &mut String, watched: &Watched, top: usize, right: usize) {
     let name = watched.name.replace('&', "&amp;").replace('<', "&lt;");
     let _ = writeln!(
@@ -50,7 +50,7 @@ pub(super) fn name(svg: &mut String, watched: &Watched, top: usize, right: usize
     );
 }
 
-/// The places of columns, px.
+/// The positions of columns, px.
 struct WideMeasures {
     left: usize,
     column: usize,
@@ -68,7 +68,7 @@ impl WideMeasures {
     }
 }
 
-/// A diagram.
+/// The text of a diagram.
 pub(super) fn draw(watched: &[Watched], columns: &WideColumns) -> String {
     let names = watched.iter().map(|w| w.name.chars().count()).max().unwrap_or(0).max(4);
     let ends = watched.iter().enumerate().filter(|(_, w)| matches!(w.cell, Cell::Word(_)));
@@ -106,7 +106,7 @@ pub(super) fn draw(watched: &[Watched], columns: &WideColumns) -> String {
     svg
 }
 
-/// Scan numbers and times, and the grid.
+/// Draws scan numbers, times and the grid.
 fn head(svg: &mut String, columns: &WideColumns, measures: &WideMeasures) {
     let bottom = measures.height;
     let widths =
@@ -125,7 +125,7 @@ fn head(svg: &mut String, columns: &WideColumns, measures: &WideMeasures) {
     }
 }
 
-/// A bit: high and shaded while ON, low while OFF, dark where it was both.
+/// Draws a bit: high and shaded while ON, low while OFF, dark in columns with both.
 fn bit(svg: &mut String, spreads: &[ColumnSpread], top: usize, measures: &WideMeasures) {
     let (high, low) = (top + HIGH, top + LOW);
     let (mut line, mut on, mut both) = (String::new(), String::new(), String::new());
@@ -159,8 +159,8 @@ fn bit(svg: &mut String, spreads: &[ColumnSpread], top: usize, measures: &WideMe
     svg.push('\n');
 }
 
-/// A word: a band from the least to the greatest value of each column; both ends of its scale are
-/// on the right. A word that never changes is a band with its value.
+/// Draws a word: a band from the least to the greatest value of each column, with both ends of its
+/// scale on the right. A word that never changes is a band with its value.
 fn word(
     svg: &mut String,
     (watched, at, columns): (&Watched, usize, &WideColumns),
@@ -201,11 +201,11 @@ fn word(
     );
 }
 
-/// How high above the lower edge a value is, px: 0 to the height of the band.
+/// The height of a value above the lower edge, px: 0 to the height of the band.
 fn height(content: i32, (least, greatest): ColumnSpread, real: bool) -> usize {
     let [value, least, greatest] = [content, least, greatest].map(|cell| number(cell, real));
     let part = (value - least) / (greatest - least);
-    // Between 0 and 1, and of two equal ends not a number, which is 0 as an integer.
+    // Between 0 and 1. If both ends are equal, it is a NaN, which becomes 0 as an integer.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let px = (part * (LOW - HIGH) as f64).round() as usize;
     px.min(LOW - HIGH)

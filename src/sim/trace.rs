@@ -1,10 +1,10 @@
 //! Traces: one row for each scan, with the values at its end.
 //!
-//! `sim::run` hands rows over as images, by [`Trace`]; a replay, which may have two images, as
-//! values, by [`ValueTrace`]. Every form of a trace takes both. The CSV form: header
-//! `scan,time_ms,` and the operands as requested; bits 0 and 1, words decimal, reals as they are
-//! written, time in ms, with a fraction where it is not whole. The row after an orderly stop is
-//! called `stop`.
+//! `sim::run` passes rows as images, through [`Trace`]. A replay may have two images, so it passes
+//! rows as values, through [`ValueTrace`]. Every form of a trace accepts both. The CSV form: the
+//! header is `scan,time_ms,` and the operands as requested; bits are 0 and 1, words are decimal,
+//! reals have the form of the ladder, and the time is in ms, with a fraction if it is not whole.
+//! The row after an orderly stop is called `stop`.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -62,24 +62,24 @@ impl fmt::Display for RowName {
     }
 }
 
-/// Takes the rows of a simulation.
+/// Accepts the rows of a simulation.
 pub trait Trace {
-    /// One row, at a time in µs.
+    /// Adds one row; the time is in µs.
     ///
     /// # Errors
-    /// What the place it writes to gives.
+    /// The error of the output.
     fn row(&mut self, name: RowName, time_us: u64, image: &Image) -> io::Result<()>;
 }
 
-/// Takes rows as values.
+/// Accepts rows as values.
 pub trait ValueTrace {
     /// The traced operands.
     fn watched(&self) -> &[Watched];
 
-    /// One row, at a time in µs: a value for each operand.
+    /// Adds one row with a value for each operand; the time is in µs.
     ///
     /// # Errors
-    /// What the place it writes to gives.
+    /// The error of the output.
     fn values(&mut self, name: RowName, time_us: u64, values: &[i32]) -> io::Result<()>;
 }
 
@@ -90,7 +90,7 @@ impl<T: ValueTrace> Trace for T {
     }
 }
 
-/// Passes on only rows in which a value differs from the row before, the first row, and `stop`.
+/// Passes on only the first row, `stop`, and rows in which a value differs from the row before.
 pub struct ChangesOnly<T> {
     trace: T,
     last: Option<Vec<i32>>,
@@ -124,7 +124,7 @@ impl<T: ValueTrace> ValueTrace for ChangesOnly<T> {
     }
 }
 
-/// A time in ms, with a fraction where it is not whole: `20`, `20.5`.
+/// A time in ms, with a fraction if it is not whole: `20`, `20.5`.
 pub(super) fn ms_text(time_us: u64) -> String {
     let (ms, us) = (time_us / 1000, time_us % 1000);
     if us == 0 {
@@ -143,7 +143,7 @@ impl<'a, W: Write> CsvTrace<'a, W> {
     /// Writes the header.
     ///
     /// # Errors
-    /// What the place it writes to gives.
+    /// The error of the output.
     pub fn new(watched: &'a [Watched], mut out: W) -> io::Result<Self> {
         write!(out, "scan,time_ms")?;
         for watched in watched {
@@ -156,7 +156,7 @@ impl<'a, W: Write> CsvTrace<'a, W> {
     /// Flushes and returns the writer.
     ///
     /// # Errors
-    /// What the place it writes to gives.
+    /// The error of the output.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)

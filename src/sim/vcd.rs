@@ -1,10 +1,11 @@
-//! Traces as VCD (IEEE 1364), the form that GTKWave and other viewers of waves read.
+//! Traces as VCD (IEEE 1364), the format that GTKWave and other waveform viewers read.
 //!
-//! A bit is a wire, a word an integer of 32 bits, a real a real; one scope, `rungd`. Times are in
-//! µs. Only changes are written, so a quiet plant needs few bytes. Names become identifiers of
-//! Verilog, since a viewer reads `.` and `[` as parts of a hierarchy and of a vector; a comment
-//! gives the name of the ladder where it differs. The variable `stop` is 1 in the row of that name.
-//! Two rows of one time (a scan and its stop) are 1 µs apart, so that none hides the other.
+//! A bit is a `wire`, a word an `integer` of 32 bits, a real a `real`; the one scope is `rungd`.
+//! Times are in µs. Only changes are written, so a quiet plant needs few bytes. Names become
+//! Verilog identifiers, because a viewer reads `.` as part of a hierarchy and `[` as part of a
+//! vector. A comment contains the name in the ladder if it differs. The variable `stop` is 1 in the
+//! row of that name. Two rows of the same time (a scan and its stop) are 1 µs apart, so that both
+//! are visible.
 
 use std::collections::HashSet;
 use std::io::{self, Write};
@@ -21,11 +22,11 @@ const CHARACTERS: usize = 94;
 pub struct VcdTrace<'a, W: Write> {
     watched: &'a [Watched],
     out: W,
-    /// The short names of the operands, and last that of `stop`.
+    /// The short names of the operands, and, as the last, the short name of `stop`.
     codes: Vec<String>,
     /// The values of the last row.
     last: Vec<i32>,
-    /// The last row was an orderly stop.
+    /// Whether the last row was an orderly stop.
     stopped: bool,
     /// The time of the last row, and the last time that was written.
     time_us: Option<u64>,
@@ -36,14 +37,14 @@ impl<'a, W: Write> VcdTrace<'a, W> {
     /// Writes the declarations.
     ///
     /// # Errors
-    /// What the place it writes to gives.
+    /// The error of the output.
     pub fn new(watched: &'a [Watched], mut out: W) -> io::Result<Self> {
         let codes: Vec<String> = (0..=watched.len()).map(code).collect();
         writeln!(out, "$version rungd {} $end", env!("CARGO_PKG_VERSION"))?;
         writeln!(out, "$timescale 1 us $end")?;
         let names = names(watched);
         for (watched, name) in watched.iter().zip(&names).filter(|(w, name)| w.name != **name) {
-            // A `$` would end the comment, or seem to.
+            // A `$` could end the comment.
             let ladder = watched.name.replace('$', "");
             writeln!(out, "$comment {name} is {ladder} of the ladder $end")?;
         }
@@ -62,17 +63,18 @@ impl<'a, W: Write> VcdTrace<'a, W> {
         Ok(VcdTrace { watched, out, codes, last, stopped, time_us: None, written_us: None })
     }
 
-    /// Writes the time of the last row, so that a viewer shows it, flushes, and returns the writer.
+    /// Writes the time of the last row, so that a viewer shows that row; flushes, and returns the
+    /// writer.
     ///
     /// # Errors
-    /// What the place it writes to gives.
+    /// The error of the output.
     pub fn finish(mut self) -> io::Result<W> {
         self.at_last_time()?;
         self.out.flush()?;
         Ok(self.out)
     }
 
-    /// Writes the time of the last row, if it is not the newest that is written.
+    /// Writes the time of the last row, unless it was already written.
     fn at_last_time(&mut self) -> io::Result<()> {
         if let Some(time_us) = self.time_us.filter(|_| self.written_us != self.time_us) {
             writeln!(self.out, "#{time_us}")?;
@@ -146,7 +148,7 @@ fn code(mut number: usize) -> String {
     }
 }
 
-/// The operands' names as identifiers of Verilog, each once, none of them `stop`.
+/// The operands' names as Verilog identifiers: all different, and none of them `stop`.
 fn names(watched: &[Watched]) -> Vec<String> {
     let mut taken = HashSet::from(["stop".to_owned()]);
     let mut names = Vec::new();
