@@ -6,8 +6,9 @@
 
 use crate::isa::{Address, Bit, NumberMap, NumberSet, Structure, Word};
 use crate::resolve::formula::Part;
-use crate::resolve::instruction::{Coil, OperandValue};
+use crate::resolve::instruction::Coil;
 use crate::resolve::program::{Action, Contact, Tag, Value};
+use crate::resolve::writes::WrittenOperand;
 use crate::source::span::Span;
 
 use super::context::{Context, Effect, Placed};
@@ -86,29 +87,22 @@ fn effects(context: &Context) -> NumberMap<Address, Effect> {
         let action = placed.action();
         let only_off = matches!(action, Action::Coil { coil: Coil::Rst, .. });
         let effect = if only_off { Effect::Off } else { Effect::Any };
-        let array = action.written_array().into_iter();
-        for address in array.flat_map(|array| array.addresses()) {
-            writes.insert(address, Effect::Any);
-        }
-        // A FILL reads its bit.
-        let is_fill = matches!(action, Action::Fill { .. });
-        for (_, operand) in action.operands().each().filter(|_| !is_fill) {
-            let address = match operand {
-                OperandValue::Bit(bit) => Address::Bit(bit),
-                OperandValue::Word(word) => Address::Word(word),
-                OperandValue::Value(_)
-                | OperandValue::Structure(_)
-                | OperandValue::Block(_)
-                | OperandValue::Stage(_)
-                | OperandValue::Element(_)
-                | OperandValue::Array(_)
-                | OperandValue::Run(_) => continue,
-            };
-            let known = writes.entry(address).or_insert(effect);
-            *known = effect.max(*known);
+        match action.written().map(|written| written.value) {
+            Some(WrittenOperand::Bit(bit)) => note(&mut writes, Address::Bit(bit), effect),
+            Some(WrittenOperand::Word(word)) => note(&mut writes, Address::Word(word), effect),
+            Some(WrittenOperand::Array(array)) => {
+                let addresses = array.addresses();
+                addresses.for_each(|address| note(&mut writes, address, Effect::Any));
+            }
+            None => {}
         }
     }
     writes
+}
+
+fn note(writes: &mut NumberMap<Address, Effect>, address: Address, effect: Effect) {
+    let known = writes.entry(address).or_insert(effect);
+    *known = effect.max(*known);
 }
 
 /// The structure of a member.

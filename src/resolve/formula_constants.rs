@@ -107,9 +107,12 @@ impl Resolver<'_> {
         self.find(Finding::new(Code::MathConstants, span, message).help(help));
     }
 
-    /// The number written at the place of an operand; `None` for a name, even for a template's
-    /// parameter.
+    /// The number written at the place of an operand. `None` for a name and for an argument of a
+    /// template: the template may check it before the operation.
     fn number(&self, operand: TypedOperand) -> Option<f64> {
+        if self.layers.is_given(operand.span.file) {
+            return None;
+        }
         let text = self.text(operand.span).trim_start_matches(['-', '(', ' ']);
         operand.literal.filter(|_| text.starts_with(|c: char| c.is_ascii_digit()))
     }

@@ -8,7 +8,7 @@
 use super::array::{Array, Element, ShiftBits};
 use super::formula::Formula;
 pub(crate) use super::operand_list::{
-    Filling, OperandList, OperandType, OperandValue, Target, Value, WordPlace,
+    Filling, OperandList, OperandValue, Target, Value, WordPlace,
 };
 use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
 use crate::source::span::{Located, Span};
@@ -382,28 +382,6 @@ impl Action {
             }
             Action::Exit | Action::Stop => none,
         }
-    }
-
-    /// The structure that it names.
-    pub fn structure(&self) -> Option<Structure> {
-        self.first().map(|structure| structure.value)
-    }
-
-    /// The bit that it writes: a coil's, or the output of a delay timer.
-    pub fn written_bit(&self) -> Option<Located<Bit>> {
-        if matches!(self, Action::Fill { .. }) {
-            return None;
-        }
-        self.first()
-    }
-
-    /// The block that it starts, stops or enables.
-    pub fn target_block(&self) -> Option<Located<BlockId>> {
-        self.first()
-    }
-
-    fn first<T: OperandType>(&self) -> Option<Located<T>> {
-        self.operands().of().map(|(_, operand)| operand).next()
     }
 
     /// Whether the instruction is an ENTASK with an interval.

@@ -6,7 +6,6 @@
 //! I/O.
 
 pub(crate) mod array;
-mod array_actions;
 mod array_tags;
 pub(crate) mod condition;
 mod contact;
@@ -39,6 +38,7 @@ mod typed;
 mod unit;
 mod uses;
 mod value;
+pub(crate) mod writes;
 
 use std::sync::{Arc, LazyLock};
 

@@ -1,9 +1,10 @@
-//! The recipes of `CONTRIBUTING.md`, followed on a scratch copy of the repository: rows and variants
-//! are added there and nothing else, and the places that the compiler names are the recipe's.
+//! The recipes of `CONTRIBUTING.md`, followed on a scratch copy of the repository. Only rows and
+//! variants are added to the copy. The places that the compiler then names must be those of the
+//! recipe.
 //!
-//! The copy is compiled into the folder that this test was compiled into, so that everything but
-//! the crate itself is there already. Not even the crate is made: the compiler ends at the errors.
-//! All additions are in one copy, which is compiled once for all tests.
+//! The target folder of the copy is that of this test, so that all dependencies are compiled
+//! already. The crate itself is not finished, because the compiler stops at the errors. One copy
+//! has all additions and is compiled once for all tests.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -14,11 +15,11 @@ use std::sync::OnceLock;
 
 use rungd::isa::instruction::TABLE;
 
-/// Texts that are replaced in a file of the copy.
+/// Replacements in the copy: the file, the old text, the new text.
 type Additions = &'static [(&'static str, &'static str, &'static str)];
 
-/// The row of an instruction and of an operation, and a variant for each enum that a recipe
-/// extends; all called Blip.
+/// A row of an instruction, a row of an operation, and a variant for each enum that a recipe
+/// extends, all named Blip.
 const BLIPS: Additions = &[
     (
         "src/isa/instruction.rs",
@@ -40,7 +41,7 @@ const BLIPS: Additions = &[
     ),
 ];
 
-/// The enum, its recipe, and the files with a match of it that has no arm for Blip.
+/// Each enum, its recipe, and the files whose matches of the enum lack an arm for Blip.
 const ASKED_FOR: &[(&str, &str, &[&str])] = &[
     ("Mnemonic", "Adding an instruction", &["src/isa/pages.rs", "src/resolve/instruction.rs"]),
     (
@@ -55,6 +56,7 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
             "src/observe/operands.rs",
             "src/resolve/reads.rs",
             "src/resolve/stage_move.rs",
+            "src/resolve/writes.rs",
             "src/testing/mutants/instructions.rs",
             "src/testing/mutants/values.rs",
         ],
@@ -73,7 +75,8 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A copy of the repository with the additions: its own sources, everything else by links.
+/// Makes a copy of the repository with the additions. The sources are copied, everything else is
+/// linked.
 fn copy(name: &str, additions: &[Additions]) -> PathBuf {
     let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&copy);
@@ -105,13 +108,13 @@ fn copy_folder(from: &Path, to: &Path) {
     }
 }
 
-/// What the compiler says of a copy with all additions.
+/// The compiler's errors for the copy with all additions.
 fn errors_of_all() -> &'static [String] {
     static ERRORS: OnceLock<Vec<String>> = OnceLock::new();
     ERRORS.get_or_init(|| errors(&copy("recipes", &[BLIPS, HALF])))
 }
 
-/// What the compiler says of a copy: its lines with errors.
+/// The compiler's lines with errors for a copy.
 fn errors(copy: &Path) -> Vec<String> {
     // `target/PROFILE/deps/house-…`
     let own = std::env::current_exe().expect("the path of this test");
@@ -143,8 +146,8 @@ fn errors(copy: &Path) -> Vec<String> {
     errors
 }
 
-/// ``src/a.rs:1:2: error[E0004]: non-exhaustive patterns: `isa::Mnemonic::Blip` not covered``: the
-/// enum and the file.
+/// The enum and the file of an error such as ``src/a.rs:1:2: error[E0004]: non-exhaustive patterns:
+/// `isa::Mnemonic::Blip` not covered``.
 fn missing_arm(error: &str) -> Option<(String, String)> {
     let (place, message) = error.split_once(": error[E0004]: ")?;
     let path = message.split('`').nth(1)?;
@@ -163,7 +166,7 @@ fn recipe(title: &str) -> String {
 fn the_compiler_asks_for_the_places_that_the_recipes_name() {
     let errors: Vec<_> = errors_of_all().iter().filter(|error| !is_of_half(error)).collect();
     let mut asked: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    // The operation has no `run`.
+    // The first group of errors: the operation has no `run`.
     let (operation, arms): (Vec<_>, Vec<_>) = errors
         .iter()
         .copied()
@@ -185,7 +188,8 @@ fn the_compiler_asks_for_the_places_that_the_recipes_name() {
     }
 }
 
-/// The first step of an event without its row, and of a finding without its page and its rule.
+/// A log line with an event that has no row, and a finding without its page and its rule: the first
+/// steps of two recipes.
 const HALF: Additions = &[
     (
         "src/daemon/shell.rs",
@@ -204,7 +208,8 @@ const HALF: Additions = &[
     ),
 ];
 
-/// The file of an error of `HALF`, what it misses, its recipe, and the place that this names.
+/// For each error of `HALF`: its file, the missing item, the recipe, and the place that the recipe
+/// names.
 const HALF_ASKED_FOR: [(&str, &str, &str, &str); 3] = [
     ("src/daemon/shell.rs", "BLIP", "Adding an event", "src/events/"),
     ("src/source/finding.rs", "docs/findings/blip.md", "Adding a finding", "docs/findings/"),
@@ -217,7 +222,8 @@ fn is_of_half(error: &str) -> bool {
         .any(|(file, missing, ..)| error.starts_with(file) && error.contains(missing))
 }
 
-/// The other test refuses every error that is neither of `HALF` nor an arm of a match.
+/// The previous test refuses every error that is neither in `HALF_ASKED_FOR` nor a missing arm of a
+/// match.
 #[test]
 fn a_line_without_its_row_and_a_finding_without_its_page_or_rule_do_not_compile() {
     let errors = errors_of_all();
@@ -235,7 +241,7 @@ fn texts(folder: &str) -> String {
     files.map(|path| fs::read_to_string(path).expect("a text")).collect()
 }
 
-/// The steps of the instruction's recipe that no compiler sees.
+/// The steps of the instruction's recipe that the compiler does not check.
 #[test]
 fn an_instruction_has_its_cases_its_behaviour_and_its_model() {
     let semantics = fs::read_to_string(root().join("docs/semantics.md")).expect("readable");
@@ -265,7 +271,7 @@ fn every_rule_of_the_check_has_its_tests() {
     }
 }
 
-/// Files about the values of the TOML parser, an enum that is not rungd's.
+/// Files that match the values of the TOML parser, whose enum is not part of rungd.
 const OF_TOML: [&str; 6] = [
     "src/editor/outline_reader.rs",
     "src/source/statements.rs",
@@ -275,7 +281,7 @@ const OF_TOML: [&str; 6] = [
     "src/source/table/entries.rs",
 ];
 
-/// No `_` stands for variants that are yet to come.
+/// No match has a `_` that would cover variants added later.
 #[test]
 fn matches_of_enums_are_exhaustive() {
     let text = fs::read_to_string(root().join("src/lib.rs")).expect("readable");
