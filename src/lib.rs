@@ -13,6 +13,7 @@ pub mod check;
 pub mod cli;
 pub mod controller;
 mod daemon;
+mod directories;
 pub mod draw;
 #[cfg(feature = "fleet")]
 pub mod edge;
@@ -30,6 +31,7 @@ pub mod io;
 pub mod isa;
 pub mod live;
 pub mod load;
+mod locked;
 pub mod lower;
 #[cfg(feature = "fleet")]
 pub mod metrics;

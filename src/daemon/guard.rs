@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::directories;
 use super::narration::span;
+use crate::directories;
 use crate::runtime::exchange::Mode;
 use crate::say::say;
 

@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -18,6 +18,7 @@ use super::journal::Socket;
 use super::narration::span;
 use crate::events::Event;
 use crate::events::limit::{Limiter, WithheldLines};
+use crate::locked::locked;
 use crate::say::say;
 
 /// If more lines than this wait, details are dropped; above `LINES_MAX`, all lines are dropped.
@@ -45,10 +46,6 @@ pub fn lines_dropped() -> u64 {
 
 /// The limits of events, by name.
 type EventLimits = Limiter<&'static str>;
-
-fn locked(limits: &Mutex<EventLimits>) -> MutexGuard<'_, EventLimits> {
-    limits.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// A formatted line.
 pub(super) struct Formed {

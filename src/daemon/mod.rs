@@ -9,7 +9,6 @@ mod alarm_keeper;
 mod allowance;
 pub mod config;
 mod devices;
-mod directories;
 mod failure;
 pub mod guard;
 mod journal;

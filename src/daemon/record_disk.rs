@@ -8,7 +8,7 @@ use std::io;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError};
 use std::sync::mpsc::{channel, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -17,6 +17,7 @@ use super::narration::span;
 use super::record::clock;
 use super::record_stall::{Backlog, DiskStall, StallNews};
 use crate::faults::{self, FaultPoint};
+use crate::locked::locked;
 use crate::record::{FolderOnDisk, RecordBlock, Store, StoreNews, StoreSettings};
 use crate::say::say;
 
@@ -232,8 +233,4 @@ fn tell_resumed(after: Duration, lost: u64) {
 /// its extension.
 fn controller_name(file: &str) -> String {
     Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -6,7 +6,7 @@
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -16,6 +16,7 @@ use super::narration::span;
 use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
 use crate::faults::{self, FaultPoint};
+use crate::locked::locked;
 use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder};
 use crate::runtime::exchange::Port;
 use crate::runtime::{TapeEntry, TapeReader};
@@ -269,10 +270,6 @@ impl Worker {
             let _ = reply.send(self.recent.write_from(from, last.as_ref()));
         }
     }
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use super::directories;
 use super::failure::StartFailure;
+use crate::directories;
 use crate::engine::Engine;
 use crate::retain::format::{FLAG_FINAL, Stamp};
 use crate::retain::keeper::{News, Start};

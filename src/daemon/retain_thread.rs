@@ -8,7 +8,7 @@
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -17,6 +17,7 @@ use tokio::sync::oneshot;
 use super::narration::span;
 use super::retain::{RestoredFile, RetainSettings, now_ms};
 use crate::faults::{self, FaultPoint};
+use crate::locked::locked;
 use crate::retain::keeper::Image;
 use crate::retain::{Keeper, Kept, RetainPlan};
 use crate::runtime::Generations;
@@ -384,10 +385,6 @@ fn due(told: &mut Option<Instant>, every: Duration) -> bool {
     }
     *told = Some(Instant::now());
     true
-}
-
-fn locked(figures: &Mutex<Figures>) -> MutexGuard<'_, Figures> {
-    figures.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

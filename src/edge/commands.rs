@@ -59,11 +59,11 @@ fn write(metric: &Metric, tags: &[TagMetric]) -> Result<(String, GivenValue), (L
     }
     let refused = |why: &str| Err((LineKind::WrongValue, format!("{name}: {why}")));
     if metric.is_historical == Some(true) {
-        return refused("a value of the past is no command");
+        return refused("a historical value cannot be a command");
     }
     let Some(content) = &metric.content else { return refused("the command has no value") };
     if metric.is_null == Some(true) {
-        return refused("the command has a value, and says that it has none (is_null)");
+        return refused("the command has a value, but is_null is true");
     }
     let datatype = match metric.datatype.map(DataType::of) {
         None => tag.metric.datatype,

@@ -5,10 +5,11 @@
 //! that kind follows. `shell` and `log_thread` decide which lines to print.
 
 use std::io::Write as _;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use crate::events::limit::{Limiter, LineLimit, WithheldLines};
+use crate::locked::locked;
 use crate::source::wording::is_obeyed;
 
 /// The maximum number of characters of a line: text from a stranger may be longer.
@@ -112,7 +113,7 @@ impl LimitedLines {
 
     fn with<T>(&self, act: impl FnOnce(&mut LineKinds, u64) -> T) -> T {
         let now_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        act(&mut self.kinds.lock().unwrap_or_else(PoisonError::into_inner), now_ns)
+        act(&mut locked(&self.kinds), now_ns)
     }
 }
 

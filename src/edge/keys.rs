@@ -63,15 +63,15 @@ pub fn shape() -> Shape {
 fn read_root(mut root: Table<'_>, base: Option<&Path>) -> EdgeSettings {
     let base = base.unwrap_or(Path::new(""));
     root.require("node", "{ group = \"plant\", name = \"press-3\" }");
-    let node = root.table(key("node", "Whose values these are."), "`[node]`");
+    let node = root.table(key("node", "The node: its group, name and controller."), "`[node]`");
     let (group, name, socket, state_dir) =
         node.map_or_else(Default::default, |table| read_node(table, base));
     root.require("broker", "{ addresses = [\"mqtts://broker.example\"] }");
-    let broker = root.table(key("broker", "Where they go."), "`[broker]`");
+    let broker = root.table(key("broker", "The MQTT brokers."), "`[broker]`");
     let broker = broker.map_or_else(no_broker, |table| read_broker(table, base));
-    let sparkplug = root.table(key("sparkplug", "How they go."), "`[sparkplug]`");
+    let sparkplug = root.table(key("sparkplug", "The options of Sparkplug B."), "`[sparkplug]`");
     let (primary_host, interval) = sparkplug.map_or((None, INTERVAL.default()), read_sparkplug);
-    let history = root.table(key("history", "What is sent after a link was down."), "`[history]`");
+    let history = root.table(key("history", "The past that is sent again."), "`[history]`");
     let margin = history.map_or(MARGIN.default(), read_history);
     let explained = key("publish", "Tags to be published; every tag with an address if not given.");
     let mut publish: Vec<PublishRule> =
@@ -108,7 +108,8 @@ fn read_node(mut table: Table<'_>, base: &Path) -> ReadNode {
     let name = sparkplug_name(&mut table, explained);
     let explained = key("socket", "The controller's socket; the service's if not given.");
     let socket = path(table.string(explained), base);
-    let explained = key("state-dir", "Where it keeps its place; $STATE_DIRECTORY if not given.");
+    let explained =
+        key("state-dir", "The folder for the log position; $STATE_DIRECTORY if not given.");
     let state_dir = path(table.string(explained), base);
     table.finish();
     (group.unwrap_or_default(), name.unwrap_or_default(), socket, state_dir)
@@ -137,7 +138,7 @@ fn read_broker(mut table: Table<'_>, base: &Path) -> BrokerKeys {
     let version = table.string(explained.one_of(|| vec!["5", "3.1.1"]));
     let is_v5 = version.as_ref().is_some_and(|text| text.text == "5");
     if let Some(text) = version.filter(|text| text.text != "5" && text.text != "3.1.1") {
-        let message = format!("MQTT has no version `{}` here", text.text);
+        let message = format!("version `{}` of MQTT is not supported", text.text);
         wrong(&table, text.span, message, "write \"5\" or \"3.1.1\"");
     }
     let explained = key("keepalive", "The longest silence of the broker; \"15s\" if not given.");
@@ -147,7 +148,8 @@ fn read_broker(mut table: Table<'_>, base: &Path) -> BrokerKeys {
     let explained = key("password-file", "A file whose first line is the password.");
     let password_file = path(table.string(explained), base);
     if password_file.is_some() && user.is_none() {
-        wrong(&table, span, "a password has a user".to_owned(), "give `user` too");
+        let message = "`password-file` is given without `user`".to_owned();
+        wrong(&table, span, message, "give `user` too");
     }
     let explained = key("ca", "The certificates of brokers, PEM; the system's if not given.");
     let ca = path(table.string(explained), base);
@@ -183,9 +185,9 @@ fn judged_addresses(table: &Table<'_>, texts: Located<Vec<Text>>) -> Vec<String>
 }
 
 fn read_sparkplug(mut table: Table<'_>) -> (Option<String>, Duration) {
-    let explained = key("primary-host", "The host that it is for: while it is away, all waits.");
+    let explained = key("primary-host", "The primary host: nothing is sent while it is offline.");
     let primary_host = sparkplug_name(&mut table, explained);
-    let explained = key("interval", "Changes are collected so long; \"100ms\" if not given.");
+    let explained = key("interval", "Changes are collected for this time; \"100ms\" if not given.");
     let interval = table.duration(explained);
     let interval = INTERVAL.judged(&table, "interval", interval);
     table.finish();
@@ -193,7 +195,10 @@ fn read_sparkplug(mut table: Table<'_>) -> (Option<String>, Duration) {
 }
 
 fn read_history(mut table: Table<'_>) -> Duration {
-    let explained = key("margin", "So much is sent again for safety; \"30s\" if not given.");
+    let explained = key(
+        "margin",
+        "This much before the confirmed position is sent again; \"30s\" if not given.",
+    );
     let margin = table.duration(explained);
     let margin = MARGIN.judged(&table, "margin", margin);
     table.finish();
@@ -205,10 +210,12 @@ fn read_publish(mut table: Table<'_>) -> PublishRule {
     let explained = key("tags", "Names of tags; `*` stands for any characters.");
     let tags = table.strings(explained.limited(NOT_EMPTY));
     let tags = tags.map_or_else(Vec::new, |texts| names(&table, texts));
-    let explained = key("deadband", "A number is sent if it differs by so much; 0 if not given.");
+    let explained =
+        key("deadband", "A number is sent if it differs by at least this; 0 if not given.");
     let deadband = table.constant(explained.limited(r#"{"type":"number","minimum":0}"#));
     let deadband = deadband.map_or(0.0, |given| judged_deadband(&table, given));
-    let explained = key("every", "At most one value of a tag in this time; all if not given.");
+    let explained =
+        key("every", "At most one value of a tag is sent in this time; all if not given.");
     let every = table.duration(explained);
     let every = EVERY.judged(&table, "every", every);
     table.finish();
@@ -232,7 +239,7 @@ fn read_commands(mut table: Table<'_>) -> Vec<String> {
     let explained = key("tags", "The tags that commands may write, each by its name.");
     let tags = table.strings(explained);
     for text in tags.iter().flat_map(|texts| &texts.value).filter(|text| text.text.contains('*')) {
-        let message = "a tag that commands may write has its name here".to_owned();
+        let message = "`[commands] tags` takes names, not patterns".to_owned();
         wrong(&table, text.span, message, "list each tag by itself");
     }
     let tags = tags.map_or_else(Vec::new, |texts| names(&table, texts));
@@ -317,7 +324,7 @@ mod tests {
             ("[[publish]]\ntags = [\"a\"]\ndeadband = -1", "0 or more"),
             ("[[publish]]\ntags = [\"a\"]\ndeadband = true", "a deadband is a number"),
             ("[[publish]]\n", "has no `tags`"),
-            ("[commands]\ntags = [\"a*\"]", "has its name here"),
+            ("[commands]\ntags = [\"a*\"]", "takes names, not patterns"),
             ("[comands]\n", "no key `comands`"),
         ] {
             let read = read(&format!("{LEAST}{more}\n"));
@@ -328,8 +335,8 @@ mod tests {
         for (from, to, said) in [
             ("mqtt://h\"]", "http://h\"]", "neither with `mqtt://`"),
             ("[\"mqtt://h\"]", "[]", "no broker"),
-            ("[broker]\n", "[broker]\nversion = \"4\"\n", "no version `4`"),
-            ("[broker]\n", "[broker]\npassword-file = \"p\"\n", "a password has a user"),
+            ("[broker]\n", "[broker]\nversion = \"4\"\n", "version `4` of MQTT is not supported"),
+            ("[broker]\n", "[broker]\npassword-file = \"p\"\n", "without `user`"),
             ("[broker]\n", "[broker]\nkey = \"p\"\n", "belong together"),
             ("[broker]\n", "[broker]\nca = \"p\"\n", "for `mqtts://`"),
             ("name = \"n\"\n", "", "no `name`"),

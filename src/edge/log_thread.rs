@@ -164,7 +164,7 @@ impl LogWorker {
             let socket = self.socket.display();
             say(&match &looked {
                 Ok(_) => format!("the controller at {socket} answers"),
-                Err(failure) => format!("the controller is not seen: {}", self.why(failure)),
+                Err(failure) => format!("the controller does not answer: {}", self.why(failure)),
             });
         }
         match looked {
@@ -289,10 +289,10 @@ impl LogWorker {
         };
         let named = match (self.is_set, &self.named) {
             (true, _) => "`[node] socket` names this place",
-            (false, Some(_)) => "RUNGD_SOCKET names this place; `[node] socket` goes before it",
+            (false, Some(_)) => "RUNGD_SOCKET names this place; `[node] socket` takes precedence",
             (false, None) => {
-                "`[node] socket` is not given, so `rungd.sock` in the current folder and then this \
-                 place are looked at"
+                "`[node] socket` is not given, so rungd looks for `rungd.sock` in the current \
+                 folder and then at this place"
             }
         };
         format!(

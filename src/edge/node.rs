@@ -373,8 +373,8 @@ impl EdgeNode {
         let (next, unplaced) = self.history.done();
         if unplaced > 0 {
             self.out.push_back(NodeOut::Say(format!(
-                "{unplaced} values of the past belong to tags that the present program does not \
-                 have with that type: they are not sent"
+                "{unplaced} past values are not sent: the current program has no tag of that name \
+                 and type"
             )));
         }
         self.facts.set(vocabulary::HISTORY_REPLAYING, MetricValue::Bool(next.is_some()));
@@ -449,7 +449,7 @@ impl EdgeNode {
                 }
             }
             Some(_) | None => {
-                let line = "a message of a topic that it did not ask for is left out".to_owned();
+                let line = "a message of a topic that was not subscribed to is ignored".to_owned();
                 self.out.push_back(NodeOut::SayLimited(LineKind::UnaskedMessage, line));
             }
         }

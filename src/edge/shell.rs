@@ -6,7 +6,6 @@
 
 use std::collections::VecDeque;
 use std::future::pending;
-use std::path::PathBuf;
 use std::pin::pin;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -19,6 +18,7 @@ use super::journal::{LimitedLines, LineKind, say};
 use super::log_thread::{LogAsk, LogThread, LogTold};
 use super::node::{EdgeNode, NodeOut};
 use super::settings::{BrokerKeys, EdgeSettings};
+use crate::directories;
 use crate::live::{HistorySpan, LogPosition};
 use crate::mqtt::{
     BrokerAddress, BrokerLogin, BrokerSettings, LastWill, MqttCause, MqttEvent, MqttFailure,
@@ -47,8 +47,6 @@ const END_MAX: Duration = Duration::from_secs(2);
 const PAST_PACE: Duration = Duration::from_millis(10);
 /// The pause before a part of the past that could not be read is requested again.
 const PAST_RETRY: Duration = Duration::from_secs(2);
-/// The environment variable with which systemd passes the folder of a service's state.
-const STATE_VARIABLE: &str = "STATE_DIRECTORY";
 
 /// Whether a text is the address of a broker.
 ///
@@ -64,12 +62,11 @@ pub(super) fn judged_address(text: &str) -> Result<(), String> {
 /// A file of the settings cannot be read, the state folder cannot be created, or the system refuses
 /// a thread.
 pub fn run(settings: &EdgeSettings) -> Result<()> {
-    let state = settings.state_dir.clone();
-    let state = state.or_else(|| std::env::var_os(STATE_VARIABLE).map(PathBuf::from));
+    let state = settings.state_dir.clone().or_else(directories::state);
     match &state {
         Some(dir) => std::fs::create_dir_all(dir).with_context(|| dir.display().to_string())?,
         None => say(
-            "it has no folder for its place in the log: after a start of its own it sends no past \
+            "there is no folder for the log position, so the node sends no past after a restart \
              (`[node] state-dir`, or $STATE_DIRECTORY)",
         ),
     }
@@ -162,7 +159,7 @@ impl EdgeShell {
         let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
         let ended = self.work(&mut ends).await;
         self.lines.tell(true);
-        say(&format!("ends as it was told to: {}", ended?));
+        say(&format!("ends after a signal: {}", ended?));
         Ok(())
     }
 
@@ -218,7 +215,7 @@ impl EdgeShell {
         let address = settings.addresses[self.tried % settings.addresses.len()].clone();
         let birth = self.node.next_birth();
         if let Err(error) = self.cursor.keep_birth(birth) {
-            let line = format!("the number of the birth cannot be kept: {error}");
+            let line = format!("the number of the birth cannot be saved: {error}");
             self.lines.say(LineKind::Unkept, &line);
         }
         let (topic, payload) = self.node.death(now_ms());
@@ -310,7 +307,7 @@ impl EdgeShell {
             // A retained command would be carried out again at each connection.
             MqttEvent::Message { topic, retained: true, .. } if is_command(&topic) => {
                 let line = format!(
-                    "a retained command is left out: it would be done at each connection (an \
+                    "a retained command is ignored: it would be carried out at each connection (an \
                      empty retained message for `{topic}` removes it)"
                 );
                 self.lines.say(LineKind::RetainedCommand, &line);
@@ -338,7 +335,7 @@ impl EdgeShell {
         if self.broker.addresses.len() > 1 {
             return Some(why);
         }
-        say(&format!("{why}: nothing is published until `spBv1.0/STATE/{host}` says that it is"));
+        say(&format!("{why}: nothing is published until `spBv1.0/STATE/{host}` reports it online"));
         None
     }
 
@@ -390,7 +387,7 @@ impl EdgeShell {
     /// The log thread has ended.
     fn take(&mut self, told: Option<LogTold>) -> Result<()> {
         let Some(told) = told else {
-            bail!("the thread that asks the controller has ended: what it said stands before this")
+            bail!("the log thread has ended: the reason is in the lines above")
         };
         match told {
             LogTold::Live(events, at) => self.node.live(events, at, now_ms()),
@@ -429,7 +426,7 @@ impl EdgeShell {
         self.kept = Some(Instant::now());
         let kept = self.confirmed.map_or(Ok(()), |at| self.cursor.keep(at));
         if let Err(error) = kept {
-            let line = format!("the place in the log cannot be kept: {error}");
+            let line = format!("the log position cannot be saved: {error}");
             self.lines.say(LineKind::Unkept, &line);
         }
     }
@@ -438,7 +435,7 @@ impl EdgeShell {
     async fn leave(&mut self, session: MqttSession, why: &str) -> EndedTime {
         let broker = session.broker().clone();
         let death = self.farewell(session).await;
-        EndedTime::Broker(format!("it leaves {broker}: {why}; {death}"))
+        EndedTime::Broker(format!("disconnects from {broker}: {why}; {death}"))
     }
 
     /// Publishes the death and closes the session in order. Returns a text about whether the death
@@ -455,7 +452,7 @@ impl EdgeShell {
             Ok(Err(failure)) => failure.to_string(),
             Err(_) => format!("no answer within {END_MAX:?}"),
         };
-        format!("its death may not have been published, so that the broker has to do it ({why})")
+        format!("its death may not have been published: then the broker publishes it ({why})")
     }
 }
 

@@ -24,7 +24,7 @@ impl HostState {
     /// # Errors
     /// The bytes are no state: the reason, for people.
     pub fn read(bytes: &[u8]) -> Result<HostState, String> {
-        serde_json::from_slice(bytes).map_err(|error| format!("no STATE of a host: {error}"))
+        serde_json::from_slice(bytes).map_err(|error| format!("not a STATE of a host: {error}"))
     }
 }
 

@@ -135,9 +135,9 @@ impl Payload {
     /// The bytes are no payload: the reason, for people.
     pub fn read(bytes: &[u8]) -> Result<Payload, String> {
         if metrics_in(bytes) > METRICS_MAX {
-            return Err(format!("no Sparkplug payload: it has more than {METRICS_MAX} metrics"));
+            return Err(format!("not a Sparkplug payload: it has more than {METRICS_MAX} metrics"));
         }
-        Payload::decode(bytes).map_err(|error| format!("no Sparkplug payload: {error}"))
+        Payload::decode(bytes).map_err(|error| format!("not a Sparkplug payload: {error}"))
     }
 }
 

@@ -74,7 +74,7 @@ impl fmt::Display for NameFault {
             }
             NameFault::Character(found) => {
                 let found = found.escape_debug();
-                write!(f, "`{found}` cannot stand in a name of Sparkplug: no `/`, `+`, `#`")
+                write!(f, "`{found}` is not allowed in a Sparkplug name: no `/`, `+`, `#`")
             }
         }
     }

@@ -8,9 +8,7 @@ pub const BD_SEQ: &str = "bdSeq";
 /// A command: send the birth again.
 pub const REBIRTH: &str = "Node Control/Rebirth";
 
-/// The prefix of rungd's own metrics. No tag has this prefix: a tag's name has no `/`.
-pub const PREFIX: &str = "rungd/";
-/// rungd's version (String).
+/// rungd's version (String). No tag has a name with `/`.
 pub const VERSION: &str = "rungd/version";
 /// Whether the controller answers the edge node (Boolean).
 pub const CONTROLLER: &str = "rungd/controller";

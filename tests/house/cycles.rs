@@ -1,8 +1,8 @@
-//! Which files of `src/` use each other in a circle.
+//! Finds the files of `src/` that use each other in a circle.
 //!
-//! A file uses another where it names something that stands there: in a `use`, or in a path in its
-//! text. A name that is handed on (`pub use`) counts where it is made. What stands in inline modules,
-//! tests among them, is not looked at; nor are methods, which no path names.
+//! A file uses a second file if it names an item of that file, in a `use` or in a path in its text.
+//! A re-exported name (`pub use`) counts as a name of the file that defines it. Inline modules,
+//! tests among them, are ignored. Methods are ignored too, because no path names them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ type Path = Vec<String>;
 
 struct Module {
     text: String,
-    /// What each imported name stands for.
+    /// The full path of each imported name.
     imports: BTreeMap<String, Path>,
     /// Modules of which everything is imported.
     globs: Vec<Path>,
@@ -47,7 +47,7 @@ fn code(text: &str) -> String {
     kept
 }
 
-/// The statements that import, behind `use`, and the rest.
+/// The import statements, without their `use`, and the rest of the code.
 fn statements(code: &str) -> (Vec<String>, String) {
     let (mut uses, mut rest, mut open) = (Vec::new(), String::new(), None::<String>);
     for line in code.lines() {
@@ -68,7 +68,7 @@ fn statements(code: &str) -> (Vec<String>, String) {
     (uses, rest)
 }
 
-/// The leaves of an import: a path, and the name it is given (`*` for all).
+/// The leaves of an import: the path and the imported name (`*` for all).
 fn leaves(before: &str, tree: &str, found: &mut Vec<(String, String)>) {
     let tree = tree.trim();
     if let Some((head, group)) = tree.split_once('{') {
@@ -97,7 +97,7 @@ fn leaves(before: &str, tree: &str, found: &mut Vec<(String, String)>) {
 }
 
 impl Crate {
-    /// Of files by their names below `src/`.
+    /// Reads files, given by their names below `src/` and their texts.
     pub fn new(files: impl Iterator<Item = (String, String)>) -> Crate {
         let files = files.filter(|(name, _)| name != "main.rs");
         let files: Vec<_> = files.map(|(name, text)| (path_of(&name), code(&text))).collect();
@@ -125,7 +125,8 @@ impl Crate {
         all
     }
 
-    /// A path from the root, of one that stands in a module; `None` for another crate's.
+    /// The path from the crate's root for a path written in a module; `None` for a path into a
+    /// different crate.
     fn absolute(&self, module: &Path, path: &str) -> Option<Path> {
         let mut whole = module.clone();
         let mut words = path.split("::").peekable();
@@ -153,7 +154,8 @@ impl Crate {
         Some(whole)
     }
 
-    /// The module in which what a path names is made; `None` if it names a module, or nothing here.
+    /// The module that defines the item of a path; `None` if the path names a module, or nothing in
+    /// this crate.
     fn maker(&self, path: &[String], patience: u32) -> Option<Path> {
         let mut module = Path::new();
         for (at, word) in path.iter().enumerate() {
@@ -187,7 +189,7 @@ impl Crate {
         used
     }
 
-    /// All files that stand in a circle, by module.
+    /// The modules that are in a circle, each with the modules of its circles.
     pub fn in_circles(&self) -> BTreeMap<String, BTreeSet<String>> {
         let edges: BTreeMap<&Path, BTreeSet<Path>> =
             self.modules.keys().map(|path| (path, self.used_by(path))).collect();
@@ -229,7 +231,7 @@ fn reached<'a>(from: &Path, edges: &'a BTreeMap<&'a Path, BTreeSet<Path>>) -> BT
     seen
 }
 
-/// What has `::` in it, in a text.
+/// The words of a text that contain `::`.
 fn paths(text: &str) -> impl Iterator<Item = &str> {
     let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == ':';
     let words = text.split(move |c| !part(c)).map(|word| word.trim_matches(':'));

@@ -1,6 +1,7 @@
-//! The house keeps itself: who may use whom, how every file opens, how long things get.
+//! The rules of the house: the modules that a module may use, the first line of every file, the
+//! limits of length.
 //!
-//! These are the invariants of `ARCHITECTURE.md` that a reader could not see in a change.
+//! They are those invariants of `ARCHITECTURE.md` that a reader of a change could easily overlook.
 
 mod cycles;
 mod names;
@@ -10,20 +11,20 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The modules, from the top down: a module uses only those behind it.
+/// The modules, from the top down: a module uses only modules after it in this list.
 #[rustfmt::skip]
-const ORDER: [&str; 40] = [
+const ORDER: [&str; 42] = [
     "main", "cli", "web", "monitor", "edge", "fleet", "metrics", "editor", "daemon", "live", "operator", "http", "mqtt", "sparkplug", "draw", "testing", "explain", "load", "record", "observe", "rig", "controller", "io", "say",
     "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "format", "source", "engine", "isa", "events",
-    "calendar", "random", "progress", "faults",
+    "calendar", "directories", "random", "progress", "locked", "faults",
 ];
 
-/// Modules that may know tokio.
+/// Modules that may use tokio.
 const ASYNC: [&str; 10] =
     ["main", "cli", "web", "edge", "fleet", "metrics", "daemon", "http", "mqtt", "io"];
 
-/// Files that may name tracing: the macro of log lines, and what makes lines of them.
+/// Files that may name tracing: the macro for log lines, and the code that formats them.
 const TRACING: [&str; 3] = ["src/say.rs", "src/daemon/log.rs", "src/daemon/log_form.rs"];
 
 const FILE_LINES_MAX: usize = 500;
@@ -32,7 +33,7 @@ const LINE_CHARS_MAX: usize = 100;
 
 struct SourceText {
     path: PathBuf,
-    /// The top-level module it belongs to.
+    /// The file's top-level module.
     module: String,
     text: String,
 }
@@ -74,7 +75,7 @@ fn rank(module: &str) -> usize {
         .unwrap_or_else(|| panic!("module `{module}` has no place in the house: add it to ORDER"))
 }
 
-/// The top-level modules that a text names behind `crate::`.
+/// The top-level modules that a text names after `crate::`.
 fn used_modules(text: &str) -> Vec<String> {
     let code: Vec<&str> = text.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
     let text = code.join("\n");
@@ -123,7 +124,7 @@ fn the_core_is_synchronous_and_silent() {
     assert!(wrong.is_empty(), "these belong to io, daemon and cli:\n{}", wrong.join("\n"));
 }
 
-/// Whatever is said is said by `say!`, which takes a constant of the catalogue.
+/// Everything is logged by `say!`, which takes a constant of the catalogue.
 #[test]
 fn nothing_logs_but_events_of_the_catalogue() {
     for source in sources() {
@@ -145,7 +146,7 @@ fn the_engine_knows_no_clock_file_or_lock() {
     }
 }
 
-/// A merge leaves its marks in documents too, where no compiler sees them.
+/// A merge may leave its marks in documents too, which no compiler reads.
 #[test]
 fn no_document_has_the_marks_of_a_merge() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -199,14 +200,14 @@ fn nothing_is_too_long() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Functions by their opening line, with their length: up to the closing brace of equal indent,
-/// which is where rustfmt puts it.
+/// The opening lines of functions, with their lengths. A function ends at the closing brace with
+/// the same indent, where rustfmt puts it.
 fn functions(lines: &[&str]) -> Vec<(String, usize)> {
     let mut found = Vec::new();
     for (at, line) in lines.iter().enumerate() {
         let indent = line.len() - line.trim_start().len();
         let words: Vec<&str> = line.split_whitespace().take(5).collect();
-        // A trait's method without a body, and an empty body, have no closing line of their own.
+        // A trait's method without a body and a function with an empty body have no closing line.
         let has_body = !line.ends_with(';') && !line.ends_with("{}");
         if !words.contains(&"fn") || line.trim_start().starts_with("//") || !has_body {
             continue;
@@ -228,7 +229,8 @@ fn no_file_of_the_tests_is_too_long() {
     assert!(files.is_empty(), "longer than {FILE_LINES_MAX} lines: {files:#?}");
 }
 
-/// What a page about `tests/` has to name: whatever lies there, and in its folders of Rust.
+/// The names that a page about `tests/` must contain: all entries of `tests/` and of its folders
+/// with Rust code.
 fn of_the_tests() -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let listed = |folder: &Path| -> Vec<PathBuf> {

@@ -1,32 +1,34 @@
-//! Each type has a name of its own, which says what it is wherever it is read.
+//! Each type has its own name, so that the name alone identifies the type.
 //!
-//! Two types may share a name: what was written and what it resolves to, or the settings of a thing
-//! and the thing. A reader of a third one cannot know which of them it is. What stands in inline
-//! modules is not counted, tests among them; nor are the types of a trait, which stand in its impls.
+//! Two types may share a name: a written form and its resolved form, or the settings of a thing and
+//! the thing itself. With three types of one name, a reader cannot know which of them is meant.
+//! Types in inline modules, tests among them, are not counted; nor are the associated types of
+//! traits.
 
 use std::collections::BTreeMap;
 
-/// The most types of one name, if one of them can be seen from other files.
+/// The maximum number of types with one name, if one of them is visible in other files.
 const SAME_NAME_MAX: usize = 2;
 
-/// Names for more types, each with its reason.
+/// Names of more types than that, each with the reason.
 const EXCEPTIONS: [(&str, &str); 1] =
     [("Keys", "each driver of the controller file has a folder, with its keys in `keys.rs`")];
 
-/// A type's name at the place where it is made.
+/// The name of a type at its definition.
 #[derive(Debug, PartialEq, Eq)]
 struct Made {
     name: String,
-    /// Whether other files can see it.
+    /// Whether the type is visible in other files.
     is_visible: bool,
 }
 
-/// The types that a file's text makes.
+/// The types that a file's text defines.
 fn made(text: &str) -> Vec<Made> {
     text.lines().filter_map(made_in).collect()
 }
 
-/// The type that a line begins to make. rustfmt begins the line of one in a module at its margin.
+/// The type whose definition begins with this line. Only lines without indent count, because
+/// rustfmt indents the definitions in inline modules.
 fn made_in(line: &str) -> Option<Made> {
     let (is_visible, rest) = match line.strip_prefix("pub") {
         Some(rest) if rest.starts_with('(') => (true, rest.split_once(") ")?.1),
@@ -39,7 +41,7 @@ fn made_in(line: &str) -> Option<Made> {
     (is_type && !name.is_empty()).then_some(Made { name, is_visible })
 }
 
-/// The names that stand for too many types, with the files that make them.
+/// The names that too many types have, with the files that define these types.
 fn worn_out<'a>(files: impl IntoIterator<Item = (String, &'a str)>) -> Vec<String> {
     let mut places: BTreeMap<String, (bool, Vec<String>)> = BTreeMap::new();
     for (path, text) in files {

@@ -5,7 +5,7 @@
 //! them. Each change is a line in the log: the user, the operand, the values before and after.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use serde::Serialize;
@@ -21,6 +21,7 @@ use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
 use crate::events::{self, Event, Level};
 use crate::isa::{Address, Bit, BitSpace};
+use crate::locked::locked;
 use crate::operator::names::Names;
 use crate::operator::operand::Variable;
 use crate::operator::protocol::{
@@ -141,7 +142,7 @@ impl Desk {
     }
 
     fn forced(&self) -> MutexGuard<'_, HashMap<Address, String>> {
-        self.forced.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.forced)
     }
 
     fn read(&self, operands: &[String]) -> Answered<Values> {

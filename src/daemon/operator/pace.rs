@@ -4,11 +4,13 @@
 //! not wait. A crowd waits in the order of arrival, and costs the machine no more turns than the
 //! pace allows.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
 use tokio::time::{Instant, sleep_until};
+
+use crate::locked::locked;
 
 /// All turns of a pace together take at most 1/`SHARE` of the thread's time.
 const SHARE: u32 = 3;
@@ -69,7 +71,7 @@ impl Pace {
     }
 
     fn next(&self) -> MutexGuard<'_, Instant> {
-        self.next.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.next)
     }
 }
 

@@ -6,10 +6,12 @@
 //! clients in, and by `session`.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use tokio::sync::Notify;
 use tokio::time::Instant;
+
+use crate::locked::locked;
 
 /// The number of seats that are reserved: neither a single user nor all users together that may
 /// only look can take them.
@@ -75,7 +77,7 @@ impl Seats {
     }
 
     fn lock(&self) -> MutexGuard<'_, Sitters> {
-        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.taken)
     }
 }
 

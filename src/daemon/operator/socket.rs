@@ -18,8 +18,8 @@ use rustix::net::listen;
 use super::accounts::gid_of;
 use crate::controller;
 use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
-use crate::daemon::directories;
 use crate::daemon::failure::StartFailure;
+use crate::directories;
 use crate::operator::socket_of_environment;
 use crate::source::span::FileId;
 

@@ -5,7 +5,7 @@
 
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use crate::daemon::alarm_book::AlarmBook;
@@ -17,6 +17,7 @@ use crate::daemon::retain_thread::Retention;
 use crate::engine::{BitCell, Layout};
 use crate::io::device::Health;
 use crate::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
+use crate::locked::locked;
 use crate::lower;
 use crate::operator::names::Names;
 use crate::operator::protocol::{
@@ -204,7 +205,7 @@ impl About {
 
     /// The book of alarms.
     pub(super) fn book(&self) -> MutexGuard<'_, AlarmBook> {
-        self.parts.book.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.parts.book)
     }
 
     /// The alarms that are ON. For an alarm that has just risen, the book may have no entry yet.

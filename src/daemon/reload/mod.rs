@@ -15,7 +15,7 @@ mod views;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use tokio::task::spawn_blocking;
@@ -27,6 +27,7 @@ use super::config::Setup;
 use super::log;
 use super::systemd::{Notice, Systemd};
 use crate::engine::Cell;
+use crate::locked::locked;
 use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
 use crate::reload::{OldMemory, ReloadPlan};
 use crate::runtime::command::Denial;
@@ -354,7 +355,7 @@ impl Reloads {
 
     /// The program on trial, if there is one.
     fn trial(&self) -> MutexGuard<'_, Option<(u32, Trial)>> {
-        self.trial.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.trial)
     }
 
     fn on_trial(&self) -> Option<(u32, Trial)> {

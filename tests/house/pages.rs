@@ -1,0 +1,95 @@
+//! The pages about the house say what is there: modules, dependencies, the files of the tests.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::ORDER;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text(name: &str) -> String {
+    fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The part of a page below a heading, up to the next heading of the same level.
+fn section<'p>(page: &'p str, heading: &str) -> &'p str {
+    let below = page.split(&format!("\n{heading}\n")).nth(1).expect("the heading is there");
+    let level = heading.split(' ').next().expect("a level");
+    below.split(&format!("\n{level} ")).next().expect("a section")
+}
+
+/// The words in backticks in the first column of the tables of a text.
+fn first_column(text: &str) -> Vec<&str> {
+    let rows = text.lines().filter(|row| row.starts_with("| `"));
+    let cells = rows.map(|row| row.split(" | ").next().unwrap_or(row));
+    cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect()
+}
+
+#[test]
+fn the_page_lists_the_modules_in_the_order_of_the_house() {
+    let page = text("ARCHITECTURE.md");
+    let listed = first_column(section(&page, "## The house"));
+    // `say` is listed with its one macro; the order below `io` is the same.
+    assert_eq!(listed, ORDER, "ARCHITECTURE.md, The house");
+}
+
+#[test]
+fn the_page_says_why_each_dependency_is_there() {
+    let page = text("ARCHITECTURE.md");
+    let manifest = text("Cargo.toml");
+    let section = section(&page, "## Dependencies");
+    for part in ["[dependencies]", "[dev-dependencies]"] {
+        let lines = manifest.split(&format!("\n{part}\n")).nth(1).expect("the table is there");
+        let lines = lines.split("\n[").next().expect("a table").lines();
+        for name in lines.filter_map(|line| line.split_once(" = ")).map(|(name, _)| name) {
+            assert!(section.contains(name), "ARCHITECTURE.md says no reason for {name}");
+        }
+    }
+}
+
+/// The entries of a folder of `tests/`, folders with a `/`.
+fn entries(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).expect("a folder is readable");
+    let paths = entries.map(|entry| entry.expect("an entry is readable").path());
+    let name = |path: PathBuf| {
+        let end = if path.is_dir() { "/" } else { "" };
+        format!("{}{end}", path.file_name().expect("a name").to_string_lossy())
+    };
+    let named = paths.filter(|path| !path.ends_with("README.md")).map(name);
+    named.filter(|name| !name.starts_with('.') && name != "__pycache__/").collect()
+}
+
+/// The rows of a table below its name: `language/` in backticks, a line by itself.
+fn told_below(rows: &str, name: &str) -> BTreeSet<String> {
+    let part = rows.split(&format!("\n{name}\n")).nth(1);
+    let part = part.unwrap_or_else(|| panic!("tests/README.md has no table of {name}"));
+    let is_table = |line: &&str| line.is_empty() || line.starts_with('|');
+    let table: Vec<&str> = part.lines().take_while(is_table).collect();
+    let told = first_column(&table.join("\n")).into_iter().map(str::to_owned).collect();
+    told
+}
+
+#[test]
+fn the_tests_page_tells_every_file() {
+    let page = text("tests/README.md");
+    let (tests, rows) = (root().join("tests"), section(&page, "## Every file"));
+    let is_rust = |folder: &&String| {
+        folder.as_str() == "support/" || tests.join(folder).join("main.rs").exists()
+    };
+    let top = entries(&tests);
+    let (folders, others): (Vec<&String>, Vec<&String>) = top.iter().partition(is_rust);
+    assert!(folders.len() > 10, "{folders:?}");
+    let without_main = |mut all: BTreeSet<String>| {
+        all.remove("main.rs");
+        all
+    };
+    for folder in folders {
+        let told = without_main(told_below(rows, &format!("`{folder}`")));
+        assert_eq!(told, without_main(entries(&tests.join(folder))), "tests/README.md, {folder}");
+    }
+    let others: BTreeSet<String> = others.into_iter().cloned().collect();
+    assert_eq!(told_below(rows, "Scripts and data"), others, "tests/README.md, its last table");
+}
