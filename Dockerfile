@@ -1,5 +1,5 @@
-# rungd in an image of its own: one static program, licences, a user, and a first controller with a
-# simulated device. Nothing else is in it, not even a shell.
+# An image with rungd: one static program, licences, a user, and a first controller with a simulated
+# device. The image has nothing else, not even a shell.
 #
 #   docker build -t rungd .
 #   docker run --rm rungd                                            # the first controller
@@ -16,15 +16,15 @@ COPY docs ./docs
 COPY packaging/third-party.sh ./packaging/
 COPY src ./src
 COPY tests ./tests
-# glibc is linked in, for a named target only, because build scripts and macros must stay dynamic.
+# Links glibc statically. The target is named, because build scripts and macros must stay dynamic.
 RUN host="$(rustc -vV | sed -n 's/^host: //p')" \
     && RUSTFLAGS="-C target-feature=+crt-static -C strip=symbols" \
-        cargo build --release --locked --bin rungd --target "$host" \
+        cargo build --profile dist --locked --bin rungd --target "$host" \
     && mkdir -p /image/usr/bin /image/usr/share/doc/rungd /image/etc/rungd/programs \
         /image/run/rungd /image/var/lib/rungd \
     && cp LICENSE-MIT LICENSE-APACHE /image/usr/share/doc/rungd/ \
     && packaging/third-party.sh >/image/usr/share/doc/rungd/third-party-licences.txt \
-    && cp "target/$host/release/rungd" /image/usr/bin/ \
+    && cp "target/$host/dist/rungd" /image/usr/bin/ \
     && cp config/first/controller.toml /image/etc/rungd/ \
     && cp config/first/programs/main.toml /image/etc/rungd/programs/ \
     && echo 'rungd:x:6553:6553:rungd soft-PLC:/var/lib/rungd:/usr/sbin/nologin' >/image/etc/passwd \
@@ -35,8 +35,8 @@ FROM scratch
 COPY --from=build /image /
 USER 6553:6553
 WORKDIR /var/lib/rungd
-# The folder of the operator's socket, for the controller and for the commands.
-# RUNGD_RECORD: the folder of the scan log; mount a volume there to keep it.
+# RUNTIME_DIRECTORY and RUNGD_SOCKET: the folder of the operator's socket, and the socket.
+# RUNGD_RECORD: the folder of the scan log; mount a volume there to keep the log.
 ENV PATH=/usr/bin RUNTIME_DIRECTORY=/run/rungd RUNGD_SOCKET=/run/rungd/rungd.sock \
     RUNGD_RECORD=/var/lib/rungd/record
 STOPSIGNAL SIGTERM

@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Makes the Debian package: the program, its manual pages, completions and schemas, and then the
-# .deb of them. The last line of the output is its path.
+# Builds the program, its manual pages, completions and schemas, and packs them into the Debian
+# package. The last line of the output is the path of the package.
 #
 #   packaging/build-deb.sh                     # target/debian/rungd_VERSION-1_ARCH.deb
 #   packaging/build-deb.sh --version 0.1.1-1   # a later version, to test an upgrade
-#   packaging/build-deb.sh --output DIR        # elsewhere; target/debian holds the last one only
+#   packaging/build-deb.sh --output DIR        # in DIR; target/debian keeps only the last package
+#
+#   RUNGD_PROFILE=release    a profile of Cargo.toml that builds faster (default: dist)
 #
 # Needs: cargo-deb (cargo install --locked cargo-deb), dpkg-dev, binutils.
 set -euo pipefail
@@ -20,10 +22,11 @@ while [ $# -gt 0 ]; do
     esac
 done
 
-built="${CARGO_TARGET_DIR:-target}/release"
+profile="${RUNGD_PROFILE:-dist}"
+built="${CARGO_TARGET_DIR:-target}/$profile"
 made="$built/packaging"
 
-cargo build --locked --release --bin rungd
+cargo build --locked --profile "$profile" --bin rungd
 rm -rf "$made"
 mkdir -p "$made/completions" "$made/schema"
 rungd="$built/rungd"
@@ -38,7 +41,7 @@ packaging/third-party.sh >"$made/third-party-licences.txt"
 packaging/sbom.sh >"$made/rungd.cdx.json"
 
 [ -n "$version" ] || version="$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)-1"
-# The changes are those of CHANGELOG.md; Debian requires a file in its own format with the version.
+# Debian requires a changelog in its own format; it has the version and refers to CHANGELOG.md.
 gzip -9nc >"$made/changelog.Debian.gz" <<EOF
 rungd ($version) unstable; urgency=medium
 
@@ -49,4 +52,4 @@ EOF
 gzip -9nc CHANGELOG.md >"$made/changelog.gz"
 gzip -9n "$made"/man/*.1
 
-cargo deb --no-build --deb-version "$version" --strip "${options[@]}"
+cargo deb --profile "$profile" --no-build --deb-version "$version" --strip "${options[@]}"

@@ -1,9 +1,9 @@
 #!/bin/sh
 # Prints the software bill of materials: the libraries in rungd, with versions, licences, checksums
-# and dependencies, in CycloneDX's JSON (1.5). For the package, and for checks of advisories.
+# and dependencies, in CycloneDX's JSON (1.5). Used by the package and for checks of advisories.
 #
-# Made from Cargo.lock and `cargo tree`, for the machine that it runs on; the same sources give the
-# same bytes.
+# Made from Cargo.lock and `cargo tree`, for the machine on which the script runs; the same sources
+# give the same bytes.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -26,7 +26,8 @@ FILENAME ~ /Cargo.lock$/ {
     if (/^checksum = /) checksum["pkg:cargo/" name "@" version] = words[2]
     next
 }
-# The tree: a depth, then a package; the last package above with a smaller depth depends on it.
+# The tree: a line has a depth and a package; the last line before it with a smaller depth depends
+# on this package.
 {
     depth = $1 + 0
     own = purl($2)

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Prints the licences of the libraries that are linked into rungd: each name, version and licence,
-# and then each licence text once, with its owners. For the package and the image.
+# Prints the licences of the libraries that are linked into rungd: first each name, version and
+# licence, then each licence text once, with its owners. Used by the package and the image.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -10,7 +10,7 @@ trap 'rm -rf "$texts"' EXIT
 
 echo "Libraries in rungd, under the licences named; their texts follow."
 echo
-# A line is: name vVERSION [(proc-macro)], a tab, the licence. For rungd itself a path follows.
+# A line has: name vVERSION [(proc-macro)], a tab, the licence. rungd itself also has a path.
 tab="$(printf '\t')"
 cargo tree --locked --edges normal --prefix none --format "{p}${tab}{l}" |
     sed 's/ (\*)//; s/ (proc-macro)//' | grep -v '^rungd ' | sort -u >"$texts/list"
@@ -22,7 +22,7 @@ while IFS="$tab" read -r package licence; do
     find "$folder" -maxdepth 1 -type f | sort |
         grep -iE '/(licen[cs]e|copying|notice|copyright)[^/]*$' >"$texts/files" || true
     if [ ! -s "$texts/files" ]; then
-        # It ships no text, but names Apache-2.0: use our copy of that text.
+        # The library has no licence text, but names Apache-2.0: use our copy of that text.
         case "$licence" in
         *Apache-2.0*) cp LICENSE-APACHE "$texts/it ships none: taken under Apache-2.0" ;;
         *) echo "third-party.sh: $name ships no licence text, and is under $licence" >&2; exit 1 ;;

@@ -4,7 +4,8 @@
 #
 # usage: tests/systemd.sh            as root; installs systemd-container, mmdebstrap, cargo-deb
 #
-#   RUNGD_DEBS="A B"     the package, and a later version of it (default: packaging/build-deb.sh)
+#   RUNGD_DEBS="A B"     the package, and a later version of it (default: packaging/build-deb.sh,
+#                        built with the release profile, or RUNGD_PROFILE)
 #   RUNGD_SUITE=SUITE    Debian's release in the container (default: trixie)
 #   RUNGD_KEEP=1         leave the work folder, with the journal in it
 #
@@ -64,7 +65,7 @@ packages() {
 }
 
 package() {
-    (cd "$here" && packaging/build-deb.sh --version "$1" --output "$work/" 2>>"$work/log" | tail -n 1)
+    (cd "$here" && RUNGD_PROFILE=${RUNGD_PROFILE:-release} packaging/build-deb.sh --version "$1" --output "$work/" 2>>"$work/log" | tail -n 1)
 }
 
 # --- inside: boot, look, compare ------------------------------------------------------------------
@@ -89,7 +90,7 @@ boot() {
     cannot "the container does not boot"
 }
 
-# Makes a node for a device that the container lacks. As the kernel makes it, only root may use it.
+# Makes a node for a device that the container lacks, with the kernel's permissions: only root may use it.
 give_device() {
     local device=/dev/cpu_dma_latency
     [ -c "$device" ] || return 0
@@ -193,8 +194,8 @@ test_purge() {
     mark
     in_it dpkg -P rungd >"$work/dpkg" 2>&1 || true
     check "purge: stopped in an orderly way" \
-        "$(log --since "$mark" | grep -o 'STOP: a signal asked for it' | head -1)" \
-        logged 'STOP: a signal asked for it'
+        "$(log --since "$mark" | grep -o 'STOP: a signal requested it' | head -1)" \
+        logged 'STOP: a signal requested it'
     left=$(container 'ls -d /etc/rungd /run/rungd /var/lib/rungd /usr/bin/rungd \
         /etc/systemd/system/*/rungd.service /usr/lib/systemd/system/rungd.service 2>/dev/null || true')
     check "purge: nothing is left" "${left:-nothing}" test -z "$left"
@@ -317,7 +318,7 @@ test_kill() {
         logged 'restart 1 of 10'
 }
 
-# The watchdog ends a process that stands still.
+# The watchdog ends a process that is stopped.
 test_hang() {
     local pid begin limit
     pid=$(up_as)
@@ -362,7 +363,7 @@ test_crash_loop() {
         container 'grep -q "restarts=0 process=running" /run/rungd/restarts'
 }
 
-# journald stands still for five seconds: every grid point is accounted for.
+# journald is stopped for five seconds: every grid point is accounted for.
 test_frozen_journal() {
     local journald numbers
     mark
@@ -403,7 +404,7 @@ test_reload() {
     reload_with "no socket" 'enabled = false'
 }
 
-# reload_with WHAT LINE: `systemctl reload` finds the process with another line in `[operator]`.
+# reload_with WHAT LINE: `systemctl reload` finds the process after a change of `[operator]` to this line.
 reload_with() {
     local pid code=0
     container "cp -p /etc/rungd/controller.toml /root/controller.toml
@@ -463,12 +464,12 @@ test_stop() {
     begin=$(since "$begin")
     check "stop: within a second" "$(milliseconds "$begin")" test "$begin" -le 1000
     check "stop: orderly" "$(property Result), code $(property ExecMainStatus)" \
-        eval 'is Result success && logged "STOP: a signal asked for it"'
+        eval 'is Result success && logged "STOP: a signal requested it"'
     check "stop: /run/rungd is gone" "$(container 'ls -d /run/rungd 2>&1 || true')" \
         container '! test -e /run/rungd'
 }
 
-# A bad ladder is refused, and systemd does not try it again.
+# A bad ladder is refused, and systemd does not restart the service.
 test_bad_ladder() {
     container "cp $ladder /root/ladder
         printf '\n[[program.rung]]\nwhen = [\"\$On\"]\ndo = [\"OUTT Y0\"]\n' >> $ladder"
