@@ -5,13 +5,14 @@ usage: benches/browser.py [BINARY [SECONDS [WORD]]]      (default: target/releas
 
 For the lift station and for a ladder of 10,000 rungs (10 ms a scan) it prints:
   - the time from navigation to the first rung that is drawn with its power: for the first visitor
-    of the process, for one after nobody has looked for a while, and for the next one;
+    of the process, for a visitor after some time without visitors, and for the next visitor;
   - over SECONDS with one viewer of the ladder: events per second, the share of time for which the
     browser's main thread has tasks (Chromium's `Performance.getMetrics`, TaskDuration), the share
     of a core of the process of `rungd web`, and of the controller's;
-  - the controller's lateness (p50, p99, max) and its overruns, each in a RUN of its own: without a
-    viewer, with a browser on this machine, with a viewer elsewhere, and without one again.
-It judges nothing: figures of a busy machine say little. tests/browser.py needs the same programs.
+  - the controller's lateness (p50, p99, max) and its overruns, each in a separate RUN: without a
+    viewer, with a browser on this machine, with a viewer elsewhere, and without a viewer again.
+It has no limits to pass or fail: figures of a busy machine mean little. It needs the same programs as
+tests/browser.py.
 """
 
 import os
@@ -33,7 +34,7 @@ scan.period = "10ms"
 scan.watchdog = "30s"
 operator.socket = "s"
 """
-# Idle for longer than a viewer is waited for (`VIEWED` of src/web/follow.rs).
+# A time without viewers that is longer than `VIEWED` of src/web/follow.rs.
 NOBODY_S = 12
 
 FIRST = """new MutationObserver((_, self) => {
@@ -53,7 +54,7 @@ def large_ladder():
 
 
 def lift_station():
-    """The shipped example, in a folder of its own."""
+    """The shipped example, in its own folder."""
     plant = rig.Plant.__new__(rig.Plant)
     plant.folder = rig.tempfile.mkdtemp(prefix="rungd-b-")
     shutil.copytree(os.path.join(HERE, "config"), plant.folder, dirs_exist_ok=True)
@@ -82,7 +83,7 @@ def first_rung_ms(context, address, element):
 
 
 def new_run(plant):
-    """The statistics begin anew."""
+    """Starts a new RUN, so that the statistics start again."""
     plant.say("mode", "stop")
     rig.wait_for("a stop", lambda: plant.mode() != "RUN")
     plant.say("mode", "run")
@@ -99,7 +100,7 @@ def lateness(plant, seconds, name):
 
 
 def viewed(plant, pages, page, seconds):
-    """One viewer: what it costs whom."""
+    """The cost of one viewer for the browser, for `rungd web` and for the controller."""
     page.evaluate("() => { window.events = 0; const before = take; take = (event) => { window.events++; before(event); }; }")
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable")
@@ -117,7 +118,7 @@ def viewed(plant, pages, page, seconds):
 
 
 class FarViewer:
-    """A viewer whose browser is on another machine: one who reads the events of a window of the ladder."""
+    """A viewer whose browser is on a different machine: it only reads the events of a part of the ladder."""
 
     def __init__(self, context, pages, element):
         cookie = "; ".join(f"{of['name']}={of['value']}" for of in context.cookies())
@@ -131,14 +132,14 @@ class FarViewer:
             while self.answer.read1():
                 pass
         except (OSError, ValueError, AttributeError):
-            pass  # it was closed
+            pass  # the connection was closed
 
 
 def measure(browser, plant, element, seconds):
     lateness(plant, seconds, "without a viewer")
     pages = rig.Pages(plant)
     context = browser.new_context(viewport={"width": 1200, "height": 850})
-    # The session's cookie alone: no page asks for anything.
+    # Gets only the session's cookie: no page is open that would send requests.
     context.request.get(pages.link, max_redirects=0)
     cold, page = first_rung_ms(context, pages.address, element)
     page.close()

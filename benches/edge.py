@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What an edge node costs: 1,000 tags that change every 100 ms, to a mosquitto on this machine.
+"""The cost of an edge node that publishes 1,000 tags, which change every 100 ms, to a mosquitto on this machine.
 
     cargo build --release && benches/edge.py [SECONDS]
 
-Prints the part of a core that `rungd edge` takes, that the controller takes, and how many values a host has
-heard in the same time. Needs mosquitto; pip: pysparkplug (with paho-mqtt 1). The page with the figures is docs/edge.md.
+Prints the share of a core that `rungd edge` takes, the share that the controller takes, and the number of values
+that a host received in the same time. Needs mosquitto; pip: pysparkplug (with paho-mqtt 1). docs/edge.md has the figures.
 """
 
 import os
@@ -53,7 +53,7 @@ def write_files(folder, port):
 
 
 def listen(port):
-    """Counts the values of NDATA, in a list of one number."""
+    """Counts the received values of NDATA; the count is the only number of the returned list."""
     heard, client = [0], mqtt.Client()
 
     def on_message(client, data, message):

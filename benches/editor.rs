@@ -1,11 +1,12 @@
-//! The language server on a ladder of 10,000 rungs: how long after a keystroke the findings are
-//! there, how long completion, hover and a rename take, and what memory it has after many edits.
+//! Measures the language server on a ladder of 10,000 rungs: the time from a keystroke to the
+//! findings, the times for completion, hover and a rename, and the memory after many edits.
 //!
 //! ```console
 //! cargo bench --bench editor
 //! ```
 //!
-//! `RUNGD_EDITS` (2,000): keystrokes for the memory. An hour of typing is about 20,000.
+//! `RUNGD_EDITS` (2,000) is the number of keystrokes for the measurement of memory. An hour of
+//! typing is about 20,000 keystrokes.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -62,7 +63,7 @@ impl Editor {
         }
     }
 
-    /// Types a character, or takes it away, at a place.
+    /// Types a character at a place, or deletes it.
     fn key(&mut self, (line, column): (usize, usize), types: bool) {
         self.version += 1;
         let start = json!({ "line": line, "character": column });
@@ -117,7 +118,7 @@ fn main() {
     let found = editor.findings();
     println!("{RUNGS} rungs, {TAGS} tags, {} kB", text.len() / 1000);
     println!("opened: {found} findings after {:.0} ms", began.elapsed().as_secs_f64() * 1000.0);
-    // Within the first contact of a rung in the middle.
+    // The place is in the first contact of a rung in the middle of the text.
     let line = text[..text.len() / 2].matches('\n').count();
     let line = line + text.lines().skip(line).position(|line| line.starts_with("when")).unwrap();
     let place = (line, 12);
@@ -165,7 +166,7 @@ fn measure_findings(editor: &mut Editor, place: (usize, usize)) {
     println!("findings after a keystroke: {}", median(times));
 }
 
-/// A request directly behind a keystroke, as an editor sends it.
+/// Measures a request directly after a keystroke, as an editor sends it.
 fn measure_request(editor: &mut Editor, (name, method): (&str, &str), place: (usize, usize)) {
     let mut times = Vec::new();
     for time in 0..2 * TIMES {

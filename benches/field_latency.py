@@ -32,7 +32,7 @@ LADDER = '[[program]]\nname = "Main"\nrung = [ { when = ["X0"], do = ["OUT Y0"] 
 
 
 class Echo:
-    """Changes the input, waits for the output."""
+    """Changes the input, and waits for the output."""
 
     def __init__(self):
         self.device = Device(("127.0.0.1", 0))

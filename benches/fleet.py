@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""A fleet under attack: many controllers and edge nodes, a broker that is killed, edges that stand, a link that is cut.
+"""A fleet under attack: many controllers and edge nodes, brokers that are killed, edges that are stopped, a link that is cut.
 
 usage: benches/fleet.py RUNGD [--nodes 100] [--broker mosquitto|nats] [--seconds 120] [--quiet]
        as root (network namespaces), with mosquitto, nats-server, iproute2; pip: pysparkplug (with paho-mqtt 1)
 
-Each node is a controller that scans a ladder of changing tags every 100 ms and records it in a folder, and a `rungd edge` beside
-it. A host that is not rungd's (paho-mqtt, pysparkplug's decoder) is their primary host and keeps what it hears. During the
-run each broker is killed by SIGKILL and started again, a fifth of the edges is stopped (SIGSTOP) for longer than the
-keepalive, and another fifth, which lives in a network namespace, loses its link. At the end the controllers stop, and what
-the host heard is held against the scan logs, executed again by `rungd record export`: every change of every tag must be
-there, live or historical, exactly once by (node, metric, time), with no value that never was, and in order. `--quiet`: without
-attacks, to compare the overruns. Prints a table; exit code 1 if anything is missing, wrong or out of order, 77 if it
-cannot be done here.
+Each node is a controller that scans a ladder of changing tags every 100 ms and records it in a folder, with a `rungd edge`
+beside it. Their primary host is independent of rungd (paho-mqtt, pysparkplug's decoder) and stores all received values.
+During the run each broker is killed by SIGKILL and started again, a fifth of the edges is stopped (SIGSTOP) for longer than
+the keepalive, and a second fifth, which is in a network namespace, loses its link. At the end the controllers stop, and the
+values that the host received are compared with the scan logs, executed again by `rungd record export`. Every change of every
+tag must be there, live or historical, with one value for each (node, metric, time). There must be no value that the tag never
+had, and live values must be in order. `--quiet`: without attacks, to compare the overruns. Prints a table. Exit code 1:
+something is missing, wrong or out of order; 77: the trial cannot run here.
 """
 
 import argparse
@@ -158,12 +158,12 @@ class Brokers:
 
 
 class Host:
-    """The primary host: hears everything, and asks for a birth where it knows no alias."""
+    """The primary host: receives everything, and requests a birth if it does not know an alias."""
 
     def __init__(self, brokers):
         self.brokers, self.at, self.ends = brokers, 0, False
         self.names = {}
-        self.heard = collections.defaultdict(list)  # node -> (name, ms, value, historical, arrival)
+        self.heard = collections.defaultdict(list)  # node -> (name, ms, value, historical, session, born)
         self.born = {}
         self.last = {}
         self.births, self.gaps, self.asked, self.connections = collections.Counter(), collections.Counter(), 0, 0
@@ -281,7 +281,7 @@ class Node:
         self.edge = subprocess.Popen(command, cwd=self.folder, stderr=log)
 
     def has_looked(self):
-        """Whether the edge has seen the controller; its journal says it after its first look."""
+        """Whether the edge has reached the controller; its journal reports this after the first answer."""
         if self.edge and self.looked_ms is None:
             with open(os.path.join(self.folder, "edge.log")) as log:
                 if re.search(r"the controller at .* answers", log.read()):
@@ -334,7 +334,7 @@ class Network:
                 sys.exit(77)
 
     def cut(self, is_cut):
-        # Packets vanish without a word: no reset, no unreachable.
+        # Packets are lost silently: there is no reset and no "unreachable".
         verb = "add" if is_cut else "del"
         sh("tc", "qdisc", verb, "dev", self.outside, "root", "netem", "loss", "100%")
         sh("ip", "netns", "exec", self.name, "tc", "qdisc", verb, "dev", self.inside, "root", "netem", "loss", "100%")
@@ -349,7 +349,7 @@ class Network:
 
 
 def attack(arguments, nodes, brokers, network):
-    """The attacks, spread over the time; each is told."""
+    """Makes the attacks, spread over the time; prints each."""
     said = lambda text: print(f"{time.strftime('%H:%M:%S')}  {text}", flush=True)
     part = arguments.seconds / 6
     fifth = max(1, len(nodes) // 5)
@@ -377,7 +377,7 @@ def attack(arguments, nodes, brokers, network):
 
 
 def settle(host, nodes, patience=240):
-    """Waits until each node has told a scan of the time behind the attacks, and stops the controllers."""
+    """Waits until each node has published a scan from after the attacks."""
     wanted = {node.name: node.status()["scans"] for node in nodes}
     until = time.monotonic() + patience
     while time.monotonic() < until:
@@ -390,7 +390,7 @@ def settle(host, nodes, patience=240):
 
 
 def look(nodes):
-    """Notes when each edge has seen its controller: what happens from then on must arrive."""
+    """Notes when each edge has reached its controller: all changes after that time must arrive."""
     return all([node.has_looked() for node in nodes])
 
 
@@ -413,11 +413,11 @@ def judge(nodes, host):
             got = sorted(by_name[tag].items())
             times = [ms for ms, _ in got]
             used = set()
-            # The first change is the value of the first scan, which the birth tells.
+            # The first change is the value of the first scan, which is in the birth.
             for ms, value in changes[1:]:
                 if ms > last - 1500:
                     continue
-                # An edge node owes nothing of the time before its very first look at the controller.
+                # An edge node need not publish changes from before its first contact with the controller.
                 if ms < node.looked_ms:
                     count["before"] += 1
                     continue
@@ -433,7 +433,7 @@ def judge(nodes, host):
             for k in range(len(got)):
                 if k in used or not changes[0][0] + 1.5 < times[k] <= last - 1500:
                     continue
-                # The beginning of a stretch of the past tells each value once more.
+                # The beginning of a part of the past repeats each value.
                 near = [value for ms, value in changes if abs(ms - times[k]) <= 1.5]
                 at = bisect.bisect_right(changes, (times[k] + 1.5, float("inf")))
                 if any(alike(got[k][1], value) for value in near + [changes[at - 1][1]]):
@@ -449,7 +449,7 @@ def alike(heard, value):
 
 
 def order(node, heard, wrong):
-    """Within a connection of the host: live values in order, each run of historical ones too."""
+    """Checks that, within a connection of the host, the live values are in order."""
     newest = {}
     for name, ms, value, historical, session, born in heard:
         if historical or born:

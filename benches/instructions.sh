@@ -27,7 +27,7 @@ count() {
 # one WORKLOAD N RUNGS-PER-SCAN
 one() {
     case $1 in *"$only"*) ;; *) return ;; esac
-    # A run of its own compiles the straight-line code.
+    # A separate run compiles the straight-line code first.
     "$program" "$1" --n "$2" --side native --scans 1
     for pair in native/native-outside engine/outside; do
         side=${pair%/*}

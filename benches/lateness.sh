@@ -5,7 +5,7 @@
 #
 # cyclictest (apt: rt-tests) and rungd run in alternate turns of a few seconds, with the same posture:
 # SCHED_FIFO 80, timer slack 1 ns, /dev/cpu_dma_latency held at 0 (cyclictest holds it by itself).
-# Without the right to SCHED_FIFO both run without it. Turns are short and medians are used, because on
+# If SCHED_FIFO is not permitted, both run without it. Turns are short and medians are used, because on
 # a virtual machine the hypervisor makes the tail of any single turn. It prints the medians over the
 # turns of each program, and the ratio of the p99s; the aim is 1.2.
 set -eu

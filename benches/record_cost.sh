@@ -6,7 +6,7 @@
 # rungd runs with `--record` and without it in alternate turns of a few seconds: 500 rungs, a period
 # of 1 ms, 100 inputs of which each changes at every scan. Turns are short and medians are used,
 # because on a virtual machine the hypervisor makes the tail of any single turn. It prints the
-# medians over the turns, and what the log adds.
+# medians over the turns, and the times that the log adds.
 set -eu
 
 seconds=${1:-60}

@@ -73,7 +73,7 @@ fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
 }
 
 /// A program of counters, timers and edges in turn, 250 each of 1,000. `edit` returns the change of
-/// a preset, or `None` to leave the rung out.
+/// a rung's preset, or `None` if the rung is left out.
 fn program(
     rungs: usize,
     edit: impl Fn(usize) -> Option<usize>,

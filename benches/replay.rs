@@ -1,9 +1,9 @@
-//! Measures `rungd replay`: a plant of 500 rungs at 10 ms, a thousand seconds of it.
+//! Measures `rungd replay` with a thousand seconds of a plant of 500 rungs at 10 ms.
 //!
-//! `cargo bench --bench replay` writes a recording and lets the command itself say how fast it is,
-//! with the recorded ladder and with a changed one; `docs/speed.md` has the results. Ten inputs
-//! change every second, and a word every 0.1 s; the recording is as on disk, with a base image
-//! a minute.
+//! `cargo bench --bench replay` writes a recording, and prints the speed that the command itself
+//! reports, for the recorded ladder and for a changed one. `docs/speed.md` has the results. Ten
+//! inputs change every second, and a word every 0.1 s. The recording is as on disk, with one base
+//! image per minute.
 
 use std::fmt::Write as _;
 use std::path::Path;

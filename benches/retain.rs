@@ -1,5 +1,5 @@
-//! Measures retentive memory: for the scan thread, publishing its image; for the store's thread,
-//! gathering the retained memory and encoding it as a slot.
+//! Measures the times for retentive memory: the scan thread publishes its image; the store's thread
+//! gathers the retained memory and encodes it as a slot.
 //!
 //! `cargo bench --bench retain` prints a table; `docs/speed.md` has the results. All readers share
 //! the image that a scan publishes: retentive memory adds no copy.

@@ -1,8 +1,9 @@
-//! Measures the tape of the scan log: what it adds to a scan on the scan thread.
+//! Measures the tape of the scan log: the time that it adds to a scan on the scan thread.
 //!
 //! `cargo bench --bench tape` prints a table; `docs/speed.md` has the results. The same calls are
-//! made with and without a tape in turns, scan by scan, and compared by their medians: all inputs
-//! of the default memory are set at every scan, and so many of them change.
+//! made with and without a tape in turns, scan by scan, and the medians are compared. All inputs of
+//! the default memory are set at every scan; the number of inputs that change differs from row to
+//! row.
 
 use std::time::Instant;
 
@@ -55,7 +56,7 @@ fn compare(changes: u32) {
     println!("{changes:>7}   {:<20} {:<20} {:+.2}", text(a), text(b), b[0] - a[0]);
 }
 
-/// One scan, timed from its first call to its end.
+/// Makes one scan; returns the time from its first call to its end, ns.
 fn scan(machine: &mut Taped, number: u64, (inputs, changes): (u32, u32)) -> u64 {
     let now_ns = number * PERIOD_NS;
     let start = ScanStart { number, now_ns, times: ScanTimes::default(), local_s: 0 };
@@ -69,14 +70,14 @@ fn scan(machine: &mut Taped, number: u64, (inputs, changes): (u32, u32)) -> u64 
     begin.elapsed().as_nanos() as u64
 }
 
-/// p50, p99 and the maximum, µs.
+/// The median, the 99th percentile and the maximum, µs.
 fn spread(times: &mut [u64]) -> [f64; 3] {
     times.sort_unstable();
     let at = |part: usize| times[(times.len() - 1) * part / 100] as f64 / 1000.0;
     [at(50), at(99), at(100)]
 }
 
-/// The copy of a state, once a second.
+/// Measures the copy of a state, which the tape makes once per second.
 fn state() {
     let engine = Engine::new(program());
     let mut times: Vec<u64> = (0..SCANS / 10)

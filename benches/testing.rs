@@ -40,7 +40,8 @@ fn main() {
     time("a random run of 5,000 scans, found and shrunk", &write(&folder, "shrink", &random), 1);
 }
 
-/// A fault that takes four inputs in order: each counter counts while the one before is done.
+/// Writes a ladder with a fault that needs four steps of inputs in order: each step needs the latch
+/// of the previous step.
 fn write_ladder(folder: &Path) -> PathBuf {
     let mut text = String::from("[tags]\n");
     for (at, name) in ["a", "b", "c", "d", "e", "f"].iter().enumerate() {

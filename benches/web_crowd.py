@@ -3,9 +3,9 @@
 
     benches/web_crowd.py [target/release/rungd] [seconds]
 
-Three phases of equal length in one run: nobody at the pages, the crowd, nobody again. The crowd: 1,000
-connections that send the beginning of a request and no more, 64 live pages that read nothing, and a
-client that sends garbage as fast as it can. For each phase: scans, overruns, skipped grid points, the
+A run has three phases of equal length: no clients, the crowd, no clients again. The crowd: 1,000
+connections that send only the beginning of a request, 64 live pages that read nothing, and a client that
+sends garbage as fast as it can. For each phase it prints the scans, overruns and skipped grid points, the
 processor time of both processes, and the memory of `rungd web`.
 """
 
@@ -76,7 +76,7 @@ class Crowd:
                 conn.close()
 
     def run(self, seconds):
-        # The live pages come first: behind the slow ones there may be no place.
+        # The live pages come first, because the slow clients may leave no seats for them.
         todo = [self.frozen] + [self.slow] * 4 + [self.garbage]
         threads = [threading.Thread(target=of, daemon=True) for of in todo]
         for at, thread in enumerate(threads):

@@ -4,11 +4,11 @@
 usage: tests/browser.py [BINARY] [WORDS ...]
        BINARY: default target/release/rungd, or RUNGD=PATH; WORDS: only the checks with one of them in their name
 
-Starts a controller and `rungd web`, and does what people do: looks at a ladder with its power, steps through
-the last minute, asks why, searches, zooms, signs in, writes, stops and reloads the controller; with a mouse, with
-the keyboard alone, on a narrow screen, in light and in dark. A page of another origin tries to read and to write.
-Pictures of all pages are kept in target/tmp/browser/ to be looked at. No check goes by the machine's speed: each
-waits for what it expects, up to PATIENCE. Exit code 77: no Chromium or no Playwright here.
+Starts a controller and `rungd web`, and acts like a user: looks at a ladder with its power, steps through the
+last minute, asks why, searches, zooms, signs in, writes, stops and reloads the controller; with a mouse, with the
+keyboard alone, on a narrow screen, in light and in dark colours. A page of a different origin tries to read and to
+write. Pictures of all pages are kept in target/tmp/browser/ for inspection. No check depends on the machine's
+speed: each waits for its expected result, up to PATIENCE. Exit code 77: Chromium or Playwright is missing.
 """
 
 import http.server
@@ -51,7 +51,7 @@ def the_lit_wires_are_those_of_the_scan(test):
     look.fine()
 
 
-# Compares the classes of each drawing with the power that the server gives of the same scan.
+# Compares the classes of each drawn rung with the power that the server returns for the same scan.
 WRONG_WIRES = """async () => {
   const query = { element: view.element, from: view.from, to: view.to, hold: state.hold, scan: state.scan };
   const event = await (await fetch('/api/scan?' + new URLSearchParams(query))).json();
@@ -78,7 +78,7 @@ def scans_are_stepped_by_keys_and_buttons(test):
     look = test.look()
     look.open("ladder/Main")
     assert look.page.locator("[data-step]").first.is_disabled()
-    # Some scans to step through.
+    # Waits until there are some scans to step through.
     look.until("state.scans[1] > state.scans[0] + 5")
     look.hold()
     for key, by in [(",", -1), (",", -1), (".", 1), ("[data-step] >> nth=0", -1), ("[data-step] >> nth=1", 1)]:
@@ -86,7 +86,7 @@ def scans_are_stepped_by_keys_and_buttons(test):
     look.page.focus("#scan")
     look.page.keyboard.press("Home")
     look.until("state.scan === state.scans[0]")
-    # Before the first scan there is none.
+    # There is no scan before the first one: this step does nothing.
     look.page.keyboard.press(",")
     look.page.click("#hold")
     look.until("!state.hold && state.scan > state.scans[0] + 5")
@@ -106,7 +106,7 @@ def a_click_and_enter_ask_why(test):
     look.page.keyboard.press("Enter")
     look.until("document.querySelector('#why pre')?.textContent.startsWith('lamp (Y0) is ')")
     look.picture("why")
-    # A link in the answer asks further, by the keyboard.
+    # A link in the answer, pressed by the keyboard, asks about a further operand.
     further = look.page.locator("#why pre button", has_text="level").first
     further.focus()
     look.page.keyboard.press("Enter")
@@ -163,7 +163,7 @@ def a_panel_shows_what_it_should(test):
     look.until("document.querySelector('[data-lamp=lamp]').textContent === '● ON'")
     look.until("document.querySelector('[data-bar=level] > div').style.width === '40%'")
     look.until("document.querySelector('.value [data-value=level]').textContent === '40'")
-    # Something is drawn in the trend.
+    # The trend is not empty.
     look.until("""() => { const of = document.querySelector('canvas');
       return of.width && of.getContext('2d').getImageData(0, 0, of.width, of.height).data.some(part => part); }""")
     assert look.page.locator("button.big").is_disabled(), "nobody has signed in"
@@ -192,14 +192,14 @@ def a_user_signs_in_and_writes(test):
         field.fill("33")
         field.press("Enter")
         wait_for("a value", lambda: test.plant.value("level") == 33)
-        # The value that is shown follows, and the field takes the next one.
+        # The shown value changes, and the field accepts a further value.
         look.until("document.querySelector('.value [data-value=level]').textContent === '33'")
         field.fill("1000")
         field.press("Enter")
         look.until("/takes 0 to 100/.test(document.querySelector('main').textContent)")
         look.page.get_by_role("button", name="Sign out").click()
         look.page.get_by_role("heading", name="Sign in").wait_for()
-        # 401 for the wrong password, and for who is not signed in; 409 for what is out of range.
+        # Expected errors: 401 for the wrong password and for requests without a session, 409 for a value out of range.
         look.errors = [of for of in look.errors if not re.search("status of 4(01|09)", of)]
         look.fine()
     finally:
@@ -242,7 +242,7 @@ def another_site_neither_reads_nor_writes(test):
     threading.Thread(target=server.serve_forever, daemon=True).start()
     look = test.look()
     look.open("overview")
-    # The same browser, with the session's cookie.
+    # A second page in the same browser, which has the session's cookie.
     other = look.context.new_page()
     other.goto(f"http://127.0.0.1:{server.server_address[1]}/")
     answers = other.evaluate(FOREIGN, look.origin)
@@ -300,7 +300,7 @@ def nothing_is_wider_than_a_narrow_screen(test):
     look.fine()
 
 
-# Every place that the mouse can use, as far as it is shown.
+# All shown elements that a mouse can operate.
 USABLE = """[...document.querySelectorAll('a[href], button, input, summary, canvas[tabindex], g[data-leaf], g.coil')]
   .filter(of => !of.disabled && of.getClientRects().length)"""
 
@@ -317,13 +317,13 @@ def the_keyboard_alone_reaches_everything(test):
         for _ in range(400):
             look.page.keyboard.press("Tab")
             unseen = unseen or look.says(UNSEEN)
-            # Tab goes on from where the mouse was, and through the window's end to its beginning.
+            # Tab may start anywhere in the page; after the last element it continues at the first.
             if look.says("!left.size"):
                 break
         left = look.says("[...left].filter(of => of.isConnected).map(of => of.outerHTML.slice(0, 120))")
         assert not left, f"{name}: not reached: {left[:5]}"
         assert not unseen, f"{name}: the focus is not seen: {unseen}"
-    # The link that skips the head goes to the content.
+    # The link that skips the page's head moves the focus to the content.
     look.open("tags")
     look.page.focus("#skip")
     look.page.keyboard.press("Enter")
@@ -340,7 +340,7 @@ def what_has_the_focus_keeps_it(test):
         look.open(name)
         look.until("state.status && state.status.alarms.length")
         look.page.locator(place).first.focus()
-        # Over scans, and over news of the status.
+        # Waits for two changes of the status, during which scans arrive too.
         look.says("window.seen = state.status")
         look.until("state.status !== seen")
         look.says("window.seen = state.status")
@@ -351,7 +351,7 @@ def what_has_the_focus_keeps_it(test):
     look.fine()
 
 
-# Takes the focused place out of those that are left; gives one that does not show its focus.
+# Removes the focused element from the remaining ones; returns the element if its focus is not visible.
 UNSEEN = """() => {
   const of = document.activeElement;
   left.delete(of);
@@ -385,7 +385,7 @@ def text_and_wires_have_contrast(test):
     test.plant.say("write", "start", "OFF")
 
 
-# Texts under 4.5 and lines under 3 (WCAG 1.4.3, 1.4.11), with the opacity of all that is around them.
+# Texts with a contrast below 4.5 and lines below 3 (WCAG 1.4.3, 1.4.11), including the opacity of their ancestors.
 CONTRAST = """() => {
   const parts = text => text.match(/[\\d.]+/g).map(Number);
   const light = rgb => { const [r, g, b] = rgb.map(v => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
@@ -439,14 +439,14 @@ CHECKS = [
 
 
 class Test:
-    """What the checks share: the browser and the controller."""
+    """The browser and the controller, which all checks share."""
 
     def __init__(self, browser):
         self.browser = browser
         self.plant = Plant()
 
     def look(self, pages=None, **options):
-        """A page of a browser without a past. A one-time link lets it in."""
+        """A page of a browser without cookies or history. A one-time link signs it in."""
         own = pages or Pages(self.plant)
         look = Look(self.browser, own.link, **options)
         if not pages:
@@ -458,7 +458,7 @@ class Test:
         try:
             check(self)
             return True
-        except Exception as error:  # of Playwright too: the next check goes on
+        except Exception as error:  # Playwright's errors too: the next check still runs
             print(f"  {type(error).__name__}: {error}")
             return False
         finally:

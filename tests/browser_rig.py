@@ -1,7 +1,7 @@
-"""What tests/browser.py and benches/browser.py share: a controller, `rungd web`, and a page of the browser.
+"""The shared parts of tests/browser.py and benches/browser.py: a controller, `rungd web`, and a page of the browser.
 
-Chromium, headless, is driven by Playwright. Nothing here judges: the checks are in tests/browser.py, the
-figures in benches/browser.py.
+Playwright drives headless Chromium. This module checks and measures nothing: the checks are in
+tests/browser.py, the measurements in benches/browser.py.
 """
 
 import http.server
@@ -53,7 +53,7 @@ do = ["TMR wait preset=20s"]
 when = ["halt", "start"]
 do = ["OUT stuck", "OUT horn"]
 """
-# Rungs far below the window, a block that does not run, and Stages.
+# Rungs far below the visible part of the page, a block that does not run, and Stages.
 MORE = "".join(f'[[program.rung]]\nwhen = ["X{n}", "lamp"]\ndo = ["OUT C{n + 100}"]\n' for n in range(60))
 MORE += """
 [[program]]
@@ -101,7 +101,7 @@ def cannot(why):
 
 
 def wait_for(what, is_there):
-    """What `is_there` gives, as soon as it is true."""
+    """Calls `is_there` until its result is true; returns the result."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         found = is_there()
@@ -112,7 +112,7 @@ def wait_for(what, is_there):
 
 
 class Plant:
-    """A controller in a folder of its own."""
+    """A controller in its own folder."""
 
     def __init__(self, ladder=LADDER + MORE, controller=CONTROLLER):
         self.folder = tempfile.mkdtemp(prefix="rungd-b-")
@@ -166,7 +166,7 @@ class Pages:
 
 
 class Foreign(http.server.BaseHTTPRequestHandler):
-    """The server of another site, whose pages are empty."""
+    """The server of a different site, with empty pages."""
 
     def do_GET(self):
         self.send_response(200)
@@ -179,7 +179,7 @@ class Foreign(http.server.BaseHTTPRequestHandler):
 
 
 class Look:
-    """A page of the browser, and what went wrong in it."""
+    """A page of the browser, and its errors."""
 
     def __init__(self, browser, link, **options):
         options = {"viewport": {"width": 1200, "height": 850}, **options}
@@ -193,7 +193,7 @@ class Look:
         self.origin = re.match(r"http://[^/]+", link).group(0)
 
     def open(self, name):
-        """Opens a page, and waits until it shows what is live."""
+        """Opens a page, and waits until it shows live values."""
         self.page.goto(f"{self.origin}/#{name}")
         self.until("page && state.scan > 0 && !document.querySelector('#link.error')")
         if name.startswith("ladder"):
@@ -207,11 +207,11 @@ class Look:
                    "of => of.getBoundingClientRect().top < innerHeight && of.textContent === '…')")
 
     def until(self, script, argument=None):
-        """Waits until a script is true. (Playwright's own waiting is against the page's CSP.)"""
+        """Waits until a script returns true. (The page's CSP forbids Playwright's own waiting.)"""
         def is_so():
             try:
                 return self.says(script, argument)
-            except Exception as error:  # a page that is being left
+            except Exception as error:  # the browser may be leaving the page
                 return "context was destroyed" not in str(error) and self.fail(error)
         wait_for(script, is_so)
 
@@ -236,7 +236,7 @@ class Look:
 
 
 def chromium():
-    """The browser's program, and Playwright."""
+    """The path of the browser's program, and Playwright."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:

@@ -3,13 +3,14 @@
 
 usage: tests/field_network.py [--long]       as root, with iproute2; RUNGD=PATH for the binary
 
-A veth pair joins the two namespaces. The peer (tests/peer/watched_io.py) is three devices: `line1` behind
+Two veth pairs join the two namespaces. The peer (tests/peer/watched_io.py) is three devices: `line1` behind
 the link that fails, `line2` behind a second link that does not, and `line3` behind a proxy that delays,
-splits, garbles, doubles and truncates answers. Each case says what the ladder saw (`.Ok`, `.Stale`, as
-line2 was told), what the log says, how soon the output is right on return, and how line2 did meanwhile.
-Grid points that passed without a scan are printed beside those of a quiet time, not judged: what a busy
-machine skips is not the network's. With `--long` each case lasts 5 s, and 500 reconnects are counted;
-without, it takes about 20 s. Exit code 77: it cannot be done here.
+splits, garbles, doubles and truncates answers. Each case checks the health that the ladder reads (`.Ok` and
+`.Stale`, which it copies to line2) and the log, and prints the time until the output is right after the
+trouble, and the reaction time of line2 during the trouble. The number of skipped grid points is printed beside
+that of a quiet time, but not checked: a busy machine skips some, which is not a fault of the network. With
+`--long` each case lasts 5 s, and there are 500 reconnects; without it, the whole run takes about 20 s.
+Exit code 77: the test cannot run here.
 """
 
 import argparse
@@ -98,7 +99,7 @@ class Peer:
         return self.ask(f"values {device} coil {at} 1")["values"][0]
 
     def seen(self):
-        """What line2 was told of line1's and line3's health since the last time."""
+        """The changes of line1's and line3's health, as written to line2, since the last call."""
         changes = self.ask("history 1")["changes"]
         return {name: [c[3] for c in changes if c[2] == at] for name, at in SHOWN.items()}
 
@@ -107,7 +108,7 @@ SHOWN = {"line1.Ok": 8, "line1.Stale": 9, "line3.Ok": 10, "line3.Stale": 11}
 
 
 class Proxy:
-    """Between rungd and line3: this script again, in the other namespace."""
+    """The proxy between rungd and line3: a second process of this script, in the other namespace."""
 
     def __init__(self, network):
         command = ["ip", "netns", "exec", network.theirs, sys.executable, __file__, "--proxy"]
@@ -116,14 +117,14 @@ class Proxy:
         self.process.stdout.readline()
 
     def set(self, change):
-        """From now on answers go through this."""
+        """Sets the change that is applied to all later answers."""
         self.process.stdin.write(f"{change}\n")
         self.process.stdin.flush()
         self.process.stdout.readline()
 
 
 class Passing:
-    """The proxy itself: each answer goes through `change`."""
+    """The proxy itself: it applies `change` to each answer."""
 
     def __init__(self):
         self.listener = socket.create_server(("10.77.1.2", 504))
@@ -195,7 +196,7 @@ def another_transaction(data):
     yield 0, bytes([data[0] ^ 0x55]) + data[1:]
 
 
-# What is done to answers, and whether that loses the device.
+# The changes of answers, each with whether the device is lost by it.
 CHANGES = [
     (late, False),
     (bytes_alone, False),
@@ -235,7 +236,7 @@ class Rungd:
                 file.write(text)
         run = [RUNGD, "run", f"{folder}/controller.toml", "--log-format", "json"]
         command = ["ip", "netns", "exec", network.ours, *run]
-        # `ip netns exec` becomes the command: the number is rungd's.
+        # `ip netns exec` replaces itself by the command, so the process id is rungd's.
         self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
         self.socket = f"{folder}/socket"
         self.lines = []
@@ -258,7 +259,7 @@ class Rungd:
 
 
 class Test:
-    """One rungd, one case after the other."""
+    """One rungd process, and the cases, one after the other."""
 
     def __init__(self, network, folder):
         self.peer, self.network, self.failed = Peer(network), network, 0
@@ -291,7 +292,7 @@ class Test:
         return False
 
     def case(self, name, begin, end, lasts_s, line="line1", is_lost=True):
-        """Trouble for a while: what was seen of it, and that all is well again behind it."""
+        """Causes trouble for some time; checks its effects, and that everything works again afterwards."""
         device = {"line1": 0, "line3": 2}[line]
         self.peer.seen()
         since, before = len(self.rungd.lines), self.overruns()
@@ -311,7 +312,7 @@ class Test:
         self.report(name, line, (since, before), (is_lost, back_s, max(follows_ms)))
 
     def other_follows(self):
-        """line2, which has no trouble: ms from its input's change to its output's."""
+        """The time in ms from a change of line2's input to that of its output; line2 has no trouble."""
         value = 1 - self.peer.coil(1)
         since = time.monotonic()
         self.peer.input(1, value)
@@ -345,7 +346,7 @@ class Test:
         return self.rungd.status()["scan"]["skipped"]
 
     def reconnects(self, count):
-        """So many connections, each cut by the peer: no descriptor more than before."""
+        """Makes `count` connections that the peer cuts; checks that no more descriptors are open than before."""
         self.until("line1", lambda: self.peer.coil(0) == 0)
         before = self.rungd.descriptors()
         for at in range(count):
@@ -372,7 +373,7 @@ class Test:
 
 
 def cases(test, lasts_s):
-    """Each: how it begins, how it ends."""
+    """Runs all cases; each has a command that begins the trouble and one that ends it."""
     ours, theirs = test.network.ours, test.network.theirs
     link, address = f"ip -n {theirs} link set b0", f"ip -n {ours} address"
     wall = f"ip netns exec {theirs} nft"
@@ -385,7 +386,7 @@ def cases(test, lasts_s):
         return lambda: sh(command)
 
     def forget():
-        # Neither FIN nor RST went through: the peer is there again, without the connection.
+        # Neither FIN nor RST was delivered: the peer is back, but has forgotten the connection.
         test.peer.ask("cut 0")
         sh(pass_on)
         test.peer.ask("mend 0")

@@ -67,7 +67,7 @@ content() {
 content >"$root/root/before"
 install() { inside dpkg --force-confold -i "/root/$(basename "$1")" >"$root/root/dpkg.log" 2>&1 || { failed=1; cat "$root/root/dpkg.log"; }; }
 
-# grep reads to the end: `grep -q` would cut journalctl off, and that counts as a failure.
+# grep reads to the end, because `grep -q` would end early and make journalctl fail.
 has_catalogue() { inside journalctl --list-catalog 2>/dev/null | grep rungd >/dev/null; }
 
 step "install"

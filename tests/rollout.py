@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""The rollout of docs/fleet.md (packaging/ansible/rollout.yml), played to controllers on this machine.
+"""The rollout of docs/fleet.md (packaging/ansible/rollout.yml), run on controllers on this machine.
 
 usage: tests/rollout.py RUNGD [CONTROLLERS]      with ansible-playbook (pip: ansible-core); default 7
 
-Each controller is a process with a folder and a socket of its own; Ansible reaches all of them by its local
-connection. Four rollouts: a good one, one that `rungd check` refuses, one whose program faults in its
-probation at the third host, and one that a forced output refuses. After each, every controller
-must run, and hold in its files, exactly the ladder that the page promises. Exit code 77: no Ansible here.
+Each controller is a process with its own folder and socket; Ansible reaches all of them by its local
+connection. There are four rollouts: a good one, one that `rungd check` refuses, one whose program stops in its
+probation at the third host, and one that is refused because an output is forced. After each rollout, every
+controller must run the ladder that the page promises, and have it in its files. Exit code 77: Ansible is missing.
 """
 
 import json
@@ -49,7 +49,7 @@ when = ["$On"]
 do = ["MOVE {value} to=shown", "OUT lamp"]
 {more}"""
 
-# A task of the next second: it stops the controller behind the reload.
+# Rungs that stop the controller a second after the reload.
 STOPS = """
 [[program.rung]]
 when = ["$On"]
@@ -128,7 +128,7 @@ class Plant:
         return json.loads(self.ask(name, "status", "--json").stdout)["mode"]
 
     def rollout(self, *words):
-        """Plays it: the exit code, and what Ansible says."""
+        """Runs the rollout; returns the exit code and Ansible's output."""
         command = ["ansible-playbook", "-i", os.path.join(self.folder, "hosts.json"), PLAYBOOK]
         command += ["-e", f"source={self.folder}/plants", "-e", "probation_seconds=3", *words]
         environment = dict(os.environ, ANSIBLE_NOCOWS="1", ANSIBLE_LOCALHOST_WARNING="0")
@@ -137,7 +137,7 @@ class Plant:
         return done.returncode, done.stdout + done.stderr
 
     def judge(self, title, wanted):
-        """Each controller is in RUN, shows its value, and has the ladder with it in its files."""
+        """Checks that each controller is in RUN with its expected value, which is in its ladder file too."""
         for name in self.names:
             self.wait(lambda: self.mode(name) == "RUN")
             self.wait(lambda: self.shown(name) == wanted[name])
@@ -177,7 +177,7 @@ def play(plant):
         plant.put(plant.source(name), 3, STOPS if name == plant.names[2] else "")
     code, said = plant.rollout()
     assert code != 0 and "went back, or stopped" in said, said
-    # It stopped by an instruction, which is no fault: a person starts it again.
+    # An instruction stopped the controller, which is not a fault: a person starts it again.
     ran = plant.ask(plant.names[2], "mode", "run")
     assert ran.returncode == 0, (ran, said)
     wanted = {name: 3 if at in (0, 1) or 2 < at < 6 else 2 for at, name in enumerate(plant.names)}

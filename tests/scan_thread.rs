@@ -1,11 +1,12 @@
-//! The scan thread allocates nothing: counted, with writes, inputs, events, forces, mode commands
-//! and reloads pending, with the log's reader and the image's readers stalled, over a stop, on
-//! generated ladders and on every shipped one. And its sources name nothing that could make it wait.
+//! The scan thread allocates nothing. The allocations are counted with writes, inputs, events,
+//! forces, mode commands and reloads pending, with the log's reader and the image's readers
+//! stalled, and over a stop, for generated ladders and for every shipped ladder. In addition, the
+//! sources of the scan thread name nothing that could make it wait.
 //!
 //! Lowering a long series allocates in proportion to its contacts.
 //!
-//! The scanner runs on the test's own thread with a simulated clock; the allocator counts calls
-//! made on that thread between the begin and the end of a step.
+//! The scanner runs on the test's own thread with a simulated clock. The allocator counts the calls
+//! on that thread between the beginning and the end of a step.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -48,7 +49,7 @@ thread_local! {
     static BYTES: Cell<usize> = const { Cell::new(0) };
 }
 
-/// Counts calls on a thread that asked for it.
+/// Counts the calls on a thread that has switched counting on.
 struct Counting;
 
 fn count(bytes: usize) {
@@ -56,7 +57,7 @@ fn count(bytes: usize) {
     let _ = CALLS.try_with(|calls| calls.set(calls.get().map(|n| n + 1)));
 }
 
-// SAFETY: hands everything on to the system's allocator as it came.
+// SAFETY: passes every call on to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size());
@@ -113,7 +114,7 @@ impl Observer for Deaf {
     fn ended(&mut self, _: u64) {}
 }
 
-/// A generator of numbers, the same for the same seed.
+/// A generator of numbers: the same seed gives the same numbers.
 struct Numbers(u64);
 
 impl Numbers {
@@ -142,7 +143,7 @@ bit = { at = "X1", log = "change" }
 word = { at = "D0", log = "change" }
 "#;
 
-/// A ladder with every kind of block, that starts and stops them as inputs come and go.
+/// A ladder with every kind of block, which starts and stops the blocks as inputs change.
 fn generated(seed: u64) -> String {
     let mut numbers = Numbers(seed);
     let mut text =
@@ -239,7 +240,7 @@ fn stir(port: &Port, symbols: &Symbols, numbers: &mut Numbers) {
     }
 }
 
-/// Forces come and go; now and then it is stopped, and run again.
+/// A random command: a force, a release, STOP or RUN.
 fn command(symbols: &Symbols, numbers: &mut Numbers) -> Command {
     let n = numbers.below(400) as u32;
     let bit = MemoryCell::Bit(symbols.layout.bit(Bit::Space(BitSpace::C, n)));
@@ -254,7 +255,8 @@ fn command(symbols: &Symbols, numbers: &mut Numbers) -> Command {
     }
 }
 
-/// Scans a program to its orderly stop; every step is counted. For a while nobody reads.
+/// Scans a program to its orderly stop, and counts the allocations of every step. For some scans
+/// nobody reads the log and the image.
 fn assert_no_allocation(name: &str, program: &Program, scans: u64) {
     let (code, symbols) = lower(program);
     let settings = settings(&symbols, scans);
@@ -297,14 +299,14 @@ fn two_hundred_generated_ladders() {
     }
 }
 
-/// Scans from program to program, with all else pending too.
+/// Scans over many reloads, with inputs, writes and commands pending too.
 #[test]
 fn a_hundred_reloads() {
     let lowered = |seed| lower(&program(&format!("ladder {seed}"), generated(seed)));
     let (code, mut symbols) = lowered(0);
     let settings = settings(&symbols, 2000);
     let clock = SimulatedClock::default();
-    // Room for few steps, so that steps are lost too.
+    // The tape has room for only a few steps, so that some are lost.
     let (machine, reader) = tape_of(Engine::new(code.clone()), 200);
     let (mut scanner, mut monitor, port, mut reloader) =
         assemble_reloadable(machine, clock, &settings, Deaf);
@@ -344,7 +346,7 @@ fn a_hundred_reloads() {
                 follower.follow();
             }
         }
-        // Where the queue of commands is full it is not handed in, and given back later.
+        // If the queue of commands is full, the package is not accepted, and is returned later.
         while let Some(package) = reloader.returned() {
             if package.swapped.is_some() {
                 assert!(handed_in.is_ok());
@@ -361,7 +363,7 @@ fn a_hundred_reloads() {
     assert!(follower.lost > 0, "no step was lost: the ring is too long for this test");
 }
 
-/// Local lines that are read and written in every scan, fail, and come back; over a stop too.
+/// Local lines that are read and written in every scan, fail and come back, also over a stop.
 #[test]
 fn local_lines() {
     let line = |offset| GpioLine { at: LineId::Offset(offset), setting: Setting::default() };
@@ -437,7 +439,7 @@ fn every_shipped_ladder() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let entries = std::fs::read_dir(folder).expect("config");
     let paths = entries.map(|entry| entry.expect("an entry").path());
-    // With the controller file, because that names the library's files too.
+    // Loads the controller file, because it also names the library's files.
     for path in paths.filter(|path| path.extension().is_some_and(|e| e == "toml")) {
         let loaded = rungd::load::controller_file(&path).expect("readable");
         let program = loaded.program.expect("a program");

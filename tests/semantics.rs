@@ -1,5 +1,5 @@
-//! Runs the cases of `tests/semantics/*.toml`, each a named test: `cargo test --test semantics
-//! cnt-` runs those whose names contain `cnt-`. The form of a case: `tests/README.md`.
+//! Runs the cases of `tests/semantics/*.toml`, each as a named test: `cargo test --test semantics
+//! cnt-` runs those whose names contain `cnt-`. `tests/README.md` describes the form of a case.
 
 #[allow(dead_code)]
 #[path = "support"]
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use support::{case, run};
 
-/// What the command line asks for; other switches of test programs are let pass.
+/// The request of the command line. Other switches of test programs are accepted and ignored.
 #[derive(Default)]
 struct Wanted {
     filters: Vec<String>,

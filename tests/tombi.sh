@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Holds every shipped TOML file to its JSON Schema, by tombi (a TOML toolkit from the Python
-# registry, which shares no code with rungd): ladder, controller and test files.
-# Called by .ci/run with the path of rungd. Needs `tombi` on the PATH.
+# Checks every shipped TOML file against its JSON Schema with tombi, a TOML toolkit from the Python
+# registry that shares no code with rungd. Called by .ci/run with the path of rungd. Needs `tombi` on
+# the PATH.
 set -euo pipefail
 rungd="$(realpath "$1")"
 cd "$(dirname "$0")/.."
@@ -9,7 +9,7 @@ at="$(mktemp -d)"
 trap 'rm -rf "$at"' EXIT
 cp -r config "$at/config"
 for kind in ladder controller test edge; do "$rungd" schema "$kind" >"$at/$kind.schema.json"; done
-# The first schema whose pattern fits is taken; a `*` stands for `/` too.
+# tombi uses the first schema whose pattern matches; a `*` matches `/` too.
 cat >"$at/tombi.toml" <<'TOML'
 toml-version = "v1.0.0"
 

@@ -26,7 +26,7 @@ fn limited((value, over): (i64, bool), below: bool, m: &mut Mishaps) -> i64 {
     value
 }
 
-// Out of the way, as in the engine.
+// Kept out of line, as in the engine.
 #[cold]
 #[inline(never)]
 fn limit(below: bool) -> i64 {
@@ -54,7 +54,7 @@ fn mul(a: i64, b: i64, m: &mut Mishaps) -> i64 {
     limited(a.overflowing_mul(b), (a < 0) != (b < 0), m)
 }
 
-// By a constant it becomes a multiplication.
+// A division by a constant becomes a multiplication.
 #[inline(always)]
 fn div(a: i64, b: i64, m: &mut Mishaps) -> i64 {
     if b == 0 {

@@ -1,9 +1,9 @@
 //! Measures MATH with four operators beside the same expressions in straight-line Rust.
 //!
-//! Each MATH stands in a rung of its own, with an input as its contact. The native side does all
+//! Each MATH is in a separate rung, with an input as its contact. The native side does everything
 //! that the instruction does: it tests the contact, reads the operands from memory, computes in 64
-//! bits with the same limits and tests for 0, limits what it stores, and notes mishaps. Both sides
-//! must store the same.
+//! bits with the same limits and tests for 0, limits the stored value, and notes mishaps. Both
+//! sides must store the same values.
 
 use std::fmt::Write;
 
@@ -13,12 +13,13 @@ use super::native::{Formulas, thread_time_s};
 use super::scanned::Scanned;
 use super::workload::{INPUTS, Outside};
 
-/// Words that the expressions read; the words behind them are the targets.
+/// The number of words that the expressions read; the words after them are the targets.
 const READ: usize = 64;
-/// Number of scans in a round, over the number of MATHs.
+/// Number of MATHs executed in a round: the number of scans times the number of MATHs.
 const MATHS_IN_A_ROUND: usize = 100_000;
 
-/// A kind of expression: of the MATH with this number, as written in a ladder and in Rust.
+/// A kind of expression. The function gives the expression of the MATH with this number, as written
+/// in a ladder and in Rust.
 type Kind = (&'static str, fn(usize) -> [String; 2]);
 
 const KINDS: [Kind; 3] = [("integers", integers), ("divisions", divisions), ("reals", reals)];

@@ -87,13 +87,14 @@ struct Calculated {
     x: [u8; 256],
     /// The status bits of mishaps.
     st: [u8; 4],
-    /// The first statements with a mishap in a scan, and the number of all.
+    /// The first statements with a mishap in a scan, and, in `tell`, the number of all such
+    /// statements.
     told: [(u32, u8); 16],
     tell: u32,
 }
 
 impl Formulas {
-    /// `statements` in terms of `formulas.rs`. All contacts are ON.
+    /// Compiles `statements`, which use the functions of `formulas.rs`. All contacts are ON.
     pub fn new(statements: &str, words: usize) -> anyhow::Result<Formulas> {
         let source = include_str!("formulas.rs").replace("STATEMENTS", statements);
         let library = Library::open(&compile(&source)?)?;

@@ -2,8 +2,8 @@
 //!
 //! One byte for each bit, one `i32` for each accumulator, no unused flags, branches only around
 //! Stages; every offset is a constant. The state of a rung is stored together: with the histories
-//! of W′ packed byte by byte it took several times as long. Each function has [`RUNGS`] rungs, so
-//! that it compiles fast.
+//! of W′ packed byte by byte, the code took several times as long. Each function has [`RUNGS`]
+//! rungs, so that it compiles fast.
 
 use std::fmt::Write;
 

@@ -86,8 +86,8 @@ pub fn ladder(bytes: &[u8]) {
     show(&findings, file);
 }
 
-/// A template and its use: the lines are the contacts that are given, a contact and an instruction
-/// in the template, and the text of an alarm.
+/// A template and its use. The lines of the text are: the argument for a contact, a contact in the
+/// template, an instruction in the template, the text of an alarm.
 pub fn templates(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     if text.contains(['"', '\\', '\r']) {
@@ -181,7 +181,7 @@ pub fn texts(bytes: &[u8]) {
     }
 }
 
-/// What a Modbus server receives: frames out of a stream, each answered by one frame.
+/// The bytes that a Modbus server receives: a stream of frames, each answered by one frame.
 pub fn modbus_server(mut bytes: &[u8]) {
     static MAP: LazyLock<(Map, Snapshot)> = LazyLock::new(|| {
         let Known { symbols, settings, .. } = &*KNOWN;
@@ -212,7 +212,8 @@ pub fn modbus_server(mut bytes: &[u8]) {
     }
 }
 
-/// What a Modbus client receives: an answer to each kind of request, by TCP and on a serial line.
+/// The bytes that a Modbus client receives: an answer to each kind of request, by TCP and on a
+/// serial line.
 pub fn modbus_client(bytes: &[u8]) {
     let requests: [&[u8]; 8] = [
         &[1, 0, 0, 0, 9],
@@ -257,7 +258,8 @@ fn image(symbols: &Symbols) -> Snapshot {
     }
 }
 
-/// A line of the operator's protocol: an understood request prints as itself.
+/// A line of the operator's protocol: a request that was read is written as a line that reads as
+/// the same request.
 pub fn operator(bytes: &[u8]) {
     let Ok(request) = serde_json::from_slice::<Request>(bytes) else { return };
     let line = serde_json::to_vec(&request).expect("it is of plain parts");
@@ -265,14 +267,15 @@ pub fn operator(bytes: &[u8]) {
     assert_eq!(serde_json::to_vec(&again).expect("as before"), line);
 }
 
-/// A connection to `rungd web`: it ends, and says nothing to those who have not signed in.
+/// A connection to `rungd web`: it ends, and gives no session to a client that has not signed in.
 pub fn web(bytes: &[u8]) {
     let answer = rungd::web::conversation(bytes);
     let has = |word: &[u8]| answer.windows(word.len()).any(|part| part == word);
     assert!(!has(b"set-cookie:") && !has(b"\"csrf\""), "it lets in");
 }
 
-/// What an MQTT broker says: no packet panics, and none makes more of itself.
+/// The packets of an MQTT broker: none causes a panic, and the client's answers and memory stay in
+/// proportion to the packets.
 pub fn mqtt(bytes: &[u8]) {
     rungd::mqtt::conversation(bytes);
 }
@@ -298,7 +301,7 @@ pub fn test_file(bytes: &[u8]) {
     let _ = render(&read.findings, &read.files, Style::default());
 }
 
-/// A file of retentive memory: shows it, and searches its newest image.
+/// A file of retentive memory: shows it, and searches for its newest image.
 pub fn retain(bytes: &[u8]) {
     let mut disk = Disk(bytes.to_vec());
     let _ = rungd::retain::show::show(&mut disk);
@@ -306,7 +309,7 @@ pub fn retain(bytes: &[u8]) {
     if let Some(content) = rungd::retain::content::read(bytes) {
         let _ = format!("{content:?}");
     }
-    // Every slot reads back as it was written.
+    // Every slot is read as it was written.
     let stamp = Stamp { sequence: 3, scan: 2, saved_ms: 1, flags: 0 };
     let mut slot = Vec::new();
     put_slot(&mut slot, 7, &stamp, bytes);
@@ -322,14 +325,14 @@ pub fn record(bytes: &[u8]) {
     let mut cut = Vec::new();
     let _ = recording.cut(0..recording.count(), &mut cut);
     assert!(Recording::of_bytes(cut).count() <= recording.count());
-    // What can be read is something that could have been written.
+    // A section that can be read can also be written, and is then read as the same section.
     if let Some(section) = SectionBody::read(bytes) {
         assert_eq!(SectionBody::read(&section.write()), Some(section));
     }
 }
 
-/// What a hostile broker sends to `rungd fleet`: messages of a byte for topic and flags, two for the
-/// length, and so many bytes.
+/// The messages of a hostile broker to `rungd fleet`. Each consists of a byte for topic and flags,
+/// two bytes for the length, and the payload.
 pub fn sparkplug(mut bytes: &[u8]) {
     let limits =
         FleetLimits { nodes_max: 3, metrics_max: 50, bytes_max: 20_000, ..Default::default() };

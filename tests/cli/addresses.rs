@@ -1,4 +1,5 @@
-//! `rungd check --addresses`: the places of the tags with a `type`, and what keeps them away.
+//! `rungd check --addresses`: the places of the tags with a `type`, and the addresses that these
+//! places avoid.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -9,7 +10,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// The list for the first file.
+/// Compares the list for the first file with the expected one.
 #[track_caller]
 fn check(name: &str, files: &[(&str, &str)], expected: &str) {
     let folder = folder(name);

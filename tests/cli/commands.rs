@@ -1,4 +1,4 @@
-//! The real binary: exit codes, and which stream says what.
+//! The real binary: exit codes, standard output and standard error.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -11,7 +11,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// A file of this test's own.
+/// Writes a file for these tests; returns its path.
 fn file(name: &str, bytes: &[u8]) -> String {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, bytes).unwrap();
@@ -148,7 +148,7 @@ fn a_pipe_is_read_once() {
     assert!(errors.contains("0 errors"), "{errors}");
 }
 
-/// What nobody fills would be waited for without end.
+/// A command that opened a pipe without a writer would wait forever.
 #[test]
 fn what_is_no_file_is_refused_and_not_waited_for() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-file");
@@ -167,7 +167,7 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
         ["run", controller],
         ["check", "/dev/zero"],
     ] {
-        // `timeout` ends with 124 where it has to end the command.
+        // `timeout` exits with 124 if it has to end the command.
         let mut command = Command::new("timeout");
         command.arg("20").arg(env!("CARGO_BIN_EXE_rungd")).args(words);
         let output = command.output().unwrap();
@@ -178,7 +178,7 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
     }
 }
 
-/// As CONTRIBUTING.md says where a command belongs.
+/// The places of a command according to CONTRIBUTING.md.
 #[test]
 fn every_command_has_its_file_its_help_and_its_page() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
@@ -194,7 +194,7 @@ fn every_command_has_its_file_its_help_and_its_page() {
     let names: Vec<&str> = names.filter(|name| *name != "help").collect();
     assert!(names.len() > 15, "{help}");
     for name in names {
-        // Two share the file of what they undo.
+        // Two commands are in the file of the command that they undo.
         let file = match name {
             "unforce" => "force".to_owned(),
             "rollback" => "reload".to_owned(),

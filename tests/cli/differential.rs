@@ -1,9 +1,9 @@
 //! Random programs through `rungd sim` and through the reference model: the traces must be
 //! equal, every operand of every scan.
 //!
-//! `RUNGD_DIFF_PROGRAMS` (150) programs from seed `RUNGD_DIFF_SEED` (1) on; `RUNGD_DIFF_MAX`
-//! (1) is the number of differences after which the run ends; `RUNGD_BIN` is another rungd.
-//! A difference is shrunk and written to a folder below the target's `tmp`.
+//! `RUNGD_DIFF_PROGRAMS` (150) is the number of programs, and `RUNGD_DIFF_SEED` (1) the first seed.
+//! The run ends after `RUNGD_DIFF_MAX` (1) differences. `RUNGD_BIN` names a different rungd binary.
+//! A case that differs is shrunk and written to a folder below the target's `tmp`.
 
 use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
@@ -15,9 +15,9 @@ use std::{env, fs};
 
 enum Verdict {
     Same,
-    /// Both ran: the first difference, and the operands that differ there.
+    /// Both ran, with different traces: the first difference, and the operands that differ there.
     Differs(String, Vec<String>),
-    /// rungd refused the case, or the model did.
+    /// rungd or the model refused the case.
     Refused(String),
 }
 
@@ -77,7 +77,7 @@ impl Bench {
         }
     }
 
-    /// Shrinks a case that differs, keeps it in a folder, and describes it.
+    /// Shrinks a case that differs, writes it to a folder, and describes it.
     fn report(&self, case: &Case) -> String {
         let differs = |case: &Case| matches!(self.judge(case), Verdict::Differs(..));
         let small = shrink(case, 4000, &mut { differs });
@@ -127,7 +127,7 @@ fn model_trace(case: &Case) -> Result<String, String> {
     trace.map_err(|message| format!("the model refused the case: {message}"))
 }
 
-/// The first scan that differs, with each operand that differs in it.
+/// The first scan with a difference, and each operand that differs in that scan.
 fn difference(model: &str, rungd: &str) -> Option<(String, Vec<String>)> {
     if model == rungd {
         return None;
@@ -177,7 +177,7 @@ fn rungd_and_the_model_agree() {
     assert!(failures.is_empty(), "{} differ:\n{}", failures.len(), failures.join("\n\n"));
 }
 
-/// Every generated program is one that the model can run, and runs the same twice.
+/// The model can run every generated program, and gives the same trace twice.
 #[test]
 fn the_model_runs_what_is_generated() {
     for seed in 1..=100 {

@@ -1,13 +1,13 @@
-//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/alarms.md`, `docs/record.md`, `docs/black-box.md`,
-//! `docs/testing.md`, `docs/xref.md` and `docs/draw.md`, executed:
-//! each command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`, and
-//! prints what the page shows.
+//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/alarms.md`, `docs/record.md`,
+//! `docs/black-box.md`, `docs/testing.md`, `docs/xref.md` and `docs/draw.md`, executed: each
+//! command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`,
+//! and prints what the page shows.
 //!
-//! In what the page shows, `…` within a line stands for any text, and a line `…` for any lines.
-//! Overruns of a busy machine are passed over. On the pages about recordings, which show times and
-//! numbers of scans as they were once, every number is masked, and a number that a command takes
-//! from an earlier output is taken from the output of now (`support/masked.rs`).
-//! `UPDATE_EXPECT=1 cargo test --test cli docs_commands` writes the outputs that have no `…` anew.
+//! In an output on the page, `…` within a line stands for any text, and a line `…` for any lines.
+//! Overruns of a busy machine are ignored. The pages about recordings show times and scan numbers
+//! of an earlier run: there every number is masked, and a number that a command takes from an
+//! earlier output of the page is replaced by the number printed in this run (`support/masked.rs`).
+//! `UPDATE_EXPECT=1 cargo test --test cli docs_commands` updates the outputs that have no `…`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,11 +19,12 @@ use crate::support::shown::lines_match;
 
 /// A part of the page.
 enum Part<'a> {
-    /// To be left as it is.
+    /// Text that is left as it is.
     Text(&'a str),
     /// The body of a console block.
     Console(&'a str),
-    /// A file to be written before the next command: its name, and the text that it stands in.
+    /// A file to be written before the next command: its name, and the part of the page that shows
+    /// it.
     File(&'a str, &'a str),
 }
 
@@ -56,10 +57,10 @@ fn parts(page: &str) -> Vec<Part<'_>> {
     }
 }
 
-/// The pages about recordings: their numbers are masked.
+/// The pages about recordings, whose numbers are masked.
 const RECORDED: [&str; 2] = ["record", "black-box"];
 
-/// The folder that a reader would stand in.
+/// The folder in which a reader would run the commands.
 fn workplace(page: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("rungd-docs-{page}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
@@ -81,16 +82,17 @@ fn workplace(page: &str) -> PathBuf {
     folder
 }
 
-/// A busy machine may need longer than the second of a page until a controller answers.
+/// Waits until the controller answers: a busy machine may need longer than the second that the page
+/// waits.
 const ANSWERS: &str =
     "for n in $(seq 300); do rungd status >/dev/null 2>&1 && break; sleep 0.2; done";
 
-/// What a command prints: its output and its findings, as a terminal shows them.
+/// The standard output and standard error of a command together, as a terminal shows them.
 fn output(command: &str, folder: &Path) -> String {
     let binary = Path::new(env!("CARGO_BIN_EXE_rungd"));
     let path = std::env::var("PATH").unwrap_or_default();
     let bin = binary.parent().expect("a folder").display();
-    // On these pages the commands and their controller meet here.
+    // On these pages the controller and the commands use this socket.
     let name = folder.to_string_lossy();
     let has_socket = ["operator", "alarms"]
         .iter()
@@ -110,14 +112,14 @@ fn output(command: &str, folder: &Path) -> String {
         .output()
         .expect("sh runs");
     let text = String::from_utf8(output.stdout).expect("text");
-    // As the pages have it (`workplace`).
+    // The watchdog that the pages show; `workplace` changed it.
     let text = text.replace("watchdog=30s", "watchdog=200ms");
     let text = text.replace("watchdog 30s", "watchdog 200ms");
     let lines = text.lines().filter(|line| !line.contains(" overrun: "));
     lines.map(|line| format!("{}\n", plural(line))).collect()
 }
 
-/// A page shows counts in the plural; a slow machine may have made one scan only.
+/// Puts counts in the plural, as the page shows them: a slow machine may have made only one scan.
 fn plural(line: &str) -> String {
     ["scan", "overrun"].iter().fold(line.to_owned(), |line, thing| {
         line.replace(&format!(" 1 {thing},"), &format!(" 1 {thing}s,"))
@@ -127,13 +129,13 @@ fn plural(line: &str) -> String {
 /// A page that is executed.
 struct Execution {
     folder: PathBuf,
-    /// The numbers of a recording; `None`: every number of the page is what is printed.
+    /// The numbers of a recording; `None`: the numbers on the page must be those printed.
     carried: Option<Carried>,
     differences: Vec<String>,
 }
 
 impl Execution {
-    /// Runs the commands of a block; gives the block with outputs as they are.
+    /// Runs the commands of a block; returns the block with the outputs of this run.
     fn run_block(&mut self, block: &str) -> String {
         let mut anew = String::new();
         assert!(block.starts_with("$ "), "a console block begins with a command: {block}");
@@ -157,7 +159,7 @@ impl Execution {
         anew
     }
 
-    /// Whether an output is what the page shows. Its numbers are remembered.
+    /// Whether an output matches the page. Remembers the numbers of the output.
     fn fits(&mut self, shown: &str, printed: &str) -> bool {
         let (wanted, got): (Vec<&str>, Vec<&str>) =
             (shown.lines().collect(), printed.lines().collect());
@@ -239,7 +241,7 @@ fn run_page(name: &str) {
             }
         }
     }
-    // What a page leaves running.
+    // Ends the controller that a page leaves running.
     let _ = output(
         "pid=$(rungd status | sed -n 's/.*pid \\([0-9]*\\),.*/\\1/p') && kill $pid",
         &folder,

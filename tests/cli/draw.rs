@@ -1,5 +1,5 @@
-//! `rungd draw` as a user runs it: text, SVG and HTML, marks of coverage, what is refused. That a
-//! drawing is the same rung is shown in `src/draw/tests.rs`.
+//! `rungd draw` as a user runs it: text, SVG and HTML, marks of coverage, refusals.
+//! `src/draw/tests.rs` shows that a drawing is the same rung.
 
 use std::collections::HashSet;
 use std::fs;
@@ -70,7 +70,7 @@ fn rungd(args: &[&str], folder: &Path) -> Output {
     command.args(args).current_dir(folder).output().expect("rungd runs")
 }
 
-/// What a command prints; it must succeed and say nothing else.
+/// The standard output of a command, which must succeed without text on standard error.
 fn printed(args: &[&str], folder: &Path) -> String {
     let output = rungd(args, folder);
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
@@ -145,7 +145,7 @@ fn ascii_has_no_other_characters() {
     assert!(text.contains("+--] [--+"), "{text}");
 }
 
-/// Every link of a page leads to a place in it, and nothing is asked for outside.
+/// Every link of a page leads to a place in the page, and the page requests nothing from outside.
 #[test]
 fn a_page_stands_alone() {
     let folder = folder("draw-page");
@@ -173,7 +173,7 @@ fn a_page_stands_alone() {
     }
 }
 
-/// A Stage that is turned OFF is no way to it.
+/// An instruction that turns a Stage OFF is not a transition to that Stage.
 #[test]
 fn a_stage_that_is_turned_off_is_said_and_has_no_arrow() {
     let folder = folder("draw-off");
@@ -212,7 +212,7 @@ fn what_tests_have_not_seen_is_marked() {
     printed(&page, &folder);
     let page = fs::read_to_string(folder.join("plant.html")).expect("a page");
     assert!(page.contains("X1 never ON"), "the page says it in words");
-    // A report of an older text.
+    // The report is about the text before this change.
     fs::write(folder.join("plant.toml"), format!("\n{LADDER}")).expect("written");
     let output = rungd(&args, &folder);
     let said = String::from_utf8(output.stderr).expect("text");

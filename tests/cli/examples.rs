@@ -1,10 +1,10 @@
-//! The examples in `config/`, as a plant's engineer would accept them.
+//! The examples in `config/`, tested like an acceptance test by a plant's engineer.
 //!
-//! `tests/scenarios/` holds a folder a scenario: `args` (the ladder and the plan of `rungd sim`),
-//! `stimulus.csv`, and `expected.csv`, which was reasoned out, not recorded: each row says from
-//! which scan on which operands have which values, and why. A cell holds until the next one below
-//! it, in every scan between; an empty cell says nothing new; `*` lets go. So a lamp that is dark
-//! for one scan does not pass.
+//! `tests/scenarios/` has a folder for each scenario: `args` (the ladder and the options of `rungd
+//! sim`), `stimulus.csv`, and `expected.csv`, which was derived by hand, not recorded. Each row of
+//! it has the scan from which some operands have new values, these values, and the reason. A value
+//! must hold in every scan until the next value in its column. An empty cell changes nothing; after
+//! `*` any value passes. So the test fails if a lamp is dark for one scan.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The rows of `expected.csv` below their header, split; `why` may hold commas.
+/// The header and the rows of `expected.csv`, split into cells; the cell `why` may contain commas.
 fn expected(folder: &Path) -> (Vec<String>, Vec<Vec<String>>) {
     let text = std::fs::read_to_string(folder.join("expected.csv")).expect("expected.csv");
     let mut lines = text.lines();
@@ -31,7 +31,7 @@ fn expected(folder: &Path) -> (Vec<String>, Vec<Vec<String>>) {
     (header, rows)
 }
 
-/// Runs `rungd sim` and gives the trace's rows: the scan's name, and the watched values.
+/// Runs `rungd sim` and returns the trace's rows: the scan's name, and the watched values.
 fn trace(folder: &Path, watch: &[String]) -> Vec<(String, Vec<String>)> {
     let args = std::fs::read_to_string(folder.join("args")).expect("args");
     let output = Command::new(env!("CARGO_BIN_EXE_rungd"))
@@ -54,7 +54,7 @@ fn trace(folder: &Path, watch: &[String]) -> Vec<(String, Vec<String>)> {
     text.lines().skip(1).map(row).collect()
 }
 
-/// Every difference between a scenario's expectation and what the simulator gives.
+/// Every difference between a scenario's expected values and the simulator's trace.
 fn differences(folder: &Path) -> Vec<String> {
     let (header, rows) = expected(folder);
     let operands = &header[1..header.len() - 1];

@@ -1,4 +1,4 @@
-//! `rungd fmt`: which files it writes, what it prints, and its exit codes.
+//! `rungd fmt`: the files that it writes, its outputs, and its exit codes.
 
 use std::fs;
 use std::io::Write;
@@ -137,7 +137,7 @@ fn the_owner_stays() {
     assert_eq!(fs::read_to_string(&path).expect("readable"), LADDER);
 }
 
-/// A broken file may be one of rungd that has lost its tables.
+/// A broken file without recognisable tables may still be a file of rungd, so it is reported.
 #[test]
 fn a_broken_file_without_a_key_of_others_is_told() {
     let folder = folder("fmt-lost");
@@ -160,7 +160,7 @@ fn piped(args: &[&str], text: &str) -> Output {
 fn standard_input_goes_to_standard_output() {
     check(&piped(&["fmt", "-"], LOOSE), 0, LADDER, "");
     check(&piped(&["fmt", "-"], LADDER), 0, LADDER, "");
-    // A character that a terminal obeys is a part of the text.
+    // A character that a terminal would obey is written unchanged, as a part of the text.
     let text = "doc = \"\u{202e}\"\n";
     check(&piped(&["fmt", "-"], text), 0, text, "");
     check(&piped(&["fmt", "--check", "-"], LADDER), 0, "", "");

@@ -1,4 +1,4 @@
-//! `rungd init`: what it writes passes the check without a warning, and runs.
+//! `rungd init`: the files that it writes pass the check without a warning, and run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Gives a controller file a watchdog that no busy machine trips.
+/// Gives a controller file a watchdog so long that a busy machine does not trip it.
 fn calm_down(path: &Path) {
     let controller = fs::read_to_string(path).expect("a controller file");
     fs::write(path, calmed(&controller)).expect("written");
@@ -88,7 +88,7 @@ fn the_command_that_it_prints_can_be_pasted() {
     }
 }
 
-/// No variable and no option names its socket.
+/// `rungd status` finds the socket without a variable or an option that names it.
 #[test]
 fn it_answers_status_in_its_folder_at_once() {
     let folder = folder("init-status");
@@ -106,21 +106,22 @@ fn it_answers_status_in_its_folder_at_once() {
     };
     child.kill().and_then(|()| child.wait()).expect("it ends");
     assert!(said(&status.stdout).contains("ladder      first"), "{status:?}");
-    // A stranger's socket is not asked.
+    // A socket that belongs to a different user is not used.
     if std::os::unix::fs::chown(folder.join("rungd.sock"), Some(65_534), None).is_ok() {
         let told = said(&rungd(&["status"], &folder).stderr);
         assert!(told.contains("answers at /run/rungd/rungd.sock"), "{told}");
     }
 }
 
-/// As systemd and the container start it: a runtime folder, and no writing beside the file.
+/// As systemd and the container start it: with a runtime folder, and unable to write beside the
+/// controller file.
 #[test]
 fn a_service_has_its_socket_in_its_own_folder() {
     let folder = folder("init-service");
     rungd(&["init", "plant"], &folder);
     let run = folder.join("run");
     fs::create_dir(&run).expect("a folder");
-    // Nobody, root included, can make a lock here.
+    // With this folder in its place, not even root can make the lock file.
     fs::create_dir(folder.join("plant/rungd.sock.lock")).expect("a folder");
     calm_down(&folder.join("plant/controller.toml"));
     let args = ["run", "plant/controller.toml", "--scans", "3"];
@@ -134,7 +135,7 @@ fn a_service_has_its_socket_in_its_own_folder() {
     assert!(log.contains(why), "{log}");
 }
 
-/// What its README says: START after a second, five parts, the lamp.
+/// The example of its README: START after a second, five parts, the lamp.
 #[test]
 fn its_ladder_does_what_its_readme_says() {
     let folder = folder("init-sim");

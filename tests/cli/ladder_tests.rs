@@ -1,7 +1,7 @@
 //! `rungd test` and `rungd mutate` as a user runs them: the files of `tests/ladder_tests/`.
 //!
-//! `NAME.test.toml` against `NAME.txt`: the exit code, and what is printed.
-//! `UPDATE_LADDER_TESTS=1 cargo test --test cli ladder_tests::` writes what is printed now.
+//! `NAME.txt` has the expected exit code and output of `NAME.test.toml`. `UPDATE_LADDER_TESTS=1
+//! cargo test --test cli ladder_tests::` updates it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -173,7 +173,7 @@ fn mutants_that_survive_are_named() {
 /// A fault in a copy of an example, and the random test that finds it.
 struct SeededFault {
     ladder: &'static str,
-    /// What is written, and what stands there instead.
+    /// The text in the example, and the faulty text that replaces it.
     change: (&'static str, &'static str),
     always: &'static str,
     set: &'static str,
@@ -255,7 +255,8 @@ fn a_watched_file_runs_again_when_it_changes() {
     let mut next = || lines.next().expect("a line").expect("text");
     assert!(next().ends_with("watched.test.toml: 1 passed"));
     rung("Y1");
-    // What was written right before the start may be taken for a change.
+    // A file written right before the start may count as changed, so the first result can come
+    // twice.
     while !next().ends_with("watched.test.toml: 1 FAILED, 0 passed") {}
     child.kill().expect("it runs");
     child.wait().expect("it ends");

@@ -1,12 +1,12 @@
-//! `rungd lsp` as an editor starts it: over standard input and output, by a client that is not
-//! always well-behaved.
+//! `rungd lsp` as an editor starts it: over standard input and output, with a client that also
+//! breaks the protocol.
 
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
 use serde_json::{Value, json};
 
-/// What the server writes and how it ends, after this input.
+/// The server's outputs and exit code after this input.
 fn serve(input: &[u8]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.arg("lsp").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -28,8 +28,7 @@ fn notification(method: &str) -> String {
     framed(&json!({ "jsonrpc": "2.0", "method": method, "params": {} }).to_string())
 }
 
-/// Checks the exit code, the codes of the errors that the editor was sent, and what standard error
-/// says.
+/// Checks the exit code, the codes of the errors sent to the editor, and standard error.
 fn check(input: &str, code: i32, errors: &[i64], stderr: &str) {
     let output = serve(input.as_bytes());
     let written = String::from_utf8(output.stdout).expect("text");
@@ -92,7 +91,7 @@ fn what_is_no_message_does_not_end_the_server() {
 #[test]
 fn a_broken_header_ends_the_server_with_its_reason() {
     let broken = begun() + "Content-Length: many\r\n\r\n";
-    let why = "rungd: standard input: a header has no number behind Content-Length: \
+    let why = "rungd: standard input: a header has no number after Content-Length: \
                `Content-Length: many`\n";
     check(&broken, 74, &[], why);
     let long = begun() + &format!("Content-Length: {}\r\n\r\n{{", u64::MAX);

@@ -20,7 +20,7 @@ mod sim_controller;
 mod waves;
 mod xref;
 
-/// A binary uses a part of what they share.
+/// Each binary uses a part of this shared code.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -1,5 +1,5 @@
-//! `rungd man` and `rungd completions`: made of the command line as it is, and read by those whom
-//! they are for, where these are installed.
+//! `rungd man` and `rungd completions`: they match the present command line, and `man` and the
+//! shells can read them, if these are installed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ fn every_subcommand_has_a_page() {
     }
 }
 
-/// The script of a shell, as a file of the test that asks.
+/// Writes a shell's script to a file for this test; returns its path.
 fn completions(shell: &str, test: &str) -> PathBuf {
     let script = text(rungd(&["completions", shell]).stdout);
     assert!(script.contains(&format!("COMPLETE=\"{shell}\"")) || shell == "fish", "{script}");
@@ -75,7 +75,7 @@ fn shells_read_their_completions() {
             assert!(status.expect("it runs").success(), "{shell} does not read it");
         }
     }
-    // The script asks rungd itself.
+    // The script calls rungd itself.
     let mut asked = Command::new(env!("CARGO_BIN_EXE_rungd"));
     let asked = asked.env("COMPLETE", "fish").args(["--", "rungd", ""]).output().expect("it runs");
     let offered = text(asked.stdout);
@@ -85,7 +85,7 @@ fn shells_read_their_completions() {
     assert_eq!(rungd(&["completions", "cobol"]).status.code(), Some(2));
 }
 
-/// As bash does it while a line is typed.
+/// Calls the completion as bash does while a line is typed.
 #[test]
 fn bash_completes_commands_and_kinds() {
     let file = completions("bash", "asked").display().to_string();

@@ -1,5 +1,5 @@
-//! What the package says of the libraries in it: their licences' texts, and the bill of materials.
-//! It has every page, with its diagrams.
+//! The package's statements about its libraries: their licences' texts, and the bill of materials.
+//! The package contains every page, with its diagrams.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -68,7 +68,8 @@ fn the_package_lists_no_file_twice() {
     assert!(times.is_empty(), "{times:#?}");
 }
 
-/// `*` in an asset's name stands for one file's name, `**/*` for files in any folder below.
+/// Whether an asset includes a file. `*` in the asset stands for a file name, `**/*` for files in
+/// any folder below.
 fn takes(asset: &str, path: &str) -> bool {
     if let Some(folder) = asset.strip_suffix("**/*") {
         return path.starts_with(folder);

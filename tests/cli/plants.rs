@@ -1,9 +1,9 @@
-//! Each controller file of `config/` with its own simulated device, in virtual time: does the
-//! plant do what it is there for?
+//! Each controller file of `config/` with its own simulated device, in virtual time: the plant
+//! fulfils its purpose.
 //!
-//! Device and engine step in turn on the same grid, so every time here is exact: the device sees
-//! an output in the step behind the scan that drove it. What single rungs do is
-//! `tests/cli/examples.rs`.
+//! Device and engine step in turn on the same grid, so every time here is exact. The device
+//! receives an output in the step after the scan that set it. `tests/cli/examples.rs` tests single
+//! rungs.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -27,7 +27,7 @@ struct Plant {
     stopped: bool,
 }
 
-/// A bit's changes: when, and to what.
+/// A bit's changes: the time in ms and the new value of each.
 type Changes = Vec<(u64, bool)>;
 
 impl Plant {
@@ -88,7 +88,7 @@ impl Plant {
         }
     }
 
-    /// Scans up to a time, that scan included, and looks behind each.
+    /// Scans up to a time, including the scan at that time; calls `look` after each scan.
     fn until(&mut self, end_ms: u64, mut look: impl FnMut(&Plant)) {
         while self.now_ms <= end_ms && !self.stopped {
             self.scan();
@@ -97,7 +97,7 @@ impl Plant {
         }
     }
 
-    /// The changes of some bits up to a time, from OFF.
+    /// Scans up to a time; returns the changes of some bits. OFF at the beginning is not a change.
     fn changes<const N: usize>(&mut self, end_ms: u64, names: [&str; N]) -> [Changes; N] {
         let mut changes = [const { Changes::new() }; N];
         self.until(end_ms, |plant| {
@@ -119,7 +119,8 @@ fn files(folder: PathBuf) -> Vec<PathBuf> {
     paths.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect()
 }
 
-/// The path of a changed controller file of `config/`; its ladders are where they were.
+/// Writes a changed controller file of `config/` and returns its path. It uses the original
+/// ladders.
 fn copy(text: &str, name: &str) -> PathBuf {
     let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/programs/");
     let text = text.replace("\"programs/", &format!("\"{}", programs.display()));
@@ -157,8 +158,8 @@ fn every_file_in_config_passes_check_without_a_warning() {
             .tags
             .iter()
             .filter(|t| t.doc.is_none() && t.alarm.is_none())
-            // A library's tags, `oven.wrong`, are the library's to explain; an array has its doc at
-            // its first element.
+            // A library explains its own tags, such as `oven.wrong`. An array has its doc at its
+            // first element.
             .filter(|t| !t.name.contains('.') && (t.name.ends_with("[0]") || !t.name.contains('[')))
             .map(|t| t.name.as_str())
             .collect();
@@ -170,7 +171,7 @@ fn every_file_in_config_passes_check_without_a_warning() {
     }
 }
 
-/// What a controller file proposes to retain, behind `#`, is right too.
+/// The `[retain]` table that a controller file proposes in a comment is right too.
 #[test]
 fn what_the_examples_propose_to_retain_passes_check() {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
@@ -208,17 +209,18 @@ fn every_controller_runs() {
             .expect("rungd runs");
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{}: {said}", path.display());
-        // A busy machine may bring overruns, and the first start finds no memory to restore;
-        // anything else to warn of would be the example's.
+        // A busy machine may cause overruns, and the first start finds no memory to restore. Any
+        // other warning would be a fault of the example.
         let usual = |line: &str| line.contains("overrun") || line.contains("retain-cold");
         let warns = |line: &&str| line.contains("WARN") && !usual(line);
         assert_eq!(said.lines().find(warns), None, "{}", path.display());
     }
 }
 
-/// The feeder is seen to run at 10 ms, the first part comes 250 ms later, and one every 400 ms:
-/// the twelfth at 4660 ms. The bin is away 1 s after the lamp was seen, and believed to be 200 ms
-/// later; the next one is there 500 ms after the lamp was seen to go out.
+/// The device sees the feeder run at 10 ms. The first part comes 250 ms later, and further parts
+/// every 400 ms: the twelfth at 4660 ms. The device removes the bin 1 s after it sees the lamp, and
+/// the ladder accepts that 200 ms later. The next bin is there 500 ms after the device sees that
+/// the lamp is out.
 #[test]
 fn the_first_controller_fills_its_first_bin_within_five_seconds() {
     let mut plant = Plant::of("rungd.toml");
@@ -251,7 +253,8 @@ fn the_robot_empties_the_bin_and_waits_for_the_refill() {
         assert!(!plant.on("miscount"), "taken from an empty bin");
         assert!(plant.on("low_lamp") || plant.on("robot_enable"));
     });
-    // 2 s to the first refill; then a bin lasts 400 ms + 11 × 700 ms, and 2 s to the next: 10.1 s.
+    // The first refill comes after 2 s. Then a bin lasts 400 ms + 11 × 700 ms, and the next refill
+    // takes 2 s: 10.1 s.
     assert_eq!((plant.word("refills"), least), (6, 0));
 }
 
@@ -321,8 +324,9 @@ fn the_lights_cycle_in_order_and_are_never_green_together() {
             order.push(stage);
         }
     });
-    // A pedestrian calls at 10 s, is served after the first cycle, and is back at 55 s, late in
-    // the second. Then comes the night, at an all-red, and day again at 75 s.
+    // A pedestrian presses the button at 10 s, is served after the first cycle, and presses it
+    // again at 55 s, late in the second cycle. Then the night begins at an all-red, and the day
+    // returns at 75 s.
     let streets = &STAGES[3..];
     let mut wanted = vec!["Day.AllRed"];
     wanted.extend(streets);
@@ -332,7 +336,7 @@ fn the_lights_cycle_in_order_and_are_never_green_together() {
     assert!(flashes >= 5, "amber flashed {flashes} times");
 }
 
-/// The cycle cannot do it; a force can, and the watch at its end must see it.
+/// The Stages cannot give two greens, but a force can. The last rungs must detect that.
 #[test]
 fn two_greens_stop_the_traffic_light() {
     let mut plant = Plant::of("traffic-light.toml");
@@ -350,12 +354,13 @@ fn the_mixer_makes_a_batch_to_its_recipe() {
     let mut plant = Plant::of("batch-mixer.toml");
     let names = ["drain_valve", "water_valve", "syrup_valve", "agitator", "busy_lamp"];
     let [drain, water, syrup, agitator, busy] = plant.changes(39_000, names);
-    // Drained 3 s after 1 s, dry for 1 s; then 150 ms + 19 × 250 ms and 300 ms + 7 × 500 ms.
+    // Draining takes 3 s from 1 s on, and the tank must be dry for 1 s. Then the water takes 150 ms
+    // + 19 × 250 ms, the syrup 300 ms + 7 × 500 ms.
     assert_eq!(drain[..2], [(1_000, true), (5_010, false)]);
     assert_eq!(water, [(5_010, true), (9_920, false)]);
     assert_eq!(syrup, [(5_010, true), (8_820, false)]);
-    // Mix begins a scan after the water. TMRA sees the agitator a scan late: ON from 9.94 s to the
-    // scan at 14 s, which makes 4.06 s, and from 16.01 s for the 1.94 s that remain.
+    // Mix begins a scan after the water. TMRA reads the agitator a scan late: ON from 9.94 s to the
+    // scan at 14 s, which is 4.06 s, and from 16.01 s on for the remaining 1.94 s.
     assert_eq!(agitator[..3], [(9_930, true), (14_000, false), (16_000, true)]);
     assert_eq!(drain[2], (17_950, true));
     assert_eq!(busy[..2], [(1_000, true), (21_960, false)]);
@@ -384,15 +389,15 @@ fn the_pumps_share_the_work() {
 #[test]
 fn the_lubrication_gives_a_stroke_at_every_interval_in_which_the_machine_runs() {
     let mut plant = Plant::of("lubrication.toml");
-    // A stroke takes 1.2 s and a few scans: they begin at 10 s, 21.2 s, 32.5 s and 43.7 s.
+    // A stroke takes 1.2 s and a few scans: the strokes begin at 10 s, 21.2 s, 32.5 s and 43.7 s.
     plant.until(60_000, |plant| assert!(!plant.on("fault")));
     assert_eq!((plant.word("total_strokes"), plant.word("total_faults")), (4, 0));
-    // The machine stood from 50 s to 60 s; 5.1 s of the interval had passed before that.
+    // The machine did not run from 50 s to 60 s; 5.1 s of the interval had passed before that.
     plant.until(64_500, |_| {});
     assert_eq!(plant.word("total_strokes"), 4);
     plant.until(67_000, |_| {});
     assert_eq!(plant.word("total_strokes"), 5);
-    // Without pressure the pump gives up after 3 s.
+    // Without pressure the pump is switched off after 3 s.
     plant.force("pressure", false);
     plant.until(90_000, |_| {});
     assert!(plant.on("fault") && !plant.on("pump"));

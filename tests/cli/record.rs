@@ -1,5 +1,5 @@
-//! `rungd record info` and `export` as a user runs them; and every command of recordings on such as
-//! no rungd has written, with right checksums.
+//! `rungd record info` and `export` as a user runs them. Also every command for recordings on
+//! recordings that no rungd has written, with right checksums.
 
 use std::process::Output;
 
@@ -70,7 +70,7 @@ fn export_writes_what_replay_traces() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("-o a.txt: the ending says"));
 }
 
-/// Times, numbers and states at the ends of what a number holds.
+/// Times, numbers and states at the limits of their types.
 #[test]
 fn no_command_panics_at_what_no_rungd_has_recorded() {
     let place = Place::new("hostile");
@@ -114,7 +114,7 @@ fn no_command_panics_at_what_no_rungd_has_recorded() {
     }
 }
 
-/// The output could be the recording itself, or a ladder.
+/// The output path could be that of the recording itself, or of a ladder.
 #[test]
 fn no_file_is_overwritten() {
     let place = Place::new("overwritten");

@@ -1,5 +1,5 @@
 //! `rungd replay` as a user runs it, on recordings made by the tape and the recorder of the
-//! controller; and the page that shows it.
+//! controller; and the page about it.
 
 use crate::support::model::generate::generate;
 use crate::support::shown::lines_match;
@@ -36,7 +36,7 @@ rung = [
 ]
 "#;
 
-/// A controller that is recorded.
+/// A recorded controller.
 pub struct Line {
     taped: Taped,
     reader: TapeReader,
@@ -83,7 +83,7 @@ impl Line {
         self.symbols.layout.cell(self.scope.address(name).unwrap()).unwrap()
     }
 
-    /// A scan with writes of operands by their names.
+    /// Makes a scan with these writes, by the operands' names.
     fn scan(&mut self, writes: &[(&str, i32)]) -> bool {
         let times = ScanTimes { mean_us: 300, min_us: 290, max_us: 320, last_us: 310 };
         let local_s = BEGIN_NS / 1_000_000_000 + (self.now_ns / 1_000_000_000) as i64;
@@ -119,8 +119,8 @@ impl Line {
     }
 }
 
-/// Twenty seconds of a conveyor: a part is in front of the eye for half a second now and then, for
-/// 1.5 s after 6 s, and for 3 s after 10 s.
+/// Twenty seconds of a conveyor: some parts are in front of the eye for half a second, one at 6 s
+/// for 1.5 s, and one at 10 s for 3 s.
 pub fn conveyor() -> Line {
     let mut line = Line::new(CONVEYOR);
     for scan in 0..2_000 {
@@ -195,7 +195,7 @@ fn a_recording_proves_itself_and_tells_its_alarms() {
         "alarm jam on at 2026-11-22 10:00:12.000 (scan 1201) for 1.000 s: a part stays in front of the eye\n\
          2,000 scans replayed in … s, … × real time; … of … hashes equal\n",
     );
-    // A folder is one recording too.
+    // A folder counts as one recording too.
     let folder = place.replay(0, &["."]);
     assert!(folder.contains("2,000 scans"), "{folder}");
 }
@@ -411,7 +411,7 @@ fn random_programs_replay_and_equal_themselves() {
     }
 }
 
-/// The commands of `docs/replay.md`, in a folder with the recording that it is about.
+/// The commands of `docs/replay.md`, in a folder with the recording of that page.
 #[test]
 fn the_page_shows_what_the_commands_print() {
     let place = Place::new("page");

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A counter of one input, with a word that the outside may write.
+/// A counter of one input, and a word that may be written from outside.
 const LADDER: &str = r#"[tags]
 part  = { at = "X0" }
 parts = { at = "CT0" }
@@ -20,10 +20,10 @@ rung = [
 
 const STIMULUS: &str = "scan,X0,size\n1,1,\n2,0,\n3,1,\n4,,3\n";
 
-/// The same without the row of scan 4, for runs of four scans.
+/// The same stimulus without the row of scan 4, for runs of four scans.
 const WITHIN_FOUR_SCANS: &str = "scan,X0,size\n1,1,\n2,0,\n3,1,\n";
 
-/// A word of reals, which the outside may write.
+/// An R word that may be written from outside.
 const REALS: &str = r#"[tags]
 level = { at = "R0", initial = 1.5, min = -10, max = 99.5 }
 
@@ -53,14 +53,14 @@ impl Place {
         std::fs::read_to_string(self.0.join(name)).unwrap()
     }
 
-    /// `rungd sim` in the folder, with arguments between spaces.
+    /// Runs `rungd sim` in the folder; `args` are separated by spaces.
     pub fn sim(&self, args: &str) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
         command.current_dir(&self.0).arg("sim").args(args.split_whitespace());
         command.output().unwrap()
     }
 
-    /// The trace on standard output of a run that says nothing else.
+    /// The trace on standard output of a run that prints nothing else.
     #[track_caller]
     pub fn trace(&self, args: &str) -> String {
         let output = self.sim(args);
@@ -69,7 +69,7 @@ impl Place {
         text(&output.stdout)
     }
 
-    /// The run is refused with a code, a message, and no trace.
+    /// Checks that the run is refused with this exit code and message, and without a trace.
     #[track_caller]
     pub fn refused(&self, args: &str, code: i32, said: &str) {
         let output = self.sim(args);
@@ -84,7 +84,7 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// The scans of a trace: the first cell of each row behind the header.
+/// The scans of a trace: the first cell of each row below the header.
 fn scans(trace: &str) -> Vec<&str> {
     trace.lines().skip(1).filter_map(|line| line.split(',').next()).collect()
 }
@@ -393,7 +393,8 @@ fn several_ladder_files_are_one_program() {
     let args = "--stimulus parts.csv --scans 4 --watch full,Y1";
     let expected = "scan,time_ms,full,Y1\n0,0,0,0\n1,10,0,0\n2,20,0,0\n3,30,1,1\n";
     assert_eq!(place.trace(&format!("count.toml lamp.toml {args}")), expected);
-    // Programs execute in the order of the files: `Lamp` first sees the scan before.
+    // Programs execute in the order of the files: now `Lamp` comes first and reads the value of the
+    // previous scan.
     assert_eq!(
         place.trace(&format!("lamp.toml count.toml {args}")),
         expected.replace("30,1,1", "30,1,0")

@@ -2,7 +2,7 @@
 
 use crate::sim::{Place, text};
 
-/// A plant that answers 300 ms after its command, a device that is silent, a rule.
+/// A plant that answers 300 ms after its command, a device that does not answer, and a rule.
 const LOOP: &str = r#"
 ladder = ["loop.toml"]
 scan.period = "50ms"

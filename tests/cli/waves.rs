@@ -1,5 +1,5 @@
-//! `rungd sim --trace x.vcd`: a reader of IEEE 1364 reads traces of random programs, and finds what
-//! the CSV of the same run says.
+//! `rungd sim --trace x.vcd`: a reader of IEEE 1364 reads traces of random programs, and finds the
+//! values of the CSV of the same run.
 //!
 //! `RUNGD_WAVES` (20) programs from seed 1 on.
 
@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The variables of a VCD, in order, with their values from each of their times on.
+/// The variables of a VCD in order, and their changes.
 struct Waves {
     /// Type, short name, name.
     variables: Vec<[String; 3]>,
@@ -63,7 +63,7 @@ fn read(vcd: &str) -> Waves {
     waves
 }
 
-/// A CSV made of the waves at the rows' times.
+/// A CSV made of the waves, with the rows of `csv`.
 fn as_csv(waves: &Waves, csv: &str) -> String {
     let mut lines = csv.lines();
     let mut text = format!("{}\n", lines.next().unwrap());
@@ -75,7 +75,7 @@ fn as_csv(waves: &Waves, csv: &str) -> String {
         let (ms, fraction) = cells[1].split_once('.').unwrap_or((cells[1], ""));
         let us =
             ms.parse::<u64>().unwrap() * 1000 + format!("{fraction:0<3}").parse::<u64>().unwrap();
-        // The row `stop` has the time of the last scan, and is 1 µs later in the waves.
+        // The row `stop` has the time of the last scan in the CSV, and is 1 µs later in the waves.
         let us = us + u64::from(cells[0] == "stop");
         while let Some((_, changes)) = waves.changes.get(next).filter(|(time, _)| *time <= us) {
             for (code, value) in changes {

@@ -1,4 +1,4 @@
-//! `rungd xref`: what is listed for each kind of operand, in which files it looks, what it refuses.
+//! `rungd xref`: the list for each kind of operand, the files that are searched, the refusals.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -97,7 +97,7 @@ set   = { level = 5 }
 steps = ["set start 1", "run 2 scans", "expect: recipe[step] == 0 & !valve"]
 "#;
 
-/// A folder with the project.
+/// Makes a folder with the project.
 fn project(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&folder);
@@ -226,7 +226,7 @@ fn a_structure_stands_for_its_members() {
     );
 }
 
-/// A retained structure keeps its members.
+/// Retentive memory keeps a structure with all its members.
 #[test]
 fn a_member_of_a_retained_counter_is_kept() {
     let folder = project("xref-retained");

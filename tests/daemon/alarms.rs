@@ -148,7 +148,7 @@ fn each_alarm_comes_with_what_explains_it() {
     let live = live();
     live.ok("write X5 on");
     live.await_values("hot", "ON");
-    // The recording has the scan once its thread has taken it.
+    // The recording has the scan as soon as its thread has read it.
     let text = live.await_ok("alarms");
     assert_eq!(listed(&live), ["low 1 unacknowledged", "hot 2 unacknowledged"], "{text}");
     for words in ["OUT low turned it ON", "X5 is ON", "OUT hot turned it ON", "low (C0) is ON"] {
@@ -195,7 +195,7 @@ fn over_a_reload_an_alarm_keeps_what_is_known_of_its_name() {
     assert_eq!(listed(&live), all[..2]);
 }
 
-/// What stands is OFF after the termination pass of a stop, unless it is SET or written.
+/// An alarm's bit is OFF after the termination pass of a stop, unless the bit was SET or written.
 #[test]
 fn a_stop_ends_alarms_that_a_coil_drives() {
     let live = live();
@@ -219,7 +219,7 @@ fn who_may_only_look_sees_alarms_and_acknowledges_none() {
     let operator = "[operator]\nsocket = \"s\"\nmode = \"0666\"\ngroup = \"4242\"\n";
     let live = Live::start(LADDER, operator, &[]);
     live.ok("write stuck on");
-    // Not everybody may read the ladder's files, so this user gets no recording.
+    // Not every user may read the ladder's files now, so this user gets no recording.
     let mut chmod = Command::new("chmod");
     chmod.arg("o-r").arg(live.folder.join("ladder.toml"));
     assert!(chmod.status().expect("chmod").success());

@@ -2,7 +2,7 @@
 //! it.
 //!
 //! Each test writes its files into a folder of its own and starts the binary. The log goes to
-//! standard error, as JSON lines or in another form; the test reads it as a person or a machine
+//! standard error, as JSON lines or in a different form; the test reads it as a person or a machine
 //! would.
 
 use crate::support::calm::calm;
@@ -68,7 +68,7 @@ impl Plant {
     }
 }
 
-/// What a command comes to that logs JSON: the exit code and the lines of the log.
+/// The exit code and the log lines of a command that logs JSON.
 pub fn said(command: &mut Command) -> (i32, Vec<Value>) {
     let output = command.output().unwrap();
     assert_eq!(output.stdout, b"", "standard output is for results");

@@ -1,10 +1,10 @@
 //! Changed clocks. The wall clock steps ten years forward and back while rungd runs. The monotonic
-//! clock counts from another origin. No scan is missed.
+//! clock counts from a different origin. No scan is missed.
 //!
 //! A small library (`support/wall_clock.c`) steps the wall clock for the process alone. It adds an
 //! offset from a file to the wall clock and leaves every other clock as it is. The C compiler that
-//! links Rust programs builds it. The library cannot show that no wait depends on the wall clock;
-//! another test shows that with `strace`. A time namespace shifts the monotonic clock.
+//! links Rust programs builds it. The library cannot show that no wait depends on the wall clock; a
+//! second test shows that with `strace`. A time namespace shifts the monotonic clock.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;

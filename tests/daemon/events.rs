@@ -149,7 +149,7 @@ fn the_journals_catalogue_is_what_the_program_prints() {
     keep("config/systemd/rungd.catalog", &String::from_utf8(output.stdout).expect("text"));
 }
 
-/// systemd's own reading of the file.
+/// systemd's tools can read the catalogue file.
 #[test]
 fn journalctl_takes_the_catalogue() {
     if !journal::installed("journalctl", "systemd") {

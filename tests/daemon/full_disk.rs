@@ -15,7 +15,7 @@ use serde_json::Value;
 const PERIOD: Duration = Duration::from_millis(2);
 const CONTROLLER: &str = "scan.period = \"2ms\"\n";
 
-/// The whole lines of a log. A line may be torn where the disk became full.
+/// The whole lines of a log. The line at which the disk became full may be incomplete.
 fn whole_lines(text: &str) -> Vec<Value> {
     text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
 }
@@ -31,7 +31,7 @@ fn a_full_disk_costs_lines_and_once_there_is_room_the_log_goes_on() {
         return skip(Need::MountNamespace, "no mount namespace to be had");
     };
     let mut running = Running::new(plant.command(&prefix).stderr(Stdio::null()));
-    // The log's path from outside the process's own mount namespace.
+    // The log's path as seen from outside the process's mount namespace.
     let seen = PathBuf::from(format!("/proc/{}/root{disk}/log", running.pid()));
     let size = || std::fs::metadata(&seen).map_or(0, |log| log.len());
     let since = Instant::now();
@@ -82,7 +82,7 @@ fn a_log_that_can_never_be_written_costs_no_scan() {
     let points = (end - begin).as_millis() as u64 / 2;
     let excused = held_up.as_millis() as u64 / 2;
     let told = format!("{first} {last} {points}, held up for {held_up:?}");
-    // A status is some time under way.
+    // A status message needs some time to arrive.
     assert!(last - first <= points + 50 + excused, "{told}");
     assert!(last - first + excused > points / 2, "{told}");
     running.signal("TERM");

@@ -101,7 +101,8 @@ fn a_journal_that_goes_away_leaves_lines() {
     assert!(text.contains("<6>RUNGD-0005 process-end: rungd ends "), "{text}");
 }
 
-/// The socket is not read: scans go on, lines are dropped and counted, and the end is on time.
+/// Nobody reads the socket: scans continue, lines are dropped and counted, and the process ends on
+/// time.
 #[test]
 fn a_frozen_journal_costs_lines_and_no_scan() {
     let journal = FakeJournal::new();
@@ -121,13 +122,13 @@ fn a_frozen_journal_costs_lines_and_no_scan() {
     fs::write(journal.folder.join("ladder.toml"), text).unwrap();
     let mut child = command.spawn().unwrap();
     thread::sleep(Duration::from_secs(2));
-    // The journal reads again.
+    // The journal's socket is read again.
     let mut bytes = vec![0; 1 << 18];
     socket.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
     let mut entries = Vec::new();
     let since = Instant::now();
     loop {
-        // All that it wrote is there once it has ended.
+        // Everything that the process wrote is in the socket when it has ended.
         let is_over = child.try_wait().unwrap().is_some();
         match socket.recv(&mut bytes) {
             Ok(length) => entries.push(journal::fields(&bytes[..length])),

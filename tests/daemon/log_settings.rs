@@ -1,5 +1,5 @@
-//! `[log]` of the controller file in the real process: whose changes of state are told, the levels
-//! of events, local time, and what a reload takes over.
+//! `[log]` of the controller file in the real process: the blocks whose changes are logged, the
+//! levels of events, local time, and the settings that a reload changes.
 
 use std::fs::{self, File};
 use std::os::unix::fs::FileExt;
@@ -20,14 +20,14 @@ const STAGES: &str = "[[program]]\nname = \"Main\"\n\
     [[program.stage]]\nname = \"B\"\nrung = [ { when = [\"$On\"], do = [\"JMP A\"] } ]\n\
     [[task]]\nname = \"Job\"\nrung = []\n";
 
-/// The lines of twenty scans.
+/// The log lines of a run of twenty scans.
 fn lines(ladder: &str, controller: &str, arguments: &[&str]) -> Vec<Value> {
     let plant = Plant::new(ladder, &format!("scan.period = \"2ms\"\n{controller}"));
     let mut command = plant.command(&[] as &[&str]);
     Running::new(command.args(["--scans", "20"]).args(arguments)).rest()
 }
 
-/// Whether there are lines of Stages, and of Programs and Tasks.
+/// Whether there are lines about Stages; whether there are lines about Programs and Tasks.
 fn told(lines: &[Value]) -> (bool, bool) {
     let names = ["block-started", "block-stopped", "block-completed", "stage-on", "stage-off"];
     let is_of_blocks =
@@ -55,7 +55,7 @@ fn lines_of_blocks_are_those_that_the_file_asks_for() {
         let has = |name: &str| found.iter().any(|line| event(line) == name);
         assert!(has("mode-run") && has("mode-stop") && has("process-end"), "{blocks}");
     }
-    // What is left out is left out at every level.
+    // Lines that `log.blocks` excludes are left out at every level.
     let found = lines(STAGES, "log.blocks = \"programs\"\n", &["--log-level", "trace"]);
     assert_eq!(told(&found), (false, true));
 }
@@ -135,7 +135,7 @@ fn a_reload_takes_the_log_over_and_a_rollback_takes_it_back() {
         assert_eq!((event(&told), &told["level"]), ("tag-off", &"WARN".into()));
     }
     live.ok("mode stop");
-    live.line("STOP: an operator asked for it");
+    live.line("STOP: an operator requested it");
     live.ok("mode run");
     live.line("RUN: scanning");
     let told = until(&live, "tag-off");
@@ -145,7 +145,7 @@ fn a_reload_takes_the_log_over_and_a_rollback_takes_it_back() {
     assert_eq!(live.line("lamp is ON")["level"], "INFO");
 }
 
-/// `rungd run` in a folder, with its text log in a file there.
+/// `rungd run` in a folder, with its text log in a file in that folder.
 struct Texts<'a> {
     folder: &'a Path,
     child: Child,
@@ -192,7 +192,7 @@ fn now_s() -> i64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs() as i64
 }
 
-/// The seconds since 1970 of a time, as `date` reads it.
+/// A time in seconds since 1970, as `date` reads it.
 fn seconds_of(stamp: &str) -> i64 {
     let said = Command::new("date").args(["-d", stamp, "+%s"]).output().expect("date").stdout;
     let said = String::from_utf8(said).expect("text");
@@ -248,7 +248,7 @@ fn local_time_changes_with_summer_time_at_its_second() {
     to(spring_s - 2);
     shows("2026-03-29T03:00:", "+02:00 ");
     to(autumn_s - 1000);
-    // The thread that reads the zone has looked again.
+    // By then the thread that reads the zone has read it again.
     shows("2026-10-25T02:43:24", "+02:00 ");
     to(autumn_s - 2);
     shows("2026-10-25T02:00:", "+01:00 ");

@@ -1,7 +1,6 @@
 //! `rungd monitor` in a real terminal, tmux, with a real controller: its pages, a force, its ends.
 //!
-//! Where tmux is not installed the tests say so and do nothing, unless `RUNGD_REQUIRE` names
-//! `programs`.
+//! Without tmux the tests print the reason and pass, unless `RUNGD_REQUIRE` names `programs`.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -31,13 +30,14 @@ when = ["level > 500"]
 do   = ["OUT jam"]
 "#;
 
-/// A terminal with a shell's script in it.
+/// A terminal that runs a shell script.
 struct Tmux {
     server: String,
 }
 
 impl Tmux {
-    /// Starts the monitor; after its end the terminal says so, with the state of its input.
+    /// Starts the monitor. After its end the script prints the exit code and the input settings of
+    /// the terminal.
     fn start(folder: &Path, arguments: &str) -> Option<Tmux> {
         let found = Command::new("tmux").arg("-V").stdout(Stdio::null()).status();
         if !found.is_ok_and(|status| status.success()) {
@@ -148,7 +148,7 @@ fn the_page_shows_forces_and_leaves_a_clean_screen() {
     tmux.keys(&["w"]);
     tmux.awaits(&["Why: stop", "stop (X0) is ON", "force"]);
 
-    // Another program: its ladder is drawn, with its own power.
+    // A different program is loaded: the monitor draws its ladder, with its own power.
     let ladder = LADDER.replace("\"run\"", "\"halt\"").replace("!stop", "stop & !motor");
     std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
     live.ok("reload");

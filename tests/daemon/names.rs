@@ -1,6 +1,6 @@
-//! Names that have no address of their own, with the real binary at both ends of the socket: own
-//! tags of a template's use, elements and whole arrays, read, written and forced; and names that
-//! stand for several others: blocks and uses.
+//! Names without an address of their own, with the real binary at both ends of the socket: own tags
+//! of a template's use, elements and whole arrays are read, written and forced. Also names that
+//! stand for several operands: blocks and uses.
 
 use crate::operator_commands;
 use crate::support::live::Live;

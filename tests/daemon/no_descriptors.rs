@@ -56,8 +56,8 @@ fn clients_have_them_all() {
     let (plant, listen) = plant();
     let mut running = Running::new(&mut plant.command(&["prlimit", "--nofile=64:64"]));
     running.line("RUN: scanning");
-    // No more than the backlog of the socket: the system makes a further client try again only
-    // after seconds.
+    // No more clients than the backlog of the socket: a further client would try again only after
+    // seconds.
     let clients: Vec<_> = (0..120).map(|_| TcpStream::connect(&listen).unwrap()).collect();
     running.line("cannot accept a client");
     lack(&running);

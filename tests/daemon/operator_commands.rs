@@ -266,7 +266,7 @@ fn status_tells_all() {
     assert_eq!(live.say("status --require-run").code, 0);
     live.ok("mode stop");
     assert_eq!(live.say("status --require-run").code, 1);
-    assert!(live.ok("status").contains("STOP (an operator asked for it) for"));
+    assert!(live.ok("status").contains("STOP (an operator requested it) for"));
 }
 
 #[test]
@@ -345,7 +345,7 @@ fn the_requests_that_the_page_shows_are_done() {
     let page = include_str!("../../docs/operator.md");
     let lines = page.split("```json\n").nth(1).unwrap().split("```").next().unwrap();
     let mut stream = live.connect();
-    // Makes a program to go back to: any changed byte makes another program.
+    // Makes a program to go back to: any changed byte makes a different program.
     std::fs::write(live.folder.join("ladder.toml"), format!("{ladder}\n# edited\n")).unwrap();
     ask(&mut stream, r#"{"do":"reload","dry_run":false}"#);
     for line in lines.lines() {
@@ -450,7 +450,7 @@ fn forces_are_shown_and_ended_by_what_their_addresses_are_called_now() {
     assert!(said.contains("width (D1) is new: 12, but stays 20 (forced)"), "{said}");
     assert_eq!(forces(), is(Some("width")));
     let said = reload("size", "girth");
-    assert!(said.contains("tag width (D1) is called girth now; the force stays on it"), "{said}");
+    assert!(said.contains("tag width (D1) was renamed to girth; the force stays on it"), "{said}");
     assert_eq!(forces(), is(Some("girth")));
     let said = live.say("unforce width");
     assert!(said.err.contains("nothing is called `width`"), "{said:?}");

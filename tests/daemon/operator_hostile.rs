@@ -20,7 +20,7 @@ name = "Main"
 rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
 "#;
 
-/// Ends the controller; every grid point was scanned or counted as skipped.
+/// Ends the controller, and checks that every grid point was scanned or counted as skipped.
 fn assert_no_scan_lost(live: &mut Live) {
     assert_eq!(live.served("read size"), "size  D1  12\n", "the next one is served");
     let statistics = live.end();
@@ -44,7 +44,7 @@ fn descriptors(live: &Live) -> usize {
     std::fs::read_dir(format!("/proc/{}/fd", live.child.id())).unwrap().count()
 }
 
-/// Waits until it works no longer on what it was sent, however slow the machine is.
+/// Waits until the controller has finished its work on the requests, however slow the machine is.
 fn at_rest(live: &Live) {
     let begun = Instant::now();
     let mut used = processor_time(live.child.id());
@@ -171,7 +171,7 @@ fn a_thousand_connections_keep_nobody_out() {
             live.served("read size");
         }
     }
-    // Seats of closed clients become free while the next clients connect.
+    // Seats of closed connections become free while the next clients connect.
     let begun = Instant::now();
     while descriptors(&live) >= 64 + 40 {
         assert!(begun.elapsed() < PATIENCE, "{} descriptors are open", descriptors(&live));

@@ -34,7 +34,8 @@ name = "LastScan"
 rung = [ { when = ["$On"], do = ["ADD D8 1 to=D8"] } ]
 "#;
 
-/// `KEPT`: operands that keep their values over a stop. `ENDED`: operands that its passes end.
+/// `KEPT`: operands that keep their values over a stop. `ENDED`: operands that the passes of a stop
+/// switch OFF or reset.
 const KEPT: &str = "CT0.Acc C1 D0 N0.ACC";
 const ENDED: &str = "CT1.Acc T1.Acc C0 Y0 Y2 Side.Running";
 
@@ -43,15 +44,15 @@ fn stop_and_run_keep_memory_as_the_termination_table_says() {
     let live = Live::start(LADDER, "scan.period = \"5ms\"\noutputs.hold = [\"Y1\"]\n", &[]);
     live.ok("write go on");
     live.await_values("C0 Y2", "ON ON");
-    assert_eq!(live.ok("mode stop"), "STOP (an operator asked for it), was RUN\n");
-    let [stop, told] = live.lines(["STOP: an operator asked for it", "asked for STOP"]);
+    assert_eq!(live.ok("mode stop"), "STOP (an operator requested it), was RUN\n");
+    let [stop, told] = live.lines(["STOP: an operator requested it", "asked for STOP"]);
     assert_eq!(stop["level"], "WARN");
     assert_eq!(told["event"], "operator-mode");
     assert_eq!((&told["before"], &told["after"]), (&"RUN".into(), &"STOP".into()));
     live.await_values(KEPT, "1 ON 7 1");
     live.await_values(ENDED, "0 0 OFF OFF OFF OFF");
     live.await_values("D8 D9 Main.Running", "1 1 OFF");
-    assert_eq!(live.ok("mode stop"), "STOP (an operator asked for it), was STOP\n");
+    assert_eq!(live.ok("mode stop"), "STOP (an operator requested it), was STOP\n");
     let timed = live.ok("read T0.Acc");
     let scans = || live.say("status --json").json()["scans"].as_u64().unwrap();
     let stopped = scans();
@@ -80,7 +81,7 @@ fn a_start_in_stop_is_left_by_run_with_memory_as_after_a_cold_start() {
     let live = Live::start(LADDER, "", &["--stopped"]);
     live.line("STOP: the command line asked for it");
     live.await_values("D9 Main.Running", "0 OFF");
-    assert!(live.ok("status").contains("STOP (the command line asked for it (`--stopped`))"));
+    assert!(live.ok("status").contains("STOP (the command line requested it (`--stopped`))"));
     let said = live.say("mode run --no-wait");
     assert!(said.code == 2 && said.err.contains("`--no-wait` is for `mode stop`"), "{said:?}");
     assert_eq!(live.ok("mode run"), "RUN, was STOP\n");
@@ -112,8 +113,8 @@ fn a_fault_is_left_by_run_and_can_come_again() {
     live.await_values("D9", "3");
 }
 
-/// A controller whose stalled scan is a fault. `None` in a build without the named points of
-/// faults.
+/// A controller with a watchdog that makes a stalled scan a FAULT. `None` in a build without the
+/// named points at which faults can be caused.
 fn with_faults() -> Option<Live> {
     if !cfg!(debug_assertions) {
         skip(Need::Faults, "a release build has no faults on purpose");
@@ -128,12 +129,12 @@ fn a_run_that_ends_in_a_fault_at_once_says_so() {
     let Some(live) = with_faults() else { return };
     live.stall();
     live.line("FAULT: a scan");
-    // The next scan is the first scan of RUN.
+    // The next scan is the first scan after `mode run`.
     live.stall();
     let deadline = Instant::now() + live::PATIENCE;
     let mut said = live.say("mode run");
     while said.err.contains("held up") && Instant::now() < deadline {
-        // The scan of this fault is still running.
+        // The stalled scan is still running.
         std::thread::sleep(Duration::from_millis(20));
         said = live.say("mode run");
     }
@@ -178,7 +179,7 @@ fn a_process_that_hangs_is_told_and_not_waited_for_without_end() {
     let [told, ended] = [0, 1].map(|at| status.err.lines().nth(at).unwrap());
     assert!(told.contains("has not answered for 2 s; waiting up to 10 s"), "{told}");
     assert!(ended.contains("gave no answer in 10 s: it hangs") && ended.contains(&stopped));
-    // A full queue admits no client.
+    // If the queue of the socket is full, no further client can connect.
     let waiting: Vec<_> = (0..200).map_while(|_| connected(&live)).collect();
     assert!(waiting.len() < 200);
     let said = live.say("status");

@@ -1,5 +1,4 @@
-//! The operator's socket from outside: its owner, its permissions, and the places where it is
-//! refused.
+//! The operator's socket from outside: its owner, its permissions, and the places that are refused.
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
@@ -74,8 +73,7 @@ fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// The holder of the lock cannot be asked here, so the refused start must not touch retained
-/// memory.
+/// The lock is held but no controller answers. The refused start must not touch retained memory.
 #[test]
 fn a_start_that_is_refused_for_its_lock_leaves_nothing() {
     let folder = live::folder(LADDER, RETAINED);
@@ -117,8 +115,8 @@ fn who_may_do_what() {
     let closed = Live::start(LADDER, "[operator]\nsocket = \"s\"\nmode = \"0600\"\n", &[]);
     let nobody = |live: &Live, words: &str, gid: u32| {
         // Only root may be able to read the build's folder, so the ladder's folder gets a copy. A
-        // process of its own copies, so that no other test's child has the copy open for writing
-        // when it is started.
+        // separate process makes the copy, so that no child of a different test has the copy open
+        // for writing when it is started.
         let copy = live.folder.join("rungd");
         if !copy.exists() {
             let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];

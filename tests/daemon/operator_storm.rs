@@ -97,7 +97,7 @@ fn all_together_are_answered_so_often_a_second() {
     live.end();
 }
 
-/// More clients than seats ask for lists of names; the limit is fifty lists a second.
+/// More clients than seats request lists of names; the limit is fifty lists per second.
 #[test]
 fn who_asks_for_names_again_and_again_keeps_nobody_out() {
     let mut live = live();
@@ -136,7 +136,7 @@ fn who_sends_blank_lines_is_as_idle_as_who_sends_nothing() {
         blank.write_all(b"\n \n").unwrap();
         std::thread::sleep(Duration::from_millis(5));
     }
-    // All seats of one user are taken: the client that was idle longest makes room.
+    // All seats of one user are taken: the client that was idle longest is disconnected.
     assert!(ask(&mut live.connect(), read)["ok"].is_object());
     assert!(others.iter_mut().all(|other| ask(other, read)["ok"].is_object()), "they stay");
     blank.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -193,7 +193,8 @@ fn a_socket_that_was_taken_away_is_made_again_and_told_once() {
     }
     assert_eq!(told, ["operator-socket-lost", "operator-listens"]);
     await_answer(&live);
-    // If another file has taken its place, the controller reports that and leaves the file alone.
+    // If a different file has taken the socket's place, the controller reports that and leaves the
+    // file alone.
     fs::remove_file(&live.socket).unwrap();
     fs::write(&live.socket, "mine").unwrap();
     live.line("is gone");

@@ -1,8 +1,8 @@
-//! `[realtime]` with the real binary: the requests to the machine, the permissions it grants, and
-//! `strict`.
+//! `[realtime]` with the real binary: the requests to the machine, the permissions that it grants,
+//! and `strict`.
 //!
-//! Where a test needs a refusal, the binary runs under limits that refuse: as `nobody`, or with
-//! `prlimit`. These limits may need root. Without root, the permissions of an ordinary user decide.
+//! If a test needs a refusal, the binary runs as `nobody` or with limits set by `prlimit`. Some of
+//! this needs root. Without root, the permissions of an ordinary user decide.
 
 use crate::support::calm::calm;
 use crate::support::needs::{Need, skip};
@@ -25,15 +25,15 @@ fn plant(realtime: &str) -> PathBuf {
     std::fs::write(folder.join("ladder.toml"), LADDER).unwrap();
     let controller = calm(&format!("ladder = [\"ladder.toml\"]\n[realtime]\n{realtime}"));
     std::fs::write(folder.join("controller.toml"), controller).unwrap();
-    // A copy, since other users may have no access to the build's folder. `cp` makes it: a file
-    // that this process had open for writing could stand open in a child that another test starts
-    // at that moment, and would be busy for whoever executes it.
+    // Runs a copy, because other users may have no access to the build's folder. `cp` makes the
+    // copy: if this process opened it for writing, a child started by a different test at that
+    // moment could inherit the open file, and the copy could not be executed.
     let copied = Command::new("cp").arg(env!("CARGO_BIN_EXE_rungd")).arg(&folder).status();
     assert!(copied.unwrap().success());
     folder
 }
 
-/// Runs three scans under a limiting prefix; returns exit code and log.
+/// Runs three scans, with a prefix that sets limits; returns the exit code and the log.
 fn run(prefix: &[&str], folder: &Path) -> (Option<i32>, Vec<Value>) {
     let mut words = prefix.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
     words.push(folder.join("rungd").display().to_string());
@@ -118,7 +118,7 @@ fn a_strict_posture_that_is_granted_runs() {
     if !is_root() {
         return skip(Need::Root, "handing a capability to another user wants root");
     }
-    // For a service, LimitRTPRIO= grants the same; a test is seldom allowed to raise a limit.
+    // For a service, LimitRTPRIO= grants the same. A test seldom has the right to raise a limit.
     let prefix = "setpriv --reuid=65534 --regid=65534 --clear-groups --inh-caps=+sys_nice \
                   --ambient-caps=+sys_nice --bounding-set=-all,+sys_nice";
     let prefix: Vec<_> = prefix.split_whitespace().collect();

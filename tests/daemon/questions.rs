@@ -1,7 +1,7 @@
 //! `docs/questions.md`, executed. A plant goes through its troubles and logs to a fake journal
 //! socket. A real journal is made from the entries. Each command of the page must print the answer
 //! that the page shows. The commands for a text log read a real text log, once in UTC and once in
-//! local time, and those for the scan log its real recording.
+//! local time. The commands for the scan log read the plant's real recording.
 //!
 //! The command lines are those of the page, with `journalctl -D FOLDER` for `journalctl`. Without
 //! journalctl or systemd-journal-remote, the test prints the reason and passes, unless
@@ -21,13 +21,14 @@ use crate::support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
 use crate::support::needs::{Need, skip};
 use rungd::events::{self, Silence};
 
-/// The number of questions on the page, and of those to the log; the others are for the scan log.
+/// The number of questions on the page, and the number of those for the log; the others are for the
+/// scan log.
 const QUESTIONS: (usize, usize) = (30, 20);
 
 /// Settings of a fast plant that a busy machine does not bring to FAULT.
 const QUICK: &str = "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n";
 
-/// The time zone of a text log. Its date is that of UTC for ten hours of the day alone.
+/// The time zone of a text log. Its date equals that of UTC for only ten hours of the day.
 const ZONE: &str = "<+1345>-13:45";
 
 /// The destination of a controller's log.
@@ -40,12 +41,12 @@ enum Log<'a> {
 #[derive(Clone, Copy)]
 enum Clock {
     Utc,
-    /// That of [`ZONE`].
+    /// The local time of [`ZONE`].
     Local,
 }
 
 impl Clock {
-    /// Whether a command of the page is for logs of the other clock.
+    /// Whether a command of the page is only for logs with the other kind of time.
     fn is_not_of(self, command: &str) -> bool {
         match self {
             Clock::Utc => command.contains("$(date +"),
@@ -55,7 +56,7 @@ impl Clock {
 }
 
 impl Log<'_> {
-    /// What the controller file says for its clock.
+    /// The line of the controller file that sets the log's time.
     fn setting(&self) -> &'static str {
         match self {
             Log::Journal(_) | Log::File(_, Clock::Utc) => "",
@@ -64,7 +65,7 @@ impl Log<'_> {
     }
 }
 
-/// `rungd run` in the folder.
+/// The command `rungd run` in the folder.
 fn rungd(folder: &Path, controller: &str, log: &Log, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.current_dir(folder).args(["run", controller]).args(arguments);
@@ -130,11 +131,11 @@ fn flood(folder: &Path, journal: &FakeJournal) {
     }
     drop(held);
     journal.wait_for("log-dropped");
-    // It drops lines still, and would drop those of an orderly end.
+    // Kills the plant: it still drops lines, and would also drop the lines of an orderly end.
     drop(plant);
 }
 
-/// How many log lines the running controller has dropped, as its status says.
+/// The number of log lines that the running controller has dropped, from its status.
 fn lines_dropped(folder: &Path) -> u64 {
     let status: serde_json::Value =
         serde_json::from_str(&operator(folder, &["status", "--json"])).unwrap();
@@ -163,7 +164,7 @@ fn chatter(folder: &Path, journal: &FakeJournal) {
     plant.end();
 }
 
-/// A scan that takes longer than its watchdog.
+/// A scan that takes longer than the watchdog allows.
 fn fault(folder: &Path, log: &Log) {
     let faults = folder.join("faults");
     fs::write(&faults, "stall").unwrap();
@@ -203,7 +204,8 @@ impl Mixing {
         mixing
     }
 
-    /// One client writes to an unwritable address fifty times; another client is one too many.
+    /// One client writes to an unwritable address fifty times. A second client exceeds the limit of
+    /// connections.
     fn refuse(&self, port: u16) {
         let deadline = Instant::now() + Duration::from_secs(20);
         let mut client = loop {
@@ -242,7 +244,7 @@ impl Mixing {
     }
 }
 
-/// Runs an operator's command, and returns what it prints.
+/// Runs an operator's command, and returns its output.
 fn operator(folder: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     let output = command.args(arguments).env("RUNGD_SOCKET", folder.join("rungd.sock")).output();
@@ -402,7 +404,8 @@ fn each_command_for_a_text_log_gives_the_answer_that_the_page_shows() {
     }
 }
 
-/// A controller file cannot take the answers away, but for the questions that the page names.
+/// A controller file can silence the log lines of an answer only for the questions that the page
+/// names.
 #[test]
 fn questions_whose_lines_can_be_silenced_are_named() {
     let page = page::text("questions.md");

@@ -53,8 +53,8 @@ fn ten_kills_end_in_stop_that_is_ready_and_says_why() {
     while !bytes.starts_with(b"READY=1") {
         socket.recv(&mut bytes).unwrap();
     }
-    // After a kill in STOP it starts in STOP again. An orderly stop is a decision of a person: the
-    // count starts again.
+    // After a kill in STOP it starts in STOP again. After an orderly stop the count starts at zero,
+    // because an orderly stop is a person's decision.
     running.signal("KILL");
     running.end();
     let mut running = Running::new(&mut command(&plant));

@@ -20,7 +20,7 @@ fn a_number_of_scans_and_an_orderly_stop() {
     find(&lines, "RUN: scanning every 2ms");
     find(&lines, "Program Main started");
     find(&lines, "lamp is ON");
-    let stop = find(&lines, "STOP: the number of scans asked for is complete");
+    let stop = find(&lines, "STOP: the requested number of scans is complete");
     assert_eq!((&stop["level"], &stop["scan"]), (&"INFO".into(), &60.into()));
     let whole = find(&lines, "scan statistics of the whole run");
     assert_eq!(whole["scans"], 60);
@@ -65,7 +65,7 @@ fn a_signal_stops_in_an_orderly_way() {
         running.line("lamp is ON");
         running.signal(signal);
         running.line(&format!("SIG{signal}: stopping"));
-        running.line("STOP: a signal asked for it");
+        running.line("STOP: a signal requested it");
         running.line("scan statistics of the whole run");
         running.line("rungd ends");
         assert_eq!(running.end().code(), Some(0));
@@ -114,7 +114,7 @@ fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
 fn a_start_in_stop_says_so_until_it_is_told_to_end() {
     let plant = Plant::new(ALIVE, "");
     let mut running = plant.start(&["--stopped", "--repeat-reason", "150ms"]);
-    let stop = running.line("STOP: the command line asked for it (`--stopped`)");
+    let stop = running.line("STOP: the command line requested it (`--stopped`)");
     assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &0.into()));
     let still = running.line("still in STOP after");
     assert!(message(&still).contains("restart rungd without `--stopped`"), "{still}");
@@ -165,7 +165,7 @@ fn a_scan_longer_than_the_watchdog_is_a_fault() {
 
 #[test]
 fn a_signal_while_files_are_read_ends_the_process_at_once() {
-    // So many rungs that they are still being read when the signal comes.
+    // Enough rungs to be still loading when the signal arrives.
     let rung = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT C9\"]\n";
     let plant = Plant::new(&rung.repeat(300_000), "");
     let mut running = plant.start(&[]);
@@ -188,7 +188,8 @@ fn a_second_signal_ends_at_once_and_names_the_first() {
     let plant = Plant::new(&slow_rungs(), scan);
     let mut running = plant.start(&[]);
     running.line("RUN");
-    // Both wait when the process goes on: the second one comes before the last scan ends.
+    // Both signals are pending when the process continues, so the second arrives before the last
+    // scan ends.
     for name in ["STOP", "TERM", "INT", "CONT"] {
         running.signal(name);
     }
@@ -236,7 +237,7 @@ fn overruns_are_told_once_and_counted() {
     assert!(whole["skipped"].as_u64().unwrap() >= 19, "{whole}");
 }
 
-/// Rungs that take some milliseconds. A release build scans far more of them in that time.
+/// Rungs that take some milliseconds. A release build needs far more of them for that.
 fn slow_rungs() -> String {
     let mut rungs = String::from("rung = [\n");
     let count = if cfg!(debug_assertions) { 30_000 } else { 400_000 };
@@ -258,8 +259,8 @@ fn statistics_come_at_their_interval() {
     let reports: Vec<_> = reports.collect();
     let scans: Vec<u64> = reports.iter().map(|line| line["scans"].as_u64().unwrap()).collect();
     assert!(reports.iter().all(|line| line["late_us_p99"].is_f64()), "{reports:#?}");
-    // On a busy machine 300 scans take longer than 600 ms, so the count of reports depends on the
-    // run.
+    // On a busy machine 300 scans take longer than 600 ms, so the number of reports depends on the
+    // run's duration.
     let whole = find(&lines, "scan statistics of the whole run");
     let most = (whole["over_us"].as_f64().unwrap() / 200_000.0) as usize + 1;
     assert!((1..=most).contains(&scans.len()), "{scans:?}, {most} at most");

@@ -59,7 +59,8 @@ fn systemd_hears_ready_alive_status_and_stopping() {
     assert_eq!(running.end().code(), Some(0));
 }
 
-/// systemd would kill the process before a long scan is a fault.
+/// With a watchdog of systemd that is too short, systemd kills the process before a long scan
+/// becomes a FAULT.
 #[test]
 fn a_watchdog_that_systemds_own_forestalls_is_said_at_the_start() {
     for (watchdog, said) in [("300ms", None), ("310ms", Some("it is a fault, and no output"))] {
@@ -77,7 +78,7 @@ fn a_systemd_that_does_not_listen_keeps_nobody_from_anything() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
     let socket_path = plant.0.join("notify");
     let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
-    // Fills the socket, whatever the machine's limit is.
+    // Fills the socket up to the machine's limit.
     let filler = std::os::unix::net::UnixDatagram::unbound().unwrap();
     filler.set_nonblocking(true).unwrap();
     while filler.send_to(b"STATUS=full", &socket_path).is_ok() {}
@@ -112,7 +113,8 @@ fn a_log_that_nobody_reads_for_thirty_seconds_costs_no_scan() {
 
 /// Runs at 1 ms with an unread log; every grid point must be accounted for.
 fn unread_log(unread: Duration) {
-    // Tasks that complete every other scan and log their passes: many thousand lines a second.
+    // Tasks that complete in every second scan and log their passes: many thousand lines per
+    // second.
     let mut rungs = String::from("[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT C0\"");
     let tasks: Vec<String> = (0..16).map(|n| format!("Job-{n}")).collect();
     rungs.extend(tasks.iter().map(|task| format!(", \"ENTASK {task}\"")));
@@ -125,8 +127,8 @@ fn unread_log(unread: Duration) {
     let mut command = plant.command(&["--log-level", "trace", "--log-format", "json"]);
     let mut child = command.spawn().unwrap();
     std::thread::sleep(unread);
-    // The reader has caught up before the stop, because the stop waits at most a second for the
-    // log: what was dropped is told when there is room again.
+    // The reader catches up before the stop, because the stop waits at most a second for the log.
+    // The number of dropped lines is logged when there is room again.
     let log = BufReader::new(child.stderr.take().unwrap());
     let (caught_up, has_caught_up) = channel();
     let reader = std::thread::spawn(move || {
@@ -153,7 +155,7 @@ fn unread_log(unread: Duration) {
     let whole = find(&lines, "scan statistics of the whole run");
     let number = |field: &str| whole[field].as_u64().unwrap();
     let (scans, skipped) = (number("scans"), number("skipped"));
-    // A grid point every millisecond from the start of RUN to the last scan, both counted.
+    // One grid point per millisecond from the start of RUN to the last scan, including both.
     let us = |field: &str| whole[field].as_f64().unwrap();
     let points = ((us("over_us") - us("late_us_last")) / 1000.0).round() as u64 + 1;
     let dropped = (sum("log lines were dropped", "lines"), sum("records of the", "records"));
@@ -167,7 +169,7 @@ fn unread_log(unread: Duration) {
     assert_eq!(scans + skipped, points, "{whole}");
 }
 
-/// The fenced block of a page that begins with this line.
+/// The part of a fenced block of the page from this line on.
 fn fenced<'a>(page: &'a str, first: &str) -> &'a str {
     let at = page.find(first).unwrap_or_else(|| panic!("no `{first}`"));
     page[at..].split("```").next().unwrap()

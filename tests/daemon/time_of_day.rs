@@ -1,4 +1,5 @@
-//! The time of day that a ladder reads: local time, as `date` says it, and whatever the clock does.
+//! The time of day that a ladder reads: local time, the same as that of `date`, also when the clock
+//! jumps.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -11,13 +12,13 @@ use crate::support::live::{Live, PATIENCE, folder, run};
 use crate::support::needs::not_installed;
 use crate::support::process::{BLINKS, Plant, Running};
 
-/// A ladder that reads the words.
+/// A ladder that reads two of the words of the time of day.
 const LADDER: &str = "[[program]]\nname = \"Main\"\nrung = [ { when = [\"$Year > 2000\"], \
                       do = [\"OUT Y0\", \"MOVE $Hour to=D0\"] } ]\n";
 const CONTROLLER: &str = "scan.period = \"10ms\"\n";
 const WORDS: &str = "read --json $Year $Month $Day $Weekday $Hour $Minute $Second";
 
-/// The words of one scan, as `date` would write them.
+/// The words in one scan, in the format of `date`.
 fn words(live: &Live) -> String {
     let said = live.say(WORDS).json();
     let values = said["values"].as_array().expect("values").iter();
@@ -32,13 +33,13 @@ fn date(tz: &str, utc: bool) -> String {
     String::from_utf8(said).expect("text").trim().to_owned()
 }
 
-/// Minutes of the day, of what `date` says.
+/// The minute of the day in an output of `date`.
 fn minutes(date: &str) -> i32 {
     let words: Vec<i32> = date.split(' ').map(|word| word.parse().expect("a number")).collect();
     words[4] * 60 + words[5]
 }
 
-/// Reads the words until `date` says the same before and after.
+/// Reads the words until `date` prints the same time before and after; returns them.
 fn agree(live: &Live, tz: &str) -> String {
     let deadline = Instant::now() + PATIENCE;
     loop {
@@ -67,7 +68,7 @@ fn it_is_local_time_as_date_says_it() {
         let known = Path::new("/usr/share/zoneinfo/Asia/Kathmandu").exists();
         if tz == "<+0545>-5:45" || (tz == "Asia/Kathmandu" && known) {
             let ahead = (minutes(&found) - minutes(&date("", true))).rem_euclid(1440);
-            // A minute may have begun between the two.
+            // A minute may have begun between the two times.
             assert!([345, 344].contains(&ahead), "{ahead} minutes ahead of UTC");
         }
     }
@@ -78,7 +79,7 @@ fn an_unknown_zone_is_told_once_and_is_utc() {
     agree(&live("Nowhere/Land"), "UTC0");
     let plant = Plant::new(BLINKS, CONTROLLER);
     let mut command = plant.command(&[] as &[&str]);
-    // Longer than two looks at the zone.
+    // Longer than the thread needs to read the zone twice.
     let running = Running::new(command.env("TZ", "Nowhere/Land").args(["--scans", "250"]));
     let lines = running.rest();
     let told: Vec<_> = lines.iter().filter(|line| line["event"] == "time-zone").collect();
@@ -113,7 +114,7 @@ fn it_follows_a_wall_clock_that_jumps() {
     to(1_774_745_995);
     shows("2026 3 29 7 1 59 5");
     shows("2026 3 29 7 3 0 ");
-    // 2026-10-25 00:59:55 UTC: it ends in 5 s.
+    // 2026-10-25 00:59:55 UTC: summer time ends in 5 s.
     to(1_792_889_995);
     shows("2026 10 25 7 2 59 5");
     shows("2026 10 25 7 2 0 ");

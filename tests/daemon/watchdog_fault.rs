@@ -1,5 +1,5 @@
-//! A ladder of many thousand rungs under a watchdog of 1 ms, seen by a Modbus client: the mode is
-//! FAULT, outputs are safe, reads are answered, writes are refused.
+//! A ladder of many thousand rungs with a watchdog of 1 ms, observed by a Modbus client: the mode
+//! is FAULT, outputs are safe, reads are answered, writes are refused.
 //!
 //! The client is a dozen lines of raw TCP, so that no library stands between the test and the
 //! bytes.
@@ -19,7 +19,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Too many rungs for 1 ms; a debug build needs fewer.
 const RUNGS: usize = if cfg!(debug_assertions) { 20_000 } else { 300_000 };
 
-/// Y0 is driven ON by the first scan that completes, Y1 would be OFF by its safe value, Y2 ON.
+/// The first complete scan would drive Y0 and Y1 ON. The safe value of Y2 is ON.
 fn ladder() -> String {
     let mut text = String::from("[[program]]\nname = \"Main\"\nrung = [\n");
     text += "  { when = [\"$On\"], do = [\"OUT Y0\", \"OUT Y1\"] },\n";
@@ -102,7 +102,7 @@ fn a_client_sees_the_fault_with_outputs_safe() {
     let watch = Stopwatch::start(rungd.0.id());
     assert_eq!(ask(&mut client, &[5, 0, 8, 0xff, 0]), [0x85, 4]);
     assert!(watch.elapsed() < Duration::from_secs(5), "refused, not timed out");
-    // No scan was ever complete: systemd gets the fault as status, and never READY.
+    // No scan ever completed: systemd receives the FAULT as status, and never READY.
     systemd.set_read_timeout(Some(PATIENCE)).unwrap();
     let mut heard = String::new();
     while !heard.contains("STATUS=FAULT") {

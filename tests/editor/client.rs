@@ -1,5 +1,5 @@
-//! An editor, as far as a test needs one: opens files of a folder, edits them, asks, and keeps the
-//! diagnostics that it is sent.
+//! A minimal editor for tests: opens files of a folder, edits them, sends requests, and stores the
+//! diagnostics that it receives.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -11,21 +11,21 @@ use lsp_server::{Connection, Message, Notification, Request, RequestId, Response
 use rungd::editor::EditorEnd;
 use serde_json::{Value, json};
 
-/// The longest wait for an answer: far longer than any takes.
+/// The longest wait for a message: no answer takes nearly as long.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// An editor and its server, a thread of the test.
+/// An editor and its server, which is a thread of the test.
 pub struct Editor {
     connection: Option<Connection>,
     server: Option<JoinHandle<EditorEnd>>,
-    /// What the kernel keeps of the server's thread.
+    /// The folder in `/proc` of the server's thread.
     thread: PathBuf,
     folder: PathBuf,
     number: i32,
     versions: BTreeMap<String, i32>,
-    /// By file: the version that they are of, and the diagnostics.
+    /// The diagnostics by the file's URI, with the version of its text.
     diagnostics: RefCell<BTreeMap<String, Shown>>,
-    /// Other messages of the server, in order.
+    /// The other notifications and requests of the server, in order.
     pub told: RefCell<Vec<Value>>,
 }
 
@@ -33,7 +33,7 @@ pub struct Editor {
 type Shown = (Option<i64>, Vec<Value>);
 
 impl Editor {
-    /// An editor of a folder that knows all that the server can do.
+    /// An editor of a folder, without optional capabilities.
     pub fn new(folder: &Path) -> Editor {
         Editor::with(folder, json!({}))
     }
@@ -80,7 +80,7 @@ impl Editor {
         self.open_with(name, &text);
     }
 
-    /// Opens a file with another text than that on disk.
+    /// Opens a file with this text instead of the text on disk.
     pub fn open_with(&mut self, name: &str, text: &str) {
         let version = self.next_version(name);
         let uri = self.uri(name);
@@ -101,7 +101,7 @@ impl Editor {
         self.edit(name, json!([{ "text": text }]));
     }
 
-    /// Changes parts of an open file, as the protocol's content changes.
+    /// Changes parts of an open file; `changes` are content changes of the protocol.
     pub fn edit(&mut self, name: &str, changes: Value) {
         let version = self.next_version(name);
         let document = json!({ "uri": self.uri(name), "version": version });
@@ -115,7 +115,7 @@ impl Editor {
         *version
     }
 
-    /// The diagnostics of a file, as soon as those of its present text are there.
+    /// Waits for the diagnostics of a file's present text, and returns them.
     pub fn diagnostics(&mut self, name: &str) -> Vec<Value> {
         let (uri, version) = (self.uri(name), self.versions.get(name).copied().map(i64::from));
         loop {
@@ -135,13 +135,13 @@ impl Editor {
         all.iter().map(|(uri, (_, of))| (uri.clone(), of.clone())).collect()
     }
 
-    /// The answer to a request.
+    /// Sends a request and returns the result. It must not be refused.
     pub fn ask(&mut self, method: &str, params: Value) -> Value {
         let response = self.respond(method, params);
         response.response_result.unwrap_or_else(|error| panic!("{method}: {error:?}"))
     }
 
-    /// The answer to a request, or its refusal.
+    /// Sends a request and returns the answer, which may be a refusal.
     pub fn respond(&mut self, method: &str, params: Value) -> Response {
         self.number += 1;
         let id = RequestId::from(self.number);
@@ -154,7 +154,7 @@ impl Editor {
         }
     }
 
-    /// As [`Editor::ask`], of a place in a file.
+    /// As [`Editor::ask`], about a place in a file.
     pub fn ask_at(&mut self, method: &str, (name, line, column): (&str, usize, usize)) -> Value {
         let position = json!({ "line": line, "character": column });
         let document = json!({ "uri": self.uri(name) });
@@ -163,12 +163,13 @@ impl Editor {
         self.ask(method, params)
     }
 
-    /// Tells the server something.
+    /// Sends a notification to the server.
     pub fn tell(&mut self, method: &str, params: Value) {
         self.send(Notification { method: method.to_owned(), params }.into());
     }
 
-    /// The processor time that the server's thread has taken, without those that judge and work.
+    /// The processor time that the server's own thread has taken, without that of the threads it
+    /// starts.
     pub fn server_time(&self) -> Duration {
         let told = std::fs::read_to_string(self.thread.join("schedstat")).expect("the thread runs");
         let ran = told.split(' ').next().and_then(|ns| ns.parse().ok()).expect("nanoseconds");
@@ -187,7 +188,7 @@ impl Editor {
         self.connection().receiver.recv_timeout(PATIENCE).expect("the server answers")
     }
 
-    /// Waits for the next message of the server that is no answer.
+    /// Waits for the next notification or request of the server.
     pub fn hear(&mut self) {
         let message = self.next();
         self.take(message);
@@ -228,7 +229,7 @@ impl Drop for Editor {
     }
 }
 
-/// The place of a text in another: line and column of its first byte, in bytes.
+/// The place of `wanted` in a text: line and column of its first byte, in bytes.
 pub fn place_of(text: &str, wanted: &str) -> (usize, usize) {
     let at = text.find(wanted).unwrap_or_else(|| panic!("`{wanted}` is not in the text"));
     let line = text[..at].matches('\n').count();

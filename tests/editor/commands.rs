@@ -1,5 +1,5 @@
-//! Commands, lenses and code actions: tests and simulations of the texts that the editor shows,
-//! explanations, and why an operand of a running controller is what it is.
+//! Commands, lenses and code actions: tests and simulations of the texts in the editor,
+//! explanations, and the reason why an operand of a running controller has its value.
 
 use serde_json::{Value, json};
 
@@ -12,7 +12,7 @@ fn run(editor: &mut Editor, command: &str, arguments: Value) {
     editor.ask("workspace/executeCommand", params);
 }
 
-/// The lenses of a file: line from 0, and title.
+/// The lenses of a file: the line, counted from 0, and the title.
 fn lenses(editor: &mut Editor, name: &str) -> Vec<(u64, String)> {
     let document = json!({ "uri": editor.uri(name) });
     let lenses = editor.ask("textDocument/codeLens", json!({ "textDocument": document }));
@@ -23,7 +23,7 @@ fn lenses(editor: &mut Editor, name: &str) -> Vec<(u64, String)> {
     lenses.as_array().unwrap().iter().map(told).collect()
 }
 
-/// Waits for a message of the server of this method, and gives its parameters.
+/// Waits for a message of the server with this method, and returns its parameters.
 fn await_told(editor: &mut Editor, method: &str) -> Value {
     loop {
         let found = {
@@ -129,7 +129,7 @@ fn a_simulation_is_a_picture_or_a_table() {
     let path = shown["uri"].as_str().unwrap().trim_start_matches("file://");
     assert!(path.ends_with("/rungd-simulated.svg") && shown["external"] == true, "{shown}");
     assert!(std::fs::read_to_string(path).unwrap().starts_with("<svg"));
-    // The text that is shown, and not the one on disk.
+    // The text in the editor is used, not the text on disk.
     editor.replace(LADDER, &text.replace("name = \"plant\"", "name = \"p\"\ndoc = \"d\""));
     run(&mut editor, "rungd.simulate", json!([uri, 5, "csv"]));
     let shown = await_told(&mut editor, "window/showDocument");
@@ -211,7 +211,7 @@ fn a_command_that_cannot_be_done_is_refused() {
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
     let uri = editor.uri(LADDER);
-    // An empty line.
+    // The place is an empty line.
     let place = json!({ "line": 2, "character": 0 });
     for (command, arguments, words) in [
         ("rungd.nothing", json!([]), "no command"),
@@ -245,7 +245,7 @@ fn a_running_controller_says_why() {
         let shown = await_told(&mut editor, "window/showDocument");
         let path = shown["uri"].as_str().unwrap().trim_start_matches("file://");
         let text = std::fs::read_to_string(path).unwrap();
-        // What the log has is a little older than memory.
+        // The scan log may be a little behind the memory.
         if text.contains("ON") {
             assert!(text.contains("light") && text.contains("eye"), "{text}");
             return;

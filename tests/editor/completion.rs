@@ -1,4 +1,5 @@
-//! Completion: what is offered at each kind of place, and what is not; what an item writes.
+//! Completion: the items that are offered at each kind of place, those that are not, and the text
+//! that an item writes.
 
 use serde_json::{Value, json};
 
@@ -76,7 +77,7 @@ name = "Open"
 name = "Close"
 "#;
 
-/// An editor that shows the project.
+/// An editor with the project open.
 pub fn editor(capabilities: Value) -> (project::Folder, Editor) {
     let folder = project::folder();
     let mut editor = Editor::with(folder.path(), capabilities);
@@ -103,10 +104,10 @@ fn labels(items: &[Value]) -> Vec<&str> {
     items.iter().map(|item| item["label"].as_str().expect("a label")).collect()
 }
 
-/// A place, what is offered there, and what is not.
+/// A place, items that are offered there, and items that are not.
 pub type Case<'c> = (&'c str, &'c [&'c str], &'c [&'c str]);
 
-/// Checks cases, each behind a text.
+/// Checks cases; the text of each place follows `before`.
 pub fn check(name: &str, before: &str, cases: &[Case]) {
     let (_folder, mut editor) = editor(json!({}));
     let mut wrong = Vec::new();

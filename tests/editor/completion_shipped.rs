@@ -1,5 +1,5 @@
-//! Completion in the shipped files: whatever place it is asked at, there is an answer, and a name
-//! that stands there is among what is offered when only its first letter does.
+//! Completion in the shipped files: every place has an answer. If a name is cut to its first
+//! letter, the name is among the items offered there.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,9 +8,10 @@ use serde_json::{Value, json};
 
 use crate::client::Editor;
 
-/// Every so many words of all files are cut. Prime, so that all kinds of words take part.
+/// One word in this many is cut, over all files. It is a prime, so that all kinds of words take
+/// part.
 const WORD_STEP: usize = 31;
-/// Every so many bytes of all files are asked at.
+/// Completion is requested at one byte in this many, in each file.
 const BYTE_STEP: usize = 997;
 
 /// The shipped files, in order.
@@ -42,7 +43,7 @@ fn ask(editor: &mut Editor, name: &str, before: &str) -> Value {
     editor.ask("textDocument/completion", params)
 }
 
-/// The strings of a text whose words are names, as (key, first byte, byte behind the last).
+/// The strings of a text whose words are names, as (key, first byte, byte after the last).
 fn strings(text: &str) -> Vec<(String, usize, usize)> {
     let mut found = Vec::new();
     let (mut key, mut at) = (String::new(), 0);
@@ -64,7 +65,7 @@ fn strings(text: &str) -> Vec<(String, usize, usize)> {
     found
 }
 
-/// The words in a string that stand for something: (first byte, byte behind the last).
+/// The words in a string that are names: (first byte, byte after the last).
 fn words(text: &str, (key, start, end): &(String, usize, usize)) -> Vec<(usize, usize)> {
     let whole = &text[*start..*end];
     let is_names = matches!(key.as_str(), "when" | "do" | "always" | "use")
@@ -81,7 +82,7 @@ fn words(text: &str, (key, start, end): &(String, usize, usize)) -> Vec<(usize, 
         let word = &text[at..at + length];
         let begins = word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '$');
         let bytes = (text.as_bytes()[at - 1], text.as_bytes()[at + length]);
-        // Block names with hyphens are not divided here.
+        // A part of a block name with hyphens is not a word here.
         let is_whole = bytes.0 != b'-' && bytes.1 != b'-';
         if length > 1 && begins && is_whole && !is_address(word) {
             found.push((at, at + length));
@@ -91,7 +92,8 @@ fn words(text: &str, (key, start, end): &(String, usize, usize)) -> Vec<(usize, 
     found
 }
 
-/// An address may stand in one place alone, which is cut.
+/// Whether a word is an address. Addresses are not cut: the cut place may be the only one with that
+/// address, and then it is not offered.
 fn is_address(word: &str) -> bool {
     let digits = word.trim_start_matches(|c: char| c.is_ascii_uppercase());
     digits.len() < word.len() && !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
@@ -137,7 +139,7 @@ fn there_is_an_answer_at_every_place() {
         editor.open_with(&name, &text);
         for at in (0..text.len()).step_by(BYTE_STEP).filter(|at| text.is_char_boundary(*at)) {
             ask(&mut editor, &name, &text[..at]);
-            // The end of what is typed so far.
+            // The same place as the end of the text.
             editor.replace(&name, &text[..at]);
             ask(&mut editor, &name, &text[..at]);
             editor.replace(&name, &text);

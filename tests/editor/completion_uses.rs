@@ -1,5 +1,5 @@
-//! Completion of what a use and a device have: parameters in the braces of texts and in uses of one
-//! line, points in the map of a device.
+//! Completion in uses and devices: parameters in the braces of texts and in uses of one line,
+//! points in the map of a device.
 
 use crate::completion::{RICH, check};
 use crate::project::{CONTROLLER, LADDER};

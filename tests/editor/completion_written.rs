@@ -1,11 +1,12 @@
-//! Completion leaves TOML: at every place of a text, each item is written and the text read again.
+//! A text is still TOML after a completion: at every place of a text, items are written and the
+//! text is read again.
 
 use serde_json::json;
 
 use crate::completion::{editor, items};
 use crate::project::{CONTROLLER, LADDER, TEST};
 
-/// What a snippet leaves to be typed is typed.
+/// The text of a snippet with its gaps filled in.
 fn typed_in(snippet: &str) -> String {
     let mut text = snippet.replace("${1|true,false|}", "true").replace("${1:", "");
     for number in 1..6 {
@@ -15,7 +16,8 @@ fn typed_in(snippet: &str) -> String {
     text
 }
 
-/// At every place of TOML, no item leaves what is no TOML; in strings that is a word's.
+/// No item makes the text invalid TOML. Places within strings are not tried: items there are only
+/// words.
 #[test]
 fn items_leave_toml() {
     let item = json!({ "snippetSupport": true });
@@ -42,7 +44,7 @@ fn items_leave_toml() {
                 let new = edit["newText"].as_str().unwrap();
                 let (start, end) = (line + column("start"), line + column("end"));
                 let after = format!("{}{}{}", &text[..start], typed_in(new), &text[end..]);
-                // A header without its first keys is one of a table, whoever's they are.
+                // An item may also give a key or header a second time.
                 let is_toml = rungd::format::formatted(&after).is_ok() || is_only_twice(&after);
                 tried += 1;
                 if !is_toml && wrong.len() < 20 {
@@ -55,7 +57,7 @@ fn items_leave_toml() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n---\n"));
 }
 
-/// Whether all that is wrong with a text is that a key or header stands twice.
+/// Whether the only faults of a text are keys or headers that occur twice.
 fn is_only_twice(text: &str) -> bool {
     let Err(findings) = rungd::format::formatted(text) else { return true };
     findings.iter().all(|finding| finding.message.contains("twice"))

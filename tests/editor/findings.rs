@@ -1,5 +1,5 @@
-//! Diagnostics are the findings of `rungd check` and `rungd test`: none missing, none more, with
-//! the same words, at the same places; of every shipped file, and while it is edited.
+//! Diagnostics are the findings of `rungd check` and `rungd test`: none is missing, none is added,
+//! the words and places are the same. Tested with every shipped file and every case of `tests/ui`.
 
 use std::path::{Path, PathBuf};
 
@@ -53,7 +53,8 @@ fn controller_of(ladder: &Path) -> Option<PathBuf> {
     })
 }
 
-/// What `rungd check` or `rungd test` finds of a file on disk, and of those that belong to it.
+/// The findings of `rungd check` or `rungd test` about a file on disk and the files that belong to
+/// it.
 fn checked(path: &Path) -> (Vec<SourceFile>, Vec<Finding>) {
     if path.to_str().unwrap().ends_with(".test.toml") {
         let read = testing::read_suite(path).unwrap();
@@ -101,7 +102,7 @@ fn shown(diagnostic: &Value) -> Told {
     }
 }
 
-/// The findings of a file in what `rungd check` prints.
+/// The findings about a file in an output of `rungd check`.
 fn printed(text: &str, file: &str) -> Vec<Told> {
     let mut all = Vec::new();
     for block in text.split("\n\n").filter(|block| block.contains("]: ")) {
@@ -123,17 +124,18 @@ fn printed(text: &str, file: &str) -> Vec<Told> {
     all
 }
 
-/// Opens every file below a folder; returns the number of findings.
+/// Opens every file below a folder and compares its diagnostics with the printed findings; returns
+/// their number.
 fn compare(folder: &Path) -> usize {
     let mut editor = Editor::new(folder);
     let mut found = 0;
-    // The file of an edge node is none of the editor's.
+    // The editor does not handle the file of an edge node.
     for name in shipped(folder).into_iter().filter(|name| !name.starts_with("edge/")) {
         let path = folder.join(&name).canonicalize().unwrap();
         let Ok(text) = std::fs::read_to_string(&path) else { continue };
         let (files, findings) = checked(&path);
         let whole = render(&findings, &files, Style::default());
-        // What is printed is cut short.
+        // The printed findings of such a file are shortened.
         if findings.len() > 100 || text.lines().any(|line| line.len() > 1000) {
             continue;
         }
@@ -151,7 +153,7 @@ fn compare(folder: &Path) -> usize {
     found
 }
 
-/// The cases of `tests/ui` have every finding that there is.
+/// Every finding occurs in the cases of `tests/ui`.
 #[test]
 fn findings_are_shown_as_check_prints_them() {
     let found = compare(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui"));
@@ -163,7 +165,7 @@ fn shipped_files_are_shown_as_check_judges_them() {
     compare(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config"));
 }
 
-/// What is shown, without the words that `rungd check` prints under the place.
+/// The shown findings without their labels, which `rungd check` prints under the place.
 fn without_labels(mut shown: Vec<Told>, printed: &[Told]) -> Vec<Told> {
     for (shown, printed) in shown.iter_mut().zip(printed) {
         if shown
@@ -181,7 +183,7 @@ fn without_labels(mut shown: Vec<Told>, printed: &[Told]) -> Vec<Told> {
     shown
 }
 
-/// Editors send every TOML file that is opened.
+/// Editors send every TOML file that a person opens.
 #[test]
 fn files_of_other_programs_have_no_findings() {
     let folder = empty();
@@ -206,7 +208,7 @@ fn shown_of(editor: &mut Editor, names: &[&str]) -> Vec<String> {
     all
 }
 
-/// `rungd test` refuses them.
+/// `rungd test` refuses test files that name test files as their ladder.
 #[test]
 fn tests_that_name_tests_have_findings() {
     let folder = empty();
@@ -244,7 +246,7 @@ fn a_controller_file_that_names_itself_is_told_so() {
     );
 }
 
-/// A byte that is no UTF-8 is told once, in every kind of file.
+/// A byte that is not UTF-8 gives one finding, wherever it is in the file.
 #[test]
 fn a_wrong_byte_is_one_finding() {
     let folder = empty();
@@ -264,7 +266,7 @@ fn a_wrong_byte_is_one_finding() {
     }
 }
 
-/// A test that is open alone shows what is wrong with what it tests.
+/// If only a test file is open, the findings of the ladder that it tests are shown too.
 #[test]
 fn a_test_brings_the_findings_of_its_project() {
     let folder = folder();

@@ -1,7 +1,7 @@
-//! Code actions: what the helps of `tests/ui` offer, and that each of them repairs or silences its
-//! finding, makes no new error and, for a warning, changes no trace.
+//! Code actions: the actions that the helps of `tests/ui` offer. Each must repair or silence its
+//! finding and make no new error. The repair of a warning must change no trace.
 //!
-//! `fixes.txt` has the titles per finding: `UPDATE_EXPECT=1` writes it.
+//! `fixes.txt` has the titles of each finding's actions; `UPDATE_EXPECT=1` updates it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -68,7 +68,8 @@ fn applied(text: &str, action: &Value) -> String {
     changed
 }
 
-/// What `rungd sim` shows of a ladder alone, column by column; `None` if it cannot be simulated.
+/// The trace of `rungd sim` for a single ladder file, column by column; `None` if it cannot be
+/// simulated.
 fn columns(text: &str) -> Option<BTreeMap<String, Vec<String>>> {
     let folder = empty();
     let (ladder, stimulus) = (folder.path().join("a.toml"), folder.path().join("s.csv"));
@@ -94,7 +95,7 @@ fn columns(text: &str) -> Option<BTreeMap<String, Vec<String>>> {
     Some(names.into_iter().zip(columns).collect())
 }
 
-/// What both ladders name shows the same in both.
+/// Checks that every operand of both traces has the same values in both.
 fn same_traces(before: &str, after: &str, title: &str) {
     let Some(before) = columns(before) else { return };
     let after = columns(after).expect("a repaired ladder can be simulated");
@@ -106,7 +107,7 @@ fn same_traces(before: &str, after: &str, title: &str) {
 
 type Counted = BTreeMap<(String, String), usize>;
 
-/// The findings by name and message, labels and helps left out; errors only, or all.
+/// The number of findings by name and message, without helps; `errors`: errors only.
 fn counted(diagnostics: &[Value], errors: bool) -> Counted {
     let mut counted = Counted::new();
     for diagnostic in diagnostics.iter().filter(|of| !errors || of["severity"] == 1) {
@@ -121,12 +122,12 @@ fn name(diagnostic: &Value) -> (String, String) {
     (diagnostic["code"].as_str().unwrap_or("-").to_owned(), message.to_owned())
 }
 
-/// Whether a help names the nearest name: what is behind it can be wrong too.
+/// Whether a help proposes the nearest name, which may lead to a new error.
 fn is_nearest(help: &str) -> bool {
     ["did you mean", "there is", "nearest is", "write `Y0"].iter().any(|words| help.contains(words))
 }
 
-/// Tries all actions of a file; tells their titles, by finding.
+/// Tries all actions of a file; returns their titles, by finding.
 fn tried(editor: &mut Editor, name_of: &str, text: &str) -> String {
     editor.open_with(name_of, text);
     let mut told = String::new();
@@ -247,7 +248,7 @@ fn a_repaired_warning_leaves_the_program_as_it_was() {
     "#]].assert_eq(&told);
 }
 
-/// A text after the action with a title, of the finding with a message.
+/// The text after the action with this title, for the finding with this message.
 fn repaired(name: &str, text: &str, (message, title): (&str, &str)) -> String {
     let folder = empty();
     let mut editor = editor(folder.path());
@@ -264,7 +265,7 @@ fn repaired(name: &str, text: &str, (message, title): (&str, &str)) -> String {
 const LADDER: &str = "[[program]]\nname = \"Main\"\n\
                       rung = [{ when = [\"X0\"], do = [\"OUT Y0\"] }]\n";
 
-/// Each scenario without steps is given those of its own.
+/// The steps are written into the scenario that lacks them.
 #[test]
 fn a_key_is_written_into_the_table_that_lacks_it() {
     let text = "ladder = [\"a.toml\"]\n\n[[scenario]]\nname = \"one\"\nset = { X0 = true }\n\n\
@@ -282,7 +283,7 @@ fn a_key_is_written_into_the_table_that_lacks_it() {
     assert_eq!(changed, [wanted], "{own:#?}");
 }
 
-/// A correction of a controller file: no finding is new, and it is not the preferred one.
+/// A correction of a controller file: it makes no new finding, and it is not marked as preferred.
 #[test]
 fn a_warning_about_a_setting_is_corrected() {
     let text = "ladder = [\"a.toml\"]\n\n[scan]\nperiod = \"10s\"\nwatchdog = \"30s\"\n";

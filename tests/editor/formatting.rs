@@ -41,7 +41,7 @@ fn formatting_is_that_of_fmt() {
     assert_eq!(ask(&mut editor, LADDER), json!([]));
 }
 
-/// A cursor in another rung does not move.
+/// So a cursor in a different rung does not move.
 #[test]
 fn one_line_that_is_wrong_is_one_edit_of_one_line() {
     let folder = folder();

@@ -1,11 +1,11 @@
-//! Hover: names, instructions, keys and numbers are explained where they stand.
+//! Hover: names, instructions, keys and numbers are explained at their places.
 
 use serde_json::{Value, json};
 
 use crate::client::{Editor, place_of};
 use crate::project::{CONTROLLER, Folder, LADDER, TEST, folder};
 
-/// What is shown at a place; `|` stands before it.
+/// The hover text at a place, which `^` marks in `wanted`.
 fn shown(editor: &mut Editor, name: &str, wanted: &str) -> String {
     let text = editor.disk(name);
     let within = wanted.find('^').expect("a mark");

@@ -9,11 +9,11 @@ use crate::client::Editor;
 use crate::large_texts::{FILES, HOSTILE, LINES, LargeText};
 use crate::project::folder;
 
-/// The smaller size, and how often it goes into the larger one.
+/// The smaller size, and the factor from the smaller to the larger size.
 const SIZE: usize = 400;
 const TIMES: usize = 8;
-/// How often the cost of the smaller text may go into that of the larger one: work that grows with
-/// the square of the size does so 64 times.
+/// The maximum ratio of the cost of the larger text to that of the smaller text. For work that
+/// grows with the square of the size, the ratio is 64.
 const RATIO_MAX: u32 = 28;
 
 const REQUESTS: [&str; 12] = [
@@ -31,7 +31,7 @@ const REQUESTS: [&str; 12] = [
     "codeAction",
 ];
 
-/// The work for a change and for each request, at the cursor of a text.
+/// The processor time for a change and for each request, at the cursor of a text.
 fn costs(of: &LargeText, size: usize) -> Vec<(&'static str, Duration)> {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
@@ -56,14 +56,14 @@ fn costs(of: &LargeText, size: usize) -> Vec<(&'static str, Duration)> {
             "options": { "tabSize": 4, "insertSpaces": true },
         });
         let began = editor.server_time();
-        // A name that cannot be changed is refused.
+        // A refusal is accepted: not every name can be renamed.
         let _ = editor.respond(&format!("textDocument/{request}"), params);
         all.push((request, editor.server_time() - began));
     }
     all
 }
 
-/// What is so little that its ratio says nothing: the work for a change of a small file.
+/// A cost so small that ratios of such costs mean nothing: the cost of a change in a small file.
 fn little() -> Duration {
     costs(&FILES[0], SIZE)[0].1
 }
@@ -72,15 +72,15 @@ fn assert_in_proportion(texts: &[LargeText]) {
     let little = little();
     let mut wrong = Vec::new();
     for text in texts {
-        // What costs too much does so each time; a busy machine, whose caches other programs
-        // empty, may cost more in one of three.
+        // A real excess occurs in each of three tries. A busy machine, whose caches other programs
+        // empty, may cause it in one of them.
         let tries: Vec<_> = (0..3).map_while(|_| out_of_proportion(text, little)).collect();
         wrong.extend((tries.len() == 3).then(|| tries.join("\n")));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// What costs too much, each with its cost for the smaller and for the larger text.
+/// The requests that cost too much, each with its cost for the smaller and for the larger text.
 fn out_of_proportion(text: &LargeText, little: Duration) -> Option<String> {
     let pairs = costs(text, SIZE).into_iter().zip(costs(text, TIMES * SIZE));
     let wrong = pairs.filter(|((_, small), (_, large))| *large > *small * RATIO_MAX + little);
@@ -106,7 +106,7 @@ fn hostile_texts_cost_in_proportion() {
     assert_in_proportion(HOSTILE);
 }
 
-/// The work for taking the edits of a formatting, all in one message, the last one first.
+/// The cost of applying the edits of a formatting, all in one message, in reverse order.
 fn cost_of_taking_edits(size: usize) -> Duration {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
@@ -133,7 +133,7 @@ fn thousands_of_changes_in_a_message_cost_in_proportion() {
     assert!(large < small * RATIO_MAX + little(), "{small:?}, {large:?}");
 }
 
-/// The work for a change of one of so many open ladders of a controller file.
+/// The cost of a change in one of this number of open ladders of a controller file.
 fn cost_among_open_files(ladders: usize) -> Duration {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
@@ -146,7 +146,7 @@ fn cost_among_open_files(ladders: usize) -> Duration {
             (0..20).map(|tag| format!("t{at}_{tag} = {{ type = \"bit\" }}\n")).collect();
         editor.open_with(name, &format!("[tags]\n{tags}"));
     }
-    // Those of the last file come when all are open.
+    // The diagnostics of the last file come when all files are open.
     editor.diagnostics(&names[ladders - 1]);
     let began = editor.server_time();
     let start = json!({ "line": 0, "character": 0 });

@@ -1,10 +1,12 @@
-//! Texts of any size, for the tests of large files: what a person may write, and what nobody would.
+//! Texts of any size, for the tests of large files: texts that a person may write, and hostile
+//! texts.
 
 /// A text that grows.
 pub struct LargeText {
     pub name: &'static str,
     head: &'static str,
-    /// What stands as often as the size says; `#`: its number.
+    /// The part that is repeated; the size is the number of repetitions. `#` stands for the number
+    /// of the repetition.
     item: &'static str,
     tail: &'static str,
 }
@@ -19,7 +21,7 @@ const fn of(
 }
 
 impl LargeText {
-    /// The text, and the byte of the cursor: at its `^`, else in the middle.
+    /// The text, and the byte of the cursor: at the text's `^`, or in the middle if it has none.
     pub fn of_size(&self, size: usize) -> (String, usize) {
         let mut text = self.head.replace('@', RUNG);
         (0..size).for_each(|at| text.push_str(&self.item.replace('#', &at.to_string())));
@@ -29,14 +31,14 @@ impl LargeText {
         (text.replacen('^', "", 1), cursor)
     }
 
-    /// The file that it is of.
+    /// The name of the file with this text.
     pub fn file(&self) -> &'static str {
         let is_test = self.head.starts_with("ladder = [\"plant");
         if is_test { "large.test.toml" } else { "large.toml" }
     }
 }
 
-/// What `@` stands for.
+/// The text for `@`.
 const RUNG: &str = "[[program]]\nname = \"Main\"\n[[program.rung]]\n";
 
 /// Ladders and tests in the size of a factory.
@@ -125,7 +127,7 @@ pub const LINES: &[LargeText] = &[
     of("spaces", "@when = [\"a", "          ", "b\"]\n"),
 ];
 
-/// What nobody writes.
+/// Texts that nobody would write.
 pub const HOSTILE: &[LargeText] = &[
     of("braces", "a = ", "{ b = ", "^"),
     of("braces in arrays", "a = ", "[{ b = ", "^"),

@@ -1,5 +1,6 @@
-//! The live view, with a real controller: its values appear beside the text that it runs and follow
-//! it, vanish with it and beside any other text, and nothing is ever written.
+//! The live view, with a real controller: its values appear beside the text that it runs, and
+//! follow its memory. They vanish when the controller ends and beside any different text. The view
+//! never writes anything.
 
 use serde_json::{Value, json};
 
@@ -67,7 +68,7 @@ name = "p1"
 with = { motor = "Y1" }
 "#;
 
-/// An editor that is told when it shall ask again.
+/// An editor that the server can ask to refresh its hints and tokens.
 fn editor(live: &Live) -> Editor {
     let refresh = json!({ "refreshSupport": true });
     let workspace = json!({ "inlayHint": refresh, "semanticTokens": refresh });
@@ -106,7 +107,7 @@ fn hints(editor: &mut Editor) -> Vec<(u64, String)> {
     hints.as_array().into_iter().flatten().map(told).collect()
 }
 
-/// Waits until the hints are as wanted; the editor asks whenever it is told to.
+/// Waits until the hints are as wanted; requests them again after each message of the server.
 fn await_hints(editor: &mut Editor, wanted: impl Fn(&[(u64, String)]) -> bool) {
     while !{
         let hints = hints(editor);
@@ -121,7 +122,7 @@ fn has(hints: &[(u64, String)], of: &str, label: &str) -> bool {
     hints.contains(&(line, label.to_owned()))
 }
 
-/// The messages for the person so far, without those of a machine that is too busy to answer.
+/// The messages for the person so far, without those that a too busy machine causes.
 fn messages(editor: &Editor) -> Vec<String> {
     let told = editor.told.borrow();
     let shown = told.iter().filter(|of| of["method"] == "window/showMessage");
@@ -156,7 +157,7 @@ fn tokens(editor: &mut Editor, text: &str) -> Vec<(String, u64, u64)> {
     all
 }
 
-/// The types and modifiers as the legend has them.
+/// The types and modifiers of tokens, as in the server's legend.
 const VARIABLE: u64 = 0;
 const FUNCTION: u64 = 1;
 const PROPERTY: u64 = 3;

@@ -1,4 +1,4 @@
-//! The language server: an editor of the tests' own speaks with it, in memory.
+//! The language server: the tests' own editor talks to it in memory.
 
 mod client;
 mod commands;
@@ -20,7 +20,7 @@ mod project;
 mod renames;
 mod typing;
 
-/// A binary uses a part of what they share.
+/// Each binary uses a part of this shared code.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -94,7 +94,8 @@ fn symbols_are_a_tree() {
     }
 }
 
-/// A file of the library is written where an editor can show it, and is the library's there.
+/// A file of the library is written to a place where an editor can show it, and is still treated as
+/// the library's.
 #[test]
 fn a_name_of_the_library_leads_into_its_file() {
     let folder = empty();
@@ -113,7 +114,8 @@ fn a_name_of_the_library_leads_into_its_file() {
     let shown = std::fs::read_to_string(&path).unwrap();
     assert!(std::fs::metadata(&path).unwrap().permissions().readonly(), "{path}");
     assert_eq!(place["range"]["start"]["line"], place_of(&shown, "\"Pid\"").0);
-    // The client's names are below its folder: this path is a whole one.
+    // The client joins names to its folder; this name is an absolute path, which replaces the
+    // folder.
     editor.open_with(&path, &shown);
     let (line, column) = place_of(&shown, "\"Pid\"");
     let hover = editor.ask_at("textDocument/hover", (&path, line, column + 1));

@@ -1,8 +1,8 @@
-//! Neovim with the configuration of `docs/editors.md`, and the real binary: what its own functions
-//! show and change. `neovim/drive.lua` does what a user's keys would; this file judges it.
+//! Neovim with the configuration of `docs/editors.md`, and the real binary. `neovim/drive.lua`
+//! calls Neovim's own functions, as a user's keys would; this file checks what they show and
+//! change.
 //!
-//! Where Neovim is not installed the test says so and does nothing, unless `RUNGD_REQUIRE` names
-//! `programs`.
+//! Without Neovim the test prints the reason and passes, unless `RUNGD_REQUIRE` names `programs`.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -13,7 +13,7 @@ use crate::project::{CONTROLLER, LADDER, TEST, folder};
 use crate::support::needs::not_installed;
 use crate::support::page;
 
-/// Far longer than it takes: the driver itself gives up before.
+/// The time limit for Neovim. It is far longer than needed: the driver itself gives up earlier.
 const SECONDS_MAX: &str = "900";
 
 /// The code block of the page that begins with this comment.
@@ -28,7 +28,7 @@ fn is_installed() -> bool {
     version.is_ok_and(|status| status.success())
 }
 
-/// Runs Neovim in a folder with a configuration, and nothing of the user's.
+/// Runs Neovim in a folder with this configuration, and without the user's own.
 fn neovim(folder: &Path, init: &str, arguments: &[&str]) {
     std::fs::write(folder.join("init.lua"), init).unwrap();
     let rungd = Path::new(env!("CARGO_BIN_EXE_rungd")).parent().unwrap();
@@ -50,7 +50,7 @@ fn neovim(folder: &Path, init: &str, arguments: &[&str]) {
     assert!(run.status.success(), "{run:?}");
 }
 
-/// What the driver saw.
+/// The results of the driver.
 fn driven() -> Value {
     let folder = folder();
     let driver = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/editor/neovim/drive.lua");
@@ -88,7 +88,8 @@ fn neovim_shows_finds_renames_and_formats() {
     assert_eq!(text(&seen["formatted"]), rungd::format::formatted(&ladder).unwrap());
 }
 
-/// A Neovim that is too old for it reads it with a stand-in for what it lacks.
+/// The installed Neovim may be too old for this configuration, so the functions that it may lack
+/// are replaced.
 #[test]
 fn the_configuration_of_a_newer_neovim_is_lua_and_names_the_server() {
     if !is_installed() {

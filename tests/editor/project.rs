@@ -87,11 +87,11 @@ set = { level = 5 }
 steps = ["set start 1", "run 2 scans", "expect: valve"]
 "#;
 
-/// A folder that goes with its handle.
+/// A folder that is removed when this value is dropped.
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// Where it is.
+    /// The folder's path.
     pub fn path(&self) -> &Path {
         &self.0
     }
@@ -103,7 +103,7 @@ impl Drop for Folder {
     }
 }
 
-/// An empty folder of its own.
+/// Makes an empty folder.
 pub fn empty() -> Folder {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     let number = NUMBER.fetch_add(1, Ordering::Relaxed);
@@ -112,7 +112,7 @@ pub fn empty() -> Folder {
     Folder(path.canonicalize().unwrap())
 }
 
-/// A folder with the project.
+/// Makes a folder with the project.
 pub fn folder() -> Folder {
     let folder = empty();
     for (name, text) in [(CONTROLLER, CONTROLLER_TEXT), (LADDER, LADDER_TEXT), (TEST, TEST_TEXT)] {

@@ -1,4 +1,4 @@
-//! A rename changes names alone: traces stay the same, and what would mean something else is
+//! A rename changes only names: traces stay the same, and a rename that would change a meaning is
 //! refused.
 
 use std::collections::BTreeMap;
@@ -133,7 +133,8 @@ fn a_rename_reaches_every_controller_file_with_the_ladder_and_its_tests() {
     }
 }
 
-/// A ladder names one device; each controller file with it has its own of that name.
+/// A ladder names one device; each controller file with this ladder has its own device of that
+/// name.
 #[test]
 fn a_device_is_renamed_in_all_controller_files_with_its_ladder() {
     let folder = empty();
@@ -169,7 +170,7 @@ fn a_device_is_renamed_in_all_controller_files_with_its_ladder() {
     }
 }
 
-/// The library is everybody's: controller files that name it have no names in common.
+/// Controller files that have only a library file in common do not belong to the same project.
 #[test]
 fn a_file_of_the_library_makes_no_project() {
     let folder = empty();
@@ -201,18 +202,18 @@ fn a_name_that_hides_another_is_refused() {
     std::fs::write(folder.path().join(LADDER), text).unwrap();
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
-    // Within the template `a` would be the parameter.
+    // Within the template, `a` would then mean the parameter.
     let (line, column) = place(&editor, LADDER, "p = { type", 0);
     let why = rename(&mut editor, (LADDER, line, column), "a").unwrap_err();
     assert!(why.contains("would mean something else at"), "{why}");
 }
 
-/// What a program does with inputs that come and go, scan by scan.
+/// The values of all operands, scan by scan, of a program with changing inputs.
 fn trace(loaded: &Loaded) -> Vec<Vec<i64>> {
     let program = loaded.program.as_ref().expect("it loads");
     let names = program.named(4);
     let (lowered, symbols) = lower(program);
-    // Any fixed pattern that is not the same for two inputs.
+    // Any fixed pattern serves if it differs for each input.
     let mut text = (0..24).fold("scan".to_owned(), |head, input| format!("{head},X{input}"));
     for scan in 0..400 {
         let level = |input: usize| ((scan / (input * 7 + 5)) % 2).to_string();
@@ -251,7 +252,7 @@ fn copied() -> Folder {
     folder
 }
 
-/// Every name of every shipped program in turn, or `RUNGD_RENAMES` of each file.
+/// Renames names of every shipped program, one at a time: at most `RUNGD_RENAMES` (6) of each file.
 #[test]
 fn a_rename_never_changes_a_trace() {
     let most = std::env::var("RUNGD_RENAMES").ok().and_then(|n| n.parse().ok()).unwrap_or(6);
@@ -280,7 +281,7 @@ fn a_rename_never_changes_a_trace() {
                 let new = if old.contains(' ') { "another text" } else { "q9renamed" };
                 let edits = match rename(&mut editor, (&name, line, column), new) {
                     Ok(edits) => edits,
-                    // A pattern of `[retain]` names it by its first letters.
+                    // A pattern of `[retain]` refers to the name by its first letters.
                     Err(why) if why.contains("retentive memory would keep") => continue,
                     Err(why) => panic!("{name}: {old}: {why}"),
                 };
@@ -304,8 +305,8 @@ fn a_rename_never_changes_a_trace() {
     assert!(renamed > 60, "{renamed} names");
 }
 
-/// Only a test joins two ladders: each is a project of its own, and half a rename would break the
-/// test without a word.
+/// If only a test file joins two ladders, each ladder is a project of its own. A rename in one of
+/// them would break the test without a message.
 #[test]
 fn half_of_what_a_test_joins_is_not_renamed() {
     let folder = empty();
@@ -336,7 +337,7 @@ fn half_of_what_a_test_joins_is_not_renamed() {
     assert_eq!(edits.len(), 2, "{edits:?}");
 }
 
-/// A refusal names the error that is new, not one that stands there already.
+/// A refusal names the new error, not an error that exists already.
 #[test]
 fn a_refusal_names_what_the_new_name_would_break() {
     let folder = folder();
@@ -348,13 +349,13 @@ fn a_refusal_names_what_the_new_name_would_break() {
     assert!(why.contains("x1"), "{why}");
 }
 
-/// The names of symbols, with the places where these stand.
+/// The names of symbols, with their places.
 fn names_in(symbols: &Value) -> Vec<(String, usize, usize)> {
     let mut found = Vec::new();
     for symbol in symbols.as_array().into_iter().flatten() {
         let range = &symbol["selectionRange"];
         let place = |end: &str, key: &str| range[end][key].as_u64().unwrap() as usize;
-        // One without a name has an empty place.
+        // A symbol without a name has an empty range.
         if place("start", "character") < place("end", "character") {
             let name = symbol["name"].as_str().unwrap().to_owned();
             found.push((name, place("start", "line"), place("start", "character")));

@@ -1,5 +1,5 @@
-//! A file under edits: whatever is typed, deleted or pasted, nothing panics, and what is shown in
-//! the end is what a fresh start shows.
+//! Random edits of a file: no typed, deleted or pasted text causes a panic, and the diagnostics at
+//! the end are those of a newly started server.
 
 use serde_json::{Value, json};
 
@@ -19,7 +19,7 @@ impl Numbers {
     }
 }
 
-/// What people type.
+/// Texts that people type.
 const TYPED: [&str; 26] = [
     "a",
     "X",
@@ -49,7 +49,7 @@ const TYPED: [&str; 26] = [
     "'",
 ];
 
-/// The requests that are asked between edits.
+/// The requests that are sent between edits.
 const ASKED: [&str; 11] = [
     "textDocument/formatting",
     "textDocument/completion",
@@ -74,7 +74,8 @@ fn position(text: &str, offset: usize) -> Value {
     })
 }
 
-/// The next place at or before a byte that an editor can name: none within an end of a line.
+/// The nearest place at or before a byte that an editor can name. A place between `\r` and `\n` is
+/// none.
 fn boundary(text: &str, mut at: usize) -> usize {
     while !text.is_char_boundary(at)
         || (at > 0 && &text.as_bytes()[at - 1..=at.min(text.len() - 1)] == b"\r\n")
@@ -84,14 +85,14 @@ fn boundary(text: &str, mut at: usize) -> usize {
     at
 }
 
-/// One random edit: its range, what is put there, and the text afterwards.
+/// One random edit: the change for the server, and the text afterwards.
 fn edit(numbers: &mut Numbers, text: &str, original: &str) -> (Value, String) {
     let start = boundary(text, numbers.below(text.len() + 1));
     let (end, new) = match numbers.below(10) {
         0..=4 => (start, TYPED[numbers.below(TYPED.len())].to_owned()),
         5..=6 => (start + numbers.below(3), String::new()),
         7 => (start + numbers.below(60), String::new()),
-        // The text heals: a stretch of the first one.
+        // Repairs: inserts a part of the original text.
         8 => {
             let from = boundary(original, numbers.below(original.len() + 1));
             let to = boundary(original, (from + numbers.below(200)).min(original.len()));
@@ -111,7 +112,8 @@ fn edit(numbers: &mut Numbers, text: &str, original: &str) -> (Value, String) {
     (json!([{ "range": range, "text": new }]), edited)
 }
 
-/// Edits a file for some steps; now and then, and in the end, compares with a fresh start.
+/// Edits a file for a number of steps. Every 500 steps and at the end, compares the diagnostics
+/// with those of a newly started server.
 fn type_into((name, original): (&str, &str), steps: usize, seed: u64) {
     let (folder, mut numbers) = (empty(), Numbers(seed));
     std::fs::write(folder.path().join(name), original).unwrap();
@@ -135,7 +137,7 @@ fn type_into((name, original): (&str, &str), steps: usize, seed: u64) {
                 "context": { "includeDeclaration": true, "diagnostics": [] },
                 "options": { "tabSize": 4, "insertSpaces": true },
             });
-            // A refusal is an answer too.
+            // The answer may be a refusal.
             let _ = editor.respond(method, params);
         }
         if step % 500 == 0 || step == steps {
@@ -147,7 +149,7 @@ fn type_into((name, original): (&str, &str), steps: usize, seed: u64) {
     }
 }
 
-/// 10,000 steps, shared by files of every kind; `RUNGD_TYPED` for more.
+/// 10,000 steps, divided among files of every kind; `RUNGD_TYPED` sets a different number.
 #[test]
 fn edits_end_as_a_fresh_start_does() {
     let steps = std::env::var("RUNGD_TYPED").ok().and_then(|n| n.parse().ok()).unwrap_or(10_000);

@@ -1,8 +1,9 @@
-//! Arrays as the language cannot show them: forces of elements, and the log of a wrong index.
+//! Properties of arrays that no ladder can show: forces of elements, and the report of a wrong
+//! index.
 
 use crate::support::plc::{Plc, plc};
 
-/// Writes by an index, and of whole arrays.
+/// Writes by an index, and writes of whole arrays.
 const WRITES: &str = r#"
 rung = [
   { when = ["X0"], do = ["MOVE 5 to=word[D0]", "MATH word[D0 + 1] = 6", "SET gate[D0]"] },
@@ -26,7 +27,7 @@ fn a_forced_element_keeps_its_value() {
         plc.scan(&[(input, 0)]);
         assert_eq!(plc.values(["D11", "C1"]), [99, 0], "{input}");
     }
-    // The others were written.
+    // The other elements were written.
     assert_eq!(plc.values(["D10", "D12", "C0", "C2"]), [0, 0, 1, 0]);
     plc.release("D11");
     plc.scan(&[("X1", 1)]);

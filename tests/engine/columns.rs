@@ -1,5 +1,5 @@
-//! MATHs whose formulas differ in their cells alone are executed step by step for all of them: no
-//! memory and no event shows it.
+//! MATHs whose formulas differ only in their cells are executed together, as a column. Neither
+//! memory nor an event shows a difference from executing them one by one.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use rungd::calendar::LocalTime;
 use rungd::engine::{Engine, ScanTimes};
 use rungd::lower::{lower, lower_with};
 
-/// The numbers of a generator, which is the same in every run.
+/// A generator of numbers, the same in every run.
 struct Numbers(u64);
 
 impl Numbers {
@@ -52,7 +52,7 @@ impl Numbers {
             "$DivideByZero + #",
             "-@",
         ];
-        // Most are of few shapes, so that columns have a height.
+        // Most formulas have one of few shapes, so that columns have several rows.
         let few = if self.below(4) == 0 { shapes.len() } else { 8 };
         let mut text = String::new();
         for sign in self.pick(&shapes[..few]).chars() {
@@ -91,10 +91,12 @@ fn ladder(numbers: &mut Numbers) -> String {
     text + "]\n"
 }
 
-/// What a scan leaves behind: words, bits, and the MATHs with mishaps.
+/// The results of a scan: words, bits, the reported MATHs with their mishaps, and the number of
+/// reports that were dropped.
 type Left = (Vec<i32>, Vec<u8>, Vec<(u32, String)>, u32);
 
-/// Scans with random inputs and words; `force`: one word and one bit are forced.
+/// The results of seven scans with random inputs and words; `force`: one word and one bit are
+/// forced.
 fn scans(program: rungd::engine::Program, seed: u64, force: bool) -> Vec<Left> {
     let layout = program.layout.clone();
     let mut engine = Engine::new(program);
@@ -149,7 +151,7 @@ fn random_maths_do_what_they_do_one_by_one() {
     assert!(columns > 20, "{columns} columns");
 }
 
-/// Twenty rungs, each with the MATHs that this gives for its number.
+/// An engine with twenty rungs; `maths` gives the MATHs of the rung with this number.
 fn twenty(maths: impl Fn(u32) -> String) -> Plc {
     let rungs: String =
         (0..20).map(|n| format!("{{ when = [\"X0\"], do = [{}] }},\n", maths(n))).collect();

@@ -1,4 +1,4 @@
-//! The events of a scan: what the log tells of blocks and Stages.
+//! The events of a scan, from which the log makes its lines about blocks and Stages.
 
 use crate::support::plc::{plc, stopped};
 

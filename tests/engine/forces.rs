@@ -1,10 +1,10 @@
-//! Forces, which the language cannot reach: a forced bit or word keeps its value all scan, and
-//! inputs, queued writes and every instruction's write to it are discarded.
+//! Forces, which no ladder can set: a forced bit or word keeps its value during the whole scan.
+//! Inputs, queued writes and the writes of all instructions to it are discarded.
 
 use crate::support::plc::{Plc, plc};
 
 /// Every instruction that writes bits or words, each to an operand of its own, in a Program that
-/// can be halted. X0 is every leg but resets; X1 every reset.
+/// can be halted. X1 drives every reset, X0 every other leg.
 const ALL: &str = r#"
 rung = [ { when = ["X8"], do = ["RUN P"] }, { when = ["X9"], do = ["HALT P"] } ]
 [[program]]
@@ -77,7 +77,8 @@ const WORDS: [&str; 17] = [
     "T3.Acc", "T4.Acc", "T5.Acc", "T6.Acc", "N0.ACC", "N1.ACC", "N0.PRE",
 ];
 
-/// Goes through counting, resetting, timing, a pass and a stop; `watch` looks at every scan's end.
+/// Runs scans with counting, resetting, timing and a termination pass, and then a stop. `watch` is
+/// called after every scan and after the stop.
 fn through_everything(plc: &mut Plc, mut watch: impl FnMut(&Plc, u32)) {
     for scan in 0..24u32 {
         let (x0, x1) = (i32::from(scan % 3 != 0), i32::from(scan % 7 == 5));

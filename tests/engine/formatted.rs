@@ -1,4 +1,4 @@
-//! A ladder in a layout of chance, formatted, runs as before: the trace is the same, byte for byte.
+//! A ladder in a random layout, formatted, runs as before: the trace is the same, byte for byte.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -17,7 +17,7 @@ use crate::support::run::{cell, target};
 
 const SCANS: u64 = 300;
 
-/// The inputs X0 to X11, changed at random.
+/// A stimulus that changes the inputs X0 to X11 at random.
 fn stimulus() -> String {
     let mut chance = Chance(1);
     let names: Vec<String> = (0..12).map(|n| format!("X{n}")).collect();
@@ -55,7 +55,8 @@ fn program(ladder: &Path, controller: &str) -> Program {
     loaded.program.unwrap_or_else(|| panic!("{}: {:?}", ladder.display(), loaded.findings))
 }
 
-/// The columns of a trace in byte order, because the operands have the order of the file.
+/// The columns of a trace, sorted, because the order of the operands in a trace is that of the
+/// file.
 fn columns(trace: &str) -> Vec<Vec<&str>> {
     let mut columns: Vec<Vec<&str>> = Vec::new();
     for line in trace.lines() {

@@ -1,4 +1,4 @@
-//! Where addresses lie: every bit and word has a cell of its own, for any memory sizes.
+//! The cells of addresses: every bit and word has its own cell, for any memory sizes.
 
 use crate::support::plc::plc;
 use rungd::calendar::LocalTime;
@@ -41,8 +41,8 @@ fn addresses(sizes: &MemorySizes) -> Vec<Address> {
     all
 }
 
-/// Every address has a cell of its own, and there are no cells but these and, beside the flags of
-/// each structure, those that its owner keeps its state in.
+/// Checks that every address has its own cell. The only other cells are those in which the owner of
+/// a structure keeps its state, beside the flags of the structure.
 fn assert_dense(sizes: &MemorySizes) {
     let layout = Layout::new(sizes, BLOCKS, STAGES);
     let (mut bits, mut words) = (Vec::new(), Vec::new());
@@ -97,8 +97,9 @@ fn an_image_shows_all_bits_and_words_by_cell() {
     assert_eq!(image.words().len(), plc.engine.program().word_count as usize);
 }
 
-/// The engine addresses short programs in another way than long ones: the last cell of a space whose
-/// number no longer has 16 bits is itself, and the one that shares those 16 bits stays as it is.
+/// The engine addresses short programs in a different way than long ones. Here the number of a
+/// space's last cell exceeds 16 bits: this cell is written, and the cell with the same low 16 bits
+/// is not.
 #[test]
 fn cells_beyond_16_bits_are_themselves() {
     let sizes = MemorySizes { c: 65_536, d: 65_536, ..MemorySizes::default() };

@@ -1,4 +1,4 @@
-//! The engine by itself, and held against a model of its own.
+//! The engine by itself, and compared with a model.
 
 mod arrays;
 mod columns;
@@ -15,7 +15,7 @@ mod semantics_page;
 mod templates;
 mod why;
 
-/// A binary uses a part of what they share.
+/// Each binary uses a part of this shared code.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -3,7 +3,7 @@
 
 use crate::support::plc::{Plc, plc};
 
-/// What every row finds in memory.
+/// The memory before each row's MATH.
 const MEMORY: [(&str, i32); 9] = [
     ("D1", 7),
     ("D2", -7),
@@ -32,7 +32,8 @@ fn bits(plc: &Plc) -> Vec<&'static str> {
     BITS.into_iter().filter(|bit| plc.value(bit) == 1).collect()
 }
 
-/// Rows of `expression -> result`, stored in D0, and the status bits behind a `;`.
+/// Checks rows of `expression -> result`. The result is the value in D0, with the status bits after
+/// a `;`.
 fn check(rows: &str) {
     let mut wrong = Vec::new();
     for row in rows.lines().map(str::trim).filter(|row| !row.is_empty()) {

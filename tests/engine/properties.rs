@@ -1,8 +1,9 @@
-//! What holds for every program: the same input gives the same trace, the order of operations
-//! within a scan shows nowhere, and inputs stay as they are all scan.
+//! Properties of every program: the same input gives the same trace, the order of operations within
+//! a scan has no visible effect, and inputs do not change during a scan.
 //!
-//! Programs, inputs and queued writes come from the generator of the reference model; a seed is a
-//! program. `RUNGD_PROPERTY_PROGRAMS` (75) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! Programs, inputs and queued writes come from the generator of the reference model; each seed
+//! gives one program. `RUNGD_PROPERTY_PROGRAMS` (75) is the number of programs,
+//! `RUNGD_PROPERTY_SEED` (1) the first seed.
 
 #[allow(dead_code, unused_imports)]
 use crate::support::model::case::Case;

@@ -1,5 +1,6 @@
-//! STOP → RUN without a restart of the process, and what comes behind a fault: what survives,
-//! what starts afresh. The engine alone; `docs/semantics.md`, section 4, stop and start.
+//! STOP → RUN without a restart of the process, and RUN after a fault: the state that survives, and
+//! the state that starts again. Tests the engine alone; see `docs/semantics.md`, section 4, stop
+//! and start.
 
 use crate::support::plc::{Plc, plc};
 
@@ -43,7 +44,7 @@ const RUNS: [&str; 6] =
     ["Main.Running", "Auto.Running", "Side.Running", "Auto.A", "Auto.B", "Once.Done"];
 const STOPPED: [&str; 7] = ["CT1.Acc", "T1.Acc", "C0", "Y0", "Y1", "Y2", "C5"];
 
-/// Scans with everything ON; five of them.
+/// An engine after five scans with all inputs ON.
 fn busy() -> Plc {
     let mut plc = plc(MAIN);
     plc.scan(&[("X0", 1), ("X1", 1), ("X2", 1), ("X3", 1)]);
@@ -54,7 +55,8 @@ fn busy() -> Plc {
     plc
 }
 
-/// A start, an hour later, and one scan with the same inputs but X0, X2 and X3.
+/// Starts an hour later, and makes one scan in which X0, X2 and X3 are OFF and the other inputs are
+/// unchanged.
 fn start_later(plc: &mut Plc) {
     plc.now_ns += 3_600_000_000_000;
     plc.engine.start(plc.now_ns);
@@ -62,8 +64,8 @@ fn start_later(plc: &mut Plc) {
 }
 
 fn assert_started_afresh(plc: &Plc) {
-    // UDCG, TMRAG, SET, words and Sensaphone values survive; an input that is still ON is an edge
-    // again, but for a counter's own history.
+    // UDCG, TMRAG, SET, words and Sensaphone values survive. An input that is still ON counts as a
+    // new edge, except for a counter, which keeps its own history.
     assert_eq!(plc.values(RUNS), [1, 1, 0, 1, 0, 1], "autostart alone, at the first Stage");
     assert_eq!(plc.values(["D2", "D4"]), [2, 2], "$FirstScan and FirstScan again");
     assert_eq!(plc.values(["$ScanCounter", "$LastScan"]), [0, 0]);
@@ -87,7 +89,8 @@ fn stop_and_start_keep_memory_and_start_blocks_afresh() {
 
 #[test]
 fn behind_a_fault_what_executed_is_terminated_and_then_it_is_a_start() {
-    // No last scan and no pass came: the runtime has the passes run before it starts.
+    // At a fault there is no last scan and no pass: the runtime executes the passes before it
+    // starts.
     let mut plc = busy();
     plc.now_ns += 3_600_000_000_000;
     plc.engine.terminate();

@@ -1,4 +1,4 @@
-//! Starting, stopping and starting again with memory as it is; the scan times; the timestamps.
+//! Starting, stopping and starting again with memory unchanged; the scan times; the timestamps.
 
 use crate::support::plc::{plc, stopped};
 use rungd::calendar::LocalTime;
@@ -200,7 +200,8 @@ fn timers_and_clock_bits_do_not_follow_the_time_of_day() {
     assert_eq!(scan_at(noon_s - 3652 * 86_400), [12, 0, 0, 30, 1, 3]);
     assert_eq!(scan_at(noon_s), [12, 0, 0, 40, 1, 4]);
     assert_eq!(scan_at(noon_s), [12, 0, 0, 50, 0, 5]);
-    // A reload copies the words, and the next scan puts them anew; in STOP they stay.
+    // A reload copies the words of the time of day, and the next scan sets them again. In STOP they
+    // keep their values.
     plc.local = LocalTime::of(noon_s + 3600);
     plc.stop();
     assert_eq!(plc.values(["$Hour", "$Minute"]), [13, 0]);

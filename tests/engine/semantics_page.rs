@@ -1,5 +1,5 @@
-//! `docs/semantics.md` and the cases name each other: no name on the page that is no test, and no
-//! test of a case that the page does not name.
+//! `docs/semantics.md` and the cases refer to each other: the page names only existing tests, and
+//! every test of a case.
 
 use std::path::Path;
 
@@ -12,12 +12,12 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// What stands between backticks, line by line.
+/// The texts between backticks, line by line.
 fn quoted(page: &str) -> Vec<&str> {
     page.lines().flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
 }
 
-/// Whether it is written as a case's name, or as a pattern of such.
+/// Whether a text has the form of a case's name, or of a pattern for such names.
 fn is_case_name(text: &str) -> bool {
     let kebab = |c: char| c == '-' || c.is_ascii_lowercase() || c.is_ascii_digit();
     let name = text.strip_suffix('*').unwrap_or(text);

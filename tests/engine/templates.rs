@@ -1,7 +1,8 @@
-//! A program with templates is, after expansion, the same program: its trace is, byte for byte, the
-//! trace of the ladder written out by hand.
+//! A program with templates has the same trace, byte for byte, as the ladder written out without
+//! templates.
 //!
-//! `RUNGD_PROPERTY_TEMPLATES` (60) random ladders from `RUNGD_PROPERTY_SEED` (1) on.
+//! `RUNGD_PROPERTY_TEMPLATES` (60) is the number of random ladders, `RUNGD_PROPERTY_SEED` (1) the
+//! first seed.
 
 use rungd::lower::lower;
 use rungd::sim::stimulus::Stimulus;

@@ -1,6 +1,6 @@
-//! Real brokers for tests: mosquitto, and a cluster of three NATS servers. Each is a process on
-//! loopback ports of the system's choice; a test kills it, stops it (SIGSTOP) and starts it again.
-//! `mosquitto.rs` and `nats.rs` use this; it knows neither.
+//! Real brokers for tests: mosquitto, and a cluster of three NATS servers. Each broker is a process
+//! on loopback ports that the system chooses. A test kills it, pauses it (SIGSTOP) or starts it
+//! again. `mosquitto.rs` and `nats.rs` use this file; it does not depend on them.
 
 use std::fs::File;
 use std::net::TcpListener;
@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-/// The longest wait of a test for what should come within seconds.
+/// The longest wait of a test for an event that should happen within seconds.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A broker's process. It ends with this value, by SIGKILL.
+/// A broker's process. Dropping this value ends it by SIGKILL.
 pub struct Process {
     command: Vec<String>,
     log: PathBuf,
@@ -22,12 +22,12 @@ pub struct Process {
 }
 
 impl Process {
-    /// A process that is not started yet; `log` receives what it prints.
+    /// A process that is not started yet; `log` receives its output.
     pub fn new(command: Vec<String>, log: PathBuf) -> Process {
         Process { command, log, child: None }
     }
 
-    /// Starts it.
+    /// Starts the process.
     pub fn start(&mut self) {
         assert!(self.child.is_none(), "{:?} runs already", self.command);
         let log = File::options().create(true).append(true).open(&self.log).unwrap();
@@ -37,7 +37,7 @@ impl Process {
         self.child = Some(command.spawn().unwrap());
     }
 
-    /// Ends it by SIGKILL. Nothing of what it has in memory is written.
+    /// Ends the process by SIGKILL. It writes nothing of its memory to the disk.
     pub fn kill(&mut self) {
         if let Some(mut child) = self.child.take() {
             child.kill().unwrap();
@@ -45,28 +45,28 @@ impl Process {
         }
     }
 
-    /// Holds it (SIGSTOP): its sockets stay open, and it answers nothing.
+    /// Pauses the process (SIGSTOP): its sockets stay open, and it answers nothing.
     pub fn stop(&self) {
         self.signal(Signal::STOP);
     }
 
-    /// Lets it go on after [`Process::stop`].
+    /// Continues the process after [`Process::stop`].
     pub fn cont(&self) {
         self.signal(Signal::CONT);
     }
 
-    /// Whether it has ended by itself.
+    /// Whether the process has ended by itself.
     pub fn has_ended(&mut self) -> bool {
         self.child.as_mut().is_none_or(|child| child.try_wait().unwrap().is_some())
     }
 
-    /// What it has printed in all of its lives.
+    /// The output of the process since its first start.
     pub fn said(&self) -> String {
         let bytes = std::fs::read(&self.log).unwrap_or_default();
         String::from_utf8_lossy(&bytes).into_owned()
     }
 
-    /// Waits until it has printed a word `count` times. False if it ended before.
+    /// Waits until the process has printed a word `count` times. False if it ended earlier.
     pub fn waits_for(&mut self, word: &str, count: usize) -> bool {
         let begun = Instant::now();
         loop {
@@ -93,7 +93,7 @@ impl Drop for Process {
     }
 }
 
-/// A folder of its own for each broker, below the system's temporary files.
+/// A separate folder for each broker, below the system's temporary files.
 pub fn fresh_folder(of: &str) -> PathBuf {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
@@ -103,15 +103,15 @@ pub fn fresh_folder(of: &str) -> PathBuf {
     folder
 }
 
-/// Ports of 127.0.0.1 that were free a moment ago. A broker that finds one taken ends, and is
-/// started again with others.
+/// Ports of 127.0.0.1 that were free a moment ago. A broker whose port is taken by then ends, and
+/// is started again with other ports.
 pub fn free_ports(count: usize) -> Vec<u16> {
     let open = || TcpListener::bind("127.0.0.1:0").unwrap();
     let listeners: Vec<TcpListener> = (0..count).map(|_| open()).collect();
     listeners.iter().map(|listener| listener.local_addr().unwrap().port()).collect()
 }
 
-/// Where a program is: in `PATH`, or where `.ci/run` and Debian put it.
+/// The path of a program: in `PATH`, or in the folders that `.ci/run` and Debian install to.
 pub fn program(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let mut folders: Vec<PathBuf> = std::env::split_paths(&path).collect();

@@ -13,7 +13,7 @@ pub struct Certificates {
 }
 
 impl Certificates {
-    /// Makes them in a folder. The server's is for `localhost` alone.
+    /// Makes the files in a folder. The server's certificate is for `localhost` only.
     pub fn make(folder: &Path) -> Certificates {
         std::fs::create_dir_all(folder).unwrap();
         let (ca, ca_key) = (folder.join("ca.pem"), folder.join("ca.key"));

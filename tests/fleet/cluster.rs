@@ -1,4 +1,4 @@
-//! Sessions with a cluster of three NATS servers, one of which is killed, held, and comes back.
+//! Sessions with a cluster of three NATS servers. One server is killed or paused, and comes back.
 
 use std::time::Duration;
 
@@ -9,10 +9,10 @@ use rungd::mqtt::{BrokerSettings, MqttCause, MqttEvent, MqttSession, MqttVersion
 use crate::nats::NatsCluster;
 use crate::sessions::{confirmed, message, refusal, run, settings};
 
-/// The wait before something is asked for again.
+/// The wait before a request is repeated.
 const AGAIN: Duration = Duration::from_secs(2);
 
-/// A session of a node that may not have a leader now: it is tried again.
+/// A session with a server that may have no leader now: retries until it begins.
 async fn session(settings: &BrokerSettings) -> MqttSession {
     loop {
         match MqttSession::connect(settings, &settings.addresses[0], None).await {
@@ -41,7 +41,7 @@ fn a_message_of_one_node_arrives_at_another_while_the_third_is_down() {
         let failure = third.next().await.unwrap_err();
         let gone = matches!(failure.cause, MqttCause::Closed | MqttCause::Broken(_));
         assert!(gone, "{failure}");
-        // A message with QoS 0 may be lost while the cluster notices.
+        // A message with QoS 0 may be lost until the cluster notices the dead server.
         let heard = loop {
             writer.publish("plant/2", b"2", Qos::AtMostOnce, false).await.unwrap();
             assert_eq!(confirmed(&mut writer).await, []);
@@ -55,7 +55,7 @@ fn a_message_of_one_node_arrives_at_another_while_the_third_is_down() {
         cluster.start_again(2);
         assert!(cluster.waits_for(2), "{}", cluster.said(2));
         let mut third = session(&of(2)).await;
-        // What is retained may be missing for seconds at a node that has just come back.
+        // At a server that has just come back, retained messages may be missing for seconds.
         let kept = loop {
             third.subscribe(&[("plant/1", Qos::AtMostOnce)]).await.unwrap();
             match timeout(AGAIN, message(&mut third)).await {
@@ -67,7 +67,7 @@ fn a_message_of_one_node_arrives_at_another_while_the_third_is_down() {
     });
 }
 
-/// The number of the one acknowledgement that comes.
+/// The number of the next acknowledgement.
 async fn confirmed_with(session: &mut MqttSession) -> Option<u16> {
     loop {
         if let MqttEvent::Acknowledged(number) = session.next().await.unwrap() {

@@ -1,5 +1,5 @@
 //! `rungd edge` with a real controller and mosquitto: births, changes, links that fail, commands.
-//! The tag `n` counts without a gap, so that a value that is lost, or told out of order, shows.
+//! The tag `n` counts without a gap, so a lost or disordered value is visible.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::mosquitto::{Mosquitto, MosquittoOptions};
 use crate::nats::NatsCluster;
 use crate::support::live::{Live, run};
 
-/// A controller, a broker and a host that is the edge node's primary one.
+/// A controller, a broker, and the edge node's primary host.
 pub fn plant() -> Option<(Live, Mosquitto, Host)> {
     let broker = Mosquitto::start(&MosquittoOptions::default())?;
     let live = Live::start(LADDER, CONTROLLER, &[]);
@@ -21,8 +21,8 @@ pub fn plant() -> Option<(Live, Mosquitto, Host)> {
 
 pub const PRIMARY: &str = "[sparkplug]\nprimary-host = \"judge\"\n";
 
-/// Of a count, from its first value on, none is missing and none is told twice with another time.
-/// The past may still be on its way.
+/// Waits until the host has every value of the count since the first one, each with a single time.
+/// Historical values may arrive late.
 pub fn await_whole(host: &Host) {
     let next = |pair: &[(u64, i64)]| pair[1].1 == pair[0].1 + 1 && pair[1].0 > pair[0].0;
     let holes = |host: &Host| {
@@ -31,13 +31,13 @@ pub fn await_whole(host: &Host) {
     };
     host.await_it("whole count", |host| {
         let holes = holes(host);
-        // A test prints this only where it fails.
+        // Visible only if the test fails.
         holes.iter().for_each(|pair| println!("not yet whole: {pair:?}"));
         holes.is_empty()
     });
 }
 
-/// Waits until the count has reached a value beyond the last one by so many.
+/// Waits until the count has grown by `more`.
 pub fn await_more(host: &Host, more: i64) {
     let last = host.integers("n").last().map_or(0, |(_, value)| *value);
     host.await_it("count", |host| {
@@ -45,8 +45,8 @@ pub fn await_more(host: &Host, more: i64) {
     });
 }
 
-/// Values of the present, and those of the past, are each in the order of their times; the past may
-/// be told anew after a birth.
+/// Present values are in order of time, and so are historical values. After a birth, the node may
+/// send historical values again.
 pub fn are_ordered(host: &Host) {
     let mut last = [0, 0];
     for of in host.told().iter().filter(|of| !of.name.starts_with("rungd/")) {
@@ -73,7 +73,7 @@ fn changes_arrive_and_an_end_is_told() {
     await_whole(&host);
     are_ordered(&host);
     edge.end();
-    assert!(edge.said().ends_with("ends as it was told to: its death was published\n"));
+    assert!(edge.said().ends_with("ends after a signal: its death was published\n"));
     host.await_it("death", |host| host.count(MessageKind::NodeDeath) > 0);
     let birth = host.heard().into_iter().rfind(|of| of.kind == MessageKind::NodeBirth);
     let death = host.heard().into_iter().rfind(|of| of.kind == MessageKind::NodeDeath);
@@ -120,7 +120,7 @@ fn an_edge_that_is_killed_goes_on_where_it_was() {
     let Some((live, broker, host)) = plant() else { return };
     let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 25);
-    // An edge that is killed before it has kept its place sends no past.
+    // An edge node that is killed before it has saved its position sends no historical values.
     let position = live.folder.join("state/position");
     host.await_it("a place that is kept", |_| position.exists());
     edge.kill_and_start();
@@ -130,7 +130,7 @@ fn an_edge_that_is_killed_goes_on_where_it_was() {
     await_whole(&host);
 }
 
-/// The broker gives it up, and tells its death.
+/// The broker drops the paused edge node, and publishes its will.
 #[test]
 fn an_edge_that_is_held_goes_on_where_it_was() {
     let Some((live, broker, host)) = plant() else { return };
@@ -158,7 +158,7 @@ fn a_reload_and_a_new_start_of_the_controller_are_births() {
     await_whole(&host);
     live.end();
     let before = host.count(MessageKind::NodeBirth);
-    edge.await_line("the controller is not seen", 1);
+    edge.await_line("the controller does not answer", 1);
     let command = run(&live.folder, &[]);
     let folder = live.folder.clone();
     std::mem::forget(live);
@@ -179,7 +179,7 @@ fn a_controller_that_is_killed_leaves_a_gap_that_is_said() {
     await_more(&host, 10);
     live.child.kill().unwrap();
     live.child.wait().unwrap();
-    edge.await_line("the controller is not seen", 1);
+    edge.await_line("the controller does not answer", 1);
     let command = run(&live.folder, &[]);
     let folder = live.folder.clone();
     std::mem::forget(live);
@@ -191,7 +191,7 @@ fn a_controller_that_is_killed_leaves_a_gap_that_is_said() {
     host.await_it("the first values", |host| host.told().iter().any(is_first));
 }
 
-/// Two brokers, of which one is killed: the other one gets everything.
+/// One of two brokers is killed: the other broker receives all values.
 #[test]
 fn another_broker_takes_over() {
     let Some((live, mut broker, _host)) = plant() else { return };
@@ -206,7 +206,8 @@ fn another_broker_takes_over() {
     await_whole(&host);
 }
 
-/// A cluster of which the node of the edge is killed: the host at another one gets everything.
+/// The edge node's server in a cluster is killed. The host, at a different server, receives all
+/// values.
 #[test]
 fn a_cluster_that_loses_a_node_loses_no_change() {
     let Some(mut cluster) = NatsCluster::start() else { return };

@@ -1,4 +1,4 @@
-//! `rungd edge` beside strangers at its broker, and beside a log that nobody reads.
+//! `rungd edge` with foreign clients at its broker, and with a log that nobody reads.
 
 use rungd::mqtt::{MqttVersion, Qos};
 use rungd::sparkplug::{DataType, MessageKind, MetricValue};
@@ -9,7 +9,7 @@ use crate::sessions::{confirmed, run, session, settings};
 
 const COMMANDS: &str = "spBv1.0/plant/NCMD/press";
 
-/// Publishes messages as a stranger, and waits until the broker has them.
+/// Publishes messages as a foreign client, and waits until the broker has them.
 fn strange(url: &str, messages: &[(&str, &[u8], bool)]) {
     run(async {
         let mut session = session(&settings(url, MqttVersion::V3, "stranger")).await;
@@ -21,7 +21,8 @@ fn strange(url: &str, messages: &[(&str, &[u8], bool)]) {
     });
 }
 
-/// A broker of MQTT 5 keeps it to itself: it is told the longest packet.
+/// A broker of MQTT 5 does not deliver the giant message, because the client has announced its
+/// longest packet.
 #[test]
 fn a_giant_that_the_broker_keeps_does_not_keep_a_node_away() {
     for (version, said) in [("3.1.1", 1), ("5", 0)] {
@@ -30,10 +31,10 @@ fn a_giant_that_the_broker_keeps_does_not_keep_a_node_away() {
         let more = format!("version = \"{version}\"\n{PRIMARY}");
         let mut edge = Edge::start(&live, &broker.url(), &more);
         await_more(&host, 20);
-        // One that comes later.
+        // A giant message during the session.
         strange(&broker.url(), &[(COMMANDS, &vec![0; 3 << 20], false)]);
         await_more(&host, 20);
-        edge.await_line(&format!("for `{COMMANDS}`, where 1048576 are the most"), 2 * said);
+        edge.await_line(&format!("for `{COMMANDS}`, above the maximum of 1048576"), 2 * said);
         edge.await_line("removes it", said);
         await_whole(&host);
         edge.end();
@@ -60,11 +61,12 @@ fn an_end_without_a_broker_is_said() {
     broker.kill();
     edge.await_line("the next try", 1);
     edge.end();
-    assert!(edge.said().contains("ends as it was told to: it "), "{}", edge.said());
+    assert!(edge.said().contains("ends after a signal: it "), "{}", edge.said());
     are_ordered(&host);
 }
 
-/// Two nodes of one name throw each other out: it is said, and they leave each other time.
+/// Two nodes of the same name disconnect each other. The log reports it, and each node waits before
+/// it connects again.
 #[test]
 fn a_second_node_of_the_same_name_is_said() {
     let Some((live, broker, host)) = plant() else { return };
@@ -80,8 +82,8 @@ fn a_second_node_of_the_same_name_is_said() {
     await_whole(&host);
 }
 
-/// A controller that hangs is asked for one command at a time: the others would be done long after
-/// they were sent.
+/// A controller that hangs receives one command at a time. It would otherwise do the rest long
+/// after they were sent.
 #[test]
 fn commands_that_waited_for_a_controller_that_hangs_are_not_done() {
     let Some((live, broker, host)) = plant() else { return };
@@ -91,7 +93,7 @@ fn commands_that_waited_for_a_controller_that_hangs_are_not_done() {
     let pid = rustix::process::Pid::from_child(&live.child);
     rustix::process::kill_process(pid, rustix::process::Signal::STOP).unwrap();
     let start = |on| commanded("start", DataType::Boolean, MetricValue::Bool(on));
-    // Of the first the answer may be missing.
+    // The answer to the first command may be missing.
     host.command(vec![start(false)]);
     (0..5).for_each(|_| host.command(vec![start(true)]));
     edge.await_line("and is too old", 5);
@@ -101,7 +103,8 @@ fn commands_that_waited_for_a_controller_that_hangs_are_not_done() {
     assert!(!host.told().iter().any(is_on));
 }
 
-/// Nonsense is said once in a while, and what is older than the host's last word changes nothing.
+/// The log reports unreadable states once in a while. A state that is older than the host's last
+/// one changes nothing.
 #[test]
 fn false_states_of_the_host_change_nothing() {
     let Some((live, broker, host)) = plant() else { return };

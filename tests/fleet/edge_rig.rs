@@ -1,4 +1,4 @@
-//! An edge node beside a real controller and a real broker, and a host that listens to it.
+//! An edge node with a real controller and a real broker, and a host that listens to it.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -19,44 +19,44 @@ use crate::support::live::Live;
 /// The name of the host that listens.
 const HOST: &str = "judge";
 
-/// A message of a node, as it came.
+/// A message of a node.
 #[derive(Clone, Debug)]
 pub struct HeardMessage {
     pub kind: MessageKind,
     pub payload: Payload,
 }
 
-/// A value that a node told.
+/// A value that a node published.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToldValue {
     pub name: String,
     pub time_ms: u64,
     pub value: MetricValue,
     pub is_historical: bool,
-    /// It stood in a birth.
+    /// Whether it was in a birth.
     pub is_born: bool,
 }
 
-/// A host application: it listens, and says that it is there. It comes back by itself.
+/// A host application: it listens, and publishes its state as online. It reconnects by itself.
 pub struct Host {
     heard: Arc<Mutex<Vec<HeardMessage>>>,
     publish: Sender<(String, Vec<u8>)>,
 }
 
 impl Host {
-    /// Listens at a broker, until the value is dropped.
+    /// Listens at a broker until this value is dropped.
     pub fn listen(url: &str) -> Host {
         Host::listen_secured(url, None)
     }
 
-    /// As [`Host::listen`], with certificates.
+    /// Same as [`Host::listen`], with certificates.
     pub fn listen_secured(url: &str, tls: Option<TlsFiles>) -> Host {
         let heard = Arc::new(Mutex::new(Vec::new()));
         let (publish, inbox) = channel();
         let address = BrokerAddress::parse(url).unwrap();
         let mut settings = BrokerSettings::new(vec![address], "judge");
         settings.tls = tls;
-        // It sits out a broker that is held.
+        // A paused broker does not end the session.
         settings.keepalive = Duration::from_secs(300);
         let shared = Arc::clone(&heard);
         std::thread::spawn(move || {
@@ -71,7 +71,7 @@ impl Host {
         self.heard.lock().unwrap().clone()
     }
 
-    /// How many messages of a kind there were.
+    /// The number of messages of a kind.
     pub fn count(&self, kind: MessageKind) -> usize {
         self.heard().iter().filter(|of| of.kind == kind).count()
     }
@@ -87,8 +87,7 @@ impl Host {
         self.publish.send((topic.to_owned(), payload)).unwrap();
     }
 
-    /// The values that were told, in the order in which they came. Sequence numbers are held to
-    /// their order, but for the first message of a connection of its own.
+    /// The published values in order of arrival. An alias that no birth defines is a failure.
     pub fn told(&self) -> Vec<ToldValue> {
         let (mut names, mut told) = (HashMap::new(), Vec::new());
         for HeardMessage { kind, payload } in self.heard() {
@@ -118,7 +117,8 @@ impl Host {
         told
     }
 
-    /// The integers of a tag by time, each once: of births, of the present and of the past.
+    /// The integers of a tag by time, without duplicates: present and historical values, but none
+    /// of births.
     pub fn integers(&self, name: &str) -> Vec<(u64, i64)> {
         let told = self.told().into_iter().filter(|of| of.name == name && !of.is_born);
         let mut all: Vec<(u64, i64)> = told
@@ -132,7 +132,7 @@ impl Host {
         all
     }
 
-    /// Waits for something.
+    /// Waits until `is` holds.
     pub fn await_it(&self, what: &str, is: impl Fn(&Host) -> bool) {
         let begun = Instant::now();
         while !is(self) {
@@ -191,7 +191,7 @@ async fn session(
     }
 }
 
-/// A metric of a command.
+/// A metric for a command.
 pub fn commanded(name: &str, datatype: DataType, value: MetricValue) -> Metric {
     let name = Some(name.to_owned());
     Metric { name, datatype: Some(datatype.number()), ..metric_of(datatype, Some(&value), 1) }
@@ -214,7 +214,7 @@ rung = [
 /// The rest of the controller file.
 pub const CONTROLLER: &str = "scan.period = \"10ms\"\nrecord.dir = \"rec\"\n";
 
-/// An edge node's process. It ends with this value, by SIGKILL.
+/// An edge node's process. Dropping this value ends it by SIGKILL.
 pub struct Edge {
     child: Child,
     file: PathBuf,
@@ -227,14 +227,14 @@ impl Edge {
         Edge::named("press", live, url, more)
     }
 
-    /// As [`Edge::start`], with another name.
+    /// Same as [`Edge::start`], with a given name.
     pub fn named(name: &str, live: &Live, url: &str, more: &str) -> Edge {
         let file = written(name, live, url, more);
         let log = live.folder.join("edge.log");
         Edge { child: spawned(&file, &log), file, log }
     }
 
-    /// As [`Edge::start`], with a log whose reader is gone.
+    /// Same as [`Edge::start`], with a log whose reader is gone.
     pub fn start_unheard(live: &Live, url: &str, more: &str) -> Edge {
         let file = written("press", live, url, more);
         let mut child = command(&file).stderr(Stdio::piped()).spawn().unwrap();
@@ -242,12 +242,12 @@ impl Edge {
         Edge { child, log: file.with_extension("log"), file }
     }
 
-    /// What it has said.
+    /// The log so far.
     pub fn said(&self) -> String {
         std::fs::read_to_string(&self.log).unwrap_or_default()
     }
 
-    /// Waits until it says something so many times.
+    /// Waits until the log contains `words` at least `count` times.
     pub fn await_line(&self, words: &str, count: usize) {
         let begun = Instant::now();
         while self.said().matches(words).count() < count {
@@ -256,27 +256,27 @@ impl Edge {
         }
     }
 
-    /// Ends it by SIGKILL, and starts it again.
+    /// Ends the process by SIGKILL, and starts it again.
     pub fn kill_and_start(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
         self.child = spawned(&self.file, &self.log);
     }
 
-    /// Sends it a signal.
+    /// Sends a signal to the process.
     pub fn signal(&self, name: &str) {
         let pid = self.child.id().to_string();
         assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
     }
 
-    /// Ends it in order.
+    /// Ends the process by SIGTERM.
     pub fn end(&mut self) {
         self.signal("TERM");
         assert_eq!(self.child.wait().unwrap().code(), Some(0), "{}", self.said());
     }
 }
 
-/// The file of a node.
+/// Writes the configuration file of a node.
 fn written(name: &str, live: &Live, url: &str, more: &str) -> PathBuf {
     let file = live.folder.join("edge.toml");
     let text = format!(

@@ -1,5 +1,5 @@
-//! `rungd edge` at a recording broker: what it really sends is judged by the specification's
-//! statements, and read by somebody else's library.
+//! `rungd edge` at a recording broker: the specification's statements judge its packets, and a
+//! foreign library reads them.
 
 use rungd::sparkplug::{HostState, MessageKind, Payload, Topic, vocabulary};
 
@@ -12,13 +12,13 @@ use crate::support::live::Live;
 
 const STATE: &str = "spBv1.0/STATE/room";
 
-/// How many messages of a kind a connection has.
+/// The number of messages of a kind in a connection.
 fn count(connection: &Connection, kind: MessageKind) -> usize {
     connection.sent().filter(|sent| sent.kind() == Some(kind)).count()
 }
 
-/// Waits for a connection, the `number`th, tells it that the host is online, and waits for its
-/// birth and for data.
+/// Waits for the connection `number`, delivers the host's state as online, and waits for a birth
+/// and for data.
 fn begin(recorder: &Recorder, number: usize) {
     recorder.until("a subscription", |all| {
         let filters = all.get(number - 1).map(|it| it.subscribed().count());
@@ -28,7 +28,8 @@ fn begin(recorder: &Recorder, number: usize) {
     recorder.until("data", |all| count(&all[number - 1], MessageKind::NodeData) >= 5);
 }
 
-/// A node that is asked for a birth, loses its link, loses its host, and ends.
+/// The story of a node that receives a request for a birth, loses its link, loses its host, and
+/// ends.
 fn story(version: &str) -> Story {
     let recorder = Recorder::start();
     let live = Live::start(LADDER, CONTROLLER, &[]);
@@ -63,7 +64,7 @@ fn a_node_keeps_the_statements() {
     }
 }
 
-/// The library decodes every message, and sees the count of the ladder rise.
+/// The foreign library decodes every message, and the ladder's count rises.
 fn a_foreign_host_sees_it(story: &Story) {
     let Some(library) = library() else { return };
     let sent = story.sent().map(|(_, sent)| (sent.topic.clone(), sent.payload.clone()));

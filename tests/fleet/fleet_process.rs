@@ -1,4 +1,4 @@
-//! The process of `rungd fleet`, for the tests that run it: started, ended, and read.
+//! The process of `rungd fleet`, for tests that start it, end it and read its output.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::broker::PATIENCE;
 
-/// `rungd fleet`, which ends with this value.
+/// `rungd fleet`. Dropping this value ends it.
 pub struct FleetProcess(Child);
 
 impl FleetProcess {
@@ -20,18 +20,18 @@ impl FleetProcess {
         FleetProcess(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
     }
 
-    /// Sends it SIGTERM, as systemd does; Ctrl-C does the same.
+    /// Sends SIGTERM, as systemd does; Ctrl-C has the same effect.
     pub fn terminate(&self) {
         kill_process(Pid::from_child(&self.0), Signal::TERM).unwrap();
     }
 
-    /// Tells it to end, and waits for that.
+    /// Sends SIGTERM, and waits for the end.
     pub fn stop(self) -> (i32, String, String) {
         self.terminate();
         self.end()
     }
 
-    /// Waits for its end: exit code, standard output, standard error.
+    /// Waits for the end; returns exit code, standard output and standard error.
     pub fn end(mut self) -> (i32, String, String) {
         let (mut out, mut errors) = (String::new(), String::new());
         if let Some(mut stdout) = self.stdout() {
@@ -41,17 +41,18 @@ impl FleetProcess {
         (self.0.wait().unwrap().code().unwrap_or(-1), out, errors)
     }
 
-    /// Waits for its end, and reads nothing.
+    /// Waits for the end without reading; returns the exit code.
     pub fn code(mut self) -> i32 {
         self.0.wait().unwrap().code().unwrap_or(-1)
     }
 
-    /// Its standard output, if nobody has taken it. Dropped, it is closed, as by `| head -1`.
+    /// Takes the standard output, if nobody has taken it. Dropping it closes it, as `| head -1`
+    /// does.
     pub fn stdout(&mut self) -> Option<ChildStdout> {
         self.0.stdout.take()
     }
 
-    /// Its lines of JSON, as they come.
+    /// The lines of JSON as the process prints them.
     pub fn lines(&mut self) -> FleetLines {
         let stdout = BufReader::new(self.stdout().expect("nobody has taken it"));
         let (sender, lines) = channel();

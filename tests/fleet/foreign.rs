@@ -1,5 +1,5 @@
-//! Payloads read and written by somebody else's library, pysparkplug: it sees the values that rungd
-//! sends, and `FleetView` sees what it sends.
+//! Payloads read and written by a foreign library, pysparkplug: it reads the values that rungd
+//! sends, and `FleetView` reads its values.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use crate::support::needs::not_installed;
 
 const NOW_MS: u64 = 1_790_000_000_000;
 
-/// A Python that has the library; `None` says that there is none.
+/// A Python that has the library; prints a message if there is none.
 pub fn library() -> Option<PathBuf> {
     let python = program("python3")
         .into_iter()
@@ -32,7 +32,7 @@ pub fn library() -> Option<PathBuf> {
     python
 }
 
-/// What the script prints.
+/// The output of the script.
 fn script(python: &Path, mode: &str, input: &str) -> String {
     let script =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fleet/foreign/sparkplug_host.py");
@@ -45,7 +45,7 @@ fn script(python: &Path, mode: &str, input: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// What the library sees of messages: a value each.
+/// The messages as the library reads them, one JSON value each.
 pub fn seen(python: &Path, messages: &[(String, Vec<u8>)]) -> Vec<Value> {
     let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     let lines = messages.iter().map(|(topic, bytes)| format!("{topic} {}\n", hex(bytes)));
@@ -53,7 +53,7 @@ pub fn seen(python: &Path, messages: &[(String, Vec<u8>)]) -> Vec<Value> {
     printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// Values at the ends of their types, with what JSON has for them.
+/// The least and largest values of the types, with the same values in JSON.
 fn extremes() -> Vec<(DataType, MetricValue, Value)> {
     let signed = |of, value: i64| (of, MetricValue::Signed(value), json!(value));
     let unsigned = |of, value: u64| (of, MetricValue::Unsigned(value), json!(value));

@@ -1,5 +1,5 @@
-//! `rungd fleet` at real brokers, with real controllers and their edge nodes: what it lists, what
-//! it compares, which alarms it tells, which changes it prints.
+//! `rungd fleet` at real brokers, with real controllers and their edge nodes: its lists, its
+//! comparisons, its alarms and the changes that it prints.
 
 use std::fs;
 use std::path::Path;
@@ -34,7 +34,7 @@ struct TwoPlants {
 }
 
 impl TwoPlants {
-    /// `broker`: more keys of `[broker]`.
+    /// `broker`: additional keys of `[broker]`.
     fn start(url: &str, broker: &str) -> TwoPlants {
         let press = Live::start(LADDER, CONTROLLER, &[]);
         let saw = Live::start(OTHER, CONTROLLER, &[]);
@@ -44,12 +44,13 @@ impl TwoPlants {
     }
 }
 
-/// `rungd fleet COMMAND` with births and JSON, for two seconds if `more` does not say it.
+/// Runs `rungd fleet COMMAND` with `--rebirth` and `--json`, for two seconds unless `more` has
+/// `--wait`.
 fn asked(command: &str, broker: &[&str], more: &[&str]) -> (i32, Value) {
     let time: &[&str] = if more.contains(&"--wait") { &[] } else { &["--wait", "2s"] };
     let arguments = [&[command, "--rebirth", "--json"], time, broker, more].concat();
     let (code, out, errors) = FleetProcess::start(&arguments).end();
-    // A cluster without a leader takes no client, or refuses its subscriptions.
+    // A cluster without a leader refuses clients or their subscriptions.
     let json = if [69, 77].contains(&code) && out.is_empty() {
         Ok(Value::Null)
     } else {
@@ -58,7 +59,7 @@ fn asked(command: &str, broker: &[&str], more: &[&str]) -> (i32, Value) {
     (code, json.unwrap_or_else(|error| panic!("{code} {error}: {out}{errors}")))
 }
 
-/// The same again, until the answer fits: on a busy machine, births take their time.
+/// Repeats the command until the answer fits: on a busy machine, births take long.
 fn until(
     (command, broker, more): (&str, &[&str], &[&str]),
     fits: impl Fn(i32, &Value) -> bool,
@@ -74,7 +75,7 @@ fn until(
     }
 }
 
-/// State and mode of the nodes.
+/// Name, state and mode of the nodes.
 fn modes(report: &Value) -> Vec<[&str; 3]> {
     let nodes = report["nodes"].as_array().into_iter().flatten();
     nodes
@@ -92,7 +93,7 @@ fn check_in(live: &Live, folder: &Path) {
     }
 }
 
-/// A broker that wants certificates, with its address and the arguments that show ours.
+/// A broker that requires certificates, and the arguments with its address and our certificates.
 fn secured() -> Option<(Mosquitto, Vec<String>)> {
     let broker = Mosquitto::start(&MosquittoOptions { tls: true, ..MosquittoOptions::default() })?;
     let Certificates { ca, client, client_key, .. } = broker.certificates.as_ref().unwrap();
@@ -110,7 +111,7 @@ fn words(words: &[String]) -> Vec<&str> {
 fn two_controllers_behind_certificates_are_compared_with_a_checkout() {
     let Some((broker, shown)) = secured() else { return };
     let shown = words(&shown);
-    // Without a certificate of our own.
+    // Without a client certificate.
     let stranger = [&["status", "--wait", "2s"], &shown[..4]].concat();
     let (code, out, errors) = FleetProcess::start(&stranger).end();
     assert_eq!((code, out.as_str()), (69, ""), "{errors}");
@@ -175,9 +176,9 @@ fn an_alarm_and_a_death_are_told() {
     assert_eq!(code, 0, "{errors}");
 }
 
-/// A cluster: the first address that is given is dead, and the controller is heard at the next.
+/// A cluster whose first address is dead: the controllers are found at the next address.
 ///
-/// A NATS server whose consumers were led by the dead one takes ten seconds for a subscription.
+/// If the dead server led a NATS server's consumers, a subscription takes ten seconds.
 #[test]
 #[ignore = "two minutes"]
 fn a_cluster_that_has_lost_a_node_tells_of_the_controllers() {
@@ -186,7 +187,7 @@ fn a_cluster_that_has_lost_a_node_tells_of_the_controllers() {
     let plants = TwoPlants::start(&urls[1..].join("\", \""), "");
     let all = urls.join(",");
     let at = ["--broker", all.as_str()];
-    // A cluster without a leader lets a client wait.
+    // In a cluster without a leader, a client waits.
     let asked: (&str, &[&str], &[&str]) = ("status", &at, &["--require-run", "--wait", "12s"]);
     until(asked, |code, report| code == 0 && modes(report) == BOTH_RUN);
     cluster.kill(0);

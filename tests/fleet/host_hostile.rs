@@ -1,5 +1,5 @@
-//! `rungd fleet` at a broker that wants to harm it, and with readers that go or pause: no panic, no
-//! end of the session for what is only too much, and each thing that is left out is said.
+//! `rungd fleet` at a hostile broker, and with readers that leave or pause: no panic, no end of the
+//! session for a message that is only too large, and a report of each omission.
 
 use rungd::sparkplug::{DataType, HostState, MetricValue, Payload, vocabulary};
 
@@ -9,7 +9,7 @@ use crate::checker::{host_rules, judge};
 use crate::fleet_process::FleetProcess;
 use crate::host_wire::{BIRTH, DATA, birth, data, is_over, metric, sent, subscribed};
 
-/// A listener at a recorder that has subscribed.
+/// A recorder, and a `rungd fleet` that has subscribed to it.
 fn listener(command: &[&str]) -> (Recorder, FleetProcess) {
     let recorder = Recorder::start();
     let arguments = [command, &["--broker", &recorder.url]].concat();
@@ -30,7 +30,7 @@ fn long_list() -> String {
     format!("[{}]", vec![one; 100].join(","))
 }
 
-/// A column is not wider than what a formatter can pad.
+/// A column is not wider than the largest width that a formatter can pad to.
 #[test]
 fn a_giant_text_ends_nothing() {
     let (recorder, fleet) = listener(&["status", "--wait", "1h"]);
@@ -41,13 +41,13 @@ fn a_giant_text_ends_nothing() {
     assert!(out.len() < 3_000 && out.contains("plant/press  online  RUN "), "{out}");
 }
 
-/// A message that is too long is counted; the session, and what is known, stay.
+/// A message that is too long is counted. The session continues, and the known nodes stay.
 #[test]
 fn a_message_that_is_too_long_ends_no_session() {
     let (recorder, fleet) = listener(&["status", "--json", "--wait", "1h"]);
     recorder.deliver(BIRTH, birth().bytes());
     recorder.deliver("spBv1.0/plant/NDATA/giant", vec![0; 5 << 20]);
-    // As long as a birth of many metrics.
+    // As long as a birth with many metrics, and therefore accepted.
     recorder.deliver("spBv1.0/plant/NBIRTH/large", telling("text", "x".repeat(2 << 20)));
     let (code, out, errors) = fleet.stop();
     let report: serde_json::Value = serde_json::from_str(&out).unwrap();
@@ -88,7 +88,7 @@ fn what_is_left_out_is_said() {
     }
 }
 
-/// Each death of this host by somebody else is answered in the end, however fast they come.
+/// The last death of this host that a foreign client publishes is answered, even in a fast series.
 #[test]
 fn the_last_death_of_a_flood_is_answered() {
     let (recorder, fleet) = listener(&["watch", "--host-id", "room"]);
@@ -113,7 +113,7 @@ fn a_reader_that_goes_ends_it() {
     recorder.deliver(BIRTH, birth().bytes());
     assert_eq!(fleet.code(), 0, "as every command at the end of its reader");
 
-    // A host says that it goes.
+    // A host publishes its death.
     let (recorder, mut fleet) = listener(&["watch", "--host-id", "room"]);
     drop(fleet.stdout());
     recorder.deliver(BIRTH, birth().bytes());
@@ -130,7 +130,8 @@ fn a_reader_that_goes_ends_it() {
     assert_eq!(fleet.code(), 0);
 }
 
-/// A pager that shows its first page reads nothing: Ctrl-C ends listening, and once more ends all.
+/// A pager that shows its first page reads nothing. The first Ctrl-C ends listening, the second one
+/// ends the process.
 #[test]
 fn a_second_signal_ends_it_while_its_reader_pauses() {
     let (recorder, mut fleet) = listener(&["alarms", "--json", "--wait", "1h"]);
@@ -146,7 +147,7 @@ fn a_second_signal_ends_it_while_its_reader_pauses() {
     drop(unread);
 }
 
-/// What no other attempt makes better ends it at once.
+/// An error that a new attempt cannot mend ends the command at once.
 #[test]
 fn a_wrong_argument_is_not_tried_again() {
     let at = ["watch", "--broker", "mqtts://127.0.0.1:1", "--ca", "/nonexistent/ca.pem"];
@@ -160,7 +161,7 @@ fn a_wrong_argument_is_not_tried_again() {
     assert!(code == 74 && errors.contains("name a folder, a checkout of git"), "{code} {errors}");
 }
 
-/// With several addresses, a dead one costs no wait.
+/// With several addresses, a dead address causes no wait.
 #[test]
 fn a_dead_address_is_followed_by_the_next() {
     let recorder = Recorder::start();

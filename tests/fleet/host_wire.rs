@@ -1,5 +1,5 @@
-//! `rungd fleet` at a recording broker: what it really sends is judged by the specification's
-//! statements, and what it prints is compared with what it was told.
+//! `rungd fleet` at a recording broker: the specification's statements judge its packets, and its
+//! output is compared with the delivered messages.
 
 use rungd::sparkplug::{
     BornMetric, DataType, HostState, MetricProperties, MetricValue, Payload, metric_of, vocabulary,
@@ -58,7 +58,7 @@ pub fn is_over(connections: &[Connection]) -> bool {
     matches!(last, Some(Step::Disconnected(_)))
 }
 
-/// A session of a host with its state and a request for a birth, by a version of MQTT.
+/// A session of a host with its state and a request for a birth, with a version of MQTT.
 fn session(version: &str) -> (Recorder, Value) {
     let recorder = Recorder::start();
     let arguments = [
@@ -103,7 +103,7 @@ fn a_host_keeps_the_statements() {
     }
 }
 
-/// Without an option that asks for it, nothing is published.
+/// Without an option that requires it, `rungd fleet` publishes nothing.
 #[test]
 fn a_listener_publishes_nothing() {
     let recorder = Recorder::start();
@@ -113,7 +113,7 @@ fn a_listener_publishes_nothing() {
     let (code, out, errors) = fleet.stop();
     assert_eq!((code, errors.as_str()), (0, ""));
     assert!(out.starts_with("1 node, heard for ") && out.contains(": 1 unborn\n"), "{out}");
-    assert!(out.contains("plant/press: its birth was not heard"), "{out}");
+    assert!(out.contains("plant/press: no birth was received"), "{out}");
     assert!(out.contains("`--rebirth` asks for it"), "{out}");
     let connections = recorder.connections();
     assert_eq!(connections[0].sent().count(), 0, "{connections:#?}");
@@ -131,7 +131,7 @@ fn alarms_are_listed() {
     assert!(out.starts_with("1 alarm stands\nplant/press (online)\n  jam: Belt jammed\n"), "{out}");
 }
 
-/// A connection that breaks: every node is stale, and it connects again.
+/// After a connection breaks, every node is stale and the host connects again.
 #[test]
 fn each_change_is_a_line() {
     let recorder = Recorder::start();

@@ -1,8 +1,8 @@
-//! `src/mqtt` and what stands on it, with real brokers: mosquitto, and a cluster of NATS servers
-//! of which one is killed, or held. `Mosquitto` and `NatsCluster` are the rig.
+//! `src/mqtt` and the code above it, with real brokers: mosquitto, and a cluster of NATS servers,
+//! one of which is killed or paused. `Mosquitto` and `NatsCluster` are the rig.
 #![cfg(feature = "fleet")]
 
-// A test uses a part of the rig.
+// Each test uses only a part of the rig.
 #[allow(dead_code)]
 mod broker;
 #[allow(dead_code)]
@@ -26,7 +26,7 @@ mod nats;
 mod secured;
 mod sessions;
 
-/// A binary uses a part of what they share.
+/// Each test binary uses only a part of the shared modules.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

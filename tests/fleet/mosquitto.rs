@@ -6,28 +6,29 @@ use crate::broker::{Process, free_ports, fresh_folder, program};
 use crate::certificates::Certificates;
 use crate::support::needs::not_installed;
 
-/// How a mosquitto is to run.
+/// The options of a mosquitto.
 #[derive(Default)]
 pub struct MosquittoOptions {
-    /// TLS; a client without a certificate of the test's authority is refused.
+    /// Use TLS, and refuse clients without a certificate of the test's authority.
     pub tls: bool,
-    /// The one user who may come in, with the password.
+    /// The only accepted user, with the password.
     pub login: Option<(&'static str, &'static str)>,
-    /// More lines of its configuration.
+    /// Additional lines of its configuration.
     pub lines: &'static str,
 }
 
-/// A mosquitto on a port of 127.0.0.1. It keeps its port when it is started again.
+/// A mosquitto on a port of 127.0.0.1. A new start keeps the port.
 pub struct Mosquitto {
     pub port: u16,
-    /// With TLS.
+    /// Present with TLS.
     pub certificates: Option<Certificates>,
     process: Process,
     lives: usize,
 }
 
 impl Mosquitto {
-    /// Starts one, and waits until it listens. None where none is installed, which has been said.
+    /// Starts a mosquitto, and waits until it listens. If it is not installed, prints that and
+    /// returns `None`.
     pub fn start(options: &MosquittoOptions) -> Option<Mosquitto> {
         let Some(mosquitto) = program("mosquitto") else {
             not_installed("mosquitto");
@@ -58,18 +59,18 @@ impl Mosquitto {
         }
     }
 
-    /// Its address, as rungd's settings name it.
+    /// The address as rungd's settings write it.
     pub fn url(&self) -> String {
         let scheme = if self.certificates.is_some() { "mqtts" } else { "mqtt" };
         format!("{scheme}://localhost:{}", self.port)
     }
 
-    /// Ends it by SIGKILL.
+    /// Ends the broker by SIGKILL.
     pub fn kill(&mut self) {
         self.process.kill();
     }
 
-    /// Starts it again after [`Mosquitto::kill`], and waits until it listens.
+    /// Starts the broker again after [`Mosquitto::kill`], and waits until it listens.
     pub fn start_again(&mut self) {
         self.lives += 1;
         self.process.start();
@@ -77,17 +78,17 @@ impl Mosquitto {
         assert!(runs, "{}", self.process.said());
     }
 
-    /// Holds it: its sockets stay open, and it answers nothing.
+    /// Pauses the broker: its sockets stay open, and it answers nothing.
     pub fn stop(&self) {
         self.process.stop();
     }
 
-    /// Lets it go on.
+    /// Continues the broker.
     pub fn cont(&self) {
         self.process.cont();
     }
 
-    /// Its log.
+    /// The broker's log.
     pub fn said(&self) -> String {
         self.process.said()
     }

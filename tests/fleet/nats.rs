@@ -15,15 +15,16 @@ use crate::support::needs::not_installed;
 /// The nodes of a cluster.
 pub const NODES: usize = 3;
 
-/// One cluster at a time, of all test processes of this machine: each write of its servers waits for
-/// the disk, and two clusters on one disk lose their leaders. The lock ends with the file.
+/// Allows one cluster at a time among all test processes of this machine. Each write of a server
+/// waits for the disk, and two clusters on one disk lose their leaders. Closing the file ends the
+/// lock.
 fn one_at_a_time() -> File {
     let lock = File::create(std::env::temp_dir().join("rungd-nats.lock")).unwrap();
     flock(&lock, FlockOperation::LockExclusive).unwrap();
     lock
 }
 
-/// Three servers; every one has the messages of all. Nodes are numbered from zero.
+/// Three servers; each has the messages of all three. Nodes are numbered from zero.
 pub struct NatsCluster {
     mqtt: Vec<u16>,
     nodes: Vec<Process>,
@@ -31,8 +32,8 @@ pub struct NatsCluster {
 }
 
 impl NatsCluster {
-    /// Starts a cluster, and waits until every node takes an MQTT client. None where none is
-    /// installed, which has been said.
+    /// Starts a cluster, and waits until every node accepts an MQTT client. If the server is not
+    /// installed, prints that and returns `None`.
     pub fn start() -> Option<NatsCluster> {
         let Some(server) = program("nats-server") else {
             not_installed("nats-server");
@@ -56,7 +57,7 @@ impl NatsCluster {
         }
     }
 
-    /// The addresses of its nodes, as rungd's settings name them.
+    /// The addresses of the nodes as rungd's settings write them.
     pub fn urls(&self) -> Vec<String> {
         self.mqtt.iter().map(|port| format!("mqtt://127.0.0.1:{port}")).collect()
     }
@@ -66,18 +67,18 @@ impl NatsCluster {
         self.nodes[n].kill();
     }
 
-    /// Starts a node again after [`NatsCluster::kill`]. It does not wait until it takes clients:
-    /// [`NatsCluster::waits_for`] does.
+    /// Starts a node again after [`NatsCluster::kill`]. Does not wait until the node accepts
+    /// clients; [`NatsCluster::waits_for`] does.
     pub fn start_again(&mut self, n: usize) {
         self.nodes[n].start();
     }
 
-    /// Holds a node: its sockets stay open, and it answers nothing.
+    /// Pauses a node: its sockets stay open, and it answers nothing.
     pub fn stop(&self, n: usize) {
         self.nodes[n].stop();
     }
 
-    /// Lets a node go on.
+    /// Continues a node.
     pub fn cont(&self, n: usize) {
         self.nodes[n].cont();
     }
@@ -87,7 +88,7 @@ impl NatsCluster {
         self.nodes[n].said()
     }
 
-    /// Waits until a node takes an MQTT client. False if it has ended.
+    /// Waits until a node accepts an MQTT client. False if the node has ended.
     pub fn waits_for(&mut self, n: usize) -> bool {
         let begun = Instant::now();
         while !takes_a_client(self.mqtt[n]) {
@@ -105,7 +106,8 @@ fn log(folder: &Path, n: usize) -> PathBuf {
     folder.join(format!("log-{n}"))
 }
 
-/// Ports: those of MQTT, of the cluster, of NATS's own clients.
+/// Writes the configuration of node `n`; returns the command that starts it. `ports` has those of
+/// MQTT, of the cluster, and of NATS's own clients.
 fn command(server: &Path, folder: &Path, ports: &[u16], n: usize) -> Vec<String> {
     let (mqtt, rest) = ports.split_at(NODES);
     let (routes, clients) = rest.split_at(NODES);
@@ -128,8 +130,8 @@ fn command(server: &Path, folder: &Path, ports: &[u16], n: usize) -> Vec<String>
     vec![server.display().to_string(), "-c".to_owned(), file.display().to_string()]
 }
 
-/// One CONNECT of MQTT 3.1.1 with a clean session: the server needs a leader of its JetStream
-/// before it accepts one, and refuses it after some seconds without.
+/// Sends one CONNECT of MQTT 3.1.1 with a clean session. The server accepts it only if its
+/// JetStream has a leader, and otherwise refuses it after some seconds.
 fn takes_a_client(port: u16) -> bool {
     let connect = b"\x10\x16\x00\x04MQTT\x04\x02\x00\x3c\x00\x0arungd-rig-";
     let asked = || -> std::io::Result<bool> {

@@ -1,4 +1,5 @@
-//! TLS with certificates on both sides, and passwords: who is let in, and what the others read.
+//! TLS with certificates on both sides, and passwords: who is accepted, and the errors of those who
+//! are refused.
 
 use rungd::mqtt::{BrokerLogin, BrokerSettings, MqttCause, MqttVersion, TlsFiles};
 
@@ -33,16 +34,16 @@ fn both_sides_are_checked() {
         let mut good = session(&of(&ours)).await;
         assert_eq!(confirmed(&mut good).await, []);
         good.disconnect().await.unwrap();
-        // Without a certificate of our own.
+        // Without a client certificate.
         insecure(refusal(&of(&TlsFiles { ca: ours.ca.clone(), ..TlsFiles::default() })).await);
-        // An authority that did not sign the broker's.
+        // An authority that did not sign the broker's certificate.
         let folder = crate::broker::fresh_folder("strangers");
         let strangers = files(&Certificates::make(&folder));
         let unknown = TlsFiles { ca: strangers.ca.clone(), ..ours.clone() };
         assert!(insecure(refusal(&of(&unknown)).await).contains("invalid peer certificate"));
-        // A certificate of our own that the broker's authority did not sign.
+        // A client certificate that the broker's authority did not sign.
         insecure(refusal(&of(&TlsFiles { ca: ours.ca.clone(), ..strangers })).await);
-        // The broker, under a name that its certificate has not.
+        // The broker's address with a name that its certificate lacks.
         let mut other_name = of(&ours);
         other_name.addresses[0].host = "127.0.0.1".to_owned();
         assert!(insecure(refusal(&other_name).await).contains("127.0.0.1"));

@@ -1,4 +1,4 @@
-//! Sessions with a mosquitto, in both versions of MQTT.
+//! Sessions with a mosquitto, with both versions of MQTT.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use crate::mosquitto::{Mosquitto, MosquittoOptions};
 
 const VERSIONS: [MqttVersion; 2] = [MqttVersion::V3, MqttVersion::V5];
 
-/// Runs a test's body, with an end.
+/// Runs a test's body, with a time limit.
 pub fn run(body: impl Future<Output = ()>) {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let body = async { tokio::time::timeout(5 * PATIENCE, body).await };
@@ -23,24 +23,24 @@ pub fn run(body: impl Future<Output = ()>) {
 pub fn settings(url: &str, version: MqttVersion, id: &str) -> BrokerSettings {
     let address = BrokerAddress::parse(url).unwrap();
     let mut settings = BrokerSettings::new(vec![address], id);
-    // A busy machine is no silent broker.
+    // A busy machine must not look like a silent broker.
     settings.answer_max = PATIENCE;
     settings.version = version;
     settings
 }
 
-/// A session that must begin.
+/// Begins a session; a refusal is a failure.
 pub async fn session(settings: &BrokerSettings) -> MqttSession {
     MqttSession::connect(settings, &settings.addresses[0], None).await.unwrap()
 }
 
-/// Why there is no session.
+/// The reason why the broker refuses a session.
 pub async fn refusal(settings: &BrokerSettings) -> MqttFailure {
     let refused = MqttSession::connect(settings, &settings.addresses[0], None).await;
     refused.err().expect("no session")
 }
 
-/// The next message: topic, payload, whether it was retained.
+/// The next message: its topic, its payload, and whether it was retained.
 pub async fn message(session: &mut MqttSession) -> (String, Vec<u8>, bool) {
     loop {
         if let MqttEvent::Message { topic, payload, retained, .. } = session.next().await.unwrap() {
@@ -49,7 +49,7 @@ pub async fn message(session: &mut MqttSession) -> (String, Vec<u8>, bool) {
     }
 }
 
-/// A ping, and all that comes before its answer.
+/// Sends a ping, and returns all events before its answer.
 pub async fn confirmed(session: &mut MqttSession) -> Vec<MqttEvent> {
     let asked = session.ping().await.unwrap();
     let mut events = Vec::new();
@@ -64,7 +64,7 @@ pub async fn confirmed(session: &mut MqttSession) -> Vec<MqttEvent> {
 #[test]
 fn messages_come_and_are_acknowledged() {
     for version in VERSIONS {
-        // Of its own: what is retained would be there for the next.
+        // A new broker each time: the next version would otherwise receive the retained messages.
         let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
         run(async {
             let of = |id: &str| settings(&broker.url(), version, id);
@@ -79,7 +79,7 @@ fn messages_come_and_are_acknowledged() {
             assert_eq!(confirmed(&mut writer).await, []);
             assert_eq!(message(&mut reader).await, ("a/1".to_owned(), b"one".to_vec(), false));
             assert_eq!(message(&mut reader).await, ("b".to_owned(), Vec::new(), false));
-            // Whoever comes later gets what was retained, and sees that it was.
+            // A later client receives the retained message, marked as retained.
             let mut late = session(&of("late")).await;
             late.subscribe(&[("a/#", Qos::AtMostOnce)]).await.unwrap();
             assert_eq!(message(&mut late).await, ("a/1".to_owned(), b"one".to_vec(), true));
@@ -123,7 +123,7 @@ fn a_held_broker_is_noticed_and_a_killed_one_too() {
         let mut held = session(&short).await;
         broker.stop();
         let failure = loop {
-            // Messages without an acknowledgement do not hide it.
+            // Messages without an acknowledgement do not hide the broker's silence.
             match held.publish("a", &[7; 1000], Qos::AtMostOnce, false).await {
                 Err(failure) => break failure,
                 Ok(_) => tokio::time::sleep(Duration::from_millis(100)).await,

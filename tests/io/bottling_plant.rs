@@ -1,5 +1,5 @@
-//! `config/bottling-plant.toml`: its ladder against its simulated plant in virtual time, where
-//! every fault brings its alarm about; and the same with the real binary, for some seconds.
+//! `config/bottling-plant.toml`: its ladder with its simulated plant in virtual time, where every
+//! fault causes its alarm; and a few seconds with the real binary.
 
 use crate::support::calm::calmed;
 use crate::support::live;
@@ -12,7 +12,7 @@ fn config() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config")
 }
 
-/// The controller with its plant, on one grid.
+/// The controller and its plant, on one time grid.
 fn plant() -> Plant {
     Plant::of(load::controller_file(&config().join("bottling-plant.toml")).unwrap())
 }
@@ -29,8 +29,8 @@ fn a_minute_of_bottles() {
         assert!(plant.value("filler") == 0 || plant.value("belt") == 0, "filled on the move");
         (least, most) = (least.min(plant.value("level")), most.max(plant.value("level")));
     });
-    // The first bottle is under the filler 5.1 s from the start, and away 9 s later; each stands
-    // for 1.5 s, and the belt moves for 3 s from one to the next.
+    // The first bottle reaches the filler 5.1 s after the start, and leaves 9 s later. Each bottle
+    // stops for 1.5 s, and the belt moves for 3 s between two bottles.
     assert_eq!(plant.value("bottles"), 11);
     assert!((150..300).contains(&least) && (900..=910).contains(&most), "{least} to {most}");
 }
@@ -53,7 +53,7 @@ fn every_fault_brings_its_alarm_about_and_start_acknowledges_it() {
         assert_eq!((plant.value("running"), plant.on(&ALARMS)), (0, vec![alarm]), "{fault}");
         assert_eq!(plant.on(&["belt", "filler"]), [""; 0], "{fault}");
         plant.force(fault, false);
-        // START comes every 20 s: once it acknowledges, then it starts.
+        // START comes every 20 s: the first one acknowledges, the second one starts.
         plant.until(42_000, |_| {});
         assert_eq!((plant.value("running"), plant.on(&ALARMS)), (0, vec![]), "{fault}");
         plant.until(62_000, |_| {});
@@ -83,7 +83,8 @@ fn the_binary_runs_it_and_a_forced_bit_cuts_the_cable() {
     let text = |name: &str| std::fs::read_to_string(config().join(name)).unwrap();
     let controller = text("bottling-plant.toml");
     let controller = controller.replace("ladder = [\"programs/bottling-plant.toml\"]", "");
-    // In FAULT nothing changes any more; and a busy machine is no cut cable.
+    // A long watchdog prevents FAULT, in which nothing changes. A long `loss-after` keeps a busy
+    // machine from looking like a cut cable.
     let controller = calmed(&controller);
     let controller = controller.replace("on-loss", "loss-after = \"5s\"\non-loss");
     let mut live = live::Live::start(&text("programs/bottling-plant.toml"), &controller, &[]);

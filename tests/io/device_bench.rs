@@ -1,4 +1,4 @@
-//! The task of a device, with a driver that answers as a test says, in virtual time.
+//! A device's task with a scripted driver, in virtual time.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -12,7 +12,7 @@ use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, LocalSet};
 use tokio::time::{Instant, sleep};
 
-/// What the driver was asked for, and when.
+/// A call of the driver.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Call {
     Connect,
@@ -23,21 +23,21 @@ pub enum Call {
 #[derive(Default)]
 pub struct Script {
     pub calls: Vec<(Duration, Call)>,
-    /// What the next calls answer; good where there is nothing.
+    /// The results of the next connects; success if empty. `exchanges` has those of the exchanges.
     pub connects: Vec<Result<(), Trouble>>,
-    /// So many of the next attempts to connect do not end.
+    /// The number of next attempts to connect that do not end.
     pub hangs: u32,
     pub exchanges: Vec<Result<(), Trouble>>,
-    /// How long an exchange takes: so many requests, each so long.
+    /// The number of requests of an exchange, and the duration of each.
     pub requests: (u32, Duration),
-    /// What is read.
+    /// The inputs that an exchange reads.
     pub inputs: Vec<Option<i32>>,
 }
 
 pub struct Scripted {
     pub script: Arc<Mutex<Script>>,
     pub begun: Instant,
-    /// How many have been put.
+    /// The number of finished requests of the present exchange.
     pub requests: u32,
 }
 
@@ -49,10 +49,10 @@ impl Scripted {
     }
 }
 
-/// Why a driver of these tests panics.
+/// The trouble with which a driver of these tests panics.
 pub const BUG: &str = "a bug of this driver";
 
-/// The next answer, which is taken out of the script.
+/// Removes the next result from the script; success if there is none.
 pub fn next(answers: &mut Vec<Result<(), Trouble>>) -> Result<(), Trouble> {
     if answers.is_empty() { Ok(()) } else { answers.remove(0) }
 }
@@ -108,7 +108,7 @@ pub struct Bench {
 pub const POLL: Duration = Duration::from_millis(20);
 
 impl Bench {
-    /// A running controller, and a device's task that begins.
+    /// Starts a device's task with a running controller.
     pub fn start(script: Script) -> Bench {
         let mut rig = rig(false);
         rig.scans(1);

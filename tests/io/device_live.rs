@@ -1,5 +1,5 @@
-//! A controller with field devices as an operator meets it: status, names, forces, reload. Two
-//! controllers: one is the other's remote I/O, by its Modbus server.
+//! A controller with field devices from an operator's view: status, names, forces, reload. One of
+//! two controllers is the other's remote I/O, through its Modbus server.
 
 use crate::support::live::Live;
 
@@ -25,7 +25,7 @@ rung = [
 ]
 "#;
 
-/// Remote I/O at a port of its own choice.
+/// A controller as remote I/O, on a port that the system chooses.
 fn remote() -> (Live, String) {
     let server = "[modbus-server]\nlisten = \"127.0.0.1:0\"\nwritable = [\"MC1\", \"MHR1\"]\n";
     let live = Live::start(REMOTE, server, &[]);
@@ -91,7 +91,7 @@ fn a_reload_names_what_of_a_device_needs_a_restart() {
     std::fs::write(&path, controller.replace("300ms", "400ms")).unwrap();
     let said = live.ok("reload");
     assert!(said.contains("needs a restart: `[[device]]`"), "{said}");
-    // A comment above moves every place in the file and changes nothing.
+    // A comment at the top moves every position in the file, but changes no setting.
     std::fs::write(&path, format!("# the press\n{controller}")).unwrap();
     let said = live.ok("reload");
     assert!(!said.contains("needs a restart"), "{said}");

@@ -1,5 +1,5 @@
-//! A field device's task with a driver that does as the test says: when it exchanges, what it does
-//! after trouble, what goes out in every mode and at the end.
+//! A field device's task with a scripted driver: the times of its exchanges, its actions after
+//! trouble, and its outputs in every mode and at the end.
 
 #[allow(dead_code, reason = "each user takes what it needs")]
 use crate::device_bench::*;
@@ -267,7 +267,7 @@ fn the_end_of_a_device_without_outputs_waits_for_nothing() {
     });
 }
 
-/// A change of the outputs, by a scan that sees the device's inputs.
+/// Changes the outputs by a scan that has the device's inputs.
 fn scan(bench: &mut Bench) {
     bench.rig.advance_to_now();
     bench.rig.scans(1);
@@ -285,7 +285,7 @@ fn the_end_connects_once_more_to_a_device_in_back_off() {
         let mut bench = Bench::start(Script { connects, ..Script::default() });
         sleep(Duration::from_millis(460)).await;
         bench.calls();
-        // It waits for its next attempt when its peer is back.
+        // The peer is back while the task waits for its next attempt.
         bench.script.lock().unwrap().connects.clear();
         let begun = Instant::now();
         bench.end().await;
@@ -333,7 +333,8 @@ fn a_change_goes_out_between_two_requests_of_a_long_exchange() {
         bench.rig.scans(1);
         sleep(Duration::from_millis(150)).await;
         assert_eq!(bench.timed()[2], (Duration::from_millis(150), poll(1, 0, 2)));
-        // It goes on where it was: six seconds from the first exchange on, not from the second.
+        // The exchange continues where it was. Its six seconds count from its first part, not from
+        // its second.
         sleep(Duration::from_millis(5830)).await;
         assert_eq!((bench.health.condition().exchanges, bench.calls().len()), (0, 0));
         sleep(Duration::from_millis(20)).await;

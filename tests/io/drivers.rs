@@ -1,5 +1,6 @@
-//! The recipe for a driver (`CONTRIBUTING.md`), followed as far as a test can: every folder of a driver
-//! has its row, and every name of the table its case of findings, its start, its row on the page.
+//! The recipe for a driver (`CONTRIBUTING.md`), as far as a test can check it. Every driver's
+//! folder has a row in the table. Every name in the table has a case of findings, a start, and a
+//! row on the page.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -49,7 +50,8 @@ fn a_driver_has_findings_a_start_and_a_page() {
     }
 }
 
-/// A key of another driver is as unknown as a misspelt one; of a driver that is none, all are known.
+/// A driver rejects the keys of other drivers as unknown. An unknown driver has no findings about
+/// keys.
 #[test]
 fn a_driver_knows_its_keys_alone() {
     let findings = |driver: &str, key: &str| {

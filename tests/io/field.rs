@@ -1,6 +1,6 @@
-//! Field devices as a scan meets them: whole images, their age, what becomes of a lost one's inputs
-//! (`docs/devices.md`). The engine and the scanner on a simulated clock; the devices' ends are held
-//! by the test.
+//! Field devices from a scan's view: whole images, their age, and the inputs of a lost device
+//! (`docs/devices.md`). The engine and the scanner run on a simulated clock; the test acts as the
+//! devices.
 
 #[allow(dead_code, reason = "each user takes what it needs")]
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
@@ -121,7 +121,7 @@ fn a_lost_device_zeroes_its_inputs_where_that_is_said() {
     assert_eq!(rig.values(&["X0", "X3", "D0", "V0"]), [0, 0, 0, 1]);
 }
 
-/// Exchanges that read X0 and D0 and fail to read X3 and V0, for so many scans.
+/// For a number of scans, exchanges that read X0 and D0 and fail to read X3 and V0.
 fn parts(rig: &mut Rig, scans: u64, (x0, d0): (i32, i32)) {
     for _ in 0..scans {
         rig.deliver_part([Some(x0), None, Some(d0), None]);
@@ -152,7 +152,7 @@ fn inputs_that_are_not_read_grow_old_by_themselves() {
         rig.scans(1);
         assert_eq!(rig.values(&BITS), [1, 0]);
         assert_eq!(rig.values(&INPUTS), [1, 1, 10, 12]);
-        // Nothing any more: they grow old together.
+        // No input is read any more: all of them become old together.
         rig.scans(11);
         assert_eq!(rig.values(&BITS), [0, 1]);
         let all = if zero_on_loss { [0, 0, 0, 1] } else { [1, 1, 10, 12] };
@@ -218,7 +218,7 @@ fn outputs_are_the_scans_in_run_and_safe_outside() {
     let running = rig.port.latest();
     assert_eq!(out(&running), [1, 42, 8]);
     for mode in [Mode::Stop(StopReason::Operator), Mode::Fault(FaultReason::ScanNeverEnds)] {
-        // As the world's end of the link shows it.
+        // The image as the link to the outside shows it: its Y outputs are already safe.
         let mut outputs = running.outputs.clone();
         outputs[2] = 0;
         let image = Snapshot { mode, outputs, ..(*running).clone() };
@@ -229,8 +229,8 @@ fn outputs_are_the_scans_in_run_and_safe_outside() {
     assert_eq!(values, [0, -1, 8], "at the end of the process, though it shows RUN");
 }
 
-/// A driver beside the scan succeeds and fails in turn, as fast as it can: no scan that sees `.Ok`
-/// sees inputs of two exchanges.
+/// A driver on a separate thread alternately succeeds and fails, as fast as it can. A scan with
+/// `.Ok` never has inputs of two exchanges.
 #[test]
 fn no_part_is_taken_for_the_whole() {
     let (exchanges, wells) =
@@ -264,7 +264,7 @@ fn no_part_is_taken_for_the_whole() {
     });
 }
 
-/// A driver beside the scan hands in patterns as fast as it can; no scan sees half of one.
+/// A driver on a separate thread delivers patterns as fast as it can; no scan has half a pattern.
 #[test]
 fn no_image_is_torn() {
     let (exchanges, scans) =

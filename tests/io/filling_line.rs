@@ -1,7 +1,8 @@
-//! `config/filling-line.toml`: its ladder against its simulated belt in virtual time.
+//! `config/filling-line.toml`: its ladder with its simulated belt in virtual time.
 //!
-//! A bottle every 60 cm of belt, which stops for 1.5 s at the filler for each of them: a bottle in
-//! 4.6 s. The fourth bottle at the scale is too light, and then every seventh.
+//! There is a bottle every 60 cm of belt. The belt stops for 1.5 s at the filler for each bottle:
+//! one bottle in 4.6 s. The fourth bottle at the scale is too light, and every seventh bottle after
+//! it.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -23,12 +24,12 @@ fn totals(plant: &Plant, name: &str) -> [i32; 3] {
     [0, 1, 2].map(|shift| plant.value(&format!("{name}[{shift}]")))
 }
 
-/// A bottle's way from the scale to the pusher, seen beside the ladder.
+/// Follows each bottle from the scale to the pusher, independently of the ladder.
 #[derive(Default)]
 struct Witness {
     /// The bottles between scale and pusher: whether each is bad.
     between: VecDeque<bool>,
-    /// The bottle in front of the pusher: bad, and pushed.
+    /// The bottle in front of the pusher: whether it is bad, and whether it was pushed.
     there: Option<(bool, bool)>,
     weighed: Vec<bool>,
     passed: Vec<bool>,
@@ -85,7 +86,7 @@ fn a_bad_bottle_is_rejected_at_its_own_place_and_no_other() {
 fn the_place_is_right_wherever_the_belt_stopped() {
     let mut plant = plant("2026-11-22T09:00:00");
     let mut witness = Witness::default();
-    // STOP for a second, at odd times; START comes every 30 s.
+    // STOP is ON for a second at irregular times; START comes every 30 s.
     for end_ms in [19_370, 21_990, 50_010, 52_730, 54_440, 83_150, 120_000] {
         plant.until(end_ms, |plant| witness.look(plant));
         plant.force("C102", true);
@@ -110,7 +111,7 @@ fn each_shift_counts_for_itself_and_the_totals_of_the_last_ones_stay() {
     let late = plant.value("good[1]");
     assert!(late > 2);
     assert_eq!((plant.value("good[0]"), plant.value("rejects[0]")), (early, early_bad));
-    // 21:59:59, then the night, which goes on past midnight.
+    // The night shift begins a second after 21:59:59, and continues after midnight.
     let at = |time: &str, plant: &Plant| {
         parse_seconds(time).expect("a time") - (plant.now_ms / 1000) as i64
     };
@@ -121,7 +122,7 @@ fn each_shift_counts_for_itself_and_the_totals_of_the_last_ones_stay() {
     assert_eq!(plant.value("counted"), 2);
     let night = totals(&plant, "good");
     assert!(night[0] == early && night[1] >= late && night[2] > 2, "{night:?}");
-    // The early shift of the next day: its old total goes, the others stay.
+    // The early shift of the next day replaces its old total; the other totals stay.
     plant.clock_s = at("2026-11-23T06:00:00", &plant);
     plant.until(95_000, |_| {});
     let next = totals(&plant, "good");

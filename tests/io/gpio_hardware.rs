@@ -1,6 +1,7 @@
-//! Real lines, for who has some: `RUNGD_GPIO_CHIP=/dev/gpiochip0 RUNGD_GPIO_OUT=27
-//! RUNGD_GPIO_IN=17 cargo test --test io gpio_hardware -- --nocapture`, with a wire between the two.
-//! Where there are none (nor a simulated chip, `modprobe gpio-sim`), it says so and is done.
+//! A test with real lines: `RUNGD_GPIO_CHIP=/dev/gpiochip0 RUNGD_GPIO_OUT=27 RUNGD_GPIO_IN=17 cargo
+//! test --test io gpio_hardware -- --nocapture`, with a wire between the two lines. A simulated
+//! chip (`modprobe gpio-sim`) also works. Without the variables, the test prints that it is
+//! skipped.
 
 use crate::support::live;
 use std::time::{Duration, Instant};

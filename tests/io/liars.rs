@@ -1,4 +1,4 @@
-//! Modbus peers that lie, in the test's own process, and a client before them.
+//! Modbus peers that lie (answer wrongly), in the test's own process, and a client for them.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -16,35 +16,35 @@ use rungd::io::scaling::Scaling;
 use settings::{ModbusPoint, Number, PointForm, Table, Writes};
 use tokio::time::timeout;
 
-/// The client's timeout where a test waits for it to end.
+/// The client's timeout in tests that wait until it expires.
 pub const TIMEOUT: Duration = Duration::from_millis(400);
 
-/// The client's timeout where every answer comes, late only because the machine is busy.
+/// The client's timeout in tests in which every answer comes, late only on a busy machine.
 pub const PATIENT: Duration = Duration::from_secs(30);
 
-/// No lie holds a client up for longer: many times what it may take on a busy machine.
+/// The longest time that a lie may delay a client, with much room for a busy machine.
 pub const BOUND: Duration = Duration::from_secs(20);
 
-/// What a peer does with a request.
+/// A peer's reaction to a request.
 #[derive(Clone, Debug)]
 pub enum Lie {
-    /// Nothing: it answers rightly.
+    /// The right answer.
     None,
-    /// It says this.
+    /// These bytes as the answer.
     Say(Vec<u8>),
-    /// It says this, a byte after the other, slowly.
+    /// These bytes, one after another, slowly.
     Trickle(Vec<u8>),
-    /// It says nothing.
+    /// No answer.
     Silence,
-    /// It answers rightly, but only then.
+    /// The right answer, but only after this time.
     After(Duration),
-    /// It says this, and goes.
+    /// These bytes, and the end of the connection.
     Leave(Vec<u8>),
-    /// It talks for ever.
+    /// Endless bytes.
     Flood,
 }
 
-/// What the next requests meet: made of the request and the right answer.
+/// The lies for the next requests. Each function receives the request and the right answer.
 pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
 
 /// The settings of a client: `input 0..1` of unit 1 as two numbers, `coil 0` of unit 1 written.
@@ -87,7 +87,7 @@ pub fn tcp_frame(request: &[u8], pdu: &[u8]) -> Vec<u8> {
     [&request[..2], &[0, 0], &length, &request[6..7], pdu].concat()
 }
 
-/// One connection of a TCP peer: requests answered as the script says, then rightly.
+/// Serves one connection of a TCP peer: answers requests by the script, and rightly after its end.
 fn serve_tcp(mut stream: TcpStream, script: &Script) {
     let mut bytes = [0; 260];
     loop {
@@ -107,7 +107,7 @@ fn serve_tcp(mut stream: TcpStream, script: &Script) {
     }
 }
 
-/// Accepts for ever; gives the address.
+/// Accepts connections for ever; returns the address.
 pub fn listen(script: &Script) -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
@@ -121,13 +121,13 @@ pub fn listen(script: &Script) -> SocketAddr {
     address
 }
 
-/// Answers on the peer's end of a pty, until a lie ends it.
+/// Answers requests on the peer's end of a pty until a lie ends the connection.
 pub fn serve_rtu(mut line: File, script: &Script) {
     let mut bytes = [0; 8];
     loop {
         let mut filled = 0;
-        // Reads, and writes of one: eight bytes each. What is no such frame is the rest of one that
-        // the client has discarded.
+        // Requests that read, or that write one value, have eight bytes. Other bytes are the rest
+        // of a frame that the client has discarded.
         while filled < 8 || rtu_frame(bytes[0], &bytes[1..6]) != bytes[..8] {
             if filled == 8 {
                 bytes.copy_within(1..8, 0);
@@ -185,7 +185,7 @@ fn next(script: &Script, request: &[u8], answer: &[u8]) -> Lie {
     }
 }
 
-/// Does what a lie wants; false where the connection is over.
+/// Carries out a lie; false if it ends the connection.
 fn act(stream: &mut (impl Read + Write), lie: Lie, answer: &[u8]) -> bool {
     match lie {
         Lie::None => stream.write_all(answer).is_ok(),
@@ -210,7 +210,7 @@ fn act(stream: &mut (impl Read + Write), lie: Lie, answer: &[u8]) -> bool {
     }
 }
 
-/// One exchange, which is over in bounded time whatever the peer does.
+/// One exchange. It must end within [`BOUND`], whatever the peer does.
 pub async fn exchange<L: Link>(client: &mut Client<L>) -> Result<[i32; 2], Trouble> {
     let mut inputs = [None; 2];
     let exchange = poll(&[1], &mut inputs);
@@ -218,7 +218,7 @@ pub async fn exchange<L: Link>(client: &mut Client<L>) -> Result<[i32; 2], Troub
     done.map(|_| inputs.map(|input| input.expect("a good exchange reads all")))
 }
 
-/// An exchange of a poll, in which nothing is urgent.
+/// A poll's exchange in which nothing is urgent.
 pub fn poll<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'a> {
     Exchange { occasion: Occasion::Poll, outputs, inputs, is_urgent: &|| false }
 }
@@ -240,13 +240,13 @@ pub fn lie(script: &Script, lie: impl Fn(&[u8], &[u8]) -> Lie + Send + 'static) 
     script.lock().unwrap().push(Box::new(lie));
 }
 
-/// How long a client waits for an answer to this lie.
+/// The timeout of a client for a lie with these words.
 pub fn patience(words: &str) -> Duration {
     if words.contains("in 400 ms") { TIMEOUT } else { PATIENT }
 }
 
-/// An exchange with a peer that is honest now. Only a client with the short timeout may need a
-/// second attempt, where the machine is too busy for it.
+/// Exchanges with a peer that answers rightly again. Only a client with the short timeout may need
+/// a second attempt, on a busy machine.
 pub async fn recovers<L: rungd::io::modbus_client::Link>(client: &mut Client<L>, words: &str) {
     loop {
         match exchange(client).await {

@@ -1,7 +1,7 @@
-//! `config/lift-station.toml`: its ladder against its simulated well in virtual time.
+//! `config/lift-station.toml`: its ladder with its simulated well in virtual time.
 //!
-//! Dry weather brings 25 mm/s, a pump lifts 40 mm/s: from 1.6 m a pump runs for 53 s, and the well
-//! fills up again in 32 s.
+//! In dry weather 25 mm/s flow in, and a pump removes 40 mm/s: from 1.6 m a pump runs for 53 s, and
+//! the well fills again in 32 s.
 
 use std::path::Path;
 
@@ -30,12 +30,13 @@ fn run(plant: &mut Plant, seconds: u64) {
     plant.until(plant.now_ms + seconds * 1000, |_| {});
 }
 
-/// The well's level in metres, whether or not the ladder believes it.
+/// The well's level in metres by its raw signal, even if the ladder rejects the signal.
 fn level(plant: &Plant) -> f64 {
     f64::from(plant.value("level_raw") - 4000) / 4000.0
 }
 
-/// The pumps that start, in order, until a time; and the lowest and the highest level.
+/// Runs for some seconds; returns the pumps that start, in order, and the lowest and the highest
+/// level.
 fn watch(plant: &mut Plant, seconds: u64) -> (Vec<&'static str>, f64, f64) {
     let mut starts = Vec::new();
     let mut before = plant.on(&PUMPS);
@@ -54,7 +55,8 @@ fn the_level_is_held_and_the_lead_rotates() {
     let mut plant = plant();
     run(&mut plant, 1);
     let (starts, low, high) = watch(&mut plant, 200);
-    // The shower from 60 s to 90 s brings more than one pump lifts, and is over before 2.2 m.
+    // The shower from 60 s to 90 s brings more than one pump removes, and ends before the level is
+    // 2.2 m.
     assert!(low > 0.79 && (1.7..1.8).contains(&high), "{low} to {high}");
     assert_eq!(plant.on(&ALARMS), [""; 0]);
     assert_eq!(starts, ["pump1", "pump2", "pump3"]);
@@ -68,7 +70,7 @@ fn a_storm_calls_all_three_one_after_the_other() {
     assert_eq!(starts, ["pump1", "pump2", "pump3"]);
     assert!((2.8..3.0).contains(&high), "{high}");
     assert_eq!(plant.on(&ALARMS), [""; 0]);
-    // The shower makes it more than they lift, but not for long enough.
+    // With the shower, more flows in than three pumps remove, but too briefly to reach 3.6 m.
     let (_, _, high) = watch(&mut plant, 60);
     assert!(high < 3.6, "{high}");
 }
@@ -76,7 +78,7 @@ fn a_storm_calls_all_three_one_after_the_other() {
 #[test]
 fn a_pump_that_fails_is_replaced_until_somebody_acknowledges() {
     let mut plant = plant();
-    // The contactor of pump 1, which leads at first, does not answer.
+    // The contactor of pump 1, the first lead pump, does not answer.
     plant.force("C101", true);
     let (starts, low, _) = watch(&mut plant, 58);
     assert_eq!(starts, ["pump1", "pump2"]);
@@ -84,10 +86,10 @@ fn a_pump_that_fails_is_replaced_until_somebody_acknowledges() {
     assert_eq!(plant.on(&["horn", "lamp", "p1.ready"]), ["horn", "lamp"]);
     assert_eq!(plant.value("alarms.first"), 1);
     assert!(low > 0.79);
-    // It is passed over from now on.
+    // Pump 1 is skipped from now on.
     let (starts, ..) = watch(&mut plant, 220);
     assert!(!starts.contains(&"pump1") && starts.contains(&"pump3"), "{starts:?}");
-    // Mended, and acknowledged: it takes its turn again.
+    // After the repair and an acknowledgement, pump 1 takes its turn again.
     plant.force("C101", false);
     plant.force("C105", true);
     run(&mut plant, 1);
@@ -121,7 +123,7 @@ fn a_broken_wire_raises_its_alarm_and_the_float_takes_over() {
     assert_eq!(plant.on(&PUMPS), [""; 0]);
     let held = plant.real("level.value");
     assert!((0.9..1.6).contains(&held), "not an empty well: {held}");
-    // The float calls the pumps again and again, and none of them runs dry.
+    // The float calls the pumps repeatedly, and no pump runs dry.
     let (mut calls, mut was_high) = (0, false);
     plant.until(plant.now_ms + 200_000, |plant| {
         let is_high = plant.value("high_level") != 0;

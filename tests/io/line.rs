@@ -1,9 +1,9 @@
-//! Pseudo-terminals as serial lines, and a control for the tests over them.
+//! Pseudo-terminals as serial lines, and a control line that detects their stalls.
 //!
-//! A thread of the kernel carries what is written to a pseudo-terminal. On a busy machine it stands
-//! still for seconds at times, while processes, pipes and sockets go on: 2.1 s were measured beside
-//! eight busy loops, and 4 ms over a pipe in the same half minute. No deadline of a test over a
-//! serial line holds then, and no fault of rungd is shown.
+//! A kernel thread carries the bytes of a pseudo-terminal. On a busy machine this thread sometimes
+//! stalls for seconds, while processes, pipes and sockets continue: with eight busy loops, 2.1 s
+//! were measured, but 4 ms over a pipe in the same half minute. During a stall, a test over a
+//! serial line misses its deadlines without a fault of rungd.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -13,21 +13,21 @@ use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// A delay of the control from which on a failed test over a line shows nothing: a quarter of the
+/// The least delay of the control line after which a failed test proves nothing: a quarter of the
 /// shortest deadline of these tests.
 const STILL: Duration = Duration::from_millis(100);
 
 static CONTROL: Mutex<Control> = Mutex::new(Control { sent: None, delays: Vec::new() });
 
 struct Control {
-    /// When the byte that is under way was sent.
+    /// The time at which the byte under way was sent.
     sent: Option<Instant>,
-    /// Each delay from `STILL` on, and when it was over.
+    /// Each delay of at least `STILL`, after the time of its end.
     delays: Vec<(Instant, Duration)>,
 }
 
-/// A pseudo-terminal: the peer's end, and the path of the client's. No process that another test
-/// starts gets it.
+/// A pseudo-terminal: the peer's end, and the path of the client's end. Processes that other tests
+/// start do not inherit it.
 pub fn pty() -> (File, String) {
     let mut name = [0; 64];
     // SAFETY: plain system calls, on a descriptor that is checked; `name` has room for its size.
@@ -41,7 +41,7 @@ pub fn pty() -> (File, String) {
     (master, name.to_str().unwrap().to_owned())
 }
 
-/// Runs a test over a serial line. It runs again where it fails while the control stood still.
+/// Runs a test over a serial line. A test that fails during a stall of the control line runs again.
 pub fn over_a_line(test: impl Fn()) {
     begin_control();
     for again in (0..10).rev() {
@@ -65,7 +65,7 @@ pub fn await_over_a_line<T: Future<Output = ()>>(test: impl Fn() -> T) {
 }
 
 impl Control {
-    /// The longest delay, the one under way included, of those that were not over at `begun`.
+    /// The longest of the delays that ended after `begun` and of the delay under way.
     fn longest_since(&self, begun: Instant) -> Option<Duration> {
         let over = self.delays.iter().filter(|(over, _)| *over > begun).map(|(_, delay)| *delay);
         let under_way = self.sent.map(|sent| sent.elapsed()).filter(|delay| *delay >= STILL);
@@ -77,7 +77,7 @@ fn control() -> MutexGuard<'static, Control> {
     CONTROL.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Starts the control, once per process: bytes over a line of its own, from end to end.
+/// Starts the control, once per process: it sends bytes over its own line from end to end.
 fn begin_control() {
     static BEGUN: Once = Once::new();
     BEGUN.call_once(|| {
@@ -103,7 +103,7 @@ fn begin_control() {
     });
 }
 
-/// Has a line hand on each byte at once, and send none back.
+/// Sets a line to forward each byte at once, without an echo.
 fn make_raw(line: &File) {
     use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
     let mut settings = tcgetattr(line).unwrap();

@@ -1,5 +1,5 @@
-//! Local devices: lines that the scan itself reads and writes. What goes to them in RUN, at a
-//! stop, in a fault, where a scan never ends; and when the scan lets go of one.
+//! Local devices: lines that the scan itself reads and writes. Their outputs in RUN, at a stop, in
+//! a fault and while a scan never ends; and when the scan releases a device.
 
 use crate::local_rig::*;
 use std::sync::atomic::{AtomicI32, Ordering};
@@ -14,7 +14,7 @@ use rungd::runtime::exchange::{FaultReason, Mode};
 use rungd::runtime::local::{Local, LocalFailure};
 use rungd::runtime::pacing::Clock;
 
-/// What goes out while X0 is ON, and while it is OFF, in RUN.
+/// The outputs in RUN while X0 is ON; `OFF` has those while X0 is OFF.
 const ON: [i32; 5] = [1, 0, 1, 1, 1];
 const OFF: [i32; 5] = [0, 1, 0, 0, 0];
 
@@ -37,7 +37,7 @@ fn a_stop_makes_outputs_safe() {
     rig.scans(2);
     fake.set(1, 1);
     fake.written();
-    // The scan of the STOP instruction, and the last one.
+    // These include the scan of the STOP instruction and the last scan.
     rig.scans(3);
     assert!(matches!(rig.mode(), Mode::Stop(_)));
     assert_eq!(fake.written().last().unwrap()[..], [0, 1, 1, 1, 1]);
@@ -84,7 +84,7 @@ fn a_scan_that_took_too_long_makes_outputs_safe_and_drives_nothing() {
     rig.scans(2);
     fake.written();
     fake.set(0, 0);
-    // Reading takes the clock beyond the watchdog.
+    // Reading takes longer than the watchdog allows.
     let clock = rig.clock.clone();
     let (port, monitor) = (rig.port.clone(), &mut rig.monitor);
     *fake.stuck_read.lock().unwrap() = None;
@@ -160,7 +160,8 @@ fn where_the_output_step_never_ends_the_monitor_sees_it() {
         assert_eq!(mode, Mode::Fault(FaultReason::ScanNeverEnds));
         assert_eq!(written, [[0, 1, 1, 1, 1]], "while the scan still hangs");
     });
-    // What hung came through late, also to what holds: the rest is made safe behind it.
+    // The write that hung arrives late, also at outputs that hold their value. The other outputs
+    // are made safe after it.
     assert_eq!(fake.written(), [OFF, [0, 1, 0, 1, 0]]);
     assert!(matches!(port.latest().mode, Mode::Fault(_)));
 }
@@ -176,7 +177,7 @@ fn lines_that_fail_are_let_go_of_and_others_taken() {
     assert_eq!(rig.line.failure(), Some(LocalFailure::System(19)));
     assert!(!rig.is_ok());
     assert_eq!(Arc::strong_count(&first), 1, "nobody has it: it is closed");
-    // In RUN, outputs that are as they were are written to what is new.
+    // In RUN, new lines receive all outputs, even unchanged ones.
     let second = fake(1);
     rig.hand_in(&second);
     rig.scans(3);
@@ -191,7 +192,7 @@ fn a_write_that_fails_lets_go_too() {
     rig.scans(2);
     fake.set(0, 0);
     let errno = Arc::clone(&fake);
-    // Reading goes well, and writing does not: the error comes in between.
+    // Reading succeeds and writing fails: the error begins between the two.
     *fake.stuck_write.lock().unwrap() = Some(thread::current().id());
     let helper = thread::spawn(move || {
         await_stuck(&errno);
@@ -228,12 +229,12 @@ fn exchanges_are_counted_and_the_last_and_the_slowest_are_told_apart() {
     fake.slow_read.store(0, Ordering::Release);
     rig.scans(9);
     let exchanged = rig.line.exchanged();
-    // A read with each scan, and the first write: no output changes.
+    // A read in each scan, and one write in the first scan: no output changes later.
     assert_eq!(exchanged.count, 11);
     assert!(exchanged.slowest_ns > BUDGET_NS && exchanged.last_ns < exchanged.slowest_ns);
 }
 
-/// Reads are late in every scan, while every scan writes too, and in time.
+/// In every scan the read is late, and the write is in time.
 #[test]
 fn writes_in_time_do_not_excuse_reads_that_are_late() {
     let fake = fake(1);
@@ -258,7 +259,7 @@ fn lines_that_come_in_stop_are_made_safe() {
     assert_eq!(fake.written().first().unwrap()[..4], [0, 1, 0, 1]);
 }
 
-/// Opens fakes; fails at first.
+/// Opens fakes; the first attempts fail.
 struct Shop {
     fake: Arc<Fake>,
     refusals: AtomicI32,

@@ -1,4 +1,4 @@
-//! A scanner with a local device whose lines do as a test says, in virtual time.
+//! A scanner with a local device whose lines a test controls, in virtual time.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -21,7 +21,7 @@ use rungd::runtime::{
 use rungd::source::span::SourceFile;
 
 pub const MS: u64 = 1_000_000;
-/// An exchange of a fake that is not told to be late never takes so long.
+/// The budget of an exchange. A fake needs that long only if a test makes it late.
 pub const BUDGET_NS: u64 = 50 * MS;
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -67,17 +67,17 @@ impl Observer for Deaf {
     fn ended(&mut self, _: u64) {}
 }
 
-/// Lines that do as a test says.
+/// Lines that a test controls.
 #[derive(Default)]
 pub struct Fake {
     pub inputs: Mutex<[i32; 2]>,
-    /// All that was written.
+    /// All writes.
     pub writes: Mutex<Vec<Vec<i32>>>,
-    /// The number with which calls fail; 0: none does.
+    /// The error number with which calls fail; 0: calls succeed.
     pub errno: AtomicI32,
-    /// How long a read takes.
+    /// The duration of a read, ns.
     pub slow_read: AtomicU64,
-    /// The thread whose reads, or writes, do not end.
+    /// The thread whose reads do not end; `stuck_write` has the thread whose writes do not end.
     pub stuck_read: Mutex<Option<ThreadId>>,
     pub stuck_write: Mutex<Option<ThreadId>>,
     pub is_stuck: AtomicBool,
@@ -101,7 +101,7 @@ impl Fake {
         }
     }
 
-    /// What was written since it was asked last.
+    /// The writes since the last call.
     pub fn written(&self) -> Vec<Vec<i32>> {
         std::mem::take(&mut self.writes.lock().unwrap())
     }
@@ -139,7 +139,8 @@ pub struct Rig {
     pub c8: rungd::engine::BitCell,
 }
 
-/// X0 and X1 come in. Out go Y0 (safe: OFF), Y1 (ON), Y2 (as it is), C0 (ON) and C0 again (as it is).
+/// Inputs: X0 and X1. Outputs: Y0 (safe: OFF), Y1 (ON), Y2 (as it is), C0 (ON) and C0 again (as it
+/// is).
 pub fn rig() -> Rig {
     let file = SourceFile { name: "local.toml".into(), text: LADDER.into() };
     let (program, findings) = load_ladders(&[file], &LoadOptions::default());
@@ -201,7 +202,7 @@ pub fn rig() -> Rig {
 }
 
 impl Rig {
-    /// With lines that were handed in before the first scan.
+    /// A rig with lines from before the first scan.
     pub fn with(fake: &Arc<Fake>) -> Rig {
         let mut rig = rig();
         rig.hand_in(fake);
@@ -220,7 +221,7 @@ impl Rig {
         }
     }
 
-    /// Goes on with the same program, whose Y0, Y1 and Y2 do this outside RUN.
+    /// Reloads the same program with these safe values of Y0, Y1 and Y2.
     pub fn reload(&mut self, safe: [Safe; 3]) {
         self.contents.generation += 1;
         self.contents.safe[..3].copy_from_slice(&safe);

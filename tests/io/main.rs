@@ -1,4 +1,4 @@
-//! What a controller talks to: devices, simulated, local and remote, and Modbus clients.
+//! The partners of a controller: simulated, local and remote devices, and Modbus clients.
 
 mod bottling_plant;
 mod device_bench;
@@ -32,7 +32,7 @@ mod simulated_plant;
 mod simulated_plant_page;
 mod temperature_loop;
 
-/// A binary uses a part of what they share.
+/// Each test binary uses only a part of the shared modules.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -1,8 +1,8 @@
-//! The Modbus server before clients that this project did not write: mbpoll, pymodbus, libmodbus.
+//! The Modbus server with foreign clients: mbpoll, pymodbus, libmodbus.
 //!
-//! What `docs/modbus.md` shows is executed: `rungd run` runs its controller file, its commands are
-//! typed, and what it says they print must be what they print. Where a client is not installed its
-//! test says so and does nothing, unless `RUNGD_REQUIRE` names `programs`.
+//! The examples of `docs/modbus.md` are executed: `rungd run` runs its controller file, its
+//! commands are run, and their output must be the output on the page. If a client is not installed,
+//! its test prints that and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
 use crate::support::calm::calm;
 use crate::support::needs::not_installed;
@@ -15,7 +15,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
-/// How long a line of the log may take to come.
+/// The longest wait for a line of the log.
 const LOG_WAIT_MAX: Duration = Duration::from_secs(30);
 
 /// The page's controller, run by the real program.
@@ -27,12 +27,12 @@ struct Controller {
 }
 
 impl Controller {
-    /// Starts it, at a port that the system chooses, and waits for its first scan.
+    /// Starts the controller on a port that the system chooses, and waits for its first scan.
     fn start(page: &str, test: &str) -> Controller {
         Controller::of(page, test, "filler")
     }
 
-    /// The controller of `NAME-controller.toml`, with its ladder.
+    /// Starts the controller of `NAME-controller.toml`, with its ladder.
     fn of(page: &str, test: &str, name: &str) -> Controller {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
         fs::create_dir_all(&folder).unwrap();
@@ -65,7 +65,7 @@ impl Controller {
         controller
     }
 
-    /// Reads on to the next line of the log that has this.
+    /// Waits for the next line of the log that contains `part`.
     fn expect(&mut self, part: &str) -> String {
         let mut seen = Vec::new();
         while let Ok(line) = self.log.recv_timeout(LOG_WAIT_MAX) {
@@ -77,7 +77,7 @@ impl Controller {
         panic!("{part:?} is not in the log: {seen:#?}");
     }
 
-    /// Runs what the page shows, with the port that the controller has.
+    /// Runs a command of the page with the controller's port.
     fn client(&self, program: &str, option: &str, text: &str) -> Output {
         let text = text.replace("1502", &self.port);
         Command::new(program).args([option, &text]).output().unwrap()
@@ -92,7 +92,7 @@ impl Drop for Controller {
     }
 }
 
-/// Whether a client is there to be tested with.
+/// Whether a client is installed.
 fn installed(client: &str, probe: &[&str]) -> bool {
     let found = Command::new(probe[0]).args(&probe[1..]).output();
     if found.is_ok_and(|output| output.status.success()) {
@@ -148,8 +148,7 @@ fn pymodbus_sees_what_the_page_shows() {
     assert_eq!(String::from_utf8_lossy(&output.stdout), shown, "{}", everything(&output));
 }
 
-/// A program of C in `tests/clients/`, compiled; nothing where it cannot be, or where what it needs
-/// is not there.
+/// Compiles a C program of `tests/clients/`; `None` if its library is not installed.
 fn compiled(source: &str, library: &str) -> Option<PathBuf> {
     if !installed(library, &["pkg-config", "--exists", library]) {
         return None;

@@ -1,9 +1,8 @@
-//! Modbus devices before peers that this project did not write: pymodbus and libmodbus as remote
-//! I/O (`tests/modbus_peers/`).
+//! Modbus devices with foreign peers: pymodbus and libmodbus as remote I/O (`tests/modbus_peers/`).
 //!
-//! The real binary runs a ladder whose inputs and outputs are the peer's. What the field would do
-//! the test tells the peer, and what rungd writes the peer tells the test. Where a peer is not
-//! installed a test says so and does nothing, unless `RUNGD_REQUIRE` names `programs`.
+//! The real binary runs a ladder whose inputs and outputs are the peer's. The test sets the peer's
+//! inputs in place of the field, and the peer reports rungd's writes to the test. If a peer is not
+//! installed, a test prints that and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
 use crate::line::over_a_line;
 use crate::support::page;
@@ -22,7 +21,7 @@ use serde_json::Value;
 
 const PEERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/modbus_peers");
 
-/// Remote I/O in a process of its own.
+/// Remote I/O in a separate process.
 struct Peer {
     child: Child,
     lines: Receiver<String>,
@@ -50,18 +49,18 @@ impl Peer {
         peer
     }
 
-    /// What the field does.
+    /// Sets a value of the peer, in place of the field.
     fn set(&mut self, what: &str) {
         writeln!(self.child.stdin.as_mut().unwrap(), "{what}").unwrap();
     }
 
-    /// Waits until the peer has told this.
+    /// Waits until the peer reports this line.
     fn told(&mut self, line: &str) {
         let is = |told: &str| told == line;
         assert!(self.tells_in_time(is), "the peer never told {line:?}: {:#?}", self.seen);
     }
 
-    /// Waits until the peer has told that a watchdog's register was written so often or more.
+    /// Waits until the peer reports at least `times` writes of a watchdog's register.
     fn fed(&mut self, register: &str, times: u32) {
         let count = |told: &str| told.strip_prefix(register)?.parse::<u32>().ok();
         let is = |told: &str| count(told).is_some_and(|count| count >= times);
@@ -80,7 +79,7 @@ impl Peer {
         false
     }
 
-    /// How much it tells of this within a time.
+    /// The number of reports within a time that begin with `start`.
     fn tells(&mut self, start: &str, within: Duration) -> usize {
         let deadline = Instant::now() + within;
         let mut count = 0;
@@ -116,7 +115,7 @@ fn is_installed() -> bool {
     is_there
 }
 
-/// A port that nobody had a moment ago.
+/// A port that was free a moment ago.
 fn free_port() -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     listener.local_addr().unwrap().port().to_string()
@@ -168,7 +167,7 @@ fn controller(port: &str, more: &str) -> String {
     )
 }
 
-/// Two ends of a serial line, by socat.
+/// The two ends of a serial line, made by socat.
 struct Wire {
     socat: Child,
     ends: [String; 2],
@@ -194,15 +193,15 @@ impl Wire {
 
 impl Drop for Wire {
     fn drop(&mut self) {
-        // The names go first: another test may get the numbers of these ptys at once.
+        // Remove the names first: another test may receive the numbers of these ptys at once.
         self.ends.iter().for_each(|end| drop(std::fs::remove_file(end)));
         let _ = self.socat.kill();
         let _ = self.socat.wait();
     }
 }
 
-/// A device on a line. `line9` does not answer, and is not waited for; the others may be late
-/// because the machine is busy.
+/// A device on a line. `line9` never answers, and has a short timeout; the other devices may be
+/// late on a busy machine.
 fn serial(name: &str, wire: &Wire, more: &str) -> String {
     let timeout = if name == "line9" { "200ms" } else { "2s" };
     format!(
@@ -242,7 +241,8 @@ fn bits_and_numbers_go_there_and_back_over_tcp() {
     peer.set("2 holding 50 1234");
     peer.told("2 holding 60 1234");
     peer.fed("1 holding 99 ", 10);
-    // Y1 is safe ON, D11 safe 15, which is (15 - 5) * 4 / 10 = 4; D10 safe 0; V10 holds.
+    // The safe values: Y1 is ON; D11 is 15, which is (15 - 5) * 4 / 10 = 4; D10 is 0; V10 holds its
+    // value.
     rungd.stop();
     let told =
         [peer.tells("1 coil 1 1", Duration::from_millis(300)), peer.tells("", Duration::ZERO)];
@@ -290,14 +290,14 @@ fn a_peer_that_goes_and_comes_has_its_outputs_again() {
     let port = free_port();
     let mut peer = Peer::start("tcp", &port, &["1", "2"]);
     let (_plant, mut rungd) = run(&controller(&port, ""));
-    // Well, and Y1 no longer as before the first scan, when it is safe.
+    // The line is well, and Y1 no longer has its safe value from before the first scan.
     peer.told("1 coil 2 1");
     peer.set("1 discrete 3 1");
     peer.told("1 coil 1 1");
     drop(peer);
     rungd.line("line1 is lost");
     let mut peer = Peer::start("tcp", &port, &["1", "2"]);
-    // The new peer knows nothing; X3 is read as OFF, and Y2 says that the line is well.
+    // The new peer has no values: X3 is read as OFF. Y2 shows that the line is well.
     peer.told("1 coil 2 1");
     rungd.line("line1 is back");
     rungd.stop();
@@ -313,7 +313,8 @@ fn bits_and_numbers_go_there_and_back_over_a_serial_line_that_is_unplugged_once(
         let wire = Wire::new("wire");
         let mut peer = Peer::start("rtu", &wire.ends[1], &["1", "2"]);
         let controller = format!("[outputs]\non = [\"Y1\"]\n{}", serial("line1", &wire, MAP));
-        // A loss takes as long as this, so only a machine that was too busy for it gets more.
+        // A loss takes this long to notice, so only a repetition on a busy machine has a longer
+        // time.
         let loss_after = if times.replace(times.get() + 1) == 0 { "3s" } else { "20s" };
         let controller = controller.replace("\"3s\"", &format!("\"{loss_after}\""));
         let (_plant, mut rungd) = run(&controller);
@@ -334,7 +335,7 @@ fn bits_and_numbers_go_there_and_back_over_a_serial_line_that_is_unplugged_once(
         peer.set("1 input 10 9");
         peer.told("1 holding 31 9");
         rungd.stop();
-        // Safe 15 is (15 - 5) * 4 / 10.
+        // The safe value 15 is (15 - 5) * 4 / 10.
         peer.told("1 holding 40 4");
     });
 }
@@ -369,7 +370,7 @@ fn devices_share_a_line_and_a_silent_one_is_silent_alone() {
     });
 }
 
-/// The server on libmodbus, compiled; none where there is no compiler or no libmodbus.
+/// Compiles the server on libmodbus; `None` without a compiler or libmodbus.
 fn libmodbus(test: &str) -> Option<PathBuf> {
     let flags = Command::new("pkg-config").args(["--cflags", "--libs", "libmodbus"]).output();
     let Some(flags) = flags.ok().filter(|flags| flags.status.success()) else {
@@ -388,7 +389,7 @@ fn libmodbus(test: &str) -> Option<PathBuf> {
     Some(program)
 }
 
-/// Y0 is what X0 is not, and a number goes round.
+/// Y0 is the inverse of X0, and a number travels to the peer and back.
 const ROUND: &str = r#"
 [[program]]
 name = "Main"

@@ -10,7 +10,7 @@ use rungd::io::modbus_client::{Client, Rtu};
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
 
-/// A peer that does the same with every request, and a client before it.
+/// A client whose peer answers every request with the same lie.
 async fn line(
     echo: bool,
     timeout: Duration,
@@ -54,7 +54,7 @@ fn behind_an_echo_that_is_told_answers_are_understood() {
             let mut client = line(true, PATIENT, settings, echo_and_answer).await;
             for on in [1, 0, 1] {
                 let inputs = exchange(&mut client, on).await.unwrap();
-                // The peer counts from 1000 on, by the low byte of the address.
+                // The peer's values are 1000 plus the low byte of the address.
                 assert!(inputs == [1000, 1001] || inputs == [1232, 1233], "{inputs:?}");
             }
         }

@@ -1,8 +1,8 @@
-//! What is no request, and too much of it: the real program before clients that mean harm.
+//! Invalid and excessive requests: the real program with hostile clients.
 //!
-//! Whatever comes is answered or closed, the next client is served at once, and no scan is missed.
-//! How soon the next client was served is printed (`-- --nocapture`); the bound that a test holds is
-//! wide enough for a busy machine.
+//! Every connection is answered or closed, the next client is served at once, and no scan is
+//! missed. With `-- --nocapture` the tests print the time until the next client was served; their
+//! bounds leave room for a busy machine.
 
 use crate::support::modbus;
 use crate::support::process;
@@ -28,7 +28,7 @@ fn start(settings: &str, prefix: &[&str]) -> (Plant, Running, String) {
     (plant, running, address)
 }
 
-/// Stops it: no scan was missed. Prints how punctual they were.
+/// Stops the controller, checks that no scan was missed, and prints how late scans were.
 fn ended(running: &mut Running) {
     let lines = running.stop();
     no_scan_missed(&lines, PERIOD, PERIOD);
@@ -37,7 +37,7 @@ fn ended(running: &mut Running) {
     println!("  {scans} scans, {skipped} skipped, p99 of lateness {late} us");
 }
 
-/// What the server sends until it closes the connection, or falls silent.
+/// All bytes that the server sends before it closes the connection or becomes silent.
 fn all_replies(stream: &mut TcpStream) -> Vec<u8> {
     stream.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
     let mut bytes = Vec::new();
@@ -61,8 +61,8 @@ fn lengths_that_lie_are_closed_or_waited_for_and_never_answered_wrong() {
         let reply = all_replies(&mut client);
         match length {
             6 => assert_eq!(reply, REPLY),
-            // A shorter one is a request of so many bytes, which is not well-formed; the bytes
-            // behind it are no frame.
+            // A smaller length makes a malformed request of that many bytes; the bytes after it are
+            // not a frame.
             2..=5 => assert_eq!(reply, [0, 7, 0, 0, 0, 3, 1, 0x83, 3], "{length}"),
             _ => assert!(reply.is_empty(), "{length}: {reply:?}"),
         }
@@ -81,7 +81,7 @@ fn other_protocols_are_closed_at_once() {
         let mut client = TcpStream::connect(&address).unwrap();
         client.write_all(&bytes).unwrap();
         assert!(all_replies(&mut client).is_empty(), "{protocol}");
-        // The first bytes are enough: nobody waits for the rest.
+        // The first bytes are enough: the server does not wait for the rest.
         let watch = Stopwatch::start(running.child.id());
         let mut client = TcpStream::connect(&address).unwrap();
         client.write_all(&bytes[..4]).unwrap();
@@ -139,7 +139,7 @@ fn frames_split_at_every_byte_and_glued_are_answered_in_order() {
     ended(&mut running);
 }
 
-/// Connects so many that send these bytes and then nothing, one behind the other.
+/// Connects `count` clients, one after another. Each sends these bytes and then nothing.
 fn crowd(address: &str, count: usize, bytes: &[u8]) -> Vec<TcpStream> {
     let client = |_| {
         let mut stream = TcpStream::connect(address).unwrap();
@@ -155,7 +155,7 @@ fn a_thousand_connections_keep_nobody_out() {
     let mut panel = Client::connect(&address);
     panel.ask(1, &[3, 0, 0, 0, 1]);
     let mut slowest = Duration::ZERO;
-    // Silent ones, and slow ones that have begun a frame.
+    // Silent clients, and slow clients that have begun a frame.
     for bytes in [&[][..], &READ[..9]] {
         let clients = crowd(&address, 1000, bytes);
         for _ in 0..20 {
@@ -176,7 +176,7 @@ fn a_slow_loris_is_closed_and_the_others_are_served() {
     panel.ask(1, &[3, 0, 0, 0, 1]);
     let (mut loris, began) = (TcpStream::connect(&address).unwrap(), Instant::now());
     loris.set_nodelay(true).unwrap();
-    // It is served once, so it keeps its place; then it sends a byte now and then.
+    // The slow client is served once, so it keeps its place; then it sends a byte now and then.
     loris.write_all(&READ).unwrap();
     loris.read_exact(&mut [0; 11]).unwrap();
     let mut slowest = Duration::ZERO;
@@ -199,7 +199,7 @@ fn without_descriptors_who_asks_is_served() {
         start("connections = 1024", &["prlimit", "--nofile=64:64"]);
     let mut panel = Client::connect(&address);
     panel.ask(1, &[3, 0, 0, 0, 1]);
-    // Fewer than the system lets wait behind them.
+    // Fewer clients than the system's queue of waiting connections holds.
     let clients = crowd(&address, 120, &[]);
     running.line("cannot accept a client");
     let mut slowest = Duration::ZERO;
@@ -212,12 +212,12 @@ fn without_descriptors_who_asks_is_served() {
     ended(&mut running);
 }
 
-/// How punctual scans are beside the worst of it, and by themselves, in turns.
+/// Measures how late scans are, in turns with and without many hostile clients.
 #[test]
 #[ignore = "half a minute, alone on the machine; run with --release"]
 fn harm_beside_a_control() {
     const TURN: Duration = Duration::from_secs(4);
-    // As a controller that is meant to be punctual is run; without the right to it, as any other.
+    // The settings of a punctual controller; without the right to use them, it runs like any other.
     const SETTINGS: &str = "connections = 64\n[realtime]\npolicy = \"fifo\"\npriority = 80";
     for turn in 1..=3 {
         let (_plant, mut running, _) = start(SETTINGS, &[]);

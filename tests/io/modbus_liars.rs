@@ -1,4 +1,4 @@
-//! The Modbus clients before peers that lie: every lie is trouble with a reason, in bounded time,
+//! Modbus clients with peers that lie: every lie results in trouble with a reason, in bounded time,
 //! and the next good exchange succeeds.
 
 use crate::liars;
@@ -20,7 +20,8 @@ fn exception(request: &[u8], code: u8) -> Lie {
     Lie::Say(tcp_frame(request, &[request[7] | 0x80, code]))
 }
 
-/// What a peer does with a read, what the log says of it, and whether the connection is kept.
+/// A part of the client's reason, the peer's reaction to a read, and whether the connection is
+/// kept.
 const TCP_LIES: [(&str, Answer, bool); 22] = [
     ("exception 1 (illegal function)", |ask, _| exception(ask, 1), true),
     ("exception 2 (illegal data address)", |ask, _| exception(ask, 2), true),
@@ -50,7 +51,7 @@ const TCP_LIES: [(&str, Answer, bool); 22] = [
     ("not Modbus TCP", |_, _| Lie::Flood, false),
 ];
 
-/// A client that waits this long for an answer.
+/// A client with this timeout.
 async fn tcp(script: &Script, patience: Duration) -> Client<Tcp> {
     let address = listen(script);
     let settings = client(Link::Tcp { address, connect_timeout_ms: 1000 });
@@ -78,8 +79,8 @@ async fn every_lie_over_tcp_is_trouble_that_passes() {
     }
 }
 
-/// What the client tells of a lie. On a busy machine the beginning of an answer may be late too:
-/// then the lie is told again.
+/// The client's trouble after a lie. On a busy machine even the first bytes of an answer may be
+/// late: then the peer repeats the lie.
 async fn told(
     client: &mut Client<Tcp>,
     script: &Script,
@@ -146,8 +147,8 @@ async fn a_unit_that_does_not_answer_keeps_no_other_from_its_outputs() {
     assert!(of(1).count() >= 2, "it is asked again");
 }
 
-/// A client with these two inputs, and what a poll of it comes to before a peer that does this with
-/// each of many requests.
+/// The results of four polls by a client with these two inputs. Its peer reacts to every request by
+/// `answer`.
 async fn polled(
     inputs: [(u8, u16); 2],
     patience: Duration,
@@ -222,7 +223,7 @@ async fn a_gateway_none_of_whose_units_answers_is_lost_itself() {
     }
 }
 
-/// Whatever the peer may have dropped with the connection is written again.
+/// Outputs that the peer may have lost with the connection are written again.
 #[tokio::test]
 async fn a_peer_that_closed_an_idle_connection_costs_no_exchange() {
     let script = honest();
@@ -273,7 +274,7 @@ async fn a_thousand_connections_leave_nothing_behind() {
     assert_eq!(sockets_to(address.port()), 1);
 }
 
-/// How many sockets that a process holds are connected to this port of this machine.
+/// The number of sockets held by a process that are connected to this port of this machine.
 fn sockets_to(port: u16) -> usize {
     let table = std::fs::read_to_string("/proc/self/net/tcp").unwrap();
     let is_held = |line: &&str| {
@@ -295,7 +296,7 @@ fn any_bytes_as_an_answer_are_contained() {
     let run = |bytes: Vec<u8>| {
         let mut client = client.borrow_mut();
         runtime.block_on(async {
-            // Half of them behind a right header.
+            // Half of the answers have a valid header before the bytes.
             lie(&script, move |request, _| match bytes.first() {
                 Some(1..128) => Lie::Leave(tcp_frame(request, &bytes)),
                 _ => Lie::Leave(bytes.clone()),
@@ -317,7 +318,7 @@ fn a_device_that_lies_disturbs_no_other_and_floods_no_log() {
         TCP_LIES.iter().filter(|(.., is_kept)| *is_kept).for_each(|(_, told, _)| lie(&liar, told));
         TCP_LIES.iter().for_each(|(_, told, _)| lie(&liar, told));
     }
-    // The honest one may be late, because the machine is busy.
+    // The honest device may be late on a busy machine.
     let patient = "timeout = \"10s\"\nloss-after = \"30s\"\n";
     let device = |name: &str, script: &Script, input: u32| {
         let address = listen(script);

@@ -1,7 +1,7 @@
 //! The oracle against the real program over a socket: requests near every edge, then all of memory.
 //!
-//! What a request is answered is `modbus_sweep.rs`'s matter, all of it; here it is shown that the
-//! program does the same, with its connection, its scans and its engine.
+//! `modbus_sweep.rs` checks the answers to all requests. This test shows that the program gives the
+//! same answers through its connection, its scans and its engine.
 
 use crate::oracle::requests::{Random, at_address};
 use crate::oracle::{Client, Oracle};
@@ -13,10 +13,10 @@ const EDGES: [u16; 22] = [
     4045, 5015, 5040, 9001,
 ];
 
-/// What a frame holds; a longer one closes the connection.
+/// The longest PDU of a frame; a longer one closes the connection.
 const PDU_BYTES_MAX: usize = 253;
 
-/// Addresses of status words, which move by themselves.
+/// Addresses of status words, which change by themselves.
 const STATUS: std::ops::Range<u16> = 29_000..30_008;
 
 struct Live {
@@ -53,7 +53,7 @@ fn the_program_answers_and_changes_what_the_oracle_says() {
     running.line("RUN: scanning");
     let mut live = Live { socket, oracle: Oracle::new(), requests: 0 };
     for cell in &mut live.oracle.cells {
-        // A cold start, with the `initial` of the ladder.
+        // The values after a cold start, with the ladder's `initial`.
         cell.value = if cell.name == "MHR15" { 5 } else { 0 };
     }
     let mut random = Random(7);
@@ -67,7 +67,7 @@ fn the_program_answers_and_changes_what_the_oracle_says() {
     }
     at_address(65_534, &mut random, |pdu| live.ask(1, pdu));
     at_address(65_535, &mut random, |pdu| live.ask(2, pdu));
-    // Of the addresses between the edges a debug build asks for every fifth.
+    // Between the edges, a debug build requests only every fifth address.
     let stride = if cfg!(debug_assertions) { 5 } else { 1 };
     let addresses = (0..12_000).step_by(stride).chain(65_500..=65_535);
     for at in addresses.filter(|at| !STATUS.contains(at)) {
@@ -106,7 +106,8 @@ fn a_reload_brings_its_map_units_and_lists() {
     let write = |at: u16| [&[16][..], &at.to_be_bytes(), &[0, 2, 4, 0, 1, 0, 2]].concat();
     assert_eq!(socket.ask(1, &write(4000))[0], 16);
     assert_eq!(socket.ask(1, &[2, 7, 0xd0, 0, 1]), [2, 1, 1], "the Stage");
-    // Another Stage stands before it, D0 lies elsewhere and is listed for others, unit 1 is gone.
+    // The new files insert a Stage before `Fill`, move D0 to a new address, list D0 for other
+    // clients, and remove unit 1.
     let lists = "[[modbus-server.write]]\nranges = [\"D0\"]\nclients = [\"10.0.0.0/8\"]\n";
     let after = format!("ladder = [\"ladder.toml\"]\n{server}units = [2]\n{lists}");
     let after = after + &entry("D0", "holding", 5000) + &entry("Side.Fill", "discrete", 2000);

@@ -1,5 +1,4 @@
-//! The Modbus client's outputs do not wait for its inputs: not for those that take long, and not
-//! for those that a unit refuses.
+//! The Modbus client's outputs wait neither for slow inputs nor for inputs that a unit refuses.
 
 use crate::support::process;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -13,7 +12,7 @@ use rungd::io::modbus_client::{Client, Tcp};
 
 type Seen = Arc<Mutex<Vec<Vec<u8>>>>;
 
-/// A client whose peer keeps what it is asked, and answers by `lie`.
+/// A client whose peer records its requests and reacts by `lie`.
 async fn seen(settings: impl FnOnce(&mut Settings), lie: fn(&[u8]) -> Lie) -> (Client<Tcp>, Seen) {
     let script = Script::default();
     let seen = Seen::default();
@@ -32,13 +31,13 @@ async fn seen(settings: impl FnOnce(&mut Settings), lie: fn(&[u8]) -> Lie) -> (C
     (client, seen)
 }
 
-/// The functions and addresses that were asked since the last time.
+/// The functions and addresses of the requests since the last call.
 fn asked(seen: &Seen) -> Vec<(u8, u8)> {
     let seen = std::mem::take(&mut *seen.lock().unwrap());
     seen.into_iter().map(|pdu| (pdu[0], pdu[2])).collect()
 }
 
-/// Four requests instead of one.
+/// Spreads the inputs over four requests instead of one.
 fn apart(settings: &mut Settings) {
     let input = settings.inputs[0];
     settings.inputs = (0..4)
@@ -64,10 +63,10 @@ async fn reads_end_in_part_and_go_on_behind_what_is_urgent() {
     assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Whole));
     assert_eq!(asked(&seen), [(4, 20), (4, 30)]);
     assert_eq!(inputs, [1000, 1010, 1020, 1030].map(Some));
-    // From the first on again.
+    // The reads start from the first input again.
     assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
     assert_eq!(asked(&seen), [(4, 0)]);
-    // And anew behind a connection.
+    // After a new connection, all writes and reads start again.
     client.connect().await.unwrap();
     assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Whole));
     assert_eq!(asked(&seen), [(5, 0), (4, 0), (4, 10), (4, 20), (4, 30)]);
@@ -157,14 +156,14 @@ async fn a_watchdog_is_fed_between_two_reads() {
     let (mut client, seen) = seen(settings, slow).await;
     let mut inputs = [None; 4];
     assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Part));
-    // The coil again behind the first feeding.
+    // After the first feeding, the client writes the coil again.
     assert_eq!(asked(&seen), [(5, 0), (6, 99), (5, 0), (4, 0)]);
     assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Part));
     assert_eq!(asked(&seen)[0], (6, 99));
 }
 
-/// What the coil was given last by the binary, ended while its peer does this with every request
-/// that reads. `OUT Y0` is ON for as long as it scans.
+/// The last value that the binary writes to the coil. The binary ends while its peer reacts to
+/// every read by `lie`. `OUT Y0` is ON while the binary scans.
 fn last_coil_behind(lie: impl Fn() -> Lie + Clone + Send + 'static) -> Option<u8> {
     let script = Script::default();
     let coils = Seen::default();
@@ -194,7 +193,7 @@ fn last_coil_behind(lie: impl Fn() -> Lie + Clone + Send + 'static) -> Option<u8
         assert!(Instant::now() < deadline, "the coil is never ON");
         std::thread::sleep(Duration::from_millis(5));
     }
-    // In the middle of what its peer does.
+    // The binary ends in the middle of its peer's lies.
     std::thread::sleep(Duration::from_millis(400));
     rungd.stop();
     coils.lock().unwrap().last().map(|value| value[0])

@@ -1,5 +1,5 @@
-//! The Modbus client over a serial line before a peer that lies, that answers late, and whose line
-//! is unplugged. A pseudo-terminal is the line.
+//! The Modbus client over a serial line with a peer that lies, that answers late, or whose line is
+//! unplugged. A pseudo-terminal serves as the line.
 
 use std::sync::Arc;
 use std::thread::spawn;
@@ -14,8 +14,8 @@ use rungd::io::modbus_client::settings::{ClientSettings, Link};
 use rungd::io::modbus_client::{Client, SerialLines};
 use tokio::time::timeout;
 
-/// What a peer does with a read, and what the log says of it; an empty text: the client finds the
-/// answer all the same.
+/// A part of the client's reason, and the peer's reaction to a read. With an empty text, the client
+/// finds the right answer nevertheless.
 const RTU_LIES: [(&str, Answer); 17] = [
     ("exception 2 (illegal data address)", |_, _| Lie::Say(rtu_frame(1, &[0x84, 2]))),
     ("exception 10 (gateway path unavailable)", |_, _| Lie::Say(rtu_frame(1, &[0x84, 10]))),
@@ -44,8 +44,9 @@ fn every_lie_over_a_serial_line_is_trouble_that_passes() {
         let again = "no answer in 400 ms";
         recovers(&mut client, again).await;
         for (words, answer) in RTU_LIES {
-            // A busy machine hides a lie: then it is told again. A unit that rests is not asked.
-            // What had no answer in time is answered late, with the lie that was meant for the next.
+            // On a busy machine a lie may come after the timeout: then the peer repeats it. The
+            // client sends nothing to a resting unit. A request that timed out may be answered
+            // late, with the lie that was meant for the next request.
             let told = async {
                 let mut late = false;
                 loop {
@@ -75,8 +76,8 @@ fn every_lie_over_a_serial_line_is_trouble_that_passes() {
                 }
             }
             script.lock().unwrap().clear();
-            // A late answer may still be under way, and a unit that was silent may be resting: on a
-            // busy machine more than once.
+            // A late answer may still be under way, or a silent unit may be resting, even
+            // repeatedly on a busy machine.
             let again = async {
                 while exchange(&mut client).await != Ok([1000, 1001]) {
                     tokio::task::yield_now().await;
@@ -88,7 +89,7 @@ fn every_lie_over_a_serial_line_is_trouble_that_passes() {
     });
 }
 
-/// RTU has no transactions: an answer that comes too late looks like that to the next question.
+/// RTU has no transactions: a late answer looks like the answer to the next request.
 #[test]
 fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
     await_over_a_line(async || {
@@ -101,8 +102,8 @@ fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
         while exchange(&mut client).await != Ok([1000, 1010]) {
             tokio::task::yield_now().await;
         }
-        // The answer to the first question comes while the same is asked again, and the answer to that
-        // while the second register is.
+        // The first answer comes while the client repeats the request. The answer to the repetition
+        // comes while the client requests the second register.
         lie(&script, |_, _| Lie::After(TIMEOUT * 3 / 2));
         lie(&script, |_, _| Lie::After(TIMEOUT / 5));
         assert!(exchange(&mut client).await.is_err());
@@ -132,7 +133,8 @@ fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
         let mut client = Client::new(&settings, SerialLines::default().link(&serial, PATIENT));
         client.connect().await.unwrap();
         assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
-        // The adapter is unplugged: its name goes first, because another test may get its number at once.
+        // The adapter is unplugged. Its name is removed first, because another test may receive its
+        // number at once.
         let unplugged = link.clone();
         lie(&script, move |_, _| {
             std::fs::remove_file(&unplugged).unwrap();

@@ -1,11 +1,12 @@
-//! Every address with every function and the quantities at its edges, against the oracle.
+//! Every address with every function and its edge quantities, compared with the oracle.
 //!
-//! In the process, on the map that `tests/io/oracle/controller.toml` gives: each request is judged as
-//! a connection does, its batch is applied to an image, and the reply and all of memory must be
-//! what the oracle says. Part of it goes through a socket to the real program (`modbus_live.rs`).
+//! The sweep runs in the test's process, with the map of `tests/io/oracle/controller.toml`. Each
+//! request is handled as in a connection, and its batch is applied to an image. The reply and all
+//! of memory must match the oracle. `modbus_live.rs` sends a part of the requests to the real
+//! program.
 //!
-//! CI takes all addresses near an edge and some of the others; all of them, with figures:
-//! `cargo test --release --test io modbus_sweep -- --ignored --nocapture`.
+//! CI tests all addresses near an edge and some of the others. This command tests all of them and
+//! prints figures: `cargo test --release --test io modbus_sweep -- --ignored --nocapture`.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -25,26 +26,26 @@ use rungd::resolve::resolve_operand;
 use rungd::runtime::command::Forces;
 use rungd::runtime::exchange::{Mode, Snapshot, Write};
 
-/// Where a table begins, ends, or changes what it is.
+/// The addresses at which a table begins, ends, or changes its contents.
 const EDGES: [u32; 24] = [
     0, 9, 19, 32, 40, 99, 114, 1000, 1023, 2000, 2024, 2047, 2058, 4000, 4027, 4046, 5000, 5046,
     9000, 9002, 30_000, 30_012, 32_768, 65_535,
 ];
 
-/// How near to an edge CI looks at every address.
+/// The distance from an edge within which CI tests every address.
 const NEAR: u32 = 12;
 
 struct Sweep {
     map: Map,
     layout: Layout,
     oracle: Oracle,
-    /// Of the oracle's cells.
+    /// The engine's cells, in the order of the oracle's cells.
     cells: Vec<Cell>,
     image: Snapshot,
-    /// What all of memory must be.
+    /// The expected contents of all of memory.
     bits: Box<[u8]>,
     words: Box<[i32]>,
-    /// How often each function had each outcome: 0, or the exception.
+    /// The count of each outcome (0 or the exception) of each function.
     seen: BTreeMap<(u8, u8), u64>,
     random: u64,
 }
@@ -62,7 +63,7 @@ impl Sweep {
         let cell = |name: &str| layout.cell(resolve_operand(&program, name).unwrap()).unwrap();
         let cells: Vec<Cell> = oracle.cells.iter().map(|of| cell(&of.name)).collect();
         let mut image = empty(&layout);
-        // Every cell holds a value of its own, so that a wrong one is seen.
+        // Cells have different values, so that a wrong cell is noticed.
         for (at, (of, cell)) in oracle.cells.iter_mut().zip(&cells).enumerate() {
             let span = of.max - of.min + 1;
             of.value = of.min + (at as i64 * 7919 + at as i64 / 3).rem_euclid(span);
@@ -76,7 +77,7 @@ impl Sweep {
         Sweep { map, layout, oracle, cells, image, bits, words, seen, random: 1 }
     }
 
-    /// Asks the map and the oracle.
+    /// Sends a request to the map and to the oracle, and compares the results.
     fn ask(&mut self, unit: u8, client: Client, pdu: &[u8]) {
         let (expected, changes) = self.oracle.answer(unit, client, pdu);
         let address = match client {
@@ -107,7 +108,7 @@ impl Sweep {
         *self.seen.entry((pdu[0], outcome)).or_default() += 1;
     }
 
-    /// What the scan does with a batch.
+    /// Applies a batch as the scan does.
     fn apply(&mut self, batch: &[Write]) {
         for write in batch {
             match *write {
@@ -125,7 +126,7 @@ impl Sweep {
         }
     }
 
-    /// Every function at an address, with the quantities at its edges.
+    /// Sends every function at an address, with its edge quantities.
     fn address(&mut self, at: u16, unit: u8, client: Client) {
         let mut random = Random(self.random);
         at_address(at, &mut random, |pdu| self.ask(unit, client, pdu));
@@ -175,7 +176,7 @@ const ASKERS: [(u8, Client); 5] = [
     (3, Client::Loopback),
 ];
 
-/// Functions that are none, and every length that a request can have.
+/// Sends unknown functions, and requests of every length.
 fn forms(sweep: &mut Sweep) {
     for function in (0..=255).filter(|f| ![1, 2, 3, 4, 5, 6, 15, 16, 22, 23].contains(f)) {
         sweep.ask(1, Client::Loopback, &[function]);

@@ -1,12 +1,12 @@
-//! Torn writes: patterns that check themselves go in and out, and nobody ever sees half of one.
+//! Torn writes: self-checking patterns are written and read, and nobody ever reads half a pattern.
 //!
-//! Many clients write the same registers, each its own pattern, across the end of the standard map
-//! and into the explicit one; the ladder judges what every scan finds, and the clients what they
-//! read. The ladder's own pattern goes out the same way. Clients that change one bit each of one
-//! register (function 22) must not lose each other's.
+//! Many clients write their own patterns to the same registers, across the end of the standard map
+//! and into the explicit map. The ladder checks the registers in every scan, and the clients check
+//! their reads. The ladder also writes its own pattern, which the clients read. Clients that each
+//! change one bit of the same register (function 22) must not lose each other's changes.
 //!
-//! CI makes some thousand exchanges; a million, with figures, some minutes:
-//! `cargo test --release --test io modbus_torn -- --ignored --nocapture`.
+//! CI makes some thousand exchanges. This command makes a million in some minutes, and prints
+//! figures: `cargo test --release --test io modbus_torn -- --ignored --nocapture`.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
@@ -35,8 +35,9 @@ table   = "holding"
 address = 2051
 "#;
 
-/// MHR2047 = MHR2048 = V0 = n, V1 = 65535 - n, V2 = n + 1 (n below 65535), D0 = n * 65537. Counts
-/// the scans that find it otherwise, in CT0 (MIR1); and shows a pattern of its own in MIR2..MIR5.
+/// The clients' pattern: MHR2047 = MHR2048 = V0 = n, V1 = 65535 - n, V2 = n + 1 (n below 65535), D0
+/// = n * 65537. The ladder counts in D3 (MIR1) the scans that find a different pattern in these
+/// registers except D0, and writes its own pattern to MIR2..MIR5.
 const LADDER: &str = r#"
 [[program]]
 name = "Main"
@@ -77,17 +78,17 @@ fn is_whole(bytes: &[u8]) -> bool {
     bytes.iter().all(|byte| *byte == 0) || (first < 32_767 && bytes == pattern(first))
 }
 
-/// What the clients share.
+/// The clients' shared data.
 struct Plan {
     address: String,
-    /// How many exchanges are left, writes and reads.
+    /// The number of exchanges (writes and reads) that are left.
     left: AtomicU64,
     writes: AtomicU64,
     torn: AtomicU64,
 }
 
 impl Plan {
-    /// Whether one more is to be made.
+    /// Takes one of the exchanges that are left; false if there is none.
     fn next(&self) -> bool {
         self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_ok()
     }
@@ -99,7 +100,7 @@ impl Plan {
         }
     }
 
-    /// Writes its patterns, by turns with function 16, and with 23, which reads at once.
+    /// Writes patterns, alternately with function 16 and with function 23, which also reads.
     fn write(&self, who: u16) {
         let mut client = Client::connect(&self.address);
         let place = [&FIRST[..], &[0, REGISTERS]].concat();
@@ -120,7 +121,7 @@ impl Plan {
         }
     }
 
-    /// Reads what others wrote, and what the ladder did.
+    /// Reads the clients' pattern and the ladder's pattern.
     fn read(&self) {
         let mut client = Client::connect(&self.address);
         while self.next() {
@@ -134,7 +135,7 @@ impl Plan {
         }
     }
 
-    /// Changes its own bit of MHR100, and finds it so.
+    /// Changes its own bit of MHR100, and checks it.
     fn mask(&self, bit: u32) {
         let mut client = Client::connect(&self.address);
         let mask = 1_u16 << bit;
@@ -206,7 +207,7 @@ fn a_torn_pattern_would_be_seen() {
         values[usize::from(at) * 2 + 1] ^= 1;
         assert!(!is_whole(&values));
         client.ask(1, &[&[16][..], &place, &values].concat());
-        // Where D0 is wrong only readers see it.
+        // Only readers notice a wrong D0.
         let seen = client.ask(1, &[4, 0, 0, 0, 1]);
         assert!(at >= 5 || seen != [4, 2, 0, 0], "{at}");
     }

@@ -142,7 +142,8 @@ fn a_devices_map_scales_into_reals_and_out_of_them() {
         "[[device]]\nname = \"line1\"\ndriver = \"modbus-tcp\"\naddress = \"{address}\"\n{MAP}"
     );
     let live = Live::start(LADDER, &device, &[]);
-    // (40.25 + 5) * 2 is 90.5, and -3.5 * 100 is -350; they come back the other way round.
+    // Outgoing, (40.25 + 5) * 2 is 90.5, and -3.5 * 100 is -350; incoming values are scaled in
+    // reverse.
     far.await_values("R0 level MHR1", "12.5 90.5 65186");
     live.await_values("R0 R1 R2 R3 D3", "12.5 90.5 40.25 -3.5 -350");
     live.ok("force R10 -0.1");
@@ -195,7 +196,8 @@ fn in_virtual_time(name: &str, ladder: &str, controller: &str) -> Plant {
 
 #[test]
 fn a_command_of_a_plant_takes_the_nearest_of_its_numbers() {
-    // An opening in percent: 0.04 % is no thousandth, 0.05 % and 0.06 % are one, which is 10 in 10 s.
+    // Openings in percent: 0.04 % rounds to no thousandth; 0.05 % and 0.06 % round to one, which
+    // fills 10 in 10 s.
     for (percent, filled) in [("0.04", 0), ("0.05", 10), ("0.06", 10), ("1", 100), ("-0.04", 0)] {
         let ladder = LADDER.replace("MOVE 12.5 to=R10", &format!("MOVE {percent} to=R10"));
         let large = PLANT.replace("capacity  = 55", "capacity  = 100000");

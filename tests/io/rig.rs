@@ -1,4 +1,4 @@
-//! A ladder with a field device, scanned on a simulated clock; the device's ends are the test's.
+//! A ladder with a field device, scanned on a simulated clock; the test acts as the device.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -41,7 +41,7 @@ impl Clock for SimulatedClock {
     }
 }
 
-/// Keeps what is told of devices.
+/// Keeps the events about devices.
 #[derive(Clone, Default)]
 pub struct Heard(pub Arc<Mutex<Vec<(u64, DeviceEdge)>>>);
 
@@ -86,7 +86,7 @@ pub struct Rig {
     pub heard: Heard,
     line: Option<InputEnd>,
     pub clock: SimulatedClock,
-    /// What goes to the device: Y2, D1 (safe: -1), V0 (safe: as it is).
+    /// The device's outputs: Y2, D1 (safe: -1), V0 (safe: as it is).
     pub sources: Vec<Source>,
 }
 
@@ -153,12 +153,12 @@ impl Rig {
         self.line.take().expect("it is taken once")
     }
 
-    /// The line, in the test's own hands.
+    /// The line, for the test itself.
     pub fn line(&mut self) -> &mut InputEnd {
         self.line.as_mut().expect("no task has it")
     }
 
-    /// The simulated clock goes on from the real one, by which tasks tell the age of exchanges.
+    /// Advances the simulated clock to the real one, by which tasks measure the age of exchanges.
     pub fn advance_to_now(&self) {
         self.clock.0.set(self.clock.0.get().max(monotonic_ns()));
     }
@@ -170,7 +170,7 @@ impl Rig {
         self.line().well(now_ns);
     }
 
-    /// An exchange that failed, which has read these all the same.
+    /// A failed exchange that has read these inputs nevertheless.
     pub fn deliver_part(&mut self, inputs: [Option<i32>; 4]) {
         let now_ns = self.clock.now_ns();
         self.line().trouble();

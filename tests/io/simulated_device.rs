@@ -36,7 +36,7 @@ fn load(page: &str) -> (Program, Controller) {
     (program, controller)
 }
 
-/// The page's plant, its rules changed.
+/// The page's plant with changed rules.
 fn plant(change: impl Fn(&mut [Rule])) -> Plant {
     let page = page::text("simulated-device.md");
     let (program, controller) = load(&page);
@@ -49,7 +49,7 @@ fn plant(change: impl Fn(&mut [Rule])) -> Plant {
 }
 
 impl Plant {
-    /// Scans for so long: the device moves before each scan, by what the scan before has shown.
+    /// Scans for a time. Before each scan, the device moves by the outputs of the previous scan.
     fn run_for(&mut self, time_ms: u64) {
         let end_ms = self.now_ms + time_ms;
         while self.now_ms < end_ms {

@@ -5,8 +5,8 @@ use crate::simulated_plant::{bench, model};
 const OVEN: &str = r#"part = [{ name = "oven", kind = "lag", gain = 20000, ambient = 2000,
     time-constant = "60s" }]"#;
 
-/// The value of `OVEN` in hundredths of a degree: `ticks` after its input has changed from the value
-/// `from` to an input in thousandths.
+/// The value of `OVEN` in hundredths of a degree, `ticks` after its value was `from` and its input
+/// changed to `input` (in thousandths).
 fn oven(from: f64, input: f64, ticks: u64) -> f64 {
     let end = 2000.0 + 20.0 * input;
     end + (from - end) * (-(ticks as f64) / 60_000.0).exp()
@@ -28,14 +28,14 @@ fn a_lag_follows_its_formula_to_the_unit() {
             0 => 2000.0,
             1..=100_000 => oven(2000.0, 1000.0, now_ms),
             100_001..=160_000 => oven(hot, 250.0, now_ms - 100_000),
-            // Beyond 1000 thousandths nothing more comes.
+            // An input above 1000 thousandths acts like 1000.
             _ => oven(cooler, 1000.0, now_ms - 160_000),
         };
         let told = bench.now("oven.out");
         assert!((f64::from(told) - exact).abs() <= 0.5001, "at {now_ms}: {told}, not {exact}");
         last = (now_ms, told);
     }
-    // After four time constants 98.2 % of the way.
+    // Four time constants cover 98.2 % of the way.
     assert_eq!(last, (400_000, oven(cooler, 1000.0, 240_000).round() as i32));
 }
 
@@ -50,7 +50,7 @@ fn a_lag_is_switched_by_a_bit_and_begins_where_it_is_told() {
     let mut bench = bench(parts, &["oven.in"], &told);
     bench.run(3000, &[(100, "oven.in", 1), (1000, "oven.in", 0)]);
     assert_eq!(bench.of("oven.out")[0], (0, 520), "a tick shrinks the distance by a thousandth");
-    // 63.2 % of the way to -100 with the first tick, a tick behind its input.
+    // The first tick covers 63.2 % of the way to -100, a tick after the input.
     assert_eq!(bench.of("cooler.out")[..4], [(0, 0), (101, -63), (102, -86), (103, -95)]);
     assert_eq!(bench.of("hot.out").len(), 3);
 }
@@ -68,7 +68,7 @@ fn a_lag_goes_into_an_r_and_is_driven_by_one() {
     for now_ms in 0..=60_000 {
         model.step(now_ms, &[cell(50.0)], &mut inputs).expect("it is not lost");
     }
-    // 50 % of the power, one time constant and a tick: 20 °C + 100 °C * 63.2 %.
+    // After one time constant and a tick at 50 % of the power: 20 °C + 100 °C * 63.2 %.
     let exact = oven(2000.0, 500.0, 60_001).round() / 100.0;
     assert_eq!(inputs[0], cell(exact as f32));
 }

@@ -1,5 +1,6 @@
-//! The simulated plant by itself, in virtual time: what each kind of part does, what faults make
-//! of it, and that the same commands at the same times give the same plant however it is stepped.
+//! The simulated plant by itself, in virtual time: the behaviour of each kind of part and the
+//! effects of faults. The same commands at the same times give the same plant, whatever the steps
+//! are.
 
 use std::collections::HashMap;
 
@@ -17,18 +18,19 @@ name = "Main"
 rung = [{ when = ["X0"], do = ["OUT C0"] }]
 "#;
 
-/// A plant whose points are called by name: `told` come in to words or bits, `driven` go out.
+/// A plant with access to its points by name: `told` points are inputs, `driven` points are
+/// outputs.
 pub struct Bench {
     model: Model,
     told: Vec<String>,
     driven: Vec<String>,
     outputs: Vec<i32>,
     inputs: Vec<i32>,
-    /// The changes of what comes in: at which time to what.
+    /// The changes of each input: the time and the new value.
     changes: HashMap<String, Vec<(u64, i32)>>,
 }
 
-/// Words begin with `#`, bits do not.
+/// Makes a plant. The names of words begin with `#`, the names of bits do not.
 pub fn bench(parts: &str, driven: &[&str], told: &[&str]) -> Bench {
     let is_word = |point: &str| point.starts_with('#');
     let bare = |point: &str| point.trim_start_matches('#').to_owned();
@@ -41,7 +43,7 @@ pub fn bench(parts: &str, driven: &[&str], told: &[&str]) -> Bench {
         let to = if is_word(point) { format!("D{at}") } else { format!("X{at}") };
         rows.push(format!("{{ from = \"{}\", to = \"{to}\" }}", bare(point)));
     }
-    // TOML has inline tables on one line; here they go on in lines that are indented.
+    // TOML requires an inline table on one line; here it may continue in indented lines.
     let parts = parts.replace("\n    ", " ");
     let text = format!(
         "ladder = [\"a.toml\"]\n[[device]]\nname = \"plant\"\ndriver = \"simulated\"\n\
@@ -114,7 +116,7 @@ fn a_delay_follows_what_lasts() {
     let mut bench = bench(parts, &["door.in"], &["door.out"]);
     let on_for = |from, to| [(from, "door.in", 1), (to, "door.in", 0)];
     bench.run(300, &[on_for(5, 34), on_for(50, 80), on_for(100, 200)].concat());
-    // For 29 ms it is not followed; for 30 it goes off as soon as it came.
+    // An input of 29 ms has no effect. Neither has one of 30 ms, because it ends with the delay.
     assert_eq!(bench.of("door.out"), [(0, 0), (130, 1), (210, 0)]);
 }
 
@@ -143,11 +145,12 @@ const BELT: &str = r#"part = [{ name = "belt", kind = "conveyor", length = 1000,
 #[test]
 fn parts_pass_the_eyes_of_a_belt() {
     let mut bench = bench(BELT, &["belt.run"], &["belt.eye", "belt.exit", "#belt.parts"]);
-    // From 10 on half a millimetre a tick. The first part is laid on in the first of them.
+    // From 10 ms on, the belt moves half a millimetre per tick. The first part is laid on in the
+    // first tick.
     bench.run(3200, &[(10, "belt.run", 1)]);
     let eye = [(0, 0), (1010, 1), (1210, 0), (2010, 1), (2210, 0), (3010, 1)];
     assert_eq!(bench.of("belt.eye"), eye);
-    // 990 mm: 1980 ticks; at its end the part is gone.
+    // 990 mm take 1980 ticks; the part leaves at the end of the belt.
     assert_eq!(bench.of("belt.exit"), [(0, 0), (1990, 1), (2010, 0), (2990, 1), (3010, 0)]);
     assert_eq!(bench.of("belt.parts"), [(0, 0), (10, 1), (1010, 2)]);
 }
@@ -183,7 +186,7 @@ fn a_part_that_leaves_a_belt_is_laid_on_the_next() {
           feed = "a.out", run = "a.run", eyes = { eye = 50 } }]"#;
     let mut bench = bench(parts, &["a.run", "a.feed"], &["b.eye", "#a.parts", "#b.parts"]);
     let fed = |at| [(at, "a.feed", 1), (at + 5, "a.feed", 0)];
-    // The second one lies upon the first, and is left out.
+    // The second part would lie on the first one, so it is left out.
     bench.run(400, &[&[(0, "a.run", 1)][..], &fed(10), &fed(20), &fed(50)].concat());
     assert_eq!(bench.of("a.parts"), [(0, 0), (10, 1), (50, 2), (110, 1), (150, 0)]);
     assert_eq!(bench.of("b.parts"), [(0, 0), (111, 1), (151, 2), (211, 1), (251, 0)]);
@@ -204,10 +207,10 @@ fn a_tank_fills_drains_and_runs_over() {
         (12_001, "tank.drain", 0),
     ];
     bench.run(13_000, &script);
-    // 10 more from 10 at 40 a second: the tick at 250 is the 250th.
+    // From 10 to 20 at 40 per second takes 250 ticks: until the tick at 250 ms.
     assert_eq!(bench.of("tank.low"), [(0, 0), (250, 1), (8001, 0)]);
     assert_eq!(bench.of("tank.high"), [(0, 0), (1750, 1), (5001, 0)]);
-    // It runs over while more comes than goes.
+    // The tank overflows while more flows in than out.
     assert_eq!(bench.of("tank.overflow"), [(0, 0), (2251, 1), (4001, 0)]);
     assert_eq!(bench.of("tank.empty"), [(0, 0), (9000, 1)]);
     let levels = bench.of("tank.level");
@@ -223,7 +226,7 @@ fn what_one_tank_loses_the_next_one_gets() {
     let mut bench = bench(parts, &["#a.drain"], &["#a.level", "#b.level", "#a.outflow"]);
     bench.run(5000, &[(1, "a.drain", 500), (1001, "a.drain", 2000)]);
     assert_eq!((bench.now("a.level"), bench.now("b.level")), (0, 60));
-    // Half open, open (beyond which nothing opens it), empty.
+    // Half open, fully open (a larger command opens no further), empty.
     assert_eq!(bench.of("a.outflow"), [(0, 0), (1, 500), (1001, 1000), (1701, 0)]);
 }
 
@@ -243,8 +246,9 @@ fn several_pumps_on_one_tank_have_equal_shares_of_its_rate() {
     bench.run(4000, &open);
     let levels = bench.of("well.level");
     let at = |ms: u64| levels.iter().rev().find(|(at, _)| *at <= ms).expect("a level").1;
-    // In come 50 a second, from a signal beyond fully open; with the third pump 100. Out go 100 a
-    // pump, in whole thousandths. A motor's answer reaches the tank a millisecond later.
+    // The inflow is 50 per second, from a signal beyond fully open, and 100 with the third pump.
+    // The outflow is 100 per pump, in whole thousandths. A motor's answer reaches the tank a
+    // millisecond later.
     assert_eq!([1, 1001, 2001, 3001].map(at), [900, 850, 700, 500]);
     let flows = [(0, 0), (2, 333), (1002, 666), (2002, 1000)];
     assert_eq!(bench.of("well.outflow"), flows);
@@ -262,7 +266,7 @@ fn a_sensor_has_thresholds_delays_and_a_signal() {
     let told = ["float.out", "#float.value", "dry.out"];
     let mut bench = bench(&parts, &["tank.fill", "tank.drain"], &told);
     bench.run(4000, &[(1, "tank.fill", 1), (1501, "tank.fill", 0), (1501, "tank.drain", 1)]);
-    // 50 at 1000, seen a tick later; 70 at 1500; below 40 behind 3000.
+    // The level is 50 at 1000 ms, measured a tick later; 70 at 1500 ms; below 40 after 3000 ms.
     assert_eq!(bench.of("float.out"), [(0, 0), (1101, 1), (3102, 0)]);
     assert_eq!(bench.of("dry.out"), [(0, 1), (126, 0)]);
     assert_eq!(bench.of("float.value")[..3], [(0, 5600), (26, 5760), (51, 5920)]);
@@ -294,7 +298,8 @@ fn with_fault(parts: &str, fault: &str) -> String {
 
 #[test]
 fn an_eye_sticks_on_off_or_as_it_was() {
-    // The eye sees a part from 1000 to 1200; the fault lasts from 900 or 1100 on for 400 ms.
+    // The eye detects a part from 1000 to 1200 ms; the fault begins at 900 or 1100 ms and lasts 400
+    // ms.
     for (kind, from_ms, changes) in [
         ("stuck-on", 900, vec![(0, 0), (900, 1), (1300, 0)]),
         ("stuck-off", 1100, vec![(0, 0), (1000, 1), (1100, 0)]),
@@ -402,7 +407,7 @@ fn a_process_that_was_held_up_finds_its_plant_as_it_was() {
     assert_eq!(bench.now("tank.level"), 50, "a second's worth");
 }
 
-/// A plant with all there is, as property tests like it.
+/// A plant with all kinds of parts, for property tests.
 fn everything() -> Bench {
     let parts = r#"part = [
             { name = "m", kind = "motor", after = "7ms", release = "3ms" },
@@ -433,7 +438,7 @@ proptest! {
         steps in proptest::collection::vec(1u64..90, 1..20),
     ) {
         let (mut fine, mut coarse) = (everything(), everything());
-        // Commands come with a step of both.
+        // Commands come only at times at which both plants step.
         let mut grid = vec![0];
         for step in steps {
             grid.push(grid.last().unwrap() + step);
@@ -472,7 +477,7 @@ proptest! {
             bench.outputs.copy_from_slice(&values);
             bench.step(now_ms).unwrap();
         }
-        // Going back is not forbidden either.
+        // A step back in time is allowed too.
         bench.step(0).unwrap();
     }
 }

@@ -1,5 +1,5 @@
-//! `docs/simulated-plant.md` and `docs/gpio.md`: their files pass the check, and the diagram is
-//! what the plant and the ladder do. After a change: `UPDATE_PAGES=1 cargo test --test
+//! `docs/simulated-plant.md` and `docs/gpio.md`: their files pass the check, and the diagram shows
+//! the behaviour of the plant and the ladder. After a change: `UPDATE_PAGES=1 cargo test --test io
 //! simulated_plant_page`.
 
 use crate::support::page;
@@ -76,8 +76,8 @@ fn the_diagram_is_what_happens() {
     assert_eq!(shown, drawn, "UPDATE_PAGES=1 draws it anew");
 }
 
-/// A proportional control alone does not reach 80 °C: 20 + 2 * power with power = 4 * (80 - T) rests
-/// at 660 / 9 degrees.
+/// A proportional control alone does not reach 80 °C: 20 + 2 * power with power = 4 * (80 - T)
+/// comes to rest at 660 / 9 degrees.
 #[test]
 fn the_oven_comes_to_rest_where_its_control_does() {
     let mut plant = Plant::of(loaded("simulated-plant.md", "oven.toml", "oven-controller.toml"));

@@ -1,8 +1,8 @@
-//! `config/temperature-loop.toml`: its ladder against its simulated oven in virtual time.
+//! `config/temperature-loop.toml`: its ladder with its simulated oven in virtual time.
 //!
-//! The heater at 80 per cent, which is its limit, heats the oven to 220 °C in the end. The
-//! transmitter resolves hundredths of a degree; the heater's cycle of a second makes ripples of
-//! a few.
+//! The heater at its limit of 80 per cent finally heats the oven to 220 °C. The transmitter
+//! resolves hundredths of a degree; the heater's cycle of a second causes ripples of a few
+//! hundredths.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ fn temperature(plant: &Plant) -> f64 {
     plant.real("oven.value")
 }
 
-/// Runs for seconds; tells the lowest and the highest value of a word on the way.
+/// Runs for some seconds; returns the lowest and the highest value of a word during them.
 fn range(plant: &mut Plant, seconds: u64, name: &str) -> (f64, f64) {
     let (mut low, mut high) = (f64::MAX, f64::MIN);
     plant.until(plant.now_ms + seconds * 1000, |plant| {
@@ -33,7 +33,7 @@ fn range(plant: &mut Plant, seconds: u64, name: &str) -> (f64, f64) {
     (low, high)
 }
 
-/// Runs for seconds.
+/// Runs for some seconds.
 fn run(plant: &mut Plant, seconds: u64) {
     range(plant, seconds, "oven.value");
 }
@@ -65,7 +65,7 @@ fn it_reaches_the_setpoint_without_overshoot_and_stays() {
 #[test]
 fn the_output_stays_in_its_limits_and_does_not_wind_up() {
     let mut plant = settled();
-    // More than 80 per cent can do quickly: the ramp runs away from the oven.
+    // The heater's 80 per cent cannot follow quickly: the ramp rises faster than the oven.
     write(&mut plant, "wanted", "200.0");
     let (low, high) = range(&mut plant, 30, "loop.out");
     assert!(low >= 0.0 && high == 80.0, "{low} to {high}");
@@ -84,13 +84,13 @@ fn hand_and_automatic_change_without_a_bump() {
     plant.force("by_hand", true);
     let (low, high) = range(&mut plant, 1, "loop.out");
     assert!((low - before).abs() < 2.0 && low == high, "{before}, then {low} to {high}");
-    // By hand the operator's power counts, and its limits.
+    // By hand, the operator's power and its limits apply.
     write(&mut plant, "power", "75.0");
     run(&mut plant, 60);
     assert_eq!(plant.real("loop.out"), 75.0);
     let hot = temperature(&plant);
     assert!(hot > 180.0, "{hot}");
-    // Back in automatic the output begins at 75 per cent, and the setpoint at the oven's value.
+    // Back in automatic, the output begins at 75 per cent and the setpoint at the oven's value.
     plant.force("by_hand", false);
     plant.until(plant.now_ms + 100, |_| {});
     let (out, setpoint) = (plant.real("loop.out"), plant.real("setpoint.value"));
@@ -113,7 +113,7 @@ fn a_welded_relay_brings_the_alarm_with_its_hysteresis() {
     });
     assert!((210.0..210.5).contains(&came), "{came}");
     assert_eq!(plant.value("lamp"), 1);
-    // Mended, it cools down: the alarm goes at 200 °C, and the loop takes over from there.
+    // After the repair the oven cools: the alarm ends at 200 °C, and the loop takes over.
     plant.force("C101", false);
     let mut went = 0.0;
     plant.until(plant.now_ms + 90_000, |plant| {
@@ -130,7 +130,7 @@ fn a_broken_wire_cuts_the_heater_off_and_winds_nothing_up() {
     let mut plant = settled();
     let out = plant.real("loop.out");
     plant.force("C100", true);
-    // A wire that has just broken is still believed: the value stays as it was.
+    // The ladder does not yet notice a wire that has just broken: the value stays as it was.
     plant.until(plant.now_ms + 400, |plant| assert_eq!(plant.value("oven.broken"), 0));
     run(&mut plant, 30);
     assert_eq!(plant.on(&["oven.broken", "lamp", "heater"]), ["oven.broken", "lamp"]);
@@ -145,6 +145,6 @@ fn noise_does_not_disturb_it() {
     let mut plant = settled();
     plant.force("C102", true);
     let (low, high) = range(&mut plant, 40, "oven.value");
-    // 30 uA are half a degree.
+    // 30 uA correspond to half a degree.
     assert!((118.5..=121.5).contains(&low) && high < 121.5, "{low} to {high}");
 }

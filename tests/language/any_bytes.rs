@@ -1,5 +1,5 @@
-//! No bytes panic: not as a ladder file, a controller file or a test file, and not when findings are
-//! shown.
+//! No bytes cause a panic: neither as a ladder file, a controller file or a test file, nor when
+//! findings are printed.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -16,7 +16,8 @@ use rungd::source::render::{Style, render};
 use rungd::source::span::{FileId, SourceFile};
 use rungd::testing::read_suite;
 
-/// Pieces of ladder and controller files; joined at random they reach far more than noise does.
+/// Pieces of ladder and controller files; joined at random they reach far more code than noise
+/// does.
 const PIECES: &[&str] = &[
     "[[program]]\nname = \"Main\"\n",
     "[[program]]\nname = \"Drain\"\nautostart = true\n",
@@ -100,7 +101,7 @@ fn feed(bytes: &[u8]) {
     assert!(!shown.contains('\u{1b}'));
 }
 
-/// A folder with the ladders of `tests/suites`.
+/// Makes a folder with the ladders of `tests/suites`.
 fn suites() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
@@ -114,7 +115,7 @@ fn suites() -> &'static Path {
     })
 }
 
-/// The bytes as a test file.
+/// Reads the bytes as a test file.
 fn feed_test(bytes: &[u8]) {
     let name =
         format!("rungd-any-{}-{:?}.test.toml", std::process::id(), std::thread::current().id());

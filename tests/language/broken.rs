@@ -1,5 +1,6 @@
-//! Files that are not TOML while a person types: of what is left nothing is said that only follows
-//! from what is missing. Breaks the shipped files; `src/load/broken.rs` has the findings in detail.
+//! Files that are not valid TOML while a person types: a broken line must not cause findings about
+//! the rest of the file. The test breaks the shipped files; `src/load/broken.rs` tests the findings
+//! in detail.
 
 use std::fs;
 use std::ops::RangeInclusive;
@@ -11,7 +12,7 @@ use rungd::source::render::{Style, render};
 use rungd::source::span::SourceFile;
 use rungd::testing::read_suite;
 
-/// A copy of the shipped files, removed in the end.
+/// A folder that is removed at the end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -21,11 +22,11 @@ impl Folder {
         Folder(folder)
     }
 
-    /// With a copy of the shipped files; and their paths.
+    /// Makes a folder with a copy of the shipped files; also returns their paths.
     fn shipped(name: &str) -> (Folder, Vec<PathBuf>) {
         let (folder, root) = (Folder::new(name), Path::new(env!("CARGO_MANIFEST_DIR")));
         let mut files = Vec::new();
-        // Some tests of the library name the ladders of its diagrams.
+        // Some tests of the library refer to the ladders of its diagrams.
         copy(&root.join("docs/lib"), &folder.0.join("docs/lib"), &mut Vec::new());
         copy(&root.join("config"), &folder.0.join("config"), &mut files);
         files.sort();
@@ -111,14 +112,14 @@ fn steps() -> usize {
     std::env::var("RUNGD_BROKEN_STEPS").ok().and_then(|steps| steps.parse().ok()).unwrap_or(20)
 }
 
-/// The line that is changed, or the two lines that it became.
+/// The numbers of the changed lines: one line, or two if the change split it.
 fn changed_lines(text: &str, changed: &str) -> RangeInclusive<usize> {
     let same = text.bytes().zip(changed.bytes()).take_while(|(a, b)| a == b).count();
     let line = text.as_bytes()[..same].iter().filter(|byte| **byte == b'\n').count() + 1;
     line..=line + usize::from(changed.lines().count() > text.lines().count())
 }
 
-/// The findings that are new, about other things than syntax, and not in the changed lines.
+/// The new findings that are not about syntax and not in the changed lines.
 fn follow(before: &Told, now: &Told, lines: RangeInclusive<usize>) -> Vec<String> {
     let is_known = |of: &Finding| {
         let mut known = before.1.iter();

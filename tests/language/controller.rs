@@ -1,4 +1,4 @@
-//! Controller files: what is asked for, and what holds where nothing is said.
+//! Controller files: their settings, and the defaults of absent keys.
 
 use std::path::{Path, PathBuf};
 

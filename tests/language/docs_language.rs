@@ -1,8 +1,9 @@
 //! `docs/language.md`: its examples pass `rungd check`, and its instruction table is the engine's.
 //!
-//! A block behind `<!-- check: ladder -->` is a whole ladder file, behind `<!-- check: rungs -->`
-//! the rungs of a `Main`, behind `<!-- check: controller -->` a controller file for the page's
-//! ladder. `UPDATE_EXPECT=1 cargo test --test language docs_language` writes the table anew.
+//! A block after `<!-- check: ladder -->` is a whole ladder file. A block after `<!-- check: rungs
+//! -->` has the rungs of a `Main`, and a block after `<!-- check: controller -->` is a controller
+//! file for the page's ladder. `UPDATE_EXPECT=1 cargo test --test language docs_language` updates
+//! the table.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ fn page() -> String {
     fs::read_to_string(path()).expect("docs/language.md")
 }
 
-/// The TOML blocks behind a mark.
+/// The TOML blocks after a mark.
 fn marked<'a>(page: &'a str, mark: &str) -> Vec<&'a str> {
     let mark = format!("<!-- check: {mark} -->\n```toml\n");
     let bodies = page.split(&mark).skip(1);
@@ -32,7 +33,7 @@ fn marked<'a>(page: &'a str, mark: &str) -> Vec<&'a str> {
     blocks
 }
 
-/// A folder of its own for each test, with a file in it.
+/// Makes a folder for a test.
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("rungd-{name}-{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a folder");

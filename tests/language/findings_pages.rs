@@ -1,8 +1,8 @@
-//! `docs/findings/`: one page a finding. What they show is executed: the wrong example gives that
-//! finding, as printed there; the right one gives none.
+//! `docs/findings/`: one page for each finding. The examples are executed: the wrong example gives
+//! the finding as printed on the page; the right example gives none.
 //!
-//! `UPDATE_EXPECT=1 cargo test --test language findings_pages` writes what the program prints into the
-//! pages, and the index.
+//! `UPDATE_EXPECT=1 cargo test --test language findings_pages` updates the index and the printed
+//! findings on the pages.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,8 +28,8 @@ fn page(row: &FindingRow) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The TOML blocks behind a mark, up to the next one: a file each, named by a comment in its first
-/// line where there are several.
+/// The TOML blocks after a mark, up to the next mark. Each block is a file. If there are several, a
+/// comment in the first line of each has its name.
 fn example(page: &str, mark: &str) -> Vec<SourceFile> {
     let (_, behind) = page.split_once(mark).unwrap_or_else(|| panic!("no {mark}"));
     let part = behind.split("<!--").next().unwrap_or(behind);
@@ -53,7 +53,8 @@ struct Loaded {
     findings: Vec<Finding>,
 }
 
-/// Loads an example as `rungd check` or `rungd test` does; its first file is the one that is given.
+/// Loads an example as `rungd check` or `rungd test` does; the example's first file is the
+/// argument.
 fn load(row: &FindingRow, files: &[SourceFile]) -> Loaded {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("findings").join(row.name);
     fs::create_dir_all(&folder).expect("a folder for the example");
@@ -131,7 +132,8 @@ fn the_wrong_examples_give_their_finding_and_the_right_ones_none() {
     assert!(failures.is_empty(), "{failures}");
 }
 
-/// The printed finding in the page against what the program prints.
+/// Compares the finding on the page with that printed by the program. Returns a text with the
+/// difference.
 fn compare(row: &FindingRow, page: &str, printed: &str) -> String {
     let (before, behind) = page.split_once(PRINTS).expect("a page shows what is printed");
     let (shown, after) = behind.split_once("```").expect("the block ends");

@@ -1,4 +1,5 @@
-//! Many findings, and findings in files that no person wrote: what is shown of them, and how much.
+//! Many findings, and findings in generated files: the number of printed findings, and their
+//! lengths.
 
 use rungd::source::finding::{Code, Finding};
 use rungd::source::render::{Style, render};
@@ -12,7 +13,7 @@ fn file(text: String) -> Vec<SourceFile> {
     vec![SourceFile { name: "ladder.toml".to_owned(), text }]
 }
 
-/// What one finding about a line's `here` looks like.
+/// The printed form of a finding about the part `here` of a line.
 #[track_caller]
 fn shown(before: &str, here: &str, behind: &str) -> String {
     let span = place(before.len(), before.len() + here.len());

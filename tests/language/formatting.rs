@@ -1,8 +1,9 @@
-//! The layout of `rungd fmt`, for shipped files in layouts of chance: formatted twice is formatted
-//! once, no value changes, and no comment is lost or leaves its place. No text causes a panic. The
-//! shipped files are in the layout.
+//! The layout of `rungd fmt`, for shipped files in random layouts: formatting a second time changes
+//! nothing, no value changes, and no comment is lost or leaves its place. No text causes a panic.
+//! The shipped files are in the layout.
 //!
-//! `RUNGD_FORMAT_LAYOUTS` (3) layouts of each file from `RUNGD_PROPERTY_SEED` (1) on.
+//! `RUNGD_FORMAT_LAYOUTS` (3) is the number of layouts of each file, `RUNGD_PROPERTY_SEED` (1) the
+//! first seed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,7 +21,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The files `*.toml` in a folder and the folders in it.
+/// The files `*.toml` in a folder and its subfolders.
 fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder is readable") {
         let path = entry.expect("an entry is readable").path();
@@ -49,7 +50,7 @@ fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-/// What a text says, without places.
+/// The keys and values of a text, without places.
 fn said(text: &str) -> String {
     fn table(table: &DeTable<'_>, out: &mut String) {
         for (key, value) in table {
@@ -78,8 +79,8 @@ fn said(text: &str) -> String {
     out
 }
 
-/// Each comment with what it stands behind, or directly above. A comment above a blank line, or
-/// above the end of an array, stands alone.
+/// The comments, each with the token before it on its line, or else the token directly below it.
+/// For a comment above a blank line or above the end of an array, there is no such token.
 fn remarks(text: &str) -> BTreeMap<(String, String), usize> {
     let tokens: Vec<_> = Source::new(text).lex().collect();
     let of = |at: usize| tokens[at].span().start()..tokens[at].span().end();

@@ -1,9 +1,10 @@
-//! `docs/instructions/`: one page an instruction. What the table knows is in it as the table says
-//! it, its examples pass the check without a finding, and its timing diagram is what `rungd sim`
-//! draws now, from the ladder, the stimulus and the arguments beside it.
+//! `docs/instructions/`: one page for each instruction. The page shows the facts of the
+//! instruction's row in the table. Its examples pass the check without a finding. Its timing
+//! diagram is the one that `rungd sim` draws from the ladder, the stimulus and the arguments beside
+//! it.
 //!
-//! `UPDATE_PAGES=1 cargo test --test language instruction_pages` writes titles, facts, diagrams and the
-//! index.
+//! `UPDATE_PAGES=1 cargo test --test language instruction_pages` updates titles, facts, diagrams
+//! and the index.
 
 use std::fs;
 use std::path::PathBuf;
@@ -47,7 +48,7 @@ fn file_name(spec: &Spec) -> String {
     format!("{}.md", spec.name.to_ascii_lowercase())
 }
 
-/// A page as it stands; where they are to be written, behind that.
+/// The text of a page; with `UPDATE_PAGES=1`, after the update of all pages.
 fn page(spec: &Spec) -> String {
     static WRITTEN: Once = Once::new();
     WRITTEN.call_once(|| {
@@ -104,7 +105,7 @@ fn diagrams_and_facts_are_what_the_program_says_now() {
     assert!(stale.is_empty(), "not what UPDATE_PAGES=1 writes: {stale:#?}");
 }
 
-/// A page with all that is not its author's.
+/// A page with all generated parts up to date.
 fn expected(spec: &Spec) -> String {
     let page = page_now(spec);
     let (_, rest) = page.split_once('\n').expect("a page has lines");
@@ -118,13 +119,13 @@ fn diagram(spec: &Spec, ending: &str) -> PathBuf {
     folder().join(format!("diagrams/{}.{ending}", spec.name.to_ascii_lowercase()))
 }
 
-/// What the simulator draws.
+/// The diagram as the simulator draws it.
 fn drawn(spec: &Spec) -> String {
     let name = spec.name.to_ascii_lowercase();
     simulated(&name, None, &|ending| diagram(spec, ending))
 }
 
-/// The diagram in its page, with what it is drawn from.
+/// The diagram's part of the page, with the ladder and the command that draw it.
 fn picture(spec: &Spec) -> String {
     let file = spec.name.to_ascii_lowercase();
     let args = read(&diagram(spec, "args"));
@@ -213,7 +214,7 @@ fn links_lead_somewhere() {
     }
 }
 
-/// The anchors that a page's headings get.
+/// The anchors of a page's headings.
 fn anchors(page: &str) -> impl Iterator<Item = String> + '_ {
     page.lines().filter(|line| line.starts_with('#')).map(|line| {
         let title = line.trim_start_matches('#').trim().to_lowercase().replace(' ', "-");

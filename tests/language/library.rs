@@ -1,5 +1,5 @@
-//! The templates of `config/lib/`, as a plant uses them: every file checks without a finding, alone
-//! and in use.
+//! The templates of `config/lib/`, as a plant uses them: every file passes the check without a
+//! finding, alone and in use.
 
 use std::path::PathBuf;
 
@@ -57,7 +57,7 @@ fn every_template_is_used_without_a_finding() {
     assert!(loaded.findings.is_empty(), "{:#?}", loaded.findings);
     let all = LIBRARY.map(|name| format!("\"lib:{name}\"")).join(", ");
     let controller = folder.join("controller.toml");
-    // What a plant wants to find again after a restart; none of it is reset by a stop.
+    // The values that a plant needs after a restart; a stop resets none of them.
     let kept = "h.hours h.since h.part l2.lead l3.lead alt.others_turn fo.first p.out p.integral \
                 r.value";
     let kept = format!("[\"{}\"]", kept.split_whitespace().collect::<Vec<_>>().join("\", \""));
@@ -74,7 +74,7 @@ fn every_template_is_used_without_a_finding() {
 fn the_library_is_the_folder_and_an_unknown_name_is_told() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("config/lib");
     let entries = std::fs::read_dir(folder).expect("the folder");
-    // Beside the files there is the folder of their tests.
+    // The folder also contains the folder of the library's tests.
     let files = entries.map(|entry| entry.expect("readable").path()).filter(|path| path.is_file());
     let names = files.map(|path| path.file_stem().expect("a name").to_owned());
     let mut names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();

@@ -1,8 +1,9 @@
-//! `docs/lib/`: one page a file of the library. Its parameters are those of the file, its example
-//! passes the check with the library, and its timing diagram is what `rungd sim` draws now.
+//! `docs/lib/`: one page for each file of the library. The page's parameters are those of the file.
+//! Its example passes the check with the library. Its timing diagram is the one that `rungd sim`
+//! draws.
 //!
-//! `UPDATE_PAGES=1 cargo test --test language library_pages` writes titles, parameters, diagrams and
-//! the index.
+//! `UPDATE_PAGES=1 cargo test --test language library_pages` updates titles, parameters, diagrams
+//! and the index.
 
 use std::fs;
 use std::path::PathBuf;
@@ -25,7 +26,7 @@ fn diagram(name: &str, ending: &str) -> PathBuf {
     folder().join(format!("diagrams/{name}.{ending}"))
 }
 
-/// A page as it stands; where they are to be written, behind that.
+/// The text of a page; with `UPDATE_PAGES=1`, after the update of all pages.
 fn page(name: &str) -> String {
     static WRITTEN: Once = Once::new();
     WRITTEN.call_once(|| {
@@ -48,14 +49,14 @@ fn write() {
     fs::write(folder().join("README.md"), index()).expect("writable");
 }
 
-/// The comment at the begin of a file of the library.
+/// The comment at the beginning of a file of the library.
 fn purpose(name: &str) -> String {
     let text = read(&folder().join(format!("../../config/lib/{name}.toml")));
     let head = text.lines().map_while(|line| line.strip_prefix("# "));
     head.collect::<Vec<_>>().join(" ")
 }
 
-/// A page with all that is not its author's.
+/// A page with all generated parts up to date.
 fn expected(name: &str) -> String {
     let page = page_now(name);
     let (_, rest) = page.split_once('\n').expect("a page has lines");
@@ -64,13 +65,13 @@ fn expected(name: &str) -> String {
     with_part(&page, "<!-- diagram -->", &picture(name))
 }
 
-/// What the simulator draws.
+/// The diagram as the simulator draws it.
 fn drawn(name: &str) -> String {
     let library = format!("lib:{name}");
     simulated(name, Some(&library), &|ending| diagram(name, ending))
 }
 
-/// The diagram in its page, with what it is drawn from.
+/// The diagram's part of the page, with the ladder and the command that draw it.
 fn picture(name: &str) -> String {
     let args = read(&diagram(name, "args"));
     let ladder = read(&diagram(name, "toml"));
@@ -118,7 +119,7 @@ fn titles_parameters_and_diagrams_are_what_the_program_says_now() {
     assert!(stale.is_empty(), "not what UPDATE_PAGES=1 writes: {stale:#?}");
 }
 
-/// The parameters and tags explain themselves.
+/// Every parameter and tag has a doc.
 #[test]
 fn every_parameter_and_tag_is_explained() {
     for name in LIBRARY {
@@ -148,7 +149,8 @@ fn every_example_passes_the_check_without_a_finding() {
     }
 }
 
-/// What a terminal shows has no links and no blocks, which it could not show.
+/// The sections that `rungd explain` prints have no links, blocks or tables, because a terminal
+/// cannot show them.
 #[test]
 fn what_explain_prints_of_a_page_is_plain_text() {
     for name in LIBRARY {

@@ -1,5 +1,4 @@
-//! Files before anything runs: what is read, what is found wrong, how that is told, and the pages
-//! about it.
+//! Files before anything runs: reading, findings and their printed forms, and the pages about them.
 
 mod any_bytes;
 mod broken;
@@ -18,7 +17,7 @@ mod template_limits;
 mod ui;
 mod validator;
 
-/// A binary uses a part of what they share.
+/// Each binary uses a part of this shared code.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -1,11 +1,11 @@
-//! What the pages of the instructions and of the library have in common: sections in order, parts
+//! The common parts of the pages about instructions and about the library: sections in order, parts
 //! that the program writes, and a timing diagram that `rungd sim` draws.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Whether the pages are to be written anew.
+/// Whether the pages are to be updated.
 pub fn update() -> bool {
     std::env::var_os("UPDATE_PAGES").is_some()
 }
@@ -14,7 +14,7 @@ pub fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The names of the files in a folder with one ending, without it.
+/// The names of the files in a folder that have this ending, without the ending.
 pub fn files(folder: &Path, ending: &str) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("the folder is there");
     let names = entries.map(|e| e.expect("readable").file_name().to_string_lossy().into_owned());
@@ -40,8 +40,8 @@ pub fn assert_in_order(name: &str, page: &str, sections: &[&str]) {
     }
 }
 
-/// The diagram that the simulator draws of `toml`, `csv` and `args` beside it, with a library file
-/// before the ladder or without.
+/// The diagram that the simulator draws from the files `toml`, `csv` and `args`. If `library` is
+/// given, this file comes before the ladder.
 pub fn simulated(name: &str, library: Option<&str>, file: &dyn Fn(&str) -> PathBuf) -> String {
     let folder = if library.is_some() { "library-diagrams" } else { "diagrams" };
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(folder);

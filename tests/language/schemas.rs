@@ -1,8 +1,8 @@
-//! `rungd schema`, held against every file that is shipped or shown: what `rungd check` takes, the
-//! schema takes; a key that it does not know, the schema refuses.
+//! `rungd schema`, compared with every file that is shipped or shown on a page: the schema accepts
+//! the files that `rungd check` accepts, and refuses unknown keys.
 //!
-//! Twice: by the few keywords of `tests/language/validator.rs`, and where Python has `jsonschema` by that
-//! (required where `RUNGD_REQUIRE` names `programs`).
+//! Two validators do this: `tests/language/validator.rs`, which has only a few keywords, and, if it
+//! is installed, Python's `jsonschema` (required if `RUNGD_REQUIRE` names `programs`).
 
 use crate::support::needs::not_installed;
 use std::fs;
@@ -18,7 +18,7 @@ use rungd::source::finding::Severity;
 use rungd::testing::read_suite;
 use serde_json::Value;
 
-/// Folders whose files, if `rungd check` has no error, a schema takes.
+/// Folders with the files that a schema must accept, if `rungd check` finds no error in them.
 const FOLDERS: [&str; 7] = [
     "config",
     "config/edge",
@@ -55,7 +55,8 @@ fn has_errors(path: &Path) -> bool {
     findings.iter().any(|finding| finding.severity() == Severity::Error)
 }
 
-/// All files that the schemas must take. Found once: the tests of this file run at the same time.
+/// All files that the schemas must accept. They are collected only once, because the tests of this
+/// file run at the same time.
 fn good() -> &'static [PathBuf] {
     static GOOD: OnceLock<Vec<PathBuf>> = OnceLock::new();
     GOOD.get_or_init(find_good)
@@ -76,7 +77,7 @@ fn find_good() -> Vec<PathBuf> {
     files
 }
 
-/// The whole files that the pages show, as files.
+/// Writes the complete files that the pages show to disk; returns their paths.
 fn shown() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("schema-shown");
     let _ = fs::remove_dir_all(&folder);
@@ -119,7 +120,7 @@ fn findings(kind: FileKind, value: &Value) -> Vec<String> {
     wrong(schema, schema, value, "")
 }
 
-/// Every table of a file, by the path to it.
+/// The paths to all tables of a file.
 fn tables(value: &Value, path: &str, found: &mut Vec<String>) {
     match value {
         Value::Object(object) => {
@@ -144,7 +145,7 @@ fn every_example_fits() {
     }
 }
 
-/// In each table of each file of `config/`, but for the names of tags.
+/// Tries every table of each file of `config/`.
 #[test]
 fn an_unknown_key_is_refused_wherever_it_stands() {
     let mut tried = 0;

@@ -1,5 +1,5 @@
-//! Templates that stand for more than any memory holds: nested ten thousand deep, in circles, with
-//! contacts and arrays that grow. All end in findings, in a time that is held against that of a
+//! Templates whose expansion exceeds any memory: nested ten thousand deep, in circles, with
+//! contacts and arrays that grow. All end in findings. The time for this is compared with that of a
 //! plain ladder.
 
 use std::fmt::Write as _;
@@ -12,8 +12,8 @@ use rustix::time::{ClockId, clock_gettime};
 
 const MANY: usize = 10_000;
 
-/// So many templates, each with this rung, which may name the template before it; then Main with
-/// this one.
+/// A ladder with `count` templates and a Main. `rung` gives the rung of the template with this
+/// number; `main` has the rungs of Main.
 fn ladder(count: usize, rung: impl Fn(usize) -> String, main: &str) -> String {
     let mut text = String::new();
     for at in 0..count {
@@ -25,7 +25,7 @@ fn ladder(count: usize, rung: impl Fn(usize) -> String, main: &str) -> String {
 
 const PLAIN: &str = "{ when = [\"X0\"], do = [\"SET Y0\"] }";
 
-/// The processor time of this thread so far: a busy machine adds nothing to it.
+/// The processor time of this thread so far, which other processes do not lengthen.
 fn processor_time() -> Duration {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
@@ -43,7 +43,7 @@ fn load(text: String) -> (Vec<Code>, Duration) {
     (codes, time)
 }
 
-/// The inner use of a template.
+/// A use of the template with this number.
 fn uses(at: usize) -> String {
     format!("{{ use = \"N{at}\", name = \"a\" }}")
 }
@@ -90,13 +90,13 @@ fn what_grows_without_end_ends_in_a_finding() {
     };
     let begin = processor_time();
     for (text, wanted) in [
-        // A contact that is twice as long in each.
+        // A contact that doubles its length with each template.
         (grows("contact", "p | !p", "{ when = [\"p\"], do = [\"SET Y0\"] }"), Code::TemplateSize),
         (
             grows("contact", "!(!(!(!(!(!(p))))))", "{ when = [\"p\"], do = [\"SET Y0\"] }"),
             Code::TemplateSize,
         ),
-        // 30 arrays of 4096 bits are more than C has.
+        // 30 arrays of 4096 bits exceed the memory of C.
         (grows("bit", "p", "{ when = [\"p\"], do = [\"SET own[0]\"] }"), Code::MemoryFull),
     ] {
         let (codes, _) = load(text);

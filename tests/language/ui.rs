@@ -1,7 +1,10 @@
-//! What `rungd check` says: `tests/ui/NAME.toml` against `tests/ui/NAME.stderr`.
+//! The output of `rungd check`: `tests/ui/NAME.stderr` has the expected findings of
+//! `tests/ui/NAME.toml`.
 //!
-//! A folder is a case too: with a `case.test.toml` in it, that is read as `rungd test` does; with a
-//! `controller.toml`, that is checked; else all its ladder files together, in order of name. `UPDATE_UI=1 cargo test --test language ui::` writes what is said now.
+//! A folder is a case too. If it has a `case.test.toml`, this file is read as by `rungd test`. If
+//! it has a `controller.toml`, this file is checked. Otherwise all its ladder files are checked
+//! together, in the order of their names. `UPDATE_UI=1 cargo test --test language ui::` updates the
+//! expected findings.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -11,7 +14,7 @@ use rungd::source::finding::{Severity, TABLE};
 use rungd::source::render::{Style, render};
 use rungd::testing::read_suite;
 
-/// Findings of the rules over the whole program, which have tests of their own.
+/// Findings of the rules about the whole program, which are tested elsewhere.
 const RULES: [&str; 8] = [
     "owned-twice",
     "reset-without-owner",
@@ -49,7 +52,7 @@ fn load(case: &Path) -> Loaded {
     load::ladder_files(&files).unwrap()
 }
 
-/// Every case, with what is said of it. Loaded once: both tests read it.
+/// Every case, with its printed findings. They are loaded only once, because both tests use them.
 fn cases() -> &'static [(PathBuf, String)] {
     static CASES: OnceLock<Vec<(PathBuf, String)>> = OnceLock::new();
     CASES.get_or_init(load_cases)
@@ -89,7 +92,7 @@ fn findings_read_as_recorded() {
 fn every_error_of_reading_and_resolving_has_a_case() {
     let said: String = cases().iter().map(|(_, said)| said.as_str()).collect();
     let errors = TABLE.iter().filter(|row| row.severity == Severity::Error);
-    // `src/edge/keys.rs` shows what `rungd edge --check` says.
+    // The tests of `src/edge/keys.rs` show the output of `rungd edge --check`.
     for row in errors.filter(|row| row.name != "edge-file") {
         let shown = said.contains(&format!("error[{}]", row.name));
         assert!(shown || RULES.contains(&row.name), "no case shows {}", row.name);

@@ -1,11 +1,11 @@
-//! As much of JSON Schema as `rungd schema` writes, and TOML as JSON: so that the schemas are held
-//! against files wherever the tests run. `tests/schema/check.py` does it by a validator that others
-//! wrote.
+//! The part of JSON Schema that `rungd schema` uses, and a conversion of TOML to JSON, so that
+//! files are checked against the schemas on every machine. `tests/schema/check.py` does the same
+//! with a validator from a different project.
 
 use serde_json::{Map, Value, json};
 use toml::de::{DeTable, DeValue};
 
-/// A TOML text as JSON.
+/// Converts a TOML text to JSON.
 pub fn json_of(text: &str) -> Value {
     let table = DeTable::parse(text).expect("TOML");
     of_table(table.get_ref())
@@ -30,7 +30,7 @@ fn of(value: &DeValue<'_>) -> Value {
     }
 }
 
-/// What a schema finds wrong in a value, each with its path.
+/// The errors that a schema finds in a value, each with its path.
 pub fn wrong(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<String> {
     let Some(schema) = schema.as_object() else {
         return if schema == &json!(true) { Vec::new() } else { vec![format!("{path}: refused")] };
@@ -75,7 +75,8 @@ fn by_keyword(root: &Value, rule: (&str, &Value), value: &Value, path: &str) -> 
             let name = rule.as_str().and_then(|name| name.strip_prefix("#/$defs/"));
             return wrong(root, &root["$defs"][name.expect("a name")], value, path);
         }
-        // Patterns are left to the other validator; names of properties below.
+        // Patterns are checked only by the other validator. The names of properties are checked in
+        // `in_object`.
         "properties" | "additionalProperties" | "propertyNames" | "pattern" => true,
         "$schema" | "$defs" | "title" | "description" | "default" => true,
         other => panic!("the schema has a keyword `{other}` that this does not know"),

@@ -1,4 +1,4 @@
-//! `rungd metrics` once, into a file, and again and again; a controller that does not answer.
+//! `rungd metrics` once, into a file, and repeatedly; and a controller that does not answer.
 
 use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Command, Stdio};

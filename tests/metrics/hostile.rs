@@ -1,5 +1,5 @@
-//! Clients that send nothing, too much, garbage, or wait for nothing: the next scrape is answered,
-//! and the controller is not asked more often.
+//! Clients that send nothing, too much or garbage, or do not wait for an answer: the next scrape is
+//! answered, and the controller receives no more requests than usual.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -54,15 +54,15 @@ fn what_is_no_request_is_refused_and_the_next_one_is_answered() {
     }
 }
 
-/// The time that a connection may send nothing is 5 s, and there are 32 places: without giving up
-/// the places of those who ask nothing, the last of 400 would wait for a minute.
+/// A connection may be silent for 5 s, and there are 32 places. If silent clients kept their
+/// places, the last of 400 would wait for a minute.
 #[test]
 fn a_crowd_that_sends_nothing_keeps_nobody_waiting() {
     let served = Served::start();
     let crowd: Vec<TcpStream> = (0..400)
         .filter_map(|n| {
             let mut stream = TcpStream::connect(&served.host).ok()?;
-            // Some send a beginning, some nothing.
+            // Half of them send the beginning of a request, the others nothing.
             let _ = stream.write_all(if n % 2 == 0 { b"GET /met" } else { b"" });
             Some(stream)
         })
@@ -84,14 +84,15 @@ fn those_who_ask_at_once_share_a_look_and_those_who_go_leave_none() {
         let line = text.lines().find(|line| line.starts_with("rungd_scans_total "));
         line.expect("scans").to_owned()
     };
-    // Clients that ask and do not wait.
+    // Clients that send a request and do not wait for the answer.
     let request = b"GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n";
     for _ in 0..200 {
         let mut stream = TcpStream::connect(&served.host).unwrap();
         stream.write_all(request).unwrap();
     }
     served.await_line("rungd_up 1");
-    // Many requests over one connection, all at once: one look, or two with a second between them.
+    // Many requests at once over one connection: they share one look at the controller, or two that
+    // are a second apart.
     let mut stream = TcpStream::connect(&served.host).unwrap();
     let close = b"GET /metrics HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
     stream.write_all(&[&request.repeat(20)[..], close].concat()).unwrap();

@@ -1,4 +1,4 @@
-//! `rungd metrics` beside a controller: what it says, to whom, and a Prometheus that reads it.
+//! `rungd metrics` with a controller: its metrics, its clients, and a Prometheus that scrapes it.
 #![cfg(feature = "fleet")]
 
 mod files;
@@ -7,7 +7,7 @@ mod prometheus;
 mod rig;
 mod scrapes;
 
-/// A binary uses a part of what they share.
+/// Each test binary uses only a part of the shared modules.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -13,7 +13,7 @@ use crate::support::live::PATIENCE;
 const RULES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/packaging/prometheus/rungd.rules.yml");
 const DASHBOARD: &str = include_str!("../../packaging/grafana/rungd.json");
 
-/// A Prometheus with a folder of its own.
+/// A Prometheus with a separate folder.
 struct Prometheus {
     child: Child,
     host: String,
@@ -40,7 +40,7 @@ impl Prometheus {
         let host = said.split_whitespace().next().unwrap().to_owned();
         let prometheus = Prometheus { child, host, folder };
         let deadline = Instant::now() + PATIENCE;
-        // It listens before it has read its rules.
+        // Prometheus listens before it has read its rules.
         let ready = b"GET /-/ready HTTP/1.0\r\n\r\n";
         while answer_of(&prometheus.host, ready).status != 200 {
             assert!(Instant::now() < deadline, "it is not ready");
@@ -49,7 +49,7 @@ impl Prometheus {
         prometheus
     }
 
-    /// The `data` of an answer of its API.
+    /// The `data` of an answer of Prometheus's API.
     fn get(&self, path: &str) -> Value {
         let request = format!("GET /api/v1/{path} HTTP/1.0\r\nHost: {}\r\n\r\n", self.host);
         let answer = answer_of(&self.host, request.as_bytes());
@@ -59,7 +59,7 @@ impl Prometheus {
         body["data"].clone()
     }
 
-    /// The series that a query has now.
+    /// The present series of a query.
     fn query(&self, query: &str) -> Vec<Value> {
         let encoded: String = query.bytes().map(|byte| format!("%{byte:02X}")).collect();
         let data = self.get(&format!("query?query={encoded}"));
@@ -126,7 +126,7 @@ fn a_prometheus_scrapes_it_and_the_dashboard_shows_it() {
     queries.iter().for_each(|query| {
         prometheus.await_data(query);
     });
-    // What is left out of the text would be lost here: the histogram is one.
+    // A metric that the text format omits would be missing here, for example the histogram.
     let p99 = "histogram_quantile(0.99, rate(rungd_scan_lateness_seconds_bucket[1m])) >= 0";
     prometheus.await_data(p99);
     prometheus.await_data("up{job=\"rungd\"} == 1");
@@ -143,7 +143,7 @@ fn the_alerts_are_rules_that_prometheus_takes_and_evaluates() {
     prometheus.await_data("rungd_up == 1");
     let rules = || prometheus.get("rules")["groups"][0]["rules"].as_array().cloned();
     let deadline = Instant::now() + PATIENCE;
-    // Each is evaluated, and none of a healthy controller comes.
+    // Prometheus evaluates every rule.
     loop {
         let rules = rules().unwrap_or_default();
         assert!(rules.iter().all(|rule| rule["health"] != "err"), "{rules:?}");

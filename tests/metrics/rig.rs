@@ -1,4 +1,4 @@
-//! A controller with all that has metrics, `rungd metrics` beside it, and a client of HTTP.
+//! A controller with everything that has metrics, `rungd metrics` for it, and an HTTP client.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -64,7 +64,7 @@ pub struct Served {
     pub host: String,
 }
 
-/// An answer.
+/// An HTTP answer.
 #[derive(Debug)]
 pub struct HttpAnswer {
     pub status: u16,
@@ -84,18 +84,18 @@ impl Served {
         Served { live, child, host }
     }
 
-    /// Sends bytes; gives what comes until the end.
+    /// Sends bytes; returns the answer up to the end of the connection.
     pub fn send(&self, bytes: &[u8]) -> HttpAnswer {
         answer_of(&self.host, bytes)
     }
 
-    /// A request with the value of its `Accept`.
+    /// Sends a request with this value of `Accept`.
     pub fn ask(&self, first: &str, accept: &str) -> HttpAnswer {
         let rest = format!("Host: {}\r\nAccept: {accept}\r\nConnection: close\r\n\r\n", self.host);
         self.send(format!("{first} HTTP/1.1\r\n{rest}").as_bytes())
     }
 
-    /// The metrics, in the older form.
+    /// The metrics in the older format.
     pub fn text(&self) -> String {
         let answer = self.ask("GET /metrics", "*/*");
         assert_eq!(answer.status, 200, "{answer:?}");
@@ -123,7 +123,8 @@ impl Drop for Served {
     }
 }
 
-/// What a process says on standard error behind these words, first; the rest is read and forgotten.
+/// The text after these words in the first line of standard error that has them; the later lines
+/// are read and discarded.
 pub fn said_after(child: &mut Child, words: &'static str) -> String {
     let (send, lines) = channel();
     let errors = child.stderr.take().unwrap();
@@ -140,11 +141,11 @@ pub fn said_after(child: &mut Child, words: &'static str) -> String {
     }
 }
 
-/// Sends bytes to a host; gives what comes until the end.
+/// Sends bytes to a host; returns the answer up to the end of the connection.
 pub fn answer_of(host: &str, bytes: &[u8]) -> HttpAnswer {
     let mut stream = TcpStream::connect(host).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
-    // It may answer and end before it has all.
+    // The host may answer and close the connection before it has all bytes.
     let _ = stream.write_all(bytes);
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
@@ -154,7 +155,7 @@ pub fn answer_of(host: &str, bytes: &[u8]) -> HttpAnswer {
     HttpAnswer { status, head: head.to_ascii_lowercase(), body: body.to_owned() }
 }
 
-/// Whether `promtool` and `prometheus` are here.
+/// Whether `promtool` and `prometheus` are installed.
 pub fn has_prometheus() -> bool {
     ["prometheus", "promtool"].iter().all(|program| {
         let mut command = Command::new(program);
@@ -166,7 +167,7 @@ pub fn has_prometheus() -> bool {
     })
 }
 
-/// `promtool` with a standard input: it has nothing to say.
+/// Runs `promtool` with a standard input. It must succeed without a message.
 pub fn promtool(arguments: &[&str], input: &str) {
     let mut command = Command::new("promtool");
     command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());

@@ -1,11 +1,11 @@
-//! What a scrape says of a controller: its values, its modes, its alarms, a reload, its end.
+//! The contents of a scrape: a controller's values, modes and alarms, a reload, and its end.
 
 use crate::rig::{CONTROLLER, LADDER, Served, has_prometheus, promtool};
 use crate::support::live::{Live, PATIENCE};
 
 const OPEN: &str = "application/openmetrics-text; version=1.0.0";
 
-/// The value of a sample, by its line's beginning.
+/// The value of the sample whose line begins with `sample`.
 fn value(text: &str, sample: &str) -> f64 {
     let line = text.lines().find_map(|line| line.strip_prefix(&format!("{sample} ")));
     let line = line.unwrap_or_else(|| panic!("no {sample} in:\n{text}"));
@@ -15,7 +15,7 @@ fn value(text: &str, sample: &str) -> f64 {
 #[test]
 fn a_scrape_has_what_status_and_read_say() {
     let served = Served::start();
-    // The device is there after some exchanges, the folder of the scan log when it is open.
+    // The device is up after some exchanges, and the scan log once its folder is open.
     served.await_line("rungd_device_up{device=\"plant\",driver=\"simulated\"} 1");
     let text = served.await_line("rungd_record_failing 0");
     for line in [
@@ -76,7 +76,7 @@ fn modes_alarms_forces_and_reloads_are_followed() {
     served.await_line("rungd_forces 1");
     served.live.ok("ack stuck");
     served.await_line("rungd_alarms{priority=\"critical\",state=\"acknowledged\"} 1");
-    // Another ladder has other tags.
+    // A changed ladder has different tags.
     let ladder = LADDER.replace("level = {", "height = {").replace("to=level", "to=height");
     std::fs::write(served.live.folder.join("ladder.toml"), ladder).unwrap();
     served.live.ok("reload");

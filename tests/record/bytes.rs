@@ -1,5 +1,5 @@
-//! Sections, blocks and segments as bytes: what was written comes back, and bytes that were never
-//! written so are refused.
+//! Sections, blocks and segments as bytes: written data can be read again, and bytes that no writer
+//! produces are refused.
 
 use std::io::Cursor;
 
@@ -30,7 +30,7 @@ fn bytes_that_are_no_section_are_refused_without_harm() {
                     bytes[at] = numbers.below(256) as u8;
                 }
             }
-            // What can be read is something that could have been written.
+            // A section that can be read can also be written.
             if let Some(section) = SectionBody::read(&bytes) {
                 assert_eq!(SectionBody::read(&section.write()), Some(section));
             }
@@ -98,7 +98,7 @@ fn a_recording_cut_anywhere_gives_what_is_whole_before_the_cut() {
             assert_eq!((at as u64, section), (*sequence, &sections[at]));
         }
         assert!(flaws.len() <= 1 && flaws.iter().all(|flaw| matches!(flaw, Flaw::Torn { .. })));
-        // Bytes that a file system has made longer but never written.
+        // A file that the file system has extended without writing the bytes.
         let longer = [&bytes[..length], &[0; 200]].concat();
         assert_eq!(self::found(&longer).0.len(), found.len(), "{length}");
     }
@@ -160,7 +160,7 @@ fn memory_holds_the_newest_blocks_and_no_more_than_its_bytes() {
     for sequence in 0..300 {
         let section = section(&mut numbers);
         let program = &programs[(sequence / 100) as usize];
-        // Every third one goes on without a state.
+        // Every third block has a state.
         let state = (sequence % 3 == 0).then_some(&[1, 2, 3][..]);
         let block = block(sequence, program, state, &section);
         recent.put(&block);
@@ -179,7 +179,7 @@ fn memory_holds_the_newest_blocks_and_no_more_than_its_bytes() {
             let part = read(&recent.write_from(from, None)).blocks;
             let (begin, end) = (part[0].head.sequence, part[part.len() - 1].head.sequence);
             let oldest = first.head.sequence;
-            // A base image lies at most two sections before.
+            // A base image is at most two sections earlier.
             let wanted = from.min(sequence);
             assert!(part[0].has_base && end == sequence, "{from}: {begin} to {end}");
             assert!(begin <= wanted.max(oldest) && begin + 2 >= wanted, "{from}: {begin}");

@@ -1,4 +1,4 @@
-//! Sections and blocks drawn at random, the same for the same seed.
+//! Random sections and blocks; the same seed gives the same ones.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ impl Numbers {
         (self.0 >> 33) % limit
     }
 
-    /// A number of any size: small ones, large ones and the ends.
+    /// A number of any size: small, large, or an end of the range.
     pub fn any(&mut self) -> u64 {
         let number = self.below(1 << 31) << 33 | self.below(1 << 31) << 2 | self.below(4);
         match self.below(6) {
@@ -88,7 +88,7 @@ fn entry(numbers: &mut Numbers, now_ns: u64) -> TapeEntry {
     }
 }
 
-/// Scans as they are, with anything in between.
+/// A section with realistic scans, and any entries between them.
 pub fn section(numbers: &mut Numbers) -> SectionBody {
     let mut entries = Vec::new();
     let mut now_us = numbers.any() % (1 << 50);
@@ -134,7 +134,7 @@ pub fn program(generation: u32) -> Arc<RecordedProgram> {
     })
 }
 
-/// A block with a section, and a base image where a state is given.
+/// A block with a section, and a base image if `state` is given.
 pub fn block(
     sequence: u64,
     program: &Arc<RecordedProgram>,

@@ -1,7 +1,7 @@
 //! A folder in memory whose power fails, whose calls fail, and which fills up.
 //!
-//! What was appended since the last sync may be there after a cut, in part or not at all: a
-//! beginning of it, or some of its sectors with zeros between them. A deleted file may be back.
+//! After a power cut, the bytes appended since the last sync may be there in whole, in part or not:
+//! their beginning, or some of their sectors with zeros between them. A deleted file may be back.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -10,20 +10,20 @@ use std::rc::Rc;
 
 use rungd::record::Folder;
 
-/// A sector of this disk: small, so that a block has several.
+/// The bytes of a sector of this disk: few, so that a block has several sectors.
 pub const SECTOR: usize = 128;
 
 #[derive(Clone, Debug, Default)]
 pub struct MemoryFile {
     pub bytes: Vec<u8>,
-    /// So many of them are durable.
+    /// The number of bytes that are durable.
     pub synced: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     Errno(i32),
-    /// Fewer bytes are written than given; of other calls, an error.
+    /// A write writes fewer bytes than given; other calls return an error.
     Short,
 }
 
@@ -31,9 +31,9 @@ pub enum Fault {
 pub struct Disk {
     pub files: BTreeMap<String, MemoryFile>,
     pub open: Option<String>,
-    /// Room for so many bytes.
+    /// The size of the disk in bytes.
     pub room: usize,
-    /// Which calls fail, from when on and how many.
+    /// The fault, the number of the first call that fails, and the count of such calls.
     pub fault: Option<(Fault, u64, u64)>,
     pub calls: u64,
     pub syncs: u64,
@@ -70,7 +70,7 @@ impl Handle {
         }
     }
 
-    /// The power fails: of what was not synced, so much is there.
+    /// The power fails. `keep` chooses how many bytes without a sync remain.
     pub fn cut(&self, mut keep: impl FnMut(usize) -> usize) {
         let mut disk = self.0.borrow_mut();
         disk.open = None;
@@ -88,7 +88,7 @@ impl Disk {
         self.files.values().map(|file| file.bytes.len()).sum()
     }
 
-    /// Every content of the open file that a cut may leave.
+    /// Calls `look` with every content of the open file that a power cut may leave.
     pub fn cuts(&self, mut look: impl FnMut(&[u8])) -> u64 {
         let Some(file) = self.open.as_ref().and_then(|name| self.files.get(name)) else { return 0 };
         let mut count = 0;
@@ -137,7 +137,7 @@ impl Folder for Handle {
             disk.open = Some(name.to_owned());
         }
         self.seen();
-        // The file is there, and its name is not durable.
+        // The file exists, but its name is not durable.
         if half { Err(Error::from_raw_os_error(5)) } else { Ok(()) }
     }
 

@@ -1,4 +1,4 @@
-//! `docs/record-format.md`: the reader that stands there reads what rungd writes, every entry.
+//! `docs/record-format.md`: the reader on the page reads every entry that rungd writes.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -13,7 +13,7 @@ use rungd::runtime::command::CommandId;
 use rungd::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
 use rungd::runtime::{Machine, Origin, TapeEntry};
 
-/// What the reader prints of a file.
+/// The output of the page's reader for a file.
 fn printed_by_the_reader(name: &str, bytes: &[u8]) -> Option<String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-format").join(name);
     std::fs::create_dir_all(&folder).unwrap();
@@ -30,7 +30,7 @@ fn printed_by_the_reader(name: &str, bytes: &[u8]) -> Option<String> {
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// The same from what rungd reads.
+/// The same output, made with rungd's own reader.
 fn printed(bytes: &[u8]) -> String {
     let recording = Recording::of_bytes(bytes.to_vec());
     assert_eq!(recording.flaws.len(), 0);
@@ -189,7 +189,7 @@ rung = [ { when = ["$On"], do = ["OUT Y2"] } ]
     line.stop();
     line.flush();
     assert_printed("run", &on_disk(&line.blocks));
-    // The end is torn off.
+    // A recording whose end is torn off.
     let bytes = on_disk(&line.blocks);
     let Some(text) = printed_by_the_reader("torn", &bytes[..bytes.len() - 5]) else { return };
     let last = text.lines().last().unwrap();

@@ -1,8 +1,9 @@
-//! A recording from outside whose checksums are right may hold anything: base images and entries
-//! that no rungd has written. Nothing that reads or executes one panics or hangs.
+//! A foreign recording with valid checksums may contain base images and entries that no rungd has
+//! written. Reading or executing such a recording must not panic or hang.
 //!
-//! `RUNGD_HOSTILE` (10) changed copies of each of `RUNGD_HOSTILE_PROGRAMS` (10) recordings, from
-//! `RUNGD_HOSTILE_SEED` (1) on. Every tenth copy is asked all questions, the others are executed.
+//! Tests `RUNGD_HOSTILE` (10) changed copies of each of `RUNGD_HOSTILE_PROGRAMS` (10) recordings,
+//! from the seed `RUNGD_HOSTILE_SEED` (1) on. All copies are executed; every tenth copy also gets
+//! all queries.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -21,7 +22,7 @@ use rungd::record::{BlockHead, RecordBlock, RecordedProgram, Recording, Replay, 
 use rungd::runtime::{Machine, TapeEntry, TapeSection};
 use rungd::testing::{ScenarioOf, scenario};
 
-/// Recordings that are tried at the same time.
+/// The number of recordings that are tested at the same time.
 const LANES: u64 = 2;
 
 /// A block, unpacked.
@@ -66,7 +67,7 @@ fn in_memory_of(parts: &[Part]) -> Vec<u8> {
     in_memory(&parts.iter().map(Part::block).collect::<Vec<_>>())
 }
 
-/// The places of the parts of a base image.
+/// The positions of the parts of a base image.
 struct Places {
     bits: (usize, usize),
     words: (usize, usize),
@@ -89,7 +90,7 @@ fn places(bytes: &[u8]) -> Places {
     Places { bits, words, forced, blocks }
 }
 
-/// Changes a base image, as whoever knows the format would.
+/// Changes a base image as somebody who knows the format would.
 fn change_base(bytes: &mut Vec<u8>, numbers: &mut Numbers) {
     let places = places(bytes);
     let mut put = |at: usize, new: &[u8]| bytes[at..at + new.len()].copy_from_slice(new);
@@ -103,7 +104,7 @@ fn change_base(bytes: &mut Vec<u8>, numbers: &mut Numbers) {
             put(at, &[numbers.below(2) as u8]);
         }),
         4 | 5 => {
-            // The last ones are the program's own.
+            // The last words belong to the program itself.
             let at = match numbers.below(2) {
                 0 => numbers.below(places.words.1 as u64),
                 _ => places.words.1 as u64 - 1 - numbers.below(40.min(places.words.1 as u64)),
@@ -140,7 +141,7 @@ fn change_base(bytes: &mut Vec<u8>, numbers: &mut Numbers) {
     }
 }
 
-/// Changes what came in.
+/// Changes the recorded entries.
 fn change_entries(section: &mut SectionBody, numbers: &mut Numbers) {
     let count = section.entries.len() as u64;
     if count == 0 {
@@ -177,7 +178,7 @@ fn change_entries(section: &mut SectionBody, numbers: &mut Numbers) {
     }
 }
 
-/// Changes the times of the next scan.
+/// Changes the times of the next scan or of the next thousand.
 fn change_scan(section: &mut SectionBody, from: usize, numbers: &mut Numbers) {
     let scans = section.entries[from..].iter_mut().filter_map(|entry| match entry {
         TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }) => {
@@ -257,7 +258,7 @@ fn execute(bytes: &[u8], program: &rungd::engine::Program) {
     });
 }
 
-/// All that can be asked of a recording.
+/// Sends every kind of query to a recording.
 fn ask(bytes: &[u8], subject: &Subject, numbers: &mut Numbers) {
     let recording = Recording::of_bytes(bytes.to_vec());
     let count = recording.count();
@@ -268,7 +269,7 @@ fn ask(bytes: &[u8], subject: &Subject, numbers: &mut Numbers) {
     let sections: Vec<_> = (0..count).map_while(|at| replay.section(at).ok()).collect();
     if !sections.is_empty() {
         let (ladders, name) = (vec!["main.toml".to_owned()], String::new());
-        // A short period takes minutes where times are far apart.
+        // A short period would take minutes if times are far apart.
         let period_ms = u32::MAX;
         let _ = scenario(&ScenarioOf { subject, ladders, period_ms, sections: &sections, name });
     }
@@ -318,7 +319,7 @@ fn use_copies(seed: u64) {
     }
 }
 
-/// Arrays whose elements have limits, a real, and words of 16 bits.
+/// A program with words that have limits, a real, and words of 16 bits.
 const RANGES: &str = r#"
 [tags]
 low  = { at = "D10", min = 5, max = 9 }
@@ -334,7 +335,8 @@ name = "Often"
 rung = [{ when = ["$On"], do = ["ADD V2 1 to=V2"] }]
 "#;
 
-/// The sections of `RANGES` that can be executed once a base image and its section are changed.
+/// The number of sections of `RANGES` that can be executed after a change of a base image and its
+/// section, and the number that cannot.
 fn executed(change: impl Fn(&mut Vec<u8>, &Places, &mut SectionBody)) -> (u64, u64) {
     let mut line = Line::new(RANGES);
     line.start();
@@ -411,7 +413,7 @@ fn a_base_image_that_no_execution_leads_to_is_refused() {
     }
 }
 
-/// A section that cannot be executed is not tried again for each of those that need it.
+/// A section that cannot be executed is not retried for each section that depends on it.
 #[test]
 fn what_lies_behind_a_damaged_section_costs_no_more() {
     let mut line = Line::new(COUNTER);

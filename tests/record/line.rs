@@ -1,4 +1,4 @@
-//! A scan thread in virtual time with its recorder, and what becomes of its blocks.
+//! A scan thread in virtual time with its recorder, and its blocks as a recording.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -46,9 +46,9 @@ pub struct Line {
     pub reader: TapeReader,
     pub recorder: Recorder,
     pub blocks: Vec<RecordBlock>,
-    /// All entries of the tape but its states.
+    /// All entries of the tape except states.
     pub entries: Vec<TapeEntry>,
-    /// The hash of the image behind each scan, with the scan's number.
+    /// The number of each scan, and the hash of the image after it.
     pub images: Vec<(u64, u64)>,
     pub keeps_images: bool,
     pub now_ns: u64,
@@ -118,7 +118,7 @@ impl Line {
         last
     }
 
-    /// The program goes on as another one.
+    /// Reloads: the changed program continues from the old one's state.
     pub fn reload(&mut self, ladder: &str, generation: u32) {
         let loaded = |ladder: &str| lower(&load(ladder).unwrap_or_else(|error| panic!("{error}")));
         let (old, new) = (loaded(&self.ladder), loaded(ladder));
@@ -142,7 +142,7 @@ impl Line {
     }
 }
 
-/// The blocks as a recording on disk: with a base image only where there must be one.
+/// The blocks as a recording on disk: only some blocks have a base image.
 pub fn on_disk(blocks: &[RecordBlock]) -> Vec<u8> {
     let mut out = Vec::new();
     let mut start: Option<(u32, SegmentStart)> = None;

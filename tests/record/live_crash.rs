@@ -1,5 +1,5 @@
-//! The real rungd killed at random while it records: the folder can be read and verified, reaches
-//! to right before the kill, and the next start goes on beside what is there.
+//! The real rungd is killed at random times while it records. The folder can be read and verified,
+//! reaches almost to the kill, and the next start adds files without touching the old ones.
 //!
 //! ```console
 //! cargo test --release --test record live_crash -- --ignored --nocapture
@@ -17,7 +17,8 @@ use crate::support::metronome;
 use crate::support::modbus::Client;
 use rungd::record::Recording;
 
-/// The time of a cut that may be missing, beside what the machine held threads up.
+/// The time that may be missing after a kill, in addition to the time that the machine delayed
+/// threads.
 const LOST_MAX: Duration = Duration::from_secs(2);
 /// The period of [`FAST`].
 const PERIOD: Duration = Duration::from_millis(2);
@@ -27,7 +28,7 @@ fn contents(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     logs(dir).into_iter().map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
 }
 
-/// The last scan of the process that began last.
+/// The last recorded scan of the newest process.
 fn reached(dir: &Path) -> u64 {
     let recording = Recording::open(dir).unwrap();
     let newest = logs(dir).pop().expect("there is a file");
@@ -36,7 +37,7 @@ fn reached(dir: &Path) -> u64 {
     last_scan(&of_newest)
 }
 
-/// One life: it is killed after a random time. Gives the scans that it cost.
+/// Starts a process and kills it after a random time. Returns the number of lost scans.
 fn one(home: &Path, dir: &Path, numbers: &mut Numbers) -> u64 {
     let before = contents(dir);
     metronome::begin();
@@ -56,12 +57,12 @@ fn one(home: &Path, dir: &Path, numbers: &mut Numbers) -> u64 {
     assert!(is_kept, "a file of an earlier process was touched");
     let verified = verified(dir, false);
     let held_up = metronome::held_up_within(begin.elapsed());
-    // A life may be over before its first block is.
+    // The kill may come before the end of the first block.
     let end = if after.len() > before.len() { reached(dir) } else { 0 };
     let lost = told.saturating_sub(end);
     let allowed = (LOST_MAX + 2 * held_up).as_millis() / PERIOD.as_millis();
     assert!(u128::from(lost) <= allowed, "{lost} scans of {told} are missing: {verified:?}");
-    // The folder is the next one's.
+    // Dropping `live` must not remove the folder: the next process uses it.
     live.folder = PathBuf::from("/nonexistent");
     lost
 }

@@ -1,6 +1,6 @@
-//! The real rungd records on a disk that is full, read-only, or no folder at all: no scan is later
-//! than in a control run beside it, the log says it once, `status` shows it, recording goes on by
-//! itself, and a gap is told and never bridged.
+//! The real rungd records to a full disk, to a read-only disk, or to a path that is not a folder.
+//! No scan is later than in a control run at the same time. The log reports the trouble once,
+//! `status` shows it, and recording resumes by itself. A gap is reported and never bridged.
 
 use std::fs::{self, File};
 use std::io;
@@ -24,10 +24,10 @@ fn shell(words: &[&str]) -> bool {
     command.status().is_ok_and(|status| status.success())
 }
 
-/// rungd with its folder on a tmpfs with these options, in a mount namespace of its own.
+/// rungd with its folder on a tmpfs with these options, in its own mount namespace.
 struct OnTmpfs {
     live: Live,
-    /// The tmpfs as its namespace calls it.
+    /// The tmpfs's path in its namespace.
     inside: PathBuf,
 }
 
@@ -55,12 +55,12 @@ impl OnTmpfs {
         Some(OnTmpfs { live: Live::of(home, command), inside })
     }
 
-    /// The tmpfs as it is seen from here, while the process lives.
+    /// The tmpfs's path from outside, while the process lives.
     fn seen(&self) -> PathBuf {
         PathBuf::from(format!("/proc/{}/root{}", self.live.child.id(), self.inside.display()))
     }
 
-    /// Mounts it again; false: there is no way into its namespace.
+    /// Remounts the tmpfs; false if its namespace cannot be entered.
     fn remount(&self, options: &str) -> bool {
         let (pid, options) = (self.live.child.id().to_string(), format!("remount,{options}"));
         let inside = self.inside.to_str().unwrap();
@@ -79,7 +79,7 @@ impl OnTmpfs {
     }
 }
 
-/// Copies a folder, since a tmpfs goes with the process.
+/// Copies a folder, because a tmpfs disappears with its process.
 fn copy(from: &Path, to: &Path) -> PathBuf {
     let _ = fs::remove_dir_all(to);
     fs::create_dir(to).unwrap();
@@ -89,8 +89,8 @@ fn copy(from: &Path, to: &Path) -> PathBuf {
     to.to_owned()
 }
 
-/// Waits until a disk works again and what came in then is on it, and ends the controller, which
-/// has said what happened once. `copy` gives a folder with what is on the disk.
+/// Waits until a disk works again and has the new scans, then ends the controller. The log must
+/// have reported the failure and its end once. `copy` returns a folder with the disk's contents.
 fn goes_on(live: &mut Live, operator: &mut Operator, copy: impl Fn() -> PathBuf) -> Recording {
     operator.await_status(|status| !failing(status));
     let wanted = operator.scans();
@@ -106,7 +106,7 @@ fn goes_on(live: &mut Live, operator: &mut Operator, copy: impl Fn() -> PathBuf)
     recording
 }
 
-/// In trouble a controller scans on, and says it.
+/// A controller in trouble continues to scan, and reports the trouble.
 fn scans_on(operator: &mut Operator) {
     let status = operator.await_status(failing);
     assert_eq!((&status["mode"], &status["record"]["lost"]), (&"RUN".into(), &0.into()));
@@ -117,7 +117,7 @@ fn scans_on(operator: &mut Operator) {
 fn a_folder_that_cannot_be_made_is_told_and_used_once_it_can() {
     rounds(|| {
         let home = folder(BUSY, FAST);
-        // Whoever runs the test, no folder can be made in a file.
+        // No user, not even root, can create a folder in a file.
         let (dir, file) = (home.join("log/deep"), home.join("log"));
         fs::write(&file, "a file").unwrap();
         let mut live = Live::of(home.clone(), recorded_run(&home, &dir));
@@ -179,7 +179,7 @@ fn a_second_controller_of_the_name_says_so_and_records_once_the_first_has_ended(
     let [mut first, mut second] =
         homes.map(|home| Live::of(home.clone(), recorded_run(&home, &dir)));
     let mut operators = [Operator::new(&first), Operator::new(&second)];
-    // Whichever was first.
+    // Either controller may have been first.
     let has_file = |status: &Value| status["record"]["disk"]["bytes"].as_u64() > Some(0);
     operators[0].await_status(|status| has_file(status) || failing(status));
     if failing(&operators[0].status()) {

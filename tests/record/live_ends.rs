@@ -1,5 +1,5 @@
-//! An orderly end of the real rungd: every scan that was complete is in the recording, or the log
-//! says what is missing, however busy the machine is.
+//! An orderly end of the real rungd: every complete scan is in the recording, or the log reports
+//! what is missing, however busy the machine is.
 
 use std::thread;
 
@@ -8,11 +8,11 @@ use crate::support::calm::calm;
 use crate::support::live::{folder, said};
 use rungd::record::Recording;
 
-/// Runs so many processes of random lengths at once that they hold each other up.
+/// Runs so many processes at once that they delay each other; each has a different number of scans.
 #[test]
 fn an_orderly_end_has_every_scan() {
     let home = folder(BUSY, "");
-    // Without a socket, which but one of them could have.
+    // No socket, because only one of the processes could have it.
     let controller = "ladder = [\"ladder.toml\"]\nscan.period = \"1ms\"\n";
     std::fs::write(home.join("controller.toml"), calm(controller)).unwrap();
     thread::scope(|scope| {
@@ -25,7 +25,7 @@ fn an_orderly_end_has_every_scan() {
                     let mut command = recorded_run(home, &dir);
                     let said = said(command.args(["--scans", &scans.to_string()]));
                     assert_eq!(said.code, 0, "{said:?}");
-                    // At the end rungd waits seconds, not longer, for its threads and the disk.
+                    // At its end rungd waits only seconds for its threads and the disk.
                     let told = ["record-lost", "record-failed"];
                     let is_told = told.iter().any(|event| said.err.contains(event));
                     let verified = verified(&dir, false);

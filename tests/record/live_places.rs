@@ -1,4 +1,5 @@
-//! Where the real rungd records, how much it keeps there, and who may read what it has in memory.
+//! The folders to which the real rungd records, how much it keeps there, and who may read the
+//! recording in memory.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -28,7 +29,7 @@ fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Runs a few scans, with these words behind the command.
+/// Runs a few scans, with these additional arguments.
 fn scanned(home: &Path, words: &[&str], variable: Option<&Path>) {
     let mut command = run(home, words);
     command.args(["--scans", "5"]).env_remove("RUNGD_RECORD").current_dir("/");
@@ -76,26 +77,27 @@ fn who_switches_it_off_has_nothing_on_disk() {
     fs::remove_dir_all(&home).unwrap();
 }
 
-/// A client that writes what nobody foretells.
+/// A client that writes random values.
 pub struct Noise {
     client: Client,
     numbers: Numbers,
 }
 
 impl Noise {
-    /// Several of them at a controller.
+    /// Several of these clients at a controller.
     pub fn at(address: &str, count: u64) -> Vec<Noise> {
         let noise = |at| Noise { client: Client::connect(address), numbers: Numbers(at) };
         (0..count).map(noise).collect()
     }
 
-    /// A few requests, each with as many registers as it may write.
+    /// Sends a few requests, each with the most registers that a request may write.
     pub fn write(&mut self) {
         for at in 0..8 {
             let [high, low] = (at * 123_u16).to_be_bytes();
             let mut pdu = vec![16, high, low, 0, 123, 246];
             pdu.extend((0..246).map(|_| self.numbers.below(256) as u8));
-            // On a busy machine no scan may have taken it in time, which the server says.
+            // On a busy machine a request may time out before a scan takes it; the server then
+            // reports that.
             until(|| match self.client.ask(1, &pdu)[0] {
                 16 => true,
                 0x90 => false,
@@ -115,7 +117,7 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
     fs::create_dir(&dir).unwrap();
     let foreign = ["notes.txt", "other-20200101T000000Z-000000.rungd-log", "controller.rungd-log"];
     foreign.iter().for_each(|name| fs::write(dir.join(name), "mine").unwrap());
-    // One of this controller, from long ago.
+    // An old file of this controller.
     let old = dir.join("controller-20200101T000000Z-000000.rungd-log");
     fs::write(&old, "old").unwrap();
     let mut live = Live::of(home.clone(), run(&home, &[]));
@@ -128,7 +130,7 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
         logs(&dir).into_iter().filter(own).collect::<Vec<_>>()
     };
     let (mut first, mut removed) = (None, 0);
-    // Megabytes in seconds, none of which can be foretold.
+    // Megabytes of random data within seconds.
     while removed < 3 {
         thread::scope(|scope| {
             clients.iter_mut().for_each(|client| drop(scope.spawn(|| client.write())))
@@ -140,7 +142,7 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
             own().iter().filter_map(|path| fs::metadata(path).ok()).map(|of| of.len()).sum();
         assert!(bytes <= SIZE, "{bytes}");
     }
-    // Whoever says nothing for long is closed.
+    // A new connection, because rungd closes a silent one.
     let mut operator = Operator::new(&live);
     let disk = operator.status()["record"]["disk"].clone();
     assert!(disk["bytes"].as_u64().unwrap() <= SIZE && disk["size"] == SIZE, "{disk}");
@@ -155,7 +157,7 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
     let recording = Recording::open(&dir).unwrap();
     let (first, last) = (recording.head(0).number, last_scan(&recording));
     let lost: u64 = said.iter().filter_map(|line| line["steps"].as_u64()).sum();
-    // At the end rungd waits seconds, not longer, for the disk.
+    // At its end rungd waits only seconds for the disk.
     let is_late = said.iter().any(|line| line["event"] == "record-failed");
     assert!(first > 1, "the first scan is still there");
     assert!(is_late || last + lost >= scans, "{first} to {last} of {scans}: {said:#?}");
@@ -176,15 +178,15 @@ fn what_is_too_old_goes() {
     fs::remove_dir_all(&home).unwrap();
 }
 
-/// The scans of the newest file.
+/// The number of scans in the newest file.
 fn verified_new(dir: &Path) -> u64 {
     verified(logs(dir).last().unwrap(), false).scans
 }
 
-/// `rungd why Y0`, as a user who may only look.
+/// Runs `rungd why Y0` as a user with read-only access.
 fn why_as_nobody(live: &Live) -> Said {
-    // Only root may be able to read the build's folder. A process of its own copies, so that no
-    // other test's child has the copy open for writing when it is started.
+    // The build's folder may be readable only by root, so the program is copied. A separate process
+    // copies it, so that no child of a different test has the copy open for writing when it starts.
     let copy = live.folder.join("rungd");
     let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];
     assert!(Command::new("cp").args(words).status().unwrap().success());
@@ -193,7 +195,7 @@ fn why_as_nobody(live: &Live) -> Said {
     said(command.uid(65_534).gid(65_534))
 }
 
-/// Needs root, to become another user.
+/// Needs root, to become a different user.
 #[test]
 fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
     if Command::new("id").arg("-u").output().unwrap().stdout != b"0\n" {
@@ -215,7 +217,7 @@ fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
         assert_eq!(said.code, if is_public { 0 } else { 77 }, "{told}");
         let refusal = "may only look, and a recording holds the ladder's files";
         assert_eq!(said.err.contains(refusal), !is_public, "{told}");
-        // Who may change everything may have it in any case.
+        // A user with full access always receives the recording.
         let answer = Operator::new(&live).ask(&json!({"do": "recording"}));
         assert!(answer["ok"]["base64"].is_string(), "{answer:.200}");
     }
@@ -228,7 +230,7 @@ fn who_asks_often_makes_no_small_blocks() {
     let mut live = Live::of(home.clone(), recorded_run(&home, &dir));
     let (mut operator, begun) = (Operator::new(&live), Instant::now());
     for _ in 0..300 {
-        // On a busy machine one may come too late, which the answer says.
+        // On a busy machine a recording may come too late; the answer then reports that.
         until(|| operator.ask(&json!({"do": "recording"}))["ok"]["base64"].is_string());
         operator.await_scans(1);
     }
@@ -237,7 +239,7 @@ fn who_asks_often_makes_no_small_blocks() {
     ended(&mut live);
     let (is_late, lasted_s) = (is_late(since), begun.elapsed().as_secs());
     let recording = Recording::open(&dir).unwrap();
-    // A second in each, and the ends.
+    // One block per second, and a few at the ends.
     let (count, most) = (recording.count() as u64, lasted_s + 5);
     assert!(count <= most, "{count} in {lasted_s} s");
     assert!(verified(&dir, false).scans >= scans || is_late);

@@ -1,9 +1,10 @@
-//! Random ladders run by the real rungd, with all that can come in: what it recorded is executed
-//! again, every hash is as it was, and so is what an operator read meanwhile.
+//! The real rungd runs random ladders with every kind of external event. Its recordings are
+//! executed again: every hash and every value that an operator read must be the same.
 //!
-//! `RUNGD_RECORD_PROGRAMS` (10) programs from `RUNGD_RECORD_SEED` (1) on, so many at once as
-//! `RUNGD_RECORD_LANES` (4) says. `RUNGD_RECORD_KEEP` names a folder that keeps the recordings, and
-//! `RUNGD_RECORD_VERIFY` one to be verified: a release build replays what a debug build recorded.
+//! Tests `RUNGD_RECORD_PROGRAMS` (10) programs from the seed `RUNGD_RECORD_SEED` (1) on,
+//! `RUNGD_RECORD_LANES` (4) at a time. `RUNGD_RECORD_KEEP` names a folder that keeps the
+//! recordings. `RUNGD_RECORD_VERIFY` names a folder to verify: a release build replays the
+//! recordings of a debug build.
 //!
 //! ```console
 //! RUNGD_RECORD_PROGRAMS=1000 cargo test --release --test record live_random -- --nocapture
@@ -34,7 +35,7 @@ use rungd::engine::Cell;
 use rungd::lower::Symbols;
 use rungd::record::{RecordedProgram, Recording, Replay, Verified};
 
-/// A plant that moves inputs, and is lost while C100 is ON.
+/// A plant that changes inputs, and is lost while C100 is ON.
 const PLANT: &str = r#"
 [[device]]
 name = "plant"
@@ -73,7 +74,7 @@ name = "gone"
 kind = "lost"
 "#;
 
-/// The most operands of one question.
+/// The most operands of one request.
 const ASKED: usize = 256;
 
 fn controller(rng: &mut Rng) -> String {
@@ -85,7 +86,7 @@ fn controller(rng: &mut Rng) -> String {
     )
 }
 
-/// What an operator read of a scan.
+/// The values of a scan that an operator read.
 struct Sample {
     scan: u64,
     names: Vec<String>,
@@ -115,7 +116,7 @@ impl Story {
         (Story { seed, rng, live, operator, modbus, case, samples, done }, dir)
     }
 
-    /// Something comes in, and a few scans go by.
+    /// Causes a random external event, and waits for a few scans.
     fn step(&mut self) {
         let (name, is_done) = match self.rng.weighted(&[30, 14, 14, 14, 5, 4, 4, 2, 5, 1]) {
             0 => ("writes", self.change("write")),
@@ -132,7 +133,7 @@ impl Story {
         *self.done.entry(name).or_default() += u64::from(is_done);
         let status = self.operator.status();
         if status["mode"] == "STOP" {
-            // A ladder may have stopped itself.
+            // The ladder may have stopped the controller.
             self.ask(json!({"do": "mode", "to": "run"}));
         } else if self.rng.chance(70) {
             let more = self.rng.below(12) as u64;
@@ -152,7 +153,7 @@ impl Story {
         self.rng.pick(&names).clone()
     }
 
-    /// A write or a force: of a word's value, else of a bit's.
+    /// Writes or forces an operand: first with a word's value, and if that fails with a bit's.
     fn change(&mut self, what: &str) -> bool {
         let operand = self.name();
         let number = match self.rng.below(3) {
@@ -189,7 +190,7 @@ impl Story {
         stopped && self.ask(json!({"do": "mode", "to": "run"}))
     }
 
-    /// Reloads the ladder with a rung less, or another one altogether.
+    /// Reloads the ladder with one rung fewer, or a different ladder.
     fn reload(&mut self, other: u64) -> bool {
         let mut case = self.case.clone();
         if other == 1 {
@@ -210,13 +211,13 @@ impl Story {
         reloaded
     }
 
-    /// The plant is lost, or comes back.
+    /// Loses the plant or brings it back.
     fn lose(&mut self) -> bool {
         let is_lost = self.rng.chance(50);
         self.ask(json!({"do": "write", "operand": "C100", "value": is_lost}))
     }
 
-    /// A scan takes a second longer.
+    /// Delays a scan by a second.
     fn overrun(&mut self) -> bool {
         let may = cfg!(debug_assertions) && !self.done.contains_key("overruns");
         if may {
@@ -227,7 +228,7 @@ impl Story {
         may
     }
 
-    /// Reads all that the program names, of one scan.
+    /// Reads all values that the program names, in one scan.
     fn look(&mut self) {
         let mut names = self.case.watch();
         names.truncate(ASKED);
@@ -241,7 +242,7 @@ impl Story {
         self.samples.push(Sample { scan, names, values });
     }
 
-    /// The orderly end, or one in FAULT.
+    /// Ends the controller, in order or in FAULT.
     fn end(&mut self) {
         if cfg!(debug_assertions) && self.rng.chance(15) {
             fs::write(self.live.folder.join("faults"), "scan").unwrap();
@@ -255,7 +256,7 @@ impl Story {
     }
 }
 
-/// What an operator read, as the engine has it.
+/// Whether the value that an operator read is the engine's value.
 fn as_read(content: i64, cell: Cell, symbols: &Symbols, read: &Value) -> bool {
     match read {
         Value::Bool(on) => content == i64::from(*on),
@@ -264,13 +265,13 @@ fn as_read(content: i64, cell: Cell, symbols: &Symbols, read: &Value) -> bool {
             let real = text.parse::<f64>().map(|real| real as f32);
             number.to_string() == text || number.as_f64().map(|read| read as f32) == real.ok()
         }
-        // A real that is no number.
+        // A real without a number, for example infinity.
         other => other.as_str() == Some(&symbols.layout.text(cell, content as i32)),
     }
 }
 
-/// Holds each sample against the memory of its scan, executed again: the values that were compared,
-/// and the samples.
+/// Executes the recording again, and compares each sample with the memory of its scan. Returns the
+/// number of compared values and of samples found.
 fn assert_samples(recording: Recording, samples: &[Sample], seed: u64) -> (u64, usize) {
     let programs: Vec<_> = (0..recording.count()).map(|at| recording.program(at).clone()).collect();
     let mut symbols: Option<(std::sync::Arc<RecordedProgram>, _)> = None;
@@ -333,7 +334,7 @@ impl Sum {
     }
 }
 
-/// One program: run, recorded, verified.
+/// Runs, records and verifies one program.
 fn one(seed: u64, sum: &Mutex<Sum>) {
     let (mut story, dir) = Story::begin(seed);
     for _ in 0..20 + story.rng.below(30) {
@@ -388,7 +389,7 @@ fn what_the_real_one_recorded_is_executed_again_as_it_was() {
     );
 }
 
-/// Verifies recordings that another build has made.
+/// Verifies recordings of a different build.
 #[test]
 #[ignore = "verifies the recordings of RUNGD_RECORD_VERIFY, a folder of folders"]
 fn what_another_build_recorded_is_executed_again_as_it_was() {

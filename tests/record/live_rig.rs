@@ -1,5 +1,5 @@
-//! What the tests of the real rungd and its recording share: the operator's socket kept open, the
-//! engine of a recorded program, and the verification of a folder.
+//! Helpers for the tests of the real rungd and its recording: an open operator's socket, the engine
+//! of a recorded program, and the verification of a folder.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
@@ -19,7 +19,7 @@ use rungd::record::{EXTENSION, RecordedFile, RecordedProgram, Recording, Replay,
 use rungd::resolve::program::Program;
 use rungd::source::span::SourceFile;
 
-/// A plant in which much changes: a counter of scans, and words that no rule foretells.
+/// A plant with many changes: a counter of scans, and words that are hard to predict.
 pub const BUSY: &str = r#"
 [[program]]
 name = "Main"
@@ -29,11 +29,11 @@ rung = [
 ]
 "#;
 
-/// A short period, and a client's writes.
+/// A short period, and a Modbus server that clients may write to.
 pub const FAST: &str = "[scan]\nperiod = \"2ms\"\n[modbus-server]\nlisten = \"127.0.0.1:0\"\n\
                         writable = [\"MC1..MC2\", \"MHR1..MHR2\"]\n";
 
-/// A number of the environment.
+/// A number from an environment variable.
 pub fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
@@ -45,7 +45,7 @@ pub struct Operator {
     asked: Instant,
 }
 
-/// rungd closes whoever says nothing for a minute.
+/// rungd closes a connection that is silent for a minute.
 const IDLE: Duration = Duration::from_secs(40);
 
 impl Operator {
@@ -74,7 +74,7 @@ impl Operator {
         self.status()["scans"].as_u64().unwrap()
     }
 
-    /// Waits until so many more scans are complete, as long as there are some now and then.
+    /// Waits until `more` further scans are complete; fails if no scan completes for a long time.
     pub fn await_scans(&mut self, more: u64) {
         let mut seen = self.scans();
         let wanted = seen + more;
@@ -85,7 +85,7 @@ impl Operator {
         }
     }
 
-    /// Waits until the status is as wanted, and returns it.
+    /// Waits for a status that fits, and returns it.
     pub fn await_status(&mut self, wanted: impl Fn(&Value) -> bool) -> Value {
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -99,7 +99,7 @@ impl Operator {
     }
 }
 
-/// `rungd run … --record DIR` of a folder, without the environment's wish.
+/// `rungd run … --record DIR` of a folder, without `RUNGD_RECORD` in the environment.
 pub fn recorded_run(folder: &Path, dir: &Path) -> Command {
     let mut command = run(folder, &["--record", dir.to_str().unwrap()]);
     command.env_remove("RUNGD_RECORD").env("RUNGD_FAULTS", folder.join("faults"));
@@ -114,7 +114,7 @@ pub fn recorded(ladder: &str, controller: &str) -> (Live, PathBuf) {
     (Live::of(folder, command), dir)
 }
 
-/// The program of a recorded one's files.
+/// The program from the files in a recording.
 pub fn loaded(program: &RecordedProgram) -> Result<(Program, Symbols, Engine), String> {
     let file =
         |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
@@ -129,7 +129,7 @@ pub fn engine(program: &RecordedProgram) -> Result<Engine, String> {
     loaded(program).map(|(_, _, engine)| engine)
 }
 
-/// The names of a folder's files of segments, in order.
+/// The paths of the scan log files in a folder, in order.
 pub fn logs(dir: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(dir).map(|entries| entries.map(|entry| entry.unwrap().path()));
     let mut paths: Vec<PathBuf> = entries.into_iter().flatten().collect();
@@ -138,8 +138,8 @@ pub fn logs(dir: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// Replays a folder: nothing in it may differ, and everything must be replayable. A section that
-/// does not follow must say what is missing, or begin a process; a disk's gaps are `excused`.
+/// Replays a folder: nothing may differ, and every section must be replayable. A section after a
+/// gap must record lost steps, or begin a process; with `excused`, a disk may also cause gaps.
 pub fn verified(dir: &Path, excused: bool) -> Verified {
     let recording = Recording::open(dir).unwrap();
     let count = recording.count();
@@ -167,17 +167,17 @@ pub fn last_scan(recording: &Recording) -> u64 {
     ends.map(|head| head.number + u64::from(head.scans) - 1).next_back().unwrap_or(0)
 }
 
-/// Whether `status` says that the disk cannot be written.
+/// Whether `status` reports that the disk cannot be written.
 pub fn failing(status: &Value) -> bool {
     status["record"]["disk"]["failing"].is_string()
 }
 
-/// How many lines of the log have this event.
+/// The number of log lines with this event.
 pub fn count(lines: &[Value], event: &str) -> usize {
     lines.iter().filter(|line| line["event"] == event).count()
 }
 
-/// Ends a controller in an orderly way, and gives the lines of its log that were not read yet.
+/// Ends a controller in order, and returns the lines of its log that were not yet read.
 pub fn ended(live: &mut Live) -> Vec<Value> {
     live.signal("TERM");
     let mut lines = vec![live.line("")];
@@ -188,13 +188,13 @@ pub fn ended(live: &mut Live) -> Vec<Value> {
     lines
 }
 
-/// Whether an end that was asked for at a time may lack the last block: rungd waits two seconds for
-/// the disk, which may be busy with what other tests do.
+/// Whether an end that was requested at `asked` may lack the last block: rungd waits two seconds
+/// for the disk, which other tests may keep busy.
 pub fn is_late(asked: Instant) -> bool {
     asked.elapsed() >= Duration::from_secs(2)
 }
 
-/// What the scans of a stretch were like.
+/// The scans of a period of time: their number, and how many were skipped or overran.
 #[derive(Clone, Copy, Debug)]
 struct Scans {
     done: f64,
@@ -217,14 +217,15 @@ impl Scans {
         }
     }
 
-    /// As good as others of the same time on the same machine, but for chance.
+    /// Whether these scans are as good as other scans of the same time on the same machine, with
+    /// room for chance.
     fn are_as_good_as(&self, others: &Scans) -> bool {
         let some = self.done / 100.0 + 2.0;
         self.skipped <= 2.0 * others.skipped + some && self.overruns <= 2.0 * others.overruns + some
     }
 }
 
-/// A controller beside the one whose disk is in trouble, and where both began.
+/// A control: a second controller without trouble, and the state of both controllers at the begin.
 pub struct Watch {
     control: Live,
     operator: Operator,
@@ -240,7 +241,7 @@ impl Watch {
         Watch { control, operator, before }
     }
 
-    /// Whether the scans of the troubled one were as good as its control's.
+    /// Whether the scans of the troubled controller were as good as those of its control.
     pub fn end(mut self, troubled: &mut Operator) -> bool {
         let troubled = Scans::now(troubled).since(self.before[0]);
         let control = Scans::now(&mut self.operator).since(self.before[1]);
@@ -253,8 +254,8 @@ impl Watch {
     }
 }
 
-/// So often a troubled run and its control may differ: the machine's noise meets either of them,
-/// what a disk does meets the same one every time.
+/// The most runs until a troubled run is as good as its control. The machine's noise affects either
+/// run, but trouble with a disk affects the same run every time.
 const ROUNDS: usize = 4;
 
 /// Repeats a run until its scans are as good as its control's.

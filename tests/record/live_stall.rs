@@ -1,10 +1,10 @@
-//! The real rungd records on a disk that stalls: no scan is later than in a control run beside it.
-//! A stall that is shorter than the queue loses nothing; a longer one is told and leaves a gap. So
-//! does the log's own thread when it stalls and what comes in exceeds its buffer.
+//! The real rungd records to a disk that stalls: no scan is later than in a control run at the same
+//! time. A stall that is shorter than the queue loses nothing; a longer stall is reported and
+//! leaves a gap. So does a stall of the log's own thread if the events exceed its buffer.
 //!
-//! A stall that outlasts the queue is had in a moment: a named fault point of a debug build ends a
-//! block. The disk is an ext4 image that is frozen, which wants root and a loop device; or the
-//! named fault point of a debug build.
+//! A debug build can fill the queue in a moment: a named fault point ends a block. The disk is a
+//! frozen ext4 image, which requires root and a loop device; a named fault point of a debug build
+//! delays the disk's thread.
 //!
 //! ```console
 //! cargo test --release --test record live_stall -- --ignored --nocapture
@@ -27,11 +27,11 @@ use crate::support::live::{Live, PATIENCE, folder};
 use crate::support::needs::{Need, skip};
 use rungd::record::Recording;
 
-/// The blocks that wait for the disk, as `src/daemon/record_disk.rs` has them.
+/// The most blocks that wait for the disk, as in `src/daemon/record_disk.rs`.
 const QUEUE: usize = 120;
 
-/// So often six clients write, of each 984 registers, while the log's thread stalls: twice what its
-/// buffer holds, as `src/runtime/tape_reader.rs` has it.
+/// The number of times that six clients write 984 registers each while the log's thread stalls:
+/// twice the size of its buffer (`src/runtime/tape_reader.rs`).
 const WRITES_OF_A_STALL: usize = 2 * (4 << 15) / (6 * 984);
 
 fn shell(words: &[&str]) -> bool {
@@ -81,7 +81,8 @@ impl Drop for Disk {
     }
 }
 
-/// A controller that records on a disk of its own. The disk goes last but for the folder.
+/// A controller that records to its own disk. The disk is removed after the process and before the
+/// folder.
 struct OnDisk {
     live: Live,
     disk: Option<Disk>,
@@ -107,7 +108,7 @@ impl OnDisk {
 
 impl Drop for OnDisk {
     fn drop(&mut self) {
-        // A process that waits for a frozen disk does not end.
+        // A process that waits for a frozen disk cannot end.
         self.disk.iter().for_each(Disk::thaw);
         let _ = self.live.child.kill();
         let _ = self.live.child.wait();
@@ -115,7 +116,8 @@ impl Drop for OnDisk {
     }
 }
 
-/// Ends as many blocks, each with a scan. A build without debug assertions ends one a second.
+/// Ends `count` blocks, each with a scan. Without debug assertions, rungd itself ends a block every
+/// second.
 fn end_blocks((operator, home): (&mut Operator, &Path), count: usize) {
     let faults = home.join("faults");
     for _ in 0..count {
@@ -126,12 +128,12 @@ fn end_blocks((operator, home): (&mut Operator, &Path), count: usize) {
                 sleep(Duration::from_micros(500));
             }
         }
-        // The thread looks at once.
+        // The request makes the log's thread read its tape at once.
         assert!(operator.ask(&json!({"do": "recording"}))["ok"].is_object());
     }
 }
 
-/// A stall of so long that the queue holds all: nothing is lost and nothing is said.
+/// A stall during which the queue holds all blocks: nothing is lost and nothing is reported.
 fn stalls(time: Duration) {
     rounds(|| {
         let Some(mut on) = OnDisk::start() else { return true };
@@ -147,7 +149,7 @@ fn stalls(time: Duration) {
         let asked = Instant::now();
         let lines = ended(&mut on.live);
         let is_late = is_late(asked);
-        // An end that waits for a busy disk for two seconds says so.
+        // An end that waits two seconds for a busy disk reports it.
         assert!(is_late || count(&lines, "record-failed") == 0, "{lines:#?}");
         let verified = verified(&on.dir, false);
         let recording = Recording::open(&on.dir).unwrap();
@@ -186,13 +188,13 @@ fn a_stall_that_is_longer_is_told_and_leaves_a_gap() {
         let is_good = watch.end(&mut operator);
         on.freeze(false);
         operator.await_status(|status| !failing(status));
-        // A block with the state from which it goes on comes once a second.
+        // A block with a state, from which recording continues, comes once a second.
         operator.await_scans(1000);
         let scans = operator.scans();
         let asked = Instant::now();
         let lines = ended(&mut on.live);
         let is_late = is_late(asked);
-        // An end that waits for a busy disk for two seconds says so too.
+        // An end that waits two seconds for a busy disk reports it too.
         let most = 1 + usize::from(asked.elapsed() >= Duration::from_secs(2));
         assert!((1..=most).contains(&count(&lines, "record-failed")), "{lines:#?}");
         assert_eq!(count(&lines, "record-resumed"), 1, "{lines:#?}");
@@ -204,7 +206,7 @@ fn a_stall_that_is_longer_is_told_and_leaves_a_gap() {
     });
 }
 
-/// The disk's thread takes a second longer, again and again.
+/// The disk's thread is repeatedly a second late.
 #[test]
 fn a_disk_thread_that_is_late_loses_nothing() {
     if !cfg!(debug_assertions) {
@@ -217,7 +219,7 @@ fn a_disk_thread_that_is_late_loses_nothing() {
         let faults = live.folder.join("faults");
         for _ in 0..3 {
             fs::write(&faults, "record-disk").unwrap();
-            // A block comes once a second.
+            // A block ends once a second.
             operator.await_scans(600);
             operator.await_status(|_| !faults.exists());
         }
@@ -232,13 +234,13 @@ fn a_disk_thread_that_is_late_loses_nothing() {
     });
 }
 
-/// `rungd` with these words, for people.
+/// Runs `rungd` with these arguments; returns its output.
 fn rungd(words: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_rungd")).args(words).output().unwrap();
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The log's own thread stalls while far more comes in than its buffer holds.
+/// The log's own thread stalls while far more events come than its buffer holds.
 #[test]
 fn steps_that_the_thread_was_too_late_for_are_counted_told_and_a_gap() {
     if !cfg!(debug_assertions) {
@@ -265,7 +267,7 @@ fn steps_that_the_thread_was_too_late_for_are_counted_told_and_a_gap() {
     }
     fs::remove_file(&hold).unwrap();
     operator.await_status(|status| lost(status) > 0);
-    // What is recorded behind the stall has a state once a second.
+    // After the stall, the recording has a state once a second.
     let seen = lost(&operator.status());
     operator.await_scans(1_500);
     let status = operator.status();

@@ -1,5 +1,5 @@
-//! The scan log: sections and segments as bytes, what is in memory, the folder on every kind of
-//! disk, replay, the reader of the page, and all of it with the real rungd.
+//! The scan log: sections and segments as bytes, the recording in memory, the folder on every kind
+//! of disk, replay, the page's reader, and tests with the real rungd.
 
 mod bytes;
 mod drawn;
@@ -19,7 +19,7 @@ mod replayed;
 mod size;
 mod stored;
 
-/// A binary uses a part of what they share.
+/// Each test binary uses only a part of the shared modules.
 #[allow(dead_code, unused_imports)]
 #[path = "../support"]
 mod support {

@@ -1,4 +1,5 @@
-//! The recorder: gaps, lost steps, late states, names, and sections that are too long for one.
+//! The recorder: gaps, lost steps, late states, names, and sections that are too long for one
+//! block.
 
 use crate::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
 use rungd::engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
@@ -50,7 +51,7 @@ fn a_second_of_a_busy_plant_becomes_several_sections() {
         }
         entries.push(TapeEntry::Call(EngineCall::Execute));
     }
-    // Nothing but commands: there is no scan at which to split.
+    // Only commands, without a scan at which the section could be split.
     let bits = (0..300_000).map(|at| EngineCall::Force(Cell::Bit(BitCell(at % 50)), 1));
     entries.extend(bits.map(TapeEntry::Call));
     for entry in &entries {
@@ -104,7 +105,7 @@ fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
         line.read();
     }
     line.keeps_images = false;
-    // Nobody reads until the tape is full.
+    // The tape is not read until it is full.
     for _ in 0..70_000 {
         line.scan(10_000_000, |_| {});
     }
@@ -155,7 +156,7 @@ fn who_stands_behind_an_origin_is_known_though_it_is_told_late() {
     assert!(who.contains(&(late, "root".to_owned())), "{who:?}");
 }
 
-/// Whoever asks gets the section under way, which goes on as if nobody had asked.
+/// A request returns the section under way, and does not change how it continues.
 #[test]
 fn a_section_under_way_is_had_without_its_end() {
     let mut lines = [Line::new(COUNTER), Line::new(COUNTER)];
@@ -169,7 +170,7 @@ fn a_section_under_way_is_had_without_its_end() {
         let asked = &lines[0];
         let mut kept = Recent::new(1 << 22);
         asked.blocks.iter().for_each(|block| kept.put(block));
-        // Right behind a state there is none.
+        // Right after a state there is no section under way.
         let Some(block) = asked.recorder.under_way() else { continue };
         seen += 1;
         let recording = Recording::of_bytes(kept.write_from(0, Some(&block)));
@@ -189,7 +190,7 @@ fn a_section_under_way_is_had_without_its_end() {
     assert!(asked == other && seen > 240);
 }
 
-/// A tape that nobody reads: each scan is on it, or is counted as lost.
+/// On a tape that nobody reads, each scan is either recorded or counted as lost.
 #[test]
 fn what_is_lost_at_the_end_of_a_tape_is_counted() {
     for room in [4, 8, 40, 1000] {

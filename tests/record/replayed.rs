@@ -1,7 +1,8 @@
-//! What was recorded is executed again: every image of every scan, and every state's hash, is as it
-//! was. Random ladders of the reference model's generator, with forces, writes, stops and starts.
+//! Recordings are executed again: every image of every scan and every state's hash must be the
+//! same. The ladders are random, from the reference model's generator, with forces, writes, stops
+//! and starts.
 //!
-//! `RUNGD_RECORD_PROGRAMS` (25) of them from `RUNGD_RECORD_SEED` (1) on.
+//! Tests `RUNGD_RECORD_PROGRAMS` (25) ladders from the seed `RUNGD_RECORD_SEED` (1) on.
 
 use std::cell;
 use std::ops::ControlFlow;
@@ -75,7 +76,7 @@ fn force(line: &mut Line, numbers: &mut Numbers, scan: u64) {
     let (bits, words) = Machine::image(&line.taped);
     let (bits, words) = (bits.len() as u64, words.len() as u64);
     let cell = match numbers.below(2) {
-        // The first ones are memory, the last ones the program's own.
+        // The first cells are memory, the last ones belong to the program itself.
         0 => Cell::Bit(BitCell(numbers.below(bits.min(4000)) as u32)),
         _ => Cell::Word(WordCell(numbers.below(words.min(2000)) as u32)),
     };
@@ -88,7 +89,7 @@ fn force(line: &mut Line, numbers: &mut Numbers, scan: u64) {
     line.taped.settle();
 }
 
-/// Replays a recording whole, and holds it against the run.
+/// Replays a whole recording, and compares it with the run.
 fn assert_replays(line: &Line, bytes: Vec<u8>, seed: u64) {
     let recording = Recording::of_bytes(bytes);
     assert_eq!((recording.flaws.len(), recording.count()), (0, line.blocks.len()), "seed {seed}");
@@ -173,7 +174,7 @@ fn an_entry_that_was_changed_shows_as_the_first_difference() {
         line.read();
     }
     line.flush();
-    // A hash that belongs to another state.
+    // A hash that belongs to a different state.
     line.blocks[2].head.end_hash = Some([7; 16]);
     let mut replay = Replay::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
     let count = replay.recording().count();
@@ -247,7 +248,7 @@ fn a_recording_that_fits_no_engine_is_refused() {
     assert_eq!(error.to_string(), "its program cannot be loaded: no such file");
 }
 
-/// Who asks for the newest part again and again reads a program once, and needs one engine.
+/// Repeated replays of the newest part read a program once and need one engine.
 #[test]
 fn a_program_that_comes_again_is_read_once() {
     let counted = |ladder: &str| {
@@ -272,7 +273,7 @@ fn a_program_that_comes_again_is_read_once() {
     assert_eq!(Recording::newest(torn, &mut last).count(), 0);
     let back = Recording::newest(bytes, &mut last);
     assert_eq!(back.program(0), first.program(0));
-    // The engine is at hand; the states are those of a replay of its own.
+    // The engine is reused; the states are those of a separate replay.
     let made = cell::Cell::new(0);
     let make = |program: &RecordedProgram| {
         made.set(made.get() + 1);

@@ -1,5 +1,5 @@
-//! What a recording takes on disk in a day, of a plant with real times: the lateness of a scan is
-//! random to 60 us, its duration to 20 us both ways. Times and ladders are drawn, so the figures do
+//! The size on disk of a day's recording of a plant with realistic times: a scan is up to 60 us
+//! late, and its duration varies by 20 us both ways. The times come from a seed, so the figures do
 //! not depend on the machine.
 //!
 //! ```console
@@ -14,11 +14,11 @@ use rungd::runtime::{Machine, Origin, ScanStart};
 
 const SECONDS: u64 = 180;
 
-/// The first seconds, in which the mean scan time still moves, are no part of the figure.
+/// The first seconds are not part of the figure, because the mean scan time still changes in them.
 const FIRST_SECONDS: usize = 60;
 const SCANS_A_SECOND: u64 = 100;
 
-/// Bytes on disk in a day. `change`: what comes in before a scan.
+/// Bytes on disk in a day. `change` makes the changes before a scan.
 fn bytes_a_day(ladder: &str, mut change: impl FnMut(u64, &mut Numbers, &mut dyn Change)) -> u64 {
     let mut numbers = Numbers(11);
     let mut line = Line::new(ladder);

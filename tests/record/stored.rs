@@ -1,5 +1,5 @@
-//! Whatever a disk does, what is found on it is what was recorded, and nothing is lost that was
-//! durable and within the limits. No file of anybody else is touched.
+//! Whatever a disk does, the blocks found on it are those that were recorded. No durable block
+//! within the limits is lost, and no foreign file is touched.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ name = "Main"
 rung = [ { when = ["X0"], do = ["ADD D0 1 to=D0", "TMRAG T0 preset=1s"] } ]
 "#;
 
-/// A block a second.
+/// Blocks of about a second each.
 fn blocks(count: usize) -> Vec<RecordBlock> {
     let mut line = Line::new(LADDER);
     let mut numbers = Numbers(5);
@@ -42,7 +42,7 @@ fn blocks(count: usize) -> Vec<RecordBlock> {
 
 type Known = BTreeMap<u64, (BlockHead, SectionBody)>;
 
-/// What was recorded, by the numbers of sections.
+/// The recorded heads and sections, by the numbers of sections.
 fn known(blocks: &[RecordBlock]) -> Known {
     let recording = Recording::of_bytes(in_memory(blocks));
     let section = |at| recording.read(at).unwrap().expect("it is whole").1;
@@ -52,7 +52,7 @@ fn known(blocks: &[RecordBlock]) -> Known {
         .collect()
 }
 
-/// The sections in a file's bytes, after a look that they are what was recorded.
+/// The numbers of the sections in a file's bytes; checks that they are as recorded.
 fn found(bytes: &[u8], known: &Known) -> Vec<u64> {
     let mut source = Cursor::new(bytes);
     let blocks = index(&mut source).unwrap().blocks;
@@ -84,7 +84,7 @@ fn settings() -> StoreSettings {
     }
 }
 
-/// The time of a block: it is put right behind its end.
+/// The time at which a block is put: its end.
 fn clock(block: &RecordBlock) -> TapeClock {
     TapeClock { unix_ns: block.head.end_ns, unix_offset_ns: UNIX_NS }
 }
@@ -145,7 +145,8 @@ fn each_call_may_fail_and_the_store_goes_on() {
     }
 }
 
-/// The n-th call of the first 25 blocks fails, and some more; false if there are fewer calls.
+/// Lets the n-th call of the first 25 blocks fail, and some calls after it; false if there are
+/// fewer calls.
 fn one_failure(blocks: &[RecordBlock], known: &Known, fault: (Fault, u64, u64)) -> bool {
     let disk = Handle::new();
     disk.clone().create("other-20231114T221320Z-000000.rungd-log").unwrap();
@@ -174,7 +175,7 @@ fn one_failure(blocks: &[RecordBlock], known: &Known, fault: (Fault, u64, u64)) 
     let place = format!("{fault:?}: {status:?}, {found:?}");
     assert_eq!(found.last(), Some(&59), "{place}");
     assert!(status.trouble.is_none() && troubles % 2 == 0, "{place}");
-    // What was written before a sync failed may be there and count as lost.
+    // Blocks written before a failed sync may be there although they count as lost.
     assert!(found.len() as u64 + status.lost_blocks >= 60, "{place}");
     assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "{place}");
     let own = disk.files.keys().filter(|name| name.starts_with("line-")).count();
@@ -230,7 +231,7 @@ fn the_oldest_files_go_and_the_limits_hold() {
         assert_eq!(found, (first..=block.head.sequence).collect::<Vec<_>>());
         assert!(used > 18_000 || first == 0, "{used}: more than is necessary went");
     }
-    // By age: files of 10 s, kept for 60 s.
+    // Removal by age: files of 10 s, kept for 60 s.
     let disk = Handle::new();
     let keep_ns = 60 * SECOND_NS;
     let mut store = Store::new(disk.clone(), StoreSettings { keep_ns, ..settings() });
@@ -334,7 +335,7 @@ fn two_of_one_name_in_a_folder_leave_each_other_alone() {
     assert_eq!(error.kind(), std::io::ErrorKind::ResourceBusy);
     assert!(second.status().trouble.unwrap().contains("stop it, or name another"));
     assert!(other.put(&blocks[40], clock(&blocks[40])).is_none());
-    // It tries again with pauses, and records once the first one is gone.
+    // The second store retries with pauses, and records once the first one is gone.
     assert!(first.put(&blocks[40], clock(&blocks[40])).is_none());
     for block in &blocks[41..46] {
         assert!(second.put(block, clock(block)).is_none());

@@ -1,7 +1,8 @@
-//! Random programs whose memory lies anywhere: with addresses, with tags of these, with tags that
-//! have a `type`, and with more of those. All do the same, also over a reload from one to another.
+//! Random programs with memory in different places: with addresses, with tags of these addresses,
+//! with tags that have a `type`, and with additional such tags. All variants behave the same, also
+//! across a reload from one variant to another.
 //!
-//! `RUNGD_PROPERTY_PROGRAMS` (30) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! Tests `RUNGD_PROPERTY_PROGRAMS` (30) programs from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
 use crate::properties::seeds;
 use crate::support::model::case::Case;
@@ -14,7 +15,7 @@ use rungd::lower::{Symbols, lower};
 use rungd::reload::{ReloadPlan, Side};
 use rungd::sim::stimulus::{Change, Stimulus};
 
-/// The spaces of the types.
+/// The address spaces and their types.
 const SPACES: [(&str, &str); 6] = [
     ("C", "bit"),
     ("V", "word"),
@@ -35,7 +36,7 @@ enum Naming {
 
 const NAMINGS: [Naming; 4] = [Naming::Addresses, Naming::Tags, Naming::Types, Naming::MoreTypes];
 
-/// The type of an address that may get a name instead.
+/// The type of an address that may be replaced by a name.
 fn kind(word: &str, fixed: &[String]) -> Option<&'static str> {
     let digits = word.find(|c: char| c.is_ascii_digit())?;
     let (letters, number) = word.split_at(digits);
@@ -44,7 +45,7 @@ fn kind(word: &str, fixed: &[String]) -> Option<&'static str> {
     (!fixed.contains(&word.to_owned())).then_some(*kind)
 }
 
-/// A text with a name instead of each address; notes the names.
+/// Replaces each address in a text by a name, and adds the names to `names`.
 fn named(text: &str, fixed: &[String], names: &mut Vec<(String, &'static str)>) -> String {
     let letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let (mut said, mut rest) = (String::new(), text);
@@ -81,13 +82,13 @@ impl Loaded {
     }
 }
 
-/// The numbers of an address: `D12` is 12 in D.
+/// The letters and the number of an address: `D12` is 12 in D.
 fn number(address: &str) -> Option<(&str, usize)> {
     let (letters, digits) = address.split_at(address.find(|c: char| c.is_ascii_digit())?);
     Some((letters, digits.parse().ok()?))
 }
 
-/// The addresses within ranges and arrays: they stay neighbours.
+/// The addresses in ranges and arrays, which must stay neighbours.
 fn neighbours(case: &Case, ladder: &str) -> Vec<String> {
     let words = ladder.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.'));
     let ranges = words.filter_map(|word| {
@@ -104,7 +105,7 @@ fn neighbours(case: &Case, ladder: &str) -> Vec<String> {
     runs.flat_map(|(letters, a, b)| (a..=b).map(move |n| format!("{letters}{n}"))).collect()
 }
 
-/// Addresses that a tag names stay as they are; so do neighbours, and `N,0`.
+/// The addresses that must stay: those of tags, neighbours, and all of N if the ladder has `N,`.
 fn fixed(case: &Case, ladder: &str) -> Vec<String> {
     let strings = case.tags.iter().flat_map(|tag| tag.body.split('"'));
     let bases = strings.filter_map(|text| text.split('.').next());

@@ -1,11 +1,12 @@
-//! The way back of a running controller: which program it leads to, and what never waits for files.
+//! The rollback of a running controller: the program that it returns to, and that it never waits
+//! for files.
 
 use std::time::{Duration, Instant};
 
 use crate::support::live::Live;
 use crate::support::process::until;
 
-/// A program that says its number in D0.
+/// A program that writes its number to D0.
 fn says(number: u32) -> String {
     format!(
         "[[program]]\nname = \"Main\"\nrung = [\n\
@@ -13,10 +14,11 @@ fn says(number: u32) -> String {
     )
 }
 
-/// Far more than a scan takes, and far less than one that stalls.
+/// Much longer than a scan, and much shorter than a stalled scan.
 const WATCHDOG: &str = "scan.watchdog = \"600ms\"\n";
 
-/// A ladder with this many rungs more. A thousand of them take tens of milliseconds to check.
+/// A ladder with `rungs` additional rungs. The check takes tens of milliseconds for a thousand
+/// rungs.
 fn long(number: u32, rungs: usize) -> String {
     let more = "{ when = [\"X0\"], do = [\"SET C9\"] },\n".repeat(rungs);
     format!("{}\n{more}]\n", says(number).trim_end().trim_end_matches(']'))
@@ -26,7 +28,7 @@ fn put(live: &Live, ladder: &str) {
     std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
 }
 
-/// Reloads a ladder; what it says.
+/// Reloads a ladder; returns the command's output.
 fn load(live: &Live, ladder: &str) -> String {
     put(live, ladder);
     live.ok("reload")
@@ -44,7 +46,8 @@ fn within_probation_the_way_back_stays_the_program_that_stood_its_own() {
     assert_eq!(live.say("rollback").code, 1, "once");
 }
 
-/// Not the program before the last reload: that one was replaced within its probation.
+/// The rollback skips the program before the last reload, because it was replaced within its
+/// probation.
 #[test]
 fn behind_a_probation_what_was_replaced_within_its_own_is_skipped() {
     let live = Live::start(&says(1), "reload.probation = \"1h\"\n", &[]);
@@ -59,7 +62,7 @@ fn behind_a_probation_what_was_replaced_within_its_own_is_skipped() {
     live.await_values("D0", "1");
 }
 
-/// Each program counts as passed.
+/// Without probation, each program counts as having passed it.
 #[test]
 fn without_probation_the_way_back_is_the_program_before_the_last_reload() {
     let live = Live::start(&says(1), "reload.probation = \"0ms\"\n", &[]);
@@ -95,14 +98,14 @@ fn the_same_files_change_nothing_and_a_fault_goes_back_behind_a_stray_hangup() {
     live.line("SIGHUP asked for a reload: the files are those that run already");
     live.stall();
     live.say("mode run");
-    // The first program, however often the second was asked for.
+    // The FAULT returns to the first program, although the second one was requested repeatedly.
     live.await_values("D0", "1");
     let line = live.line("went back to the program before the reload (FAULT: ");
     assert_eq!((&line["event"], &line["who"]), (&"rolled-back".into(), &"rungd".into()));
     assert_eq!(live.say("rollback").code, 1, "there is nothing else to go back to");
 }
 
-/// Whether the controller has the thread that reads the files of a reload.
+/// Whether the controller has a thread that reads the files of a reload.
 fn is_reading(live: &Live) -> bool {
     let threads = std::fs::read_dir(format!("/proc/{}/task", live.child.id())).unwrap().flatten();
     let mut names = threads.map(|thread| std::fs::read_to_string(thread.path().join("comm")));
@@ -111,7 +114,7 @@ fn is_reading(live: &Live) -> bool {
 
 #[test]
 fn a_rollback_does_not_wait_for_a_reload_that_reads_and_that_reload_is_off() {
-    // The rollback ends it, however slowly the machine reads.
+    // The rollback ends the reload, however slow the machine is.
     let live = Live::start(&says(1), "", &["--reload-limit", "5m"]);
     live.await_values("D0", "1");
     load(&live, &says(2));
@@ -138,11 +141,11 @@ fn a_reload_that_takes_too_long_is_refused_and_the_next_one_is_done() {
     assert_eq!(said.code, 1, "{said:?}");
     assert!(said.err.contains("not read and checked within 2s"), "{said:?}");
     assert!(said.err.contains("What took longest was "), "{said:?}");
-    // On a busy machine reading may take longest; nothing else is blamed on the disk.
+    // On a busy machine reading may take longest; only then does the message name the disk.
     let was_reading = said.err.contains("What took longest was reading ");
     assert_eq!(said.err.contains("disk"), was_reading, "{said:?}");
     put(&live, &says(3));
-    // On a busy machine a short file may take that long too.
+    // On a busy machine even a short file may exceed the limit.
     until(|| {
         let said = live.say("reload");
         assert!(said.code == 0 || said.err.contains("not read and checked within 2s"), "{said:?}");

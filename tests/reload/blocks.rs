@@ -27,7 +27,7 @@ fn running_programs_and_stages_that_are_on_go_on_by_name() {
         .holds([("Drain.Running", 1), ("Drain.Open", 0), ("Drain.Close", 1), ("T0.Acc", 30)])
         .main(&drain)
         .says("Stage Drain.Close stays ON")
-        .says("Program Drain goes on running")
+        .says("Program Drain continues to run")
         .says("Program Before is new")
         .holds([("Drain.Running", 1), ("Drain.Open", 0), ("Drain.Close", 1), ("Before.Running", 0)])
         .scan(&[])

@@ -55,8 +55,8 @@ fn a_value_beyond_new_limits_is_a_warning() {
     };
     let plc = |value: i32| plc(&tagged("")).scan(&[("D1", value)]);
     plc(17).reload(&tagged(", min = 0, max = 10")).says(
-        "warning: size (D1) keeps 17, which is not within 0 to 10, its limits now; a restart \
-         would drop it",
+        "warning: size (D1) keeps 17, which is outside its new limits, 0 to 10; a restart would \
+         discard it",
     );
     assert_eq!(plc(10).reload(&tagged(", min = 0, max = 10")).report, [NONE]);
 }
@@ -67,7 +67,7 @@ fn a_tag_of_another_name_is_said() {
         let tags = format!("[tags]\n{tag} = {{ at = \"D1\" }}\n");
         tags + &main_text(&rungs(&[("D1 == 5", "OUT Y0")]))
     };
-    assert_eq!(plc(&tagged("a")).reload(&tagged("b")).report, ["tag a (D1) is called b now"]);
+    assert_eq!(plc(&tagged("a")).reload(&tagged("b")).report, ["tag a (D1) was renamed to b"]);
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn an_array_of_another_place_or_name_is_one_line() {
     };
     let before = || plc(&ladder("mix", "D10")).scan(&[("D12", 7), ("D21", 9), ("D50", 4)]);
     let report = |now: &str, at: &str| before().reload(&ladder(now, at)).report;
-    assert_eq!(report("paste", "D10"), ["array mix (D10..D21) is called paste now"]);
+    assert_eq!(report("paste", "D10"), ["array mix (D10..D21) was renamed to paste"]);
     assert_eq!(
         report("mix", "D50"),
         [
@@ -97,7 +97,7 @@ fn an_array_of_another_place_or_name_is_one_line() {
          was 0; forces stay on D10..D21; mix (D50..D61) is not forced",
     );
     let forced = before().force("D12", 7).scan(&[]).reload(&ladder("paste", "D10"));
-    forced.says("array mix (D10..D21) is called paste now; its forces stay");
+    forced.says("array mix (D10..D21) was renamed to paste; its forces stay");
 }
 
 #[test]
@@ -206,8 +206,8 @@ fn a_real_keeps_its_value_and_the_report_shows_reals() {
         .reload(&tagged("at = \"R2\", initial = 0.5"))
         .says("warning: tag level moved from R1 to R2: R2 begins at 0.5; R1's was 12.25");
     plc().reload(&tagged("at = \"R1\", min = 0.5, max = 9")).says(
-        "warning: level (R1) keeps 12.25, which is not within 0.5 to 9.0, its limits now; a \
-         restart would drop it",
+        "warning: level (R1) keeps 12.25, which is outside its new limits, 0.5 to 9.0; a restart \
+         would discard it",
     );
     plc()
         .force("R1", real("-1.5"))

@@ -1,7 +1,8 @@
-//! Random ladders with templates, reloaded with edits of the templates, uses among the rungs and tags
-//! with a `type` before the others: what was there before goes on as if nothing had been edited.
+//! Random ladders with templates are reloaded with edited templates, with additional uses among the
+//! rungs, and with additional tags that have a `type` before the others. The parts that were there
+//! before continue as if nothing had been edited.
 //!
-//! `RUNGD_PROPERTY_TEMPLATES` (12) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! Tests `RUNGD_PROPERTY_TEMPLATES` (12) ladders from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
 use crate::support::run::{cell, load, target, value};
 use crate::support::written_out::Case;
@@ -13,7 +14,7 @@ use rungd::sim::stimulus::{Change, Stimulus};
 
 const SCANS: u64 = 60;
 
-/// A program, and the cells of what is compared.
+/// A program, and the cells that are compared.
 struct Version {
     program: Program,
     symbols: Symbols,

@@ -130,7 +130,7 @@ fn a_rollback_by_hand_takes_back_once() {
     assert_eq!(status["forces"][0]["address"], "D9");
 }
 
-/// The scans of a second, done or skipped.
+/// Checks the number of scans, done or skipped, in a second.
 fn assert_scanned_every_20_ms(live: &Live) {
     let mut stream = live.connect();
     let mut points = || {
@@ -165,7 +165,7 @@ fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
     assert_eq!(live.line("needs a restart")["event"], "reload-restart");
     assert!(live.ok("status").contains("every 20ms, watchdog 20s"));
     assert_scanned_every_20_ms(&live);
-    // The alarm that stood goes on standing, and is no news.
+    // The active alarm remains, and is not reported again.
     let before = live.line("reloaded: the new program");
     assert_eq!(before["level"], "INFO");
     live.ok("mode stop");
@@ -175,7 +175,8 @@ fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
     live.line("RUN: scanning every 20ms");
 }
 
-/// Scans that are far apart, and a watchdog that systemd's own forestalls.
+/// Scans that are far apart, and a watchdog that comes too late because systemd's watchdog comes
+/// first.
 const LONG: &str = "[scan]\nperiod = \"20m\"\nwatchdog = \"700ms\"\n";
 
 #[test]
@@ -185,7 +186,7 @@ fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
     let notify = UnixDatagram::bind(folder.join("n")).unwrap();
     notify.set_read_timeout(Some(live::PATIENCE)).unwrap();
     let mut command = live::run(&folder, &[]);
-    // `WATCHDOG_PID` is that of the process; it is asked for only where it is given.
+    // `WATCHDOG_PID` would have to be the process's number; rungd compares it only if it is set.
     command.env("WATCHDOG_USEC", "800000").env_remove("WATCHDOG_PID");
     command.env("NOTIFY_SOCKET", folder.join("n"));
     let live = Live::of(folder, command);
@@ -195,7 +196,8 @@ fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
     let said = live.ok("reload");
     assert!(said.contains("scan period 10ms → 20m"), "{said}");
     assert!(said.contains("warning: `[scan] watchdog` is 700ms, and systemd ends"), "{said}");
-    // Some are of the short period: more than were on their way then are of the long one.
+    // Discard the messages of the short period. Three further messages cannot all have been under
+    // way at that time.
     notify.set_nonblocking(true).unwrap();
     while notify.recv(&mut [0; 512]).is_ok() {}
     notify.set_nonblocking(false).unwrap();
@@ -217,7 +219,7 @@ fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
     assert_eq!((&told["before"], &told["after"]), (&"44".into(), &"45".into()), "{told}");
     assert!(told["message"].as_str().unwrap().ends_with("until then it is 44"), "{told}");
     assert_eq!(scans(), before, "nothing was scanned for all that");
-    assert_eq!(live.ok("mode stop"), "STOP (an operator asked for it), was RUN\n");
+    assert_eq!(live.ok("mode stop"), "STOP (an operator requested it), was RUN\n");
     assert_eq!(scans(), before + 1, "the last scan");
     live.await_values("D9", "45");
 }
@@ -269,7 +271,7 @@ fn systemd_hears_of_a_reload_in_one_datagram_and_of_its_end() {
     let _ = std::fs::remove_dir_all(&folder);
 }
 
-/// `rungd reload` as the unit has it, of a controller that has this in `[operator]`.
+/// `rungd reload` as in the systemd unit, of a controller with these lines in `[operator]`.
 fn reloaded_by_the_unit(operator: &str) -> (Running, live::Said) {
     let plant = Plant::new(LADDER, &format!("[operator]\n{operator}\n"));
     let running = Running::new(&mut plant.command(&[] as &[&str]));

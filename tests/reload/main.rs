@@ -1,4 +1,4 @@
-//! What a reload keeps: by the rules, on random programs, and in the real binary.
+//! What a reload keeps: tests of the rules, with random programs, and with the real binary.
 
 mod anywhere;
 mod back;
@@ -14,7 +14,7 @@ mod rules;
 mod templates;
 mod types;
 
-/// A binary uses a part of what they share.
+/// Each test binary uses only a part of the shared modules.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -1,7 +1,8 @@
-//! Reloads of random programs: the identical program leaves no trace, another one keeps data memory.
+//! Reloads of random programs: an identical program leaves no trace, a different program keeps data
+//! memory.
 //!
-//! Programs and stimuli come from the generator of the reference model; a seed is a program.
-//! `RUNGD_PROPERTY_PROGRAMS` (30) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! Programs and stimuli come from the reference model's generator; each seed gives a program. Tests
+//! `RUNGD_PROPERTY_PROGRAMS` (30) programs from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
 use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
@@ -52,15 +53,15 @@ fn swapped(engine: &mut Engine, to: &Loaded, transfer: &Transfer) -> Engine {
     next
 }
 
-/// Public memory behind every scan.
+/// Public memory after every scan.
 type Rows = Vec<(Vec<u8>, Vec<i32>)>;
 
-/// With a reload of the same wherever `at` says.
+/// Runs a case with a reload of the same program before each scan that `at` selects.
 fn trace(case: &Case, of: &Loaded, at: impl Fn(u64) -> bool) -> Rows {
     rows(case, of, (of, at))
 }
 
-/// With a reload of another program of the same blocks.
+/// Runs a case with one reload of a different program with the same blocks.
 fn trace_into(case: &Case, of: &Loaded, other: &Loaded, reload: u64) -> Rows {
     rows(case, of, (other, |scan| scan == reload))
 }
@@ -120,7 +121,7 @@ fn a_reload_of_the_identical_program_leaves_no_trace() {
     }
 }
 
-/// With rungs put anywhere, each with the contacts of another and an instruction of its own.
+/// Adds rungs at random places, each with the contacts of an existing rung and its own instruction.
 fn with_more(case: &Case, rng: &mut Rng) -> Case {
     let mut more = case.clone();
     let blocks = more.blocks.iter_mut();
@@ -209,7 +210,7 @@ fn another_program_keeps_data_memory_and_scans_on() {
 
 fn data(engine: &Engine, of: &Loaded) -> Vec<i32> {
     let first = of.symbols.layout.word(Word::Space(WordSpace::D, 0)).0 as usize;
-    // Behind the addresses that programs name lie the places of tags with a `type`.
+    // The places of tags with a `type` come after the addresses that programs name.
     let count = of.symbols.layout.sizes().d as usize / 2;
     engine.image().words()[first..first + count].to_vec()
 }

@@ -1,8 +1,8 @@
-//! Random reloads of the real binary under load, four in ten of files that cannot be run: no scan is
-//! missed or mixed, memory goes on, also that of uses of a template that is edited, and a bad reload
-//! changes nothing, bit for bit.
+//! Random reloads of the real binary under load; four in ten have files that cannot be run. No scan
+//! is missed or mixes two programs. Memory continues, also in the uses of an edited template. A bad
+//! reload changes no bit.
 //!
-//! `RUNGD_RELOADS` (150) of them from `RUNGD_RELOAD_SEED` (1) on. The long run:
+//! Makes `RUNGD_RELOADS` (150) reloads from the seed `RUNGD_RELOAD_SEED` (1). The long run:
 //! `RUNGD_RELOADS=10000 cargo test --release --test reload random:: -- --nocapture`
 
 use std::io::{BufRead, BufReader, Read, Write};
@@ -20,7 +20,7 @@ fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-/// A generator of numbers, the same for the same seed.
+/// A generator of numbers; the same seed gives the same numbers.
 struct Numbers(u64);
 
 impl Numbers {
@@ -41,8 +41,8 @@ listen = "127.0.0.1:0"
 writable = ["MC1..MC32", "MHR1..MHR32"]
 "#;
 
-/// A program of a number: it says the number first and last in the scan, counts every scan, and
-/// has a counter that each of them has.
+/// A program with a number. It writes the number first and last in the scan, counts every scan, and
+/// has a counter that all these programs have.
 fn good(version: u64, numbers: &mut Numbers) -> String {
     let mut rungs = String::new();
     for n in 0..numbers.below(30) {
@@ -87,18 +87,18 @@ rung = [ {{ when = ["$On"], do = ["ADD D3 1 to=D3"] }} ]
     )
 }
 
-/// The uses that stand between the first and the last in some versions only.
+/// The uses between the first and the last one, which only some versions have.
 const BETWEEN: [&str; 3] = ["m0", "m1", "m2"];
 
 /// A version with tags that have a `type`, and with uses of a template.
 struct Version {
     ladder: String,
-    /// Of the uses [`BETWEEN`], those that are there.
+    /// Which of the uses [`BETWEEN`] it has.
     has: [bool; 3],
 }
 
-/// A template whose rungs and tags are edited from version to version. Each use counts every scan
-/// and every second one; only an operator writes its `own`.
+/// A template whose rungs and tags are edited from version to version. Each use counts every scan,
+/// and counts every second scan; only an operator writes its `own`.
 fn meter(numbers: &mut Numbers) -> String {
     let (mut tags, mut rungs) = (String::new(), String::new());
     for n in 0..numbers.below(4) {
@@ -117,7 +117,8 @@ fn meter(numbers: &mut Numbers) -> String {
     )
 }
 
-/// As [`typed`], with the uses: `first` before all rungs, `last` behind them, others between.
+/// Same as [`typed`], with uses of the template: `first` and some of [`BETWEEN`] before the other
+/// rungs, `last` before the last rung.
 fn version(number: u64, numbers: &mut Numbers) -> Version {
     let use_of = |name: &str| format!("{{ use = \"Meter\", name = \"{name}\" }},\n");
     let has = BETWEEN.map(|_| numbers.below(2) == 1);
@@ -133,8 +134,8 @@ fn version(number: u64, numbers: &mut Numbers) -> Version {
     Version { ladder: format!("{before}[[program]]\nname = \"Main\"{main}"), has }
 }
 
-/// As [`good`], with tags that have a `type`: `scans` counts every scan, `parts` every second one,
-/// and only an operator writes `own`. A random number of others comes before them.
+/// Same as [`good`], with tags that have a `type`: `scans` counts every scan, `parts` every second
+/// scan, and only an operator writes `own`. A random number of additional tags moves their places.
 fn typed(version: u64, numbers: &mut Numbers) -> String {
     let mut tags = "[tags]\nscans = { type = \"int\" }\nparts = { type = \"counter\" }\n\
                     own = { type = \"int\", spare = true }\n"
@@ -177,7 +178,7 @@ impl Operator {
         serde_json::from_str(&line).unwrap()
     }
 
-    /// Scans, and what operands hold in the last of them.
+    /// The number of scans, and the operands' values in the last one.
     fn read(&mut self, operands: &[&str]) -> (i64, Vec<i64>) {
         let answer = self.ask(&json!({"do": "read", "operands": operands}));
         let number =
@@ -188,8 +189,8 @@ impl Operator {
     }
 }
 
-/// A Modbus client that writes two registers and reads what the program makes of them, until told
-/// to stop: the number of the program is the same first and last, and no write is lost.
+/// A Modbus client that writes two registers and reads the program's copies of them until `stop`.
+/// The program's number must be the same first and last in the scan, and no write may be lost.
 fn modbus_load(port: u16, stop: &AtomicBool, requests: &AtomicU64) {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_nodelay(true).unwrap();
@@ -242,7 +243,7 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
     let clients: Vec<_> = (0..2)
         .map(|at| {
             let (stop, requests) = (Arc::clone(&stop), Arc::clone(&requests));
-            // The second only reads: two writers would see each other's numbers.
+            // The second client writes no registers: two writers would read each other's numbers.
             match at {
                 0 => thread::spawn(move || modbus_load(port, &stop, &requests)),
                 _ => {
@@ -279,7 +280,7 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
             swap_us_max = swap_us_max.max(us);
             running = next;
             sha256 = answer["ok"]["sha256"].clone();
-            // The image of the first scan of the new program is there before the answer.
+            // The image of the new program's first scan is published before the answer.
         }
         let (scans, held) = operator.read(&["D0", "D1", "D2", "CT0.Acc", "scans", "parts.Acc"]);
         assert_eq!((held[0], held[1]), (running as i64, running as i64), "turn {turn}");
@@ -307,12 +308,12 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
 /// The uses of the template in the running program.
 struct Uses {
     has: [bool; 3],
-    /// Of each that is there: the scans before it began.
+    /// For each of these uses that is there: the number of scans before it began.
     late: [i64; 3],
 }
 
 impl Uses {
-    /// What was there before a reload has counted on; what is new began at 0.
+    /// Checks that old uses have continued to count after a reload, and that new uses began at 0.
     fn go_on(&mut self, operator: &mut Operator, before: [bool; 3], turn: u64) {
         let of = |name: &str| [format!("{name}.runs"), format!("{name}.halves.Acc")];
         let there = BETWEEN.iter().zip(self.has).filter(|(_, has)| *has).map(|(name, _)| *name);
@@ -337,7 +338,7 @@ impl Uses {
     }
 }
 
-/// Reads what of one scan must be of one program, names of blocks and Stages too.
+/// Reads values that must come from one program in each scan, also a block's `Running`.
 fn watch(stream: UnixStream, stop: &AtomicBool) {
     let mut operator = Operator(BufReader::new(stream));
     for number in 0.. {
@@ -380,14 +381,15 @@ fn a_bad_reload_changes_no_bit() {
             .unwrap();
         let answer = operator.ask(&json!({"do": "reload"}));
         assert_eq!(answer["error"]["kind"], "bad-files", "{answer}");
-        // In STOP nothing changes a bit back. All of memory is 20,000 names.
+        // In STOP nothing would change a bit back, so one look in eight is enough: all of memory
+        // has 20,000 names.
         if version % 8 == 0 {
             assert!(before == memory(&mut operator), "version {version}");
         }
     }
 }
 
-/// All that an operator can read, so much at a time.
+/// All memory that an operator can read, in requests of a limited size.
 fn memory(operator: &mut Operator) -> Vec<i64> {
     let mut names: Vec<String> = Vec::new();
     for (space, count) in [("X", 2048), ("Y", 2048), ("C", 2048), ("V", 4096), ("D", 4096)] {

@@ -1,4 +1,4 @@
-//! A controller that is reloaded in the middle, in virtual time: what the tests of the rules share.
+//! A controller that is reloaded while it runs, in virtual time: shared by the tests of the rules.
 
 use crate::support::plc::{Plc, of_ladder};
 use crate::support::run;
@@ -6,7 +6,7 @@ use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
 use rungd::reload::{OldMemory, ReloadPlan, Side};
 
-/// A controller that is reloaded in the middle.
+/// A controller that is reloaded while it runs.
 pub struct Reloaded {
     pub plc: Plc,
     pub forces: Vec<Cell>,
@@ -19,7 +19,7 @@ pub fn plc(ladder: &str) -> Reloaded {
     Reloaded { plc, forces: Vec::new(), report: Vec::new() }
 }
 
-/// Main with these rungs.
+/// A controller whose Main has these rungs.
 pub fn main_with(rungs: &str) -> Reloaded {
     plc(&main_text(rungs))
 }

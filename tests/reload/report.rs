@@ -1,7 +1,7 @@
-//! The difference report held against the engine's memory behind the swap, on random pairs of
-//! programs: one from the generator of the reference model, the other made of it by edits.
+//! Compares the difference report with the engine's memory after the swap, for random pairs of
+//! programs: one from the reference model's generator, the other an edited copy of it.
 //!
-//! `RUNGD_PROPERTY_PROGRAMS` (30) of them from `RUNGD_PROPERTY_SEED` (1) on.
+//! Tests `RUNGD_PROPERTY_PROGRAMS` (30) pairs from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
 #[allow(dead_code, unused_imports)]
 use std::collections::HashSet;
@@ -52,7 +52,7 @@ fn elements(case: &mut Case, block: usize) -> Vec<&mut Vec<Rung>> {
     std::iter::once(&mut block.rungs).chain(stages).collect()
 }
 
-/// Takes away, moves or renames something.
+/// Removes or moves a block, a Stage or a rung.
 fn edit(case: &mut Case, rng: &mut Rng) {
     let block = rng.below(case.blocks.len());
     let fixed = |name: &str| name == "Main" || BUILTIN.contains(&name);
@@ -93,7 +93,7 @@ fn edit(case: &mut Case, rng: &mut Rng) {
     }
 }
 
-/// Takes away every rung that speaks of a block.
+/// Removes every rung that names a block.
 fn forget(case: &mut Case, name: &str) {
     for block in 0..case.blocks.len() {
         for list in elements(case, block) {
@@ -128,7 +128,7 @@ fn push_arrays(case: &mut Case, rng: &mut Rng) {
     }
 }
 
-/// Moves or renames the array with addresses, or neither.
+/// Moves or renames the array with addresses, or leaves it.
 fn move_addresses(case: &mut Case, rng: &mut Rng) {
     let Some(array) = case.tags.iter_mut().find(|tag| tag.name == "k_ints") else { return };
     match rng.below(4) {
@@ -139,7 +139,7 @@ fn move_addresses(case: &mut Case, rng: &mut Rng) {
     }
 }
 
-/// One of a few edits that can be loaded.
+/// Tries a few random edits, and returns the first one that can be loaded.
 fn edited(case: &Case, rng: &mut Rng) -> Option<Loaded> {
     (0..20).find_map(|_| {
         let mut other = case.clone();
@@ -155,7 +155,7 @@ struct Swap<'a> {
     new: &'a Loaded,
     bits: Vec<u8>,
     words: Vec<i32>,
-    /// The new memory, right behind the swap.
+    /// The new memory right after the swap.
     after: &'a Image,
     plan: &'a ReloadPlan,
 }
@@ -165,13 +165,13 @@ impl Swap<'_> {
         self.bits[self.old.symbols.layout.bit(bit).0 as usize] != 0
     }
 
-    /// Whether the engine leaves a tag's value behind.
+    /// Whether the engine does not transfer a tag's value.
     fn leaves(&self, tag: &str) -> bool {
         let cell = |of: &Loaded| run::cell(&of.program, &of.symbols, tag).expect(tag);
         self.plan.transfer.cell(cell(self.old)) != Some(cell(self.new))
     }
 
-    /// How many elements of an array of three words have another value behind the swap.
+    /// The number of elements, in an array of three words, whose value differs after the swap.
     fn differing(&self, array: &str) -> usize {
         let differs = |n: &i32| {
             let name = format!("{array}[{n}]");
@@ -182,7 +182,7 @@ impl Swap<'_> {
         (0..3).filter(differs).count()
     }
 
-    /// What a line of the report claims holds.
+    /// Whether the claim of a line of the report is true.
     fn holds(&self, line: &str) -> bool {
         let words: Vec<&str> = line.split_whitespace().collect();
         let new = |name: &str| self.new.value(self.after, name);
@@ -202,7 +202,7 @@ impl Swap<'_> {
             ["Program" | "Task", block, "is", "new,", "and", "starts"] => new(&running(block)) == 1,
             ["Program" | "Task", block, "is", "new"] => new(&running(block)) == 0,
             ["Program", block, "begins", "at", "its", "Stage", stage] => {
-                // One that was just restarted has its first turn to come: no Stage is ON before.
+                // A Program that was just restarted has not run yet, so none of its Stages is ON.
                 let begin = format!("{block}.");
                 let mut stages = self.new.symbols.stages.iter();
                 new(stage) == 1 || !stages.any(|name| name.starts_with(&begin) && new(name) == 1)
@@ -238,7 +238,7 @@ impl Swap<'_> {
         }
     }
 
-    /// What stopped running, or was driven OFF, without a word of it.
+    /// Blocks that stopped running and bits that went OFF without a line of the report.
     fn missed(&self, report: &[String]) -> Vec<String> {
         let says = |begin: String| report.iter().any(|line| line.starts_with(&begin));
         let mut missed = Vec::new();
@@ -262,7 +262,7 @@ impl Swap<'_> {
         for n in (0..2048).filter(|_| !gone) {
             for space in [BitSpace::Y, BitSpace::C] {
                 let bit = Bit::Space(space, n);
-                // A tag with a `type` takes its bit along.
+                // A tag with a `type` keeps its bit when its place changes.
                 let from = Cell::Bit(self.old.symbols.layout.bit(bit));
                 let to = self.plan.transfer.cell(from);
                 let is_on = matches!(to, Some(Cell::Bit(to)) if self.after.bit(to));
@@ -288,7 +288,7 @@ fn acc(of: &str) -> String {
     if of.starts_with('N') { format!("{of}.ACC") } else { format!("{of}.Acc") }
 }
 
-/// Looks at a swap; the lines that the forecast had otherwise.
+/// Checks a swap; returns the number of lines in which the dry run's forecast differs.
 fn judge(
     seed: u64,
     case: &Case,
@@ -347,7 +347,7 @@ fn a_report_says_what_the_engine_does() {
             if scan % every != 0 {
                 continue;
             }
-            // The swap is made in a copy: the program goes on without it.
+            // The swap is made in a copy; the program itself continues unchanged.
             let mut copy = again(&mut engine, &old);
             let (bits, words) = (copy.image().bits().to_vec(), copy.image().words().to_vec());
             let layout = &engine.program().layout.clone();
@@ -372,7 +372,7 @@ fn a_report_says_what_the_engine_does() {
     println!("{swaps} swaps, {lines} lines, {otherwise} of them forecast otherwise");
 }
 
-/// The same program in the same state: a reload of the identical one leaves no trace.
+/// A copy of the engine, made by a reload of the identical program, which leaves no trace.
 fn again(engine: &mut Engine, of: &Loaded) -> Engine {
     let mut copy = Engine::new(of.code.clone());
     copy.adopt(engine, &ReloadPlan::new(of.side(), of.side()).transfer, true, &[]);

@@ -1,5 +1,5 @@
-//! What a reload keeps, terminates and begins anew, of instructions and their histories: a named
-//! case for every rule of `docs/semantics.md`, section 4, *Reload*.
+//! The instructions and histories that a reload keeps, terminates or starts again: a named case for
+//! every rule of `docs/semantics.md`, section 4, *Reload*.
 
 use crate::reloaded::*;
 
@@ -36,7 +36,7 @@ fn a_structure_follows_its_address_whatever_else_of_the_rung_was_edited() {
 fn another_mnemonic_terminates_the_old_and_begins_anew() {
     counted()
         .main("rung = [ { leg.dn = [\"X0\"], leg.rst = [\"X1\"], do = [\"CNTDN CT0 preset=5\"] } ]")
-        .says("CT0 begins anew: CNTDN in Main, was CNT in Main")
+        .says("CT0 starts again: CNTDN in Main, was CNT in Main")
         .holds([("CT0.Acc", 0), ("CT0.Reset", 0)])
         .scan(&[("X0", 0)])
         .holds([("CT0.Acc", 5)]);
@@ -48,7 +48,7 @@ fn another_block_begins_anew() {
         format!("rung = [ {ON} ]\n[[program]]\nname = \"Side\"\nautostart = true\n{}", cnt("12"));
     counted()
         .main(&side)
-        .says("CT0 begins anew: CNT in Side, was CNT in Main")
+        .says("CT0 starts again: CNT in Side, was CNT in Main")
         .says("Program Side is new, and starts")
         .holds([("CT0.Acc", 0)]);
 }
@@ -220,7 +220,7 @@ fn a_history_follows_the_name_of_its_rung_only_to_its_own_kind() {
     };
     check("\"rise(X0)\"", "\"fall(X1)\"", &[], 0);
     check("\"rise(X0)\"", "\"fall(X0)\"", &[], 0);
-    // A `fall` has seen its own bit alone.
+    // The history of a `fall` is only about its own bit.
     check("\"fall(X0)\"", "\"fall(X1)\"", &[], 0);
     check("\"rise(X0)\"", "\"rise(X1)\"", &[("X1", 1)], 0);
     check("\"rise(X0)\"", "\"!rise(X5)\", \"rise(X0)\"", &[], 0);

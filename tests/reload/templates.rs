@@ -1,5 +1,5 @@
-//! What a reload keeps of the uses of templates: everything that has a name, whatever is added
-//! before it or edited around it.
+//! A reload keeps everything in the uses of templates that has a name, whatever is added before it
+//! or edited around it.
 
 use crate::reloaded::*;
 
@@ -38,7 +38,7 @@ leg.rst = ["$Off"]
 do      = ["CNT done preset=9"]
 "#;
 
-/// Two pumps, of which the second runs.
+/// Two pumps; the second one runs.
 fn running() -> Reloaded {
     plc(&station(PUMP, &[("p1", "X0"), ("p3", "X2")])).scan(&[("X2", 1)]).scans(2).holds([
         ("p3.starts", 1),

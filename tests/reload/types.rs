@@ -1,4 +1,4 @@
-//! Reloads of tags with a `type`: everything follows the name, wherever its place is.
+//! Reloads of tags with a `type`: values follow the name, even if the place changes.
 
 use crate::reloaded::{Reloaded, plc};
 
@@ -25,7 +25,7 @@ const RUNGS: &str = r#"
 { when = ["X2"], do = ["SET jam", "MATH level = level * 2", "MOVE 40 to=size"] },
 "#;
 
-/// A tag of each type that comes before the others, and one that comes behind.
+/// A tag of each type whose place comes before the others, and one that comes after them.
 const MORE: &str = r#"
 a1 = { type = "timer", spare = true }
 a2 = { type = "counter", spare = true }
@@ -67,7 +67,7 @@ fn a_tag_before_others_moves_places_and_nothing_changes() {
     }
     is.holds(HOLDS)
         .holds([("a4", 7), ("a7", 1), ("a1.Acc", 0), ("z", 0)])
-        // The legs and contacts are ON still: no edge.
+        // The legs and contacts are still ON: no edge.
         .scan(&[])
         .holds([("hours.Acc", 20), ("parts.Acc", 2), ("drum.ACC", 2), ("code", 1), ("seen", 0)])
         .scan(&[("X0", 0)])
@@ -105,7 +105,7 @@ fn another_type_begins_anew() {
     run()
         .force("code", 900)
         .reload(&ladder(&other, RUNGS))
-        .says("tag code was `word` and is `int`: it begins anew; its force ends")
+        .says("tag code changed from `word` to `int`: it starts again; its force ends")
         .holds([("code", 0), ("size", 40), ("parts.Acc", 2)]);
 }
 
@@ -268,7 +268,8 @@ fn an_array_with_new_elements_has_one_line() {
     let less = more.holds([("recipe[1]", 7), ("recipe[5]", 9)]).reload(&ladder(&array(2), rungs));
     assert_eq!(
         about(&less),
-        ["tag recipe has 2 elements instead of 6; gone, with the values: recipe[2] to recipe[5]"]
+        ["tag recipe has 2 elements instead of 6; removed, with their values: recipe[2] to \
+          recipe[5]"]
     );
     less.holds([("recipe[1]", 7)]);
 }

@@ -1,5 +1,5 @@
-//! The real binary with memory that another program kept: nothing of it fits, what the former
-//! program would have reset, a preset that is another now.
+//! The real binary with memory that a different program kept: memory that does not fit, values that
+//! the former program would have reset, and a changed preset.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ fn write(plant: &Plant, name: &str, text: &str) {
     fs::write(plant.0.join(name), text).unwrap();
 }
 
-/// A controller that keeps `ranges`; `more` stands in `[retain]`.
+/// A controller that keeps `ranges`; `more` has further lines of `[retain]`.
 fn keeps(ranges: &str, more: &str) -> String {
     format!(
         "ladder = [\"ladder.toml\"]\nscan.period = \"2ms\"\n[operator]\nsocket = \"op\"\n\
@@ -34,7 +34,7 @@ fn main(tags: &str, rungs: &str) -> String {
     format!("[tags]\n{tags}\n[[program]]\nname = \"Main\"\nrung = [\n{rungs}\n]\n")
 }
 
-/// Runs until memory was kept, and dies without a termination pass.
+/// Runs until memory is kept, then kills the process without a termination pass.
 fn run_and_kill(plant: &Plant) {
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
@@ -162,7 +162,7 @@ fn a_preset_that_the_ladder_states_anew_counts_and_not_the_retained_one() {
     let (mut running, preset, told) = start(&counts(" preset=3"), "N0.PRE");
     assert_eq!(preset, "3");
     assert_ne!(read(&plant, "N0.ACC"), "0");
-    assert!(told.ends_with("it was 10, 10 in the ladder then, and is 3 now"), "{told}");
+    assert!(told.ends_with("it was 10 (the ladder had 10), and is 3 now"), "{told}");
     ask(&plant, &["write", "N0.PRE", "7"]);
     running.stop();
     let (mut running, preset, _) = start(&counts(" preset=3"), "restored: image");

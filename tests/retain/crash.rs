@@ -1,14 +1,15 @@
-//! The real binary killed at random, its disk cut off, filled, made read-only and stalled: what is
-//! restored is one scan's image, what was told to be durable is there, and no scan is missed.
+//! The real binary is killed at random, and its disk is cut off, full, read-only or stalled. Every
+//! restored image is one scan's, every image that was reported as durable is there, and no scan is
+//! missed.
 //!
-//! The normal run does a few of each. A thousand kills, a hundred cuts, a stall of 30 s:
+//! The normal run makes a few of each. A thousand kills, a hundred cuts and a stall of 30 s:
 //!
 //! ```console
 //! cargo test --release --test retain crash -- --ignored --nocapture --test-threads 1
 //! ```
 //!
-//! Cuts and stalls want root and a loop device: an ext4 image is shut down without its journal
-//! being written, unmounted, mounted and looked at; or it is frozen.
+//! Cuts and stalls require root and a loop device. For a cut, an ext4 image is shut down without
+//! writing its journal, unmounted, mounted again and checked. For a stall, it is frozen.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -24,7 +25,7 @@ use rungd::operator::protocol::{Request, Status};
 
 const PERIOD: Duration = Duration::from_millis(2);
 
-/// A generator of numbers, the same for the same seed.
+/// A generator of numbers; the same seed gives the same numbers.
 struct Numbers(u64);
 
 impl Numbers {
@@ -34,16 +35,16 @@ impl Numbers {
     }
 }
 
-/// What the controller says of itself; `None` where it does not answer (yet).
+/// The controller's status; `None` if it does not answer (yet).
 pub fn status(plant: &Plant) -> Option<Status> {
     client::ask(&plant.0.join("op"), &Request::Status {}).ok()
 }
 
-/// One life after another: each goes on where the file says that the one before was.
+/// Successive processes ("lives") on one file: each continues from the image of the process before.
 struct Lives {
     numbers: Numbers,
     lives: u64,
-    /// The most scans that a death cost.
+    /// The most scans that the end of a process lost.
     lost_most: u64,
     scans: u64,
 }
@@ -53,8 +54,7 @@ impl Lives {
         Lives { numbers: Numbers(1), lives: 0, lost_most: 0, scans: 0 }
     }
 
-    /// Starts rungd, lets it run for a random time, ends it by `death`, and looks at the file as it
-    /// then is.
+    /// Starts rungd, lets it run for a random time, ends it by `death`, and checks the file.
     fn one(&mut self, plant: &Plant, path: &Path, death: impl FnOnce(&mut Running)) {
         let before = held(path);
         let mut running = Running::new(&mut plant.command(&[] as &[&str]));
@@ -77,8 +77,8 @@ impl Lives {
         self.scans += done;
     }
 
-    /// Until there were `count` lives, and one of them has kept something: on a busy machine a life
-    /// may end before its first image.
+    /// Whether more lives are needed: at least `count`, and until one of them has kept an image. On
+    /// a busy machine a life may end before its first image.
     fn are_to_go_on(&self, count: u64, path: &Path) -> bool {
         let has_kept = held(path).is_some_and(|held| held.count > 0);
         assert!(has_kept || self.lives < 100 * count, "no life keeps anything");
@@ -139,19 +139,20 @@ impl Disk {
         shell(&["umount".as_ref(), self.at.as_os_str()])
     }
 
-    /// The power fails: what is not on the disk by now never comes there.
+    /// The power fails: nothing more is written to the disk.
     fn cut(&self) {
         const SHUTDOWN: libc::c_ulong = 0x8004_587D;
         const WITHOUT_LOG_FLUSH: u32 = 2;
         let root = File::open(&self.at).unwrap();
-        // SAFETY: the call reads a number that lives through it.
+        // SAFETY: the call reads a number that outlives the call.
         let done = unsafe { libc::ioctl(root.as_raw_fd(), SHUTDOWN as _, &WITHOUT_LOG_FLUSH) };
         assert_eq!(done, 0, "{}", std::io::Error::last_os_error());
     }
 
-    /// Mounts it as it is on the disk. Another test's mount namespace may hold the file system for a
-    /// while: until it lets go, a mount finds it as it was cut, and nothing can be written. A
-    /// process that another test starts may hold its root open: until then there is no unmount.
+    /// Mounts the file system again with its contents on the disk. A different test's mount
+    /// namespace may hold it for a while: meanwhile a mount finds it still shut down, and nothing
+    /// can be written. A process of a different test may hold its root open: meanwhile it cannot be
+    /// unmounted.
     fn mount_anew(&self) {
         let (probe, mut is_mounted) = (self.at.join("probe"), true);
         until(|| {
@@ -180,7 +181,7 @@ impl Drop for Disk {
 }
 
 fn on_disk() -> (Plant, PathBuf) {
-    // A busy machine, or a test that holds it up, is no fault here.
+    // A long watchdog, because a busy machine or a test may delay the controller.
     let keeps = format!("scan.watchdog = \"30s\"\n{KEEPS}");
     let plant = Plant::new(COUNTS, &keeps.replace("\"memory\"", "\"disk/memory\""));
     let path = plant.0.join("disk/memory");
@@ -204,7 +205,7 @@ fn cuts(count: u64) {
     lives.told("power cut", begin);
 }
 
-/// A controller on a disk of its own.
+/// A controller with its own disk.
 struct OnDisk {
     running: Running,
     disk: Disk,
@@ -221,7 +222,7 @@ impl OnDisk {
         Some(OnDisk { running, disk, plant, path })
     }
 
-    /// Stops it: what its scans were like.
+    /// Stops the controller; returns the statistics of its scans.
     fn scans(mut self, what: &str, time: Duration) -> Scans {
         let lines = self.running.stop();
         scans_are_accounted_for(&lines, PERIOD, time);
@@ -238,7 +239,7 @@ impl OnDisk {
     }
 }
 
-/// What a run's scans were like.
+/// The statistics of a run's scans.
 struct Scans {
     done: f64,
     lost: f64,
@@ -247,7 +248,8 @@ struct Scans {
 }
 
 impl Scans {
-    /// As good as others of the same time on the same machine, but for chance.
+    /// Whether these scans are as good as other scans of the same time on the same machine, with
+    /// room for chance.
     fn are_as_good_as(&self, others: &Scans) -> bool {
         let some = self.done / 100.0;
         self.lost <= 2.0 * others.lost + some
@@ -256,14 +258,14 @@ impl Scans {
     }
 }
 
-/// So often a stalled run and its control may differ: the machine's noise meets either of them,
-/// what a stall does meets the same one every time. With six busy loops on two processors, the
-/// stalled one is worse in 5 of 32 rounds, and in 4 of 32 if nothing stalls at all.
+/// The most rounds until a stalled run is as good as its control. The machine's noise affects
+/// either run, but a stall affects the same run every time. With six busy loops on two processors,
+/// the stalled run is worse in 5 of 32 rounds, and in 4 of 32 without a stall.
 const ROUNDS: usize = 10;
 
-/// Two controllers at once, each on a disk of its own, and for a time something happens to one of
-/// them. The scans of that one, and of the other, its control. The start of the second one disturbs
-/// the first, so the trouble meets them in turns, by the round.
+/// Runs two controllers at once, each with its own disk. For a time, `happens` troubles one of
+/// them. Returns the scans of the troubled one and of the other one, its control. The start of the
+/// second controller disturbs the first, so the round decides which one is troubled.
 fn with_control(
     round: usize,
     time: Duration,
@@ -282,8 +284,8 @@ fn with_control(
     Some([troubled, control.scans("its control", time)])
 }
 
-/// The scans of a controller whose disk stalls are as good as its control's: the machine is neither
-/// blamed nor an excuse.
+/// Checks that the scans of a controller with a stalled disk are as good as its control's, so that
+/// the machine's load does not matter.
 fn stall(time: Duration) {
     for round in 1..=ROUNDS {
         let stalls = |on: &OnDisk, begins: bool| on.disk.freeze(begins);
@@ -300,7 +302,7 @@ fn stall(time: Duration) {
 
 #[test]
 fn the_control_shows_a_controller_that_is_held_up() {
-    // Longer each time, up to 20 s: a busy machine takes scans from the control too.
+    // Each delay is longer, up to 20 s, because a busy machine delays the control too.
     for round in 1..=6 {
         let hold = Duration::from_millis(80) * 3_u32.pow(round as u32 - 1);
         let held_up = |on: &OnDisk, begins: bool| {
@@ -354,7 +356,7 @@ fn a_stall_of_30_s() {
     stall(Duration::from_secs(30));
 }
 
-/// rungd with its file on a tmpfs of a size, in a mount namespace of its own.
+/// rungd with its file on a tmpfs of a given size, in its own mount namespace.
 fn on_tmpfs(size: &str, before: &str) -> Option<(Plant, Running, PathBuf)> {
     let (plant, _) = on_disk();
     let at = plant.0.join("disk");
@@ -388,7 +390,7 @@ fn a_disk_without_room_costs_no_scan_and_is_used_once_there_is_some() {
         return skip(Need::MountNamespace, "no way into the mount namespace");
     }
     assert_eq!(running.line("is written again")["event"], "retain-recovered");
-    // Made in full by then: what fills the disk later takes nothing from it.
+    // The file has its full size by now, so a full disk takes nothing from it.
     let fill = File::create(seen.join("fill"))
         .and_then(|mut fill| std::io::copy(&mut std::io::repeat(1), &mut fill));
     assert!(fill.is_err(), "the disk is full");

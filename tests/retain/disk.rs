@@ -1,8 +1,8 @@
-//! A disk in memory whose power fails, whose calls fail, and which forgets what was not synced.
+//! A disk in memory whose power fails, whose calls fail, and which loses unsynced data.
 //!
-//! Sectors are written whole or not at all, in any order, until a sync returns. A sync that fails
-//! drops what it could not write and calls it clean, as Linux does: reads go on showing it, later
-//! syncs succeed, and whether it is on the disk nobody knows.
+//! Until a sync returns, sectors are written in any order, each in whole or not. A failed sync
+//! marks the unwritten sectors as clean, as Linux does: reads still return them, later syncs
+//! succeed, and it is unknown whether they are on the disk.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -11,32 +11,32 @@ use std::rc::Rc;
 
 use rungd::retain::Storage;
 
-/// What the n-th call comes to.
+/// The failure of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The errno.
+    /// An error with this errno.
     Errno(i32),
-    /// Less is written or read than was asked for; of a sync, an error.
+    /// Less is written or read than requested; a sync returns an error.
     Short,
 }
 
 pub struct Disk {
     pub sector: usize,
-    /// What is on the disk for sure.
+    /// The contents that are certainly on the disk.
     pub durable: Vec<u8>,
-    /// What reads show.
+    /// The contents that reads return.
     pub cache: Vec<u8>,
-    /// Sectors of which nobody knows: each content that may be on the disk instead.
+    /// Sectors with unknown contents: the contents that may be on the disk instead.
     pub unsure: BTreeMap<usize, Vec<Vec<u8>>>,
-    /// Written since the last sync.
+    /// The sectors written since the last sync.
     dirty: Vec<usize>,
-    /// At most so many bytes are taken at a time.
+    /// The most bytes that one write accepts.
     pub most: usize,
-    /// Which calls fail, from when on and for how many calls.
+    /// The fault, the number of the first call that fails, and the count of such calls.
     pub fault: Option<(Fault, u64, u64)>,
     pub calls: u64,
     pub syncs_failed: u64,
-    /// Called at every step in which a cut is worth a look.
+    /// Called after every step at which a power cut should be tested.
     pub watch: Option<Watch>,
 }
 
@@ -79,8 +79,8 @@ impl Handle {
 }
 
 impl Disk {
-    /// Every content that a power cut may leave, one after the other, in place; false from `look`
-    /// ends it. At most `most` of them; gives how many there were.
+    /// Calls `look` with every content that a power cut may leave, one after another. Returns their
+    /// number.
     pub fn cuts(&self, mut look: impl FnMut(&[u8])) -> u64 {
         let mut state = self.durable.clone();
         let sectors: Vec<_> = self.unsure.iter().collect();
@@ -106,12 +106,13 @@ impl Disk {
         }
     }
 
-    /// How many contents a power cut may leave.
+    /// The number of contents that a power cut may leave.
     pub fn cut_count(&self) -> u64 {
         self.unsure.values().fold(1_u64, |all, v| all.saturating_mul(v.len() as u64 + 1))
     }
 
-    /// The power fails: each sector that is unsure is what `choose` says (0: as before).
+    /// The power fails: `choose` selects the content of each unsure sector (0: the durable
+    /// content).
     pub fn cut(&mut self, mut choose: impl FnMut(usize) -> usize) {
         for (sector, versions) in std::mem::take(&mut self.unsure) {
             let place = sector * self.sector..(sector + 1) * self.sector;

@@ -1,9 +1,9 @@
-//! Whatever a disk does, what is found on it is exactly one scan's image, and none that was
-//! acknowledged as durable is lost.
+//! Whatever a disk does, the image found on it is exactly one scan's, and no image acknowledged as
+//! durable is lost.
 //!
-//! The disk is in memory: every content that a power cut may leave is looked at, every bit is
-//! flipped, every call fails once. The normal run does a seeded part of it; all of it, with its
-//! figures:
+//! The disk is in memory. Every content that a power cut may leave is checked, every bit is
+//! flipped, and every call fails once. The normal run makes a random part of these tests; all of
+//! them, with figures:
 //!
 //! ```console
 //! cargo test --release --test retain disk_states -- --ignored --nocapture
@@ -19,7 +19,7 @@ use rungd::retain::slots::{Slots, Survey, survey};
 
 const FAULTS: [Fault; 4] = [Fault::Errno(5), Fault::Errno(28), Fault::Errno(4), Fault::Short];
 
-/// A generator of numbers, the same for the same seed.
+/// A generator of numbers; the same seed gives the same numbers.
 struct Numbers(u64);
 
 impl Numbers {
@@ -29,7 +29,7 @@ impl Numbers {
     }
 }
 
-/// An image of a scan: its number in front and at the end, words that differ from scan to scan, and
+/// An image of a scan: the scan's number at both ends, words that differ from scan to scan, and
 /// their sum.
 fn image(scan: u64, bytes: usize) -> Vec<u8> {
     let mut numbers = Numbers(scan);
@@ -55,7 +55,7 @@ fn geometry(content: usize) -> Geometry {
     Geometry { slot_bytes, slots: 4, id: 0x5EED }
 }
 
-/// The scan whose image is found, after a look that it is that image and no other.
+/// The scan of the newest image; checks that it is exactly that scan's image.
 fn found(survey: &Survey, images: &[Vec<u8>]) -> u64 {
     let Some(newest) = &survey.newest else { return 0 };
     let scan = newest.stamp.scan;
@@ -66,13 +66,13 @@ fn found(survey: &Survey, images: &[Vec<u8>]) -> u64 {
     scan
 }
 
-/// The scan that is found on bytes; the file itself must be readable.
+/// The scan of the newest image in these bytes; the file's header must be readable.
 fn found_on(bytes: &[u8], images: &[Vec<u8>]) -> u64 {
     let survey = survey(&mut Bytes(bytes)).expect("the header is durable");
     found(&survey, images)
 }
 
-/// Saves so many images, and looks at every content that a cut may leave after every call.
+/// Saves `saves` images, and checks every content that a power cut may leave after every call.
 fn every_subset(sector: usize, content: usize, saves: u64) -> u64 {
     let geometry = geometry(content);
     let images: Vec<_> = (0..=saves).map(|scan| image(scan, content)).collect();
@@ -112,7 +112,8 @@ fn six(content: usize) -> (Vec<u8>, Vec<Vec<u8>>, Geometry) {
     (bytes, images, geometry)
 }
 
-/// Flips bits one by one: the newest image is found, or the one before where it was hit itself.
+/// Flips bits one by one: the newest image is found, or the image before it if the bit is in the
+/// newest one.
 fn flips(bits: impl Iterator<Item = usize>) -> u64 {
     let (mut bytes, images, _) = six(3000);
     let newest = survey(&mut Bytes(&bytes)).unwrap().newest.unwrap();
@@ -132,8 +133,7 @@ fn flips(bits: impl Iterator<Item = usize>) -> u64 {
     count
 }
 
-/// Each call fails, one after the other, and several in a row; saves are tried again as the keeper
-/// does.
+/// Lets each call fail, alone and with others in a row; saves are retried as the keeper does.
 fn nth_call_fails(sector: usize, content: usize) -> u64 {
     let geometry = geometry(content);
     let images: Vec<_> = (0..=13).map(|scan| image(scan, content)).collect();
@@ -176,7 +176,7 @@ fn nth_call_fails(sector: usize, content: usize) -> u64 {
     states
 }
 
-/// Reading fails at each call: nothing wrong is found, and the file is not taken for foreign.
+/// Lets each reading call fail: no wrong image is found, and the file does not count as foreign.
 fn nth_read_fails() -> u64 {
     let (bytes, images, _) = six(3000);
     let mut count = 0;
@@ -199,7 +199,7 @@ fn nth_read_fails() -> u64 {
     count
 }
 
-/// Lives of a controller, one after the other, on one disk: saves, failures, kills, cuts.
+/// Successive processes ("lives") of a controller on one disk: saves, failures, kills, power cuts.
 fn lives(seed: u64, count: u64) -> u64 {
     let mut numbers = Numbers(seed);
     let content = 200 + numbers.below(6000) as usize;
@@ -231,7 +231,7 @@ fn lives(seed: u64, count: u64) -> u64 {
             0 => {}
             1 => disk.cut(|versions| numbers.below(versions as u64) as usize),
             _ => {
-                // In the midst of one more save, as far as a cut is concerned.
+                // A power cut in the middle of a further save.
                 drop(disk);
                 scan += 1;
                 let midst = Handle(slots.device().0.clone());
@@ -348,7 +348,7 @@ fn what_was_written_is_looked_for_and_what_failed_is_in_doubt() {
     assert!(!slots.has(&second, &image(2, 300)).unwrap(), "an older copy lies there");
     disk.0.borrow_mut().cache = newer;
     assert!(slots.has(&second, &image(2, 300)).unwrap() && !slots.is_doubted());
-    // The header is read, and then the image is not written.
+    // Reading the header succeeds, and writing the image fails.
     let calls = disk.0.borrow().calls;
     disk.0.borrow_mut().fault = Some((Fault::Errno(5), calls + 2, 100));
     assert!(slots.save(stamp(3), &image(3, 300)).is_err() && slots.is_doubted());

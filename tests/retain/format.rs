@@ -1,4 +1,4 @@
-//! `docs/retain-format.md`: the reader that stands there reads what rungd writes.
+//! `docs/retain-format.md`: the reader on the page reads rungd's files.
 
 use crate::disk;
 use crate::support::needs::not_installed;
@@ -10,8 +10,9 @@ use rungd::retain::content::RetainedElement;
 use rungd::retain::format::{Geometry, Stamp, put_slot};
 use rungd::retain::slots::{Slots, survey};
 
-/// A content by hand, as the page has it: D3 and the tag `level` in D4, which has no address; C5 of
-/// an OUT, CT0 of a UDCG, R7; an SR from C5 on, whose CLK was ON, and another one.
+/// A hand-made content in the page's format: D3; the tag `level` in D4, which has no address; C5 of
+/// an OUT; CT0 of a UDCG; R7; an SR from C5 on, whose CLK was ON; and a second SR, whose CLK was
+/// OFF.
 fn content() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut put = |numbers: &[u32]| numbers.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
@@ -52,7 +53,7 @@ fn the_reader_of_the_page_reads_what_is_written() {
         slots.save(Stamp { sequence: 0, scan, saved_ms: 0, flags: 0 }, &content).unwrap();
     }
     let mut bytes = disk.0.borrow().durable.clone();
-    // The first copy of the header and the newest but one image are damaged.
+    // Damage the first copy of the header and the second newest image.
     bytes[3] ^= 1;
     bytes[geometry.slot_at(3) as usize + 70] ^= 1;
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("retain-format");
@@ -73,7 +74,7 @@ fn the_reader_of_the_page_reads_what_is_written() {
     );
 }
 
-/// A disk with images 1 to 3 in slots 0 to 2 of 4, and how it is divided.
+/// A disk with images 1 to 3 in slots 0 to 2 of 4, and its geometry.
 fn three_images() -> (disk::Handle, Geometry) {
     let content = content();
     let geometry = Geometry::for_content(content.len(), 77);
@@ -89,7 +90,7 @@ fn stamp(sequence: u64, scan: u64) -> Stamp {
     Stamp { sequence, scan, saved_ms: 0, flags: 0 }
 }
 
-/// Puts a whole image into a slot, whatever was there.
+/// Overwrites a slot with a whole image.
 fn put(disk: &disk::Handle, geometry: &Geometry, slot: usize, image: (Stamp, &[u8])) {
     let mut bytes = Vec::new();
     put_slot(&mut bytes, geometry.id, &image.0, image.1);
@@ -108,7 +109,7 @@ fn of_two_images_with_one_number_the_first_in_the_file_counts() {
     put(&disk, &geometry, 1, (stamp(3, 50), &content()));
     let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
     assert_eq!((found.slot, found.stamp.scan), (1, 50));
-    // What is written next lies elsewhere and has the next number.
+    // The next image is written to a different slot and has the next number.
     let (mut slots, _) = Slots::open(disk.clone()).unwrap();
     assert_eq!(slots.save(stamp(0, 60), &content()).unwrap().0.sequence, 4);
     let found = survey(&mut disk.clone()).unwrap().newest.unwrap();

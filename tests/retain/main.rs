@@ -1,4 +1,4 @@
-//! Retentive memory: its file on every kind of disk, and the binary that keeps it.
+//! Retentive memory: its file on every kind of disk, and the real binary that keeps it.
 
 mod changed;
 mod crash;
@@ -13,7 +13,7 @@ mod rig;
 mod run;
 mod shifts;
 
-/// A binary uses a part of what they share.
+/// Each test binary uses only a part of the shared modules.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -1,4 +1,4 @@
-//! A plant whose memory tells by itself whether it is one scan's, and a look into its file.
+//! A plant whose memory shows whether it is from one scan, and a reader of its file.
 
 use std::path::{Path, PathBuf};
 
@@ -10,18 +10,18 @@ use serde_json::Value;
 
 pub use crate::support::process::*;
 
-/// D0 counts scans, D1 is the sum of all its values, D3999 is D0 again; CT0 counts every second
-/// scan, and MI1 would be ON only in a mixture.
+/// D0 counts scans, D1 is the sum of all values of D0, D3999 is a copy of D0, and CT0 counts every
+/// second scan.
 pub const COUNTS: &str = "[[program]]\nname = \"Main\"\nrung = [\n\
     { when = [\"$On\"], do = [\"ADD D0 1 to=D0\", \"ADD D1 D0 to=D1\", \"MOVE D0 to=D3999\"] },\n\
     { leg.up = [\"$ScanToggle\"], leg.dn = [\"$Off\"], do = [\"UDCG CT0 up-preset=5\"] },\n\
     { when = [\"X5\"], do = [\"SET C1\"] },\n]\n";
 
-/// Scans every 2 ms, keeps every 20 ms.
+/// Scans every 2 ms, and keeps memory every 20 ms.
 pub const KEEPS: &str = "scan.period = \"2ms\"\n[retain]\nranges = [\"D0..D3999\", \"CT0\"]\n\
     file = \"memory\"\ninterval = \"20ms\"\ncold-start = \"run\"\n[operator]\nsocket = \"op\"\n";
 
-/// What a file holds that such a plant wrote.
+/// The contents of a file that such a plant wrote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Held {
     pub sequence: u64,
@@ -30,8 +30,8 @@ pub struct Held {
     pub counter: i32,
 }
 
-/// Runs so many scans: the lines. It ends with 0, or with 74 where it said that the last image is
-/// lost.
+/// Runs a number of scans; returns the lines of the log. The exit code must be 0, or 74 if the log
+/// reports that the last image is lost.
 pub fn run(plant: &Plant, scans: &str) -> Vec<Value> {
     let mut running = Running::new(plant.command(&[] as &[&str]).args(["--scans", scans]));
     let lines = running.rest();
@@ -43,7 +43,7 @@ pub fn file(plant: &Plant) -> PathBuf {
     plant.0.join("memory")
 }
 
-/// The newest image of a file, after a look that it is one scan's; `None`: it has none.
+/// The newest image of a file, or `None`; checks that the image is from one scan.
 pub fn held(path: &Path) -> Option<Held> {
     let mut device = FileDevice::open(path, Access::Read).ok()?;
     let newest = survey(&mut device).expect("a file of ours").newest?;

@@ -1,4 +1,4 @@
-//! The real binary with tags that have a `type`: they are kept by name, wherever they lie.
+//! The real binary with tags that have a `type`: they are kept by name, in any place.
 
 use std::fs;
 use std::process::Command;
@@ -40,7 +40,7 @@ fn read(plant: &Plant, operand: &str) -> String {
     ask(plant, &["read", operand]).split_whitespace().last().unwrap_or_default().to_owned()
 }
 
-/// More tags before and behind, so that every place is another.
+/// Additional tags before and after the others, so that every place changes.
 const MORE: &str = "a = { type = \"int\", spare = true }\nb = { type = \"counter\", spare = true }\n\
     c = { type = \"bit\", spare = true }\nz = { type = \"int\", spare = true }\n";
 
@@ -123,7 +123,7 @@ fn an_operator_names_tags_and_their_addresses_are_refused() {
         assert!(!told.contains(address), "{told}");
         assert!(!ask(&plant, &["status"]).contains(address));
     }
-    // More tags: the force and the value go along.
+    // With additional tags, the force and the value move to the new places.
     write(&plant, &format!("{MORE}{TAGS}"), RUNGS);
     let told = ask(&plant, &["reload"]);
     assert!(!told.contains("force"), "{told}");
@@ -135,7 +135,7 @@ fn an_operator_names_tags_and_their_addresses_are_refused() {
     let ended = find(&lines, "tag total_c is gone");
     assert_eq!(ended["event"], "reload-difference");
     assert!(message(ended).ends_with("its force ends"), "{ended}");
-    // A refused command is told as it was given.
+    // The log repeats a refused command as it was given.
     let others = lines.iter().filter(|line| line["event"] != "operator-refused");
     let log = others.map(ToString::to_string).collect::<String>();
     assert!(!log.contains("D4095") && !log.contains("C2047"), "{log}");

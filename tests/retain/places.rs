@@ -1,6 +1,6 @@
-//! Where retentive memory lies, and what lies there: symbolic links, which are followed and never
-//! replaced; a file whose numbers are used up; one that is harmed while nothing changes, or cannot
-//! be replaced by a longer one.
+//! The place of retentive memory, and unusual files there: symbolic links, which are followed and
+//! never replaced; a file with no sequence numbers left; a file that is damaged while nothing
+//! changes; and a file that cannot be replaced by a longer one.
 
 use std::fs;
 use std::os::unix::fs::{FileExt, symlink};
@@ -11,7 +11,7 @@ use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::format::{Stamp, put_slot, slot_bytes};
 use rungd::retain::slots::survey;
 
-/// A plant whose file is a link into another folder.
+/// A plant whose file is a link into a different folder.
 fn linked() -> (Plant, PathBuf) {
     let plant = Plant::new(COUNTS, KEEPS);
     fs::create_dir(plant.0.join("far")).unwrap();
@@ -25,7 +25,7 @@ fn is_link(plant: &Plant) -> bool {
     fs::symlink_metadata(file(plant)).unwrap().is_symlink()
 }
 
-/// What lies in a folder, in order of name.
+/// The names in a folder, in order.
 fn names(folder: PathBuf) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     let mut names: Vec<String> =
@@ -158,7 +158,7 @@ fn ask(plant: &Plant, words: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// D0 in the newest image, and whether that lies after an orderly stop.
+/// D0 in the newest image, and whether the image is from after an orderly stop.
 fn kept_d0(plant: &Plant) -> Option<(i32, bool)> {
     let mut device = FileDevice::open(&file(plant), Access::Read).ok()?;
     let newest = survey(&mut device).ok()?.newest?;
@@ -168,14 +168,15 @@ fn kept_d0(plant: &Plant) -> Option<(i32, bool)> {
     Some((found.unwrap().1.word, newest.stamp.flags != 0))
 }
 
-/// Something happens to the file of a controller in which nothing changes; `older` is what the file
-/// was before D0 was 8. What is told to be durable is there, what is not asked for comes by itself.
+/// Damages the file of a controller in which nothing changes. `harm` receives the file's contents
+/// from before D0 was 8. An image reported as durable must be in the file, and without a request
+/// the controller writes the file again by itself.
 #[track_caller]
 fn harmed(harm: impl Fn(&std::path::Path, &[u8])) {
     let plant = Plant::new(STILL, &KEEPS.replace("20ms", "1h"));
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
-    // A write is answered behind a complete scan: before the first, there is nothing to save.
+    // A write is answered after a complete scan: before the first scan, there is nothing to save.
     ask(&plant, &["write", "D0", "7"]);
     ask(&plant, &["retain", "save"]);
     let older = fs::read(file(&plant)).unwrap();
@@ -188,7 +189,7 @@ fn harmed(harm: impl Fn(&std::path::Path, &[u8])) {
     running.line("is written again");
     harm(&file(&plant), &older);
     running.line("is written again");
-    // The controller looks by itself too: the line may be about the harm before.
+    // The controller also checks by itself: the line may be about the first damage.
     until(|| kept_d0(&plant) == Some((8, false)));
     ask(&plant, &["mode", "stop"]);
     ask(&plant, &["retain", "save"]);
@@ -227,13 +228,13 @@ fn a_file_that_an_older_copy_replaces_is_written_again() {
     });
 }
 
-/// A controller whose file is too short for its ranges, and in whose way to a longer one stands
-/// something that cannot be removed.
+/// Checks a controller whose file is too short for its ranges, and cannot grow because an obstacle
+/// cannot be removed.
 #[track_caller]
 fn cannot_grow(plant: &Plant, running: &Running) {
     let told = running.line("cannot be written");
     assert!(message(&told).contains("memory.new is in the way: "), "{told}");
-    // A third has to wait as well as a second.
+    // A second controller still finds the file in use.
     let mut second = Running::new(&mut plant.second());
     second.line("another rungd keeps its memory in this file");
     assert_eq!(second.end().code(), Some(74));
@@ -250,7 +251,8 @@ fn who_cannot_make_a_longer_file_keeps_the_old_one_and_its_lock() {
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     cannot_grow(&plant, &running);
     fs::remove_dir_all(plant.0.join("memory.new")).unwrap();
-    // A write is answered behind a complete scan: before the first, there is no more to keep.
+    // A write is answered after a complete scan: before the first scan, there is nothing further to
+    // keep.
     ask(&plant, &["write", "D9", "7"]);
     running.stop();
     assert!(held(&file(&plant)).unwrap().count > 30);
@@ -273,12 +275,12 @@ fn a_reload_that_wants_a_longer_file_keeps_the_old_one_until_it_is_there() {
     assert!(held(&file(&plant)).unwrap().is_final);
 }
 
-/// Several start at the same moment; one has the file, the others do not start.
+/// Several controllers start at the same moment; one gets the file, the others do not start.
 #[track_caller]
 fn one_of_many_has_it(plant: &Plant) {
     let mut all: Vec<Running> =
         (0..4).map(|_| Running::new(&mut plant.command(&[] as &[&str]))).collect();
-    // However late one of them starts, the one that has the file still runs.
+    // However late the others start, the controller with the file still runs.
     until(|| {
         all.iter_mut().filter_map(|one| one.child.try_wait().unwrap()).count() >= all.len() - 1
     });
@@ -310,7 +312,7 @@ fn of_several_that_start_at_once_without_a_file_one_runs() {
         one_of_many_has_it(&plant);
         let wanted = ["controller.toml", "ladder.toml", "memory", "memory.aside-1"];
         assert_eq!(names(plant.0.clone()), wanted, "what is good is not kept aside");
-        // What is left of one that was killed while it made the file is in nobody's way.
+        // The rest of a controller that was killed while it made the file is no obstacle.
         fs::remove_file(file(&plant)).unwrap();
         fs::write(plant.0.join("memory.new"), "half a file").unwrap();
         one_of_many_has_it(&plant);
@@ -347,7 +349,7 @@ fn a_longer_file_begins_with_the_newest_image_under_its_number() {
     let short = look();
     let (was, stamp) = (short.geometry, short.newest.unwrap().stamp);
     fs::write(&controller, text).unwrap();
-    // Nothing is scanned: what the file has is what the growth put there.
+    // Without a scan, the file has only the image that the growth wrote.
     let mut running = Running::new(plant.command(&[] as &[&str]).arg("--stopped"));
     running.line("restored: image");
     let long = look();

@@ -17,12 +17,12 @@ fn output(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rungd")).args(arguments).output().unwrap()
 }
 
-/// Whether a command of rungd can be carried out; without a complete scan no memory can be kept.
+/// Whether a command of rungd succeeds; before a complete scan no memory can be kept.
 fn is_done(arguments: &[&str]) -> bool {
     output(arguments).status.success()
 }
 
-/// What a command of rungd prints.
+/// The output of a command of rungd.
 fn rungd(arguments: &[&str]) -> String {
     let output = output(arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -81,7 +81,7 @@ fn a_real_follows_its_tag_and_is_no_word_of_whole_numbers() {
         ("at = \"D0\"", "its type changed: `level` was a real and is a 32-bit word, D0"),
         (
             "at = \"R9\", min = 0.25",
-            "it was 0.1, and takes 0.25 to 3.4028235e38 now; it begins with 0.0",
+            "it was 0.1, but its limits are 0.25 to 3.4028235e38 now; it begins with 0.0",
         ),
     ] {
         let text = moved.replace("at = \"R9\", max = 1.5", tag);

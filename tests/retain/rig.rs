@@ -1,10 +1,10 @@
-//! `restart` and `power-cut` of a test file agree with the real binary, ended or killed and started
-//! anew: the same inputs, and what is in memory afterwards.
+//! `restart` and `power-cut` of a test file agree with the real binary that is ended or killed, and
+//! started again: the same inputs give the same memory afterwards.
 //!
-//! The real controller goes first. What it holds after each start becomes an `expect:` of a test
-//! file, which `rungd test` must pass. The ladder has no time in it: each input stands for at least
-//! one scan, and more scans of the same inputs change nothing. `RUNGD_RIG_RUNS` and
-//! `RUNGD_RIG_SEED` for a long run.
+//! The real controller runs first. Its memory after each start becomes an `expect:` of a test file,
+//! which `rungd test` must pass. The ladder does not depend on time: each input lasts for at least
+//! one scan, and further scans of the same inputs change nothing. `RUNGD_RIG_RUNS` and
+//! `RUNGD_RIG_SEED` set the number of runs and the first seed of a long run.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -54,11 +54,11 @@ name = "LastScan"
 rung = [{ when = ["$On"], do = ["ADD ends 1 to=ends"] }]
 "#;
 
-/// What can be retained, as `[retain] ranges` names it.
+/// The memory that can be retained, as `[retain] ranges` writes it.
 const RANGES: [&str; 12] =
     ["CT0", "CT1", "CT2", "CT3", "N0", "C0", "C1", "C2", "C10..C13", "D0", "D1", "D2"];
 
-/// What is compared.
+/// The operands that are compared.
 const OPERANDS: [&str; 26] = [
     "count.Acc",
     "count.Done",
@@ -103,7 +103,7 @@ impl Draw {
     }
 }
 
-/// A number of the environment.
+/// A number from an environment variable.
 fn wanted(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
@@ -143,7 +143,7 @@ fn a_restart_and_a_power_cut_leave_what_the_real_process_finds() {
     }
 }
 
-/// Some inputs, then a new process: three times.
+/// Makes some inputs and starts a new process, three times.
 fn story(seed: u64) {
     let mut draw = Draw(seed);
     let ranges: Vec<&str> = RANGES.into_iter().filter(|_| draw.below(3) > 0).collect();

@@ -1,4 +1,4 @@
-//! The real binary and its retentive memory: starts, ends, changed programs, files that are wrong.
+//! The real binary and its retentive memory: starts, ends, changed programs, wrong files.
 
 use std::fs;
 use std::time::Duration;
@@ -23,7 +23,7 @@ fn events(lines: &[Value], event: &str) -> Vec<String> {
     named.map(|line| message(line).to_owned()).collect()
 }
 
-/// A controller that keeps `ranges`, and runs cold.
+/// A controller that keeps `ranges`, and runs after a cold start.
 fn keeps(ranges: &str) -> String {
     format!(
         "scan.period = \"2ms\"\n[retain]\nranges = [{ranges}]\nfile = \"memory\"\n\
@@ -44,7 +44,7 @@ fn an_orderly_stop_loses_nothing() {
     assert_eq!((&restored["restored"], &restored["dropped"]), (&4001.into(), &0.into()));
     assert!(message(restored).contains("after an orderly stop"), "{restored}");
     let found = held(&file(&plant)).unwrap();
-    // The eye was ON at the end, and does not count again: its history is retained.
+    // The eye was ON at the end, and is not counted again: its history is retained.
     assert_eq!((found.count, found.counter, found.is_final), (81, 40, true));
 }
 
@@ -87,7 +87,7 @@ fn a_killed_process_has_everything_with_termination_logic_terminated() {
     };
     let number = |operand: &str| value(operand).parse::<i32>().unwrap_or_default();
     until(|| number("D0") > 50 && number("T0.Acc") > 100);
-    // An image that begins after the one under way has these values.
+    // Only an image that begins after the one under way is sure to have these values.
     let kept_so_far = || status(&plant).and_then(|told| told.retain?.image);
     let before = kept_so_far().unwrap_or_default();
     until(|| kept_so_far() >= Some(before + 2));
@@ -112,7 +112,7 @@ const TAGGED: &str = "[tags]\nlevel = { at = \"D5\" }\nstarts = { at = \"D6\" }\
     [[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"$FirstScan\"]\ndo = [\n\
     \"MOVE 55 to=level\", \"MOVE 66 to=starts\", \"MOVE 77 to=D7\", \"MOVE 88 to=D8\"]\n";
 
-/// The same tags elsewhere, or not: they show what they have been given.
+/// A program that copies the restored values of these tags.
 fn shows(tags: &str, named: &str) -> String {
     format!(
         "[tags]\n{tags}[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"$On\"]\ndo = [{named}]\n"
@@ -178,11 +178,11 @@ fn a_value_that_its_tag_does_not_take_any_more_is_dropped() {
     let lines = run(&plant, "1");
     assert_eq!(
         events(&lines, "retain-dropped"),
-        ["retentive memory: size (D5) is not restored: it was 900, and takes 1 to 500 now; it \
-          begins with 12"]
+        ["retentive memory: size (D5) is not restored: it was 900, but its limits are 1 to 500 \
+          now; it begins with 12"]
     );
     let restored = find(&lines, "restored: image");
-    // What a counter counted is bound by no limits, and 0 is what `low` begins with in any case.
+    // A counter's count has no limits, and `low` begins with 0 in any case.
     assert_eq!((&restored["restored"], &restored["dropped"]), (&3.into(), &1.into()));
     let mut device = FileDevice::open(&file(&plant), Access::Read).unwrap();
     let newest = survey(&mut device).unwrap().newest.unwrap();
@@ -192,7 +192,7 @@ fn a_value_that_its_tag_does_not_take_any_more_is_dropped() {
     assert!(words[3] > 2, "{words:?}");
 }
 
-/// One count: the eye is ON from the first scan to the last.
+/// A program with one count: the eye is ON from the first scan to the last.
 fn eye(block: &str, mnemonic: &str) -> String {
     let rst = if mnemonic == "UDC" { "leg.rst = [\"$Off\"], " } else { "" };
     format!(
@@ -255,7 +255,7 @@ fn a_damaged_slot_is_told_and_the_image_before_it_counts() {
     run(&plant, "5");
     let before = held(&file(&plant)).unwrap();
     let mut bytes = fs::read(file(&plant)).unwrap();
-    // The newest image of each run is its last; which slot has it, the file tells.
+    // The newest image is in the slot with the highest sequence number.
     let slot = bytes.windows(8).enumerate().filter(|(_, window)| window == b"RETSLOT\n");
     let sequence = |at: usize| u64::from_le_bytes(bytes[at + 16..at + 24].try_into().unwrap());
     let newest = slot.map(|(at, _)| at).max_by_key(|at| sequence(*at)).unwrap();
@@ -304,7 +304,7 @@ fn an_operator_has_it_kept_and_status_tells() {
     assert!(status.contains("of scan ") && status.contains("every 1h"), "{status}");
     let json: Value = serde_json::from_str(&ask(&["status", "--json"])).unwrap();
     assert!(json["retain"]["flush_us"].as_u64().unwrap() > 0, "{json}");
-    // An hour has not passed; the stop keeps the rest.
+    // The interval of an hour has not passed; the stop keeps the rest.
     running.stop();
     let last: Held = held(&file(&plant)).unwrap();
     assert!(last.count > kept.count && last.is_final);
@@ -347,7 +347,7 @@ fn a_reloaded_program_is_kept_by_its_own_names_and_ranges() {
     ask(&["retain", "save", "--socket", socket]);
     assert!(ask(&["retain", "show", path]).contains("level"));
     write(&plant, "ladder.toml", &TAGGED.replace("level", "height"));
-    // Longer, so that the file has to be.
+    // The new range is longer, so the file must grow.
     controller(&plant, &text.replace("D5..D8", "D5..D4000"));
     ask(&["reload", "--socket", socket]);
     ask(&["retain", "save", "--socket", socket]);
@@ -357,7 +357,7 @@ fn a_reloaded_program_is_kept_by_its_own_names_and_ranges() {
     running.stop();
 }
 
-/// What `rungd mode stop` with these words says, asked at a controller whose disk takes a second.
+/// The output of `rungd mode stop` with these arguments, at a controller whose disk takes a second.
 fn stopped_on_a_slow_disk(words: &[&str]) -> (Plant, String) {
     let plant = Plant::new(COUNTS, &KEEPS.replace("20ms", "1m"));
     let faults = plant.0.join("faults");
@@ -375,12 +375,12 @@ fn stopped_on_a_slow_disk(words: &[&str]) -> (Plant, String) {
 #[test]
 fn a_stop_is_answered_when_its_image_is_durable() {
     let (plant, said) = stopped_on_a_slow_disk(&[]);
-    assert!(said.starts_with("STOP (an operator asked for it), was RUN\n"), "{said}");
+    assert!(said.starts_with("STOP (an operator requested it), was RUN\n"), "{said}");
     assert!(said.contains("memory: image ") && said.contains(", durable"), "{said}");
     assert!(held(&file(&plant)).unwrap().is_final, "killed right behind the answer");
 }
 
-/// The figure of `docs/retain.md`. The control is the next test, in which the image is lost.
+/// The figure of `docs/retain.md`. The next test is its control: there the image is lost.
 #[test]
 #[ignore = "a minute"]
 fn of_45_stops_that_were_answered_no_image_is_lost() {
@@ -394,7 +394,7 @@ fn of_45_stops_that_were_answered_no_image_is_lost() {
 #[test]
 fn a_stop_that_need_not_be_kept_is_answered_at_once() {
     let (plant, said) = stopped_on_a_slow_disk(&["--no-wait"]);
-    assert_eq!(said, "STOP (an operator asked for it), was RUN\n");
+    assert_eq!(said, "STOP (an operator requested it), was RUN\n");
     assert!(!held(&file(&plant)).unwrap().is_final, "killed while the disk was busy");
 }
 
@@ -404,11 +404,11 @@ fn a_stop_whose_image_cannot_be_kept_says_so_and_what_to_do() {
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
     until(|| held(&file(&plant)).is_some());
-    // Neither can the file be written any more, nor a new one made.
+    // Now the file is gone, and a new file cannot be made.
     fs::create_dir_all(plant.0.join("memory.new/in-the-way")).unwrap();
     fs::remove_file(file(&plant)).unwrap();
     let said = plant.ask_for(&["mode", "stop"], 74);
-    assert!(said.contains("STOP (an operator asked for it), was RUN\n"), "{said}");
+    assert!(said.contains("STOP (an operator requested it), was RUN\n"), "{said}");
     assert!(said.contains("the last image is not kept: "), "{said}");
     assert!(said.contains("then `rungd retain save`"), "{said}");
     fs::remove_dir_all(plant.0.join("memory.new")).unwrap();

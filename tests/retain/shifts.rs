@@ -1,5 +1,5 @@
 //! SR in retentive memory, with the real binary: a clock that was ON before a restart and is ON
-//! behind it shifts nothing, where all bits of the shift register are retained.
+//! after it shifts nothing, if all bits of the shift register are retained.
 
 use std::fs;
 
@@ -8,7 +8,7 @@ use rungd::retain::content::{self, Content};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;
 
-/// A controller that retains this, and runs cold.
+/// A controller with these lines of `[retain]`, which runs after a cold start.
 fn keeps(what: &str) -> String {
     format!(
         "scan.period = \"2ms\"\n[retain]\n{what}\nfile = \"memory\"\n\
@@ -16,7 +16,7 @@ fn keeps(what: &str) -> String {
     )
 }
 
-/// A block with an SR of these bits; DATA and this clock are ON.
+/// A block with an SR of these bits and this clock; DATA is ON.
 fn shifts(block: &str, bits: &str, clk: &str) -> String {
     program(block, &sr(bits, clk))
 }
@@ -47,7 +47,7 @@ fn kept(plant: &Plant) -> Content {
     content::read(&newest.content).unwrap()
 }
 
-/// Runs some scans: the bits that are kept then, the lowest first.
+/// Runs some scans; returns the kept bits, the lowest first.
 fn bits(plant: &Plant) -> String {
     run(plant, "3");
     let content = kept(plant);
@@ -61,7 +61,7 @@ fn a_part_before_the_eye_is_not_shifted_in_twice() {
     let four = keeps("ranges = [\"C0..C3\"]");
     write(&plant, &shifts("Line", "C0..C3", "$On"), &four);
     assert_eq!((bits(&plant), bits(&plant)), ("1000".into(), "1000".into()));
-    // A clock that was OFF before the restart steps.
+    // A clock that was OFF before a restart and is ON after it shifts.
     write(&plant, &shifts("Line", "C0..C3", "$Off"), &four);
     assert_eq!(bits(&plant), "1000");
     write(&plant, &shifts("Line", "C0..C3", "$On"), &four);

@@ -9,7 +9,8 @@ use rungd::load::Loaded;
 use rungd::lower::{Symbols, lower};
 use rungd::resolve::scope::Scope;
 
-/// The controller and its plant, on the same time grid: a scan sees the plant's inputs of its time.
+/// The controller and its plant, on the same time grid: a scan reads the plant's inputs of the same
+/// time.
 pub struct Plant {
     scope: Scope,
     symbols: Symbols,
@@ -67,7 +68,7 @@ impl Plant {
         Real::of_cell(self.value(name)).into()
     }
 
-    /// Writes a word, as an operator does; of an R word, its cell.
+    /// Writes a word, as an operator does; for an R word, `value` is the content of the cell.
     pub fn write(&mut self, name: &str, value: i32) {
         let Cell::Word(word) = self.cell(name) else { panic!("{name} is a bit") };
         self.engine.write_word(word, value);

@@ -1,7 +1,7 @@
-//! A controller file that no busy machine brings to FAULT.
+//! Controller files with a watchdog so long that a busy machine does not cause a FAULT.
 
-/// The text of a controller file, with a watchdog of 30 s where it names none: the usual 200 ms
-/// are soon over for a process that waits for one of two busy cores.
+/// The text of a controller file, with a watchdog of 30 s if the text sets none: a process that
+/// waits for one of two busy cores easily exceeds the default of 200 ms.
 pub fn calm(controller: &str) -> String {
     if controller.contains("watchdog = \"") {
         return controller.into();
@@ -12,7 +12,7 @@ pub fn calm(controller: &str) -> String {
     }
 }
 
-/// As [`calm`], of an example, which names a short watchdog.
+/// As [`calm`], but also replaces a short watchdog that the text sets, as the examples do.
 pub fn calmed(controller: &str) -> String {
     let Some((before, after)) = controller.split_once("watchdog = \"") else {
         return calm(controller);

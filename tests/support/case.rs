@@ -1,6 +1,7 @@
 //! The cases of `tests/semantics/*.toml`: reads them and names their tests.
 //!
-//! A file may state `main` and `tags` before its cases. They hold for each case without its own.
+//! A file may state `main` and `tags` before its cases. They apply to each case that does not state
+//! them.
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +27,7 @@ pub struct Case {
     pub clock_s: i64,
     /// Whether the last scan of the table is the last scan of an orderly stop.
     pub stop: bool,
-    /// The one warning of the load, beside what is expected.
+    /// The one warning that the load must give, in addition to the expected values.
     pub warned: Option<String>,
     pub expects: Expects,
 }
@@ -45,8 +46,8 @@ const KEYS: [&str; 11] = [
 ];
 
 impl Case {
-    /// The names of the tests that the case makes. Each compared cell of a labelled row is a test
-    /// of its own; all other compared cells together are one test.
+    /// The names of the tests that the case makes. Each compared cell of a labelled row is a
+    /// separate test; all other compared cells together are one test.
     pub fn tests(&self) -> Vec<String> {
         let Expects::Values(table) = &self.expects else { return vec![self.name.clone()] };
         let mut names = Vec::new();

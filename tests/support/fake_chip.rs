@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rungd::io::gpio::settings::Chip as ChipName;
 use rungd::io::gpio::{Chip, Chips, LineFacts, LineRequest, TakenLines};
 
-/// A chip whose lines are two atomics; now and then they are gone.
+/// A chip with its state in two atomics. While `is_gone` is set, its lines give an error.
 #[derive(Clone, Default)]
 pub struct FakeChip {
     pub levels: Arc<AtomicU64>,

@@ -1,5 +1,5 @@
-//! Follows the tape of a scan thread: makes each call again on an engine of its own, and compares
-//! the states.
+//! Follows the tape of a scan thread: makes each call again on a second engine, and compares the
+//! states.
 
 use std::collections::HashMap;
 
@@ -20,13 +20,13 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// Follows from program 0 on.
+    /// Follows a tape that begins with program 0.
     pub fn new(reader: TapeReader, first: Program) -> Follower {
         let programs = HashMap::from([(0, first)]);
         Follower { reader, programs, engine: None, compared: 0, lost: 0, calls: 0 }
     }
 
-    /// A program that may come.
+    /// Adds a program that may occur on the tape.
     pub fn know(&mut self, generation: u32, program: Program) {
         self.programs.insert(generation, program);
     }
@@ -54,7 +54,7 @@ impl Follower {
         }
     }
 
-    /// Whether its engine has this public memory.
+    /// Whether the follower's engine has this public memory.
     pub fn shows(&self, bits: &[u8], words: &[i32]) -> bool {
         self.engine.as_ref().is_some_and(|engine| {
             let image = engine.image();

@@ -1,5 +1,5 @@
-//! A running controller with an operator's socket, and the commands that ask it. The tests of
-//! `rungd status` and of the other operator commands share this module.
+//! A running controller with an operator's socket, and commands for it. The tests of `rungd status`
+//! and of the other operator commands share this module.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -16,7 +16,7 @@ use serde_json::Value;
 /// The longest wait of a test for an event that should come within milliseconds.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What a command printed, and its exit code.
+/// The outputs and the exit code of a command.
 #[derive(Debug)]
 pub struct Said {
     pub code: i32,
@@ -25,7 +25,7 @@ pub struct Said {
 }
 
 impl Said {
-    /// The one line of JSON that it printed.
+    /// The JSON that the command printed as one line.
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("{error}: {self:?}"))
     }
@@ -75,8 +75,9 @@ impl Live {
         Live::of(folder, command)
     }
 
-    /// As [`Live::start`], with a debug build whose scan stalls for a second at [`Live::stall`].
-    /// The stall is a fault under any watchdog far below a second, however busy the machine is.
+    /// As [`Live::start`], for a controller whose scan stalls for a second after [`Live::stall`];
+    /// this needs a debug build. With any watchdog far below a second, the stall is a fault,
+    /// however busy the machine is.
     pub fn start_to_stall(ladder: &str, controller: &str, arguments: &[&str]) -> Live {
         let folder = folder(ladder, controller);
         let mut command = run(&folder, arguments);
@@ -173,8 +174,8 @@ impl Live {
         said.out
     }
 
-    /// As [`Live::ok`], repeated as long as the machine holds up the controller: a command waits no
-    /// longer than ten seconds.
+    /// As [`Live::ok`], repeated while the machine delays the controller, because a command waits
+    /// no longer than ten seconds.
     pub fn served(&self, words: &str) -> String {
         let watch = Stopwatch::start(self.child.id());
         loop {
@@ -187,7 +188,8 @@ impl Live {
         }
     }
 
-    /// As [`Live::ok`], repeated until the scan thread answers: a stalled thread does not.
+    /// As [`Live::ok`], repeated until the scan thread answers, because a stalled thread does not
+    /// answer.
     pub fn await_ok(&self, words: &str) -> String {
         let deadline = Instant::now() + PATIENCE;
         loop {

@@ -1,5 +1,5 @@
-//! A TOML file in a layout of chance, with the same meaning: other spaces, line ends within arrays,
-//! blank lines, comments, and another order of neighbouring keys.
+//! A TOML file in a random layout, with the same meaning: different spaces, line ends within
+//! arrays, blank lines, comments, and a different order of neighbouring keys.
 
 use toml_parser::Source;
 use toml_parser::lexer::{Token, TokenKind};
@@ -27,7 +27,7 @@ struct Statement {
     is_pair: bool,
 }
 
-/// The same file in a layout of chance.
+/// The same file in a random layout.
 pub fn mangled(text: &str, seed: u64) -> String {
     let chance = &mut Chance(seed);
     let mut statements = Vec::new();
@@ -62,7 +62,7 @@ pub fn mangled(text: &str, seed: u64) -> String {
     joined(&statements, chance)
 }
 
-/// Writes a token, with other spaces and line ends.
+/// Writes a token, with random spaces and line ends.
 fn write(
     token: Token,
     text: &str,
@@ -91,7 +91,7 @@ fn write(
     }
 }
 
-/// A mark with a line end behind it, and sometimes a comment.
+/// Writes a mark and a line end, and sometimes a comment.
 fn line_end(mark: &str, line: &mut String, chance: &mut Chance) {
     line.push_str(mark);
     match chance.below(6) {
@@ -102,7 +102,7 @@ fn line_end(mark: &str, line: &mut String, chance: &mut Chance) {
     }
 }
 
-/// Changes the places of keys that are neighbours.
+/// Swaps some neighbouring keys.
 fn shuffle(statements: &mut [Statement], chance: &mut Chance) {
     for at in 1..statements.len() {
         let [a, b] = &mut statements[at - 1..=at] else { continue };

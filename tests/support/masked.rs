@@ -1,18 +1,18 @@
-//! What a page shows of a recording, compared with a run of now: times, numbers of scans and sizes
-//! are others each time.
+//! Compares the outputs about a recording on a page with those of the present run. Times, scan
+//! numbers and sizes differ in every run.
 //!
-//! A token that is a number, a time or a duration is masked. [`Carried`] remembers which number
-//! now stands where the page has one, so that the page's next command can name it.
+//! A token that is a number, a time or a duration is masked. [`Carried`] remembers the number of
+//! the present run for each number on the page, so that the page's next command can use it.
 
 use std::collections::HashMap;
 
-/// The units that stand behind a number, or a word for themselves.
+/// The units that follow a number, directly or as a separate word.
 const UNITS: [&str; 9] = ["us", "ms", "s", "m", "min", "h", "d", "kB", "MB"];
 
-/// A shorter number in a command is no scan and no time, but an option's: `head -n 3`.
+/// A shorter number in a command is not a scan or a time, but the value of an option: `head -n 3`.
 const LENGTH_MIN: usize = 3;
 
-/// A line whose numbers, times and durations are `#`, with single spaces between its words.
+/// A line with `#` for each number, time and duration, and with single spaces between its words.
 pub fn masked(line: &str) -> String {
     let indent: String = line.chars().take_while(|&char| char == ' ').collect();
     let mut words: Vec<String> = Vec::new();
@@ -32,7 +32,8 @@ pub fn masked(line: &str) -> String {
     indent + &words.join(" ")
 }
 
-/// What stands around a word: quotes, parentheses, a `scan=`; and punctuation.
+/// A word in three parts: quotes, parentheses or a `scan=` before it, its body, and punctuation
+/// after it.
 fn parts(word: &str) -> (&str, &str, &str) {
     let is_edge = |char: char| "\"'(),;:".contains(char);
     let begin = word.rfind(['=', '(', '"', '\'']).filter(|&at| at + 1 < word.len());
@@ -52,12 +53,12 @@ fn is_number(body: &str) -> bool {
     body.split(is_digit).all(|text| text.is_empty() || UNITS.contains(&text))
 }
 
-/// Which number of now stands where the page has one.
+/// The number of the present run for each number on the page.
 #[derive(Default)]
 pub struct Carried(HashMap<String, String>);
 
 impl Carried {
-    /// Remembers the numbers of a shown line, and of the one that was printed for it.
+    /// Remembers the numbers of a line on the page and of the printed line.
     pub fn learn(&mut self, shown: &str, printed: &str) {
         let (shown, printed) = (shown.split_whitespace(), printed.split_whitespace());
         for (shown, printed) in shown.zip(printed) {
@@ -68,7 +69,7 @@ impl Carried {
         }
     }
 
-    /// A command of the page with the numbers of now.
+    /// A command of the page with the numbers of the present run.
     pub fn translate(&self, command: &str) -> String {
         let words = command.split(' ').map(|word| {
             let (before, body, after) = parts(word);

@@ -1,11 +1,12 @@
-//! Measures how far this machine holds up an ordinary thread: a control for tests that depend on
+//! Measures how much this machine delays an ordinary thread: a control for tests that depend on
 //! time.
 //!
-//! A thread wakes every two milliseconds, as a controller does, and notes the beats that it
-//! overslept. If the metronome missed beats, a controller may miss scans too.
+//! A thread wakes every two milliseconds, as a controller does, and notes the beats that it missed.
+//! If the metronome missed beats, a controller may miss scans too.
 //!
-//! A thread with little work is held up less than one with much. So the kernel is asked too how
-//! long a thread was ready to run without a processor; a thread that waits for anything else is not.
+//! A thread with little work is delayed less than a thread with much work. Therefore the kernel's
+//! figures are used too: the time for which a thread was ready to run without a processor. A thread
+//! that waits for anything else is not ready to run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,7 +17,7 @@ use std::time::{Duration, Instant};
 
 const BEAT: Duration = Duration::from_millis(2);
 
-/// Each late wake-up: its time, and how late it was.
+/// Each late wake-up: its time and its delay.
 static LATE: Mutex<Vec<(Instant, Duration)>> = Mutex::new(Vec::new());
 
 /// Starts the metronome, once per process.
@@ -53,20 +54,20 @@ pub fn longest_within(last: Duration) -> Duration {
     recent.map(|(_, late)| *late).max().unwrap_or_default()
 }
 
-/// The times for which a thread was ready to run without a processor; zero where the kernel tells
-/// none.
+/// The time for which a thread was ready to run without a processor; zero if the kernel does not
+/// report it.
 fn without_processor(thread: &Path) -> Duration {
     let text = fs::read_to_string(thread.join("schedstat")).unwrap_or_default();
     let ns = text.split(' ').nth(1).and_then(|word| word.parse().ok());
     Duration::from_nanos(ns.unwrap_or_default())
 }
 
-/// How long each thread of a process and of its children has been held up so far.
+/// The delay so far of each thread of a process and of its children.
 #[derive(Clone, Default)]
 pub struct HeldUp(BTreeMap<u32, Duration>);
 
 impl HeldUp {
-    /// Of the process and its children.
+    /// Reads the delays of the process and its children.
     pub fn of(pid: u32) -> HeldUp {
         let mut held_up = HeldUp::default();
         held_up.add(pid);
@@ -86,7 +87,7 @@ impl HeldUp {
         }
     }
 
-    /// The longest time of a thread since `before`.
+    /// The longest delay of a thread since `before`.
     pub fn since(&self, before: &HeldUp) -> Duration {
         let so_far = |thread| before.0.get(thread).copied().unwrap_or_default();
         let times = self.0.iter().map(|(thread, time)| time.saturating_sub(so_far(thread)));
@@ -94,8 +95,8 @@ impl HeldUp {
     }
 }
 
-/// Measures a wait for an answer of a process, without the times for which the machine held up the
-/// process or the thread that waits.
+/// Measures a wait for an answer of a process, without the times for which the machine delayed the
+/// process or the waiting thread.
 pub struct Stopwatch {
     begun: Instant,
     pid: u32,

@@ -51,12 +51,13 @@ impl Client {
     }
 }
 
-/// How many times a thread must run between a connection and its first reply: those that accept,
-/// read, look up, write, and the test's own.
+/// The number of times that threads must run between a connection and its first reply: the threads
+/// that accept, read, look up and write, and the test's own thread.
 const WAKE_UPS: u32 = 10;
 
-/// The time from connecting a new client to its first reply; fails if that is 2 s or more, without
-/// the times for which the machine may have held up threads: each as long as one beside it.
+/// The time from connecting a new client to its first reply. Fails if it is 2 s or more, after
+/// subtracting possible delays by the machine. Each run of a thread may have been delayed for as
+/// long as the metronome's thread.
 pub fn served_within(address: &str) -> Duration {
     let began = Instant::now();
     let reply = Client::connect(address).ask(1, &[3, 0, 0, 0, 1]);

@@ -1,6 +1,6 @@
-//! What a test needs from the machine, and what happens without it: the test prints the reason and
-//! passes. If `RUNGD_REQUIRE` names the need, the test fails instead. `.ci/run` probes the machine
-//! and sets this variable.
+//! The requirements of a test on the machine. If one is missing, the test prints the reason and
+//! passes. If `RUNGD_REQUIRE` names the requirement, the test fails instead. `.ci/run` probes the
+//! machine and sets this variable.
 
 /// A property that not every machine has.
 #[derive(Clone, Copy, Debug)]

@@ -19,7 +19,7 @@ pub struct Plc {
     pub local: LocalTime,
 }
 
-/// A started engine before its first scan. `main` is the rungs of Main and anything after them.
+/// A started engine before its first scan. `main` has the rungs of Main and any further blocks.
 pub fn plc(main: &str) -> Plc {
     let mut plc = stopped(main);
     plc.engine.start(0);
@@ -77,7 +77,7 @@ impl Plc {
         }
     }
 
-    /// One scan with these inputs and queued writes, one period after the last scan.
+    /// Makes one scan with these inputs and queued writes, one period after the last scan.
     pub fn scan(&mut self, changes: &[(&str, i32)]) -> ScanEnd {
         self.engine.begin_scan(self.now_ns, &self.times, &self.local);
         for (name, value) in changes {
@@ -95,7 +95,7 @@ impl Plc {
         self.engine.execute()
     }
 
-    /// This number of scans without changes.
+    /// Makes this number of scans without changes.
     pub fn scans(&mut self, count: u32) {
         (0..count).for_each(|_| {
             self.scan(&[]);

@@ -27,7 +27,7 @@ pub const BLINKS: &str = "[tags]\nlamp = { at = \"Y0\", log = \"change\" }\n\
 /// The sentence of the last statistics.
 const WHOLE_RUN: &str = "scan statistics of the whole run";
 
-/// A field that [`Running`] adds to the last statistics: how long the process was without a
+/// A field that [`Running`] adds to the last statistics: the time for which the process had no
 /// processor.
 const HELD_UP_US: &str = "test_held_up_us";
 
@@ -67,7 +67,7 @@ impl Plant {
         command
     }
 
-    /// As [`Plant::command`] with another socket: a second controller with the same files.
+    /// As [`Plant::command`] with a different socket: a second controller with the same files.
     pub fn second(&self) -> Command {
         let text = std::fs::read_to_string(self.0.join("controller.toml")).unwrap();
         let text = text.replace("socket = \"op\"", "socket = \"op2\"");
@@ -75,7 +75,8 @@ impl Plant {
         self.command_of(&[] as &[&str], "second.toml")
     }
 
-    /// The output of a command that asks this plant's controller at socket `op` and ends with 0.
+    /// Runs a command that calls this plant's controller at the socket `op`, and returns its
+    /// output. The exit code must be 0.
     pub fn ask(&self, words: &[&str]) -> String {
         self.ask_for(words, 0)
     }
@@ -209,7 +210,7 @@ impl Drop for Running {
     }
 }
 
-/// The exit code that an orderly end must have after these lines.
+/// The exit code of an orderly end after these log lines.
 pub fn code_of(lines: &[Value]) -> i32 {
     if lines.iter().any(|line| line["event"] == "retain-lost") { 74 } else { 0 }
 }
@@ -249,8 +250,8 @@ pub fn scans_are_accounted_for(lines: &[Value], period: Duration, least: Duratio
     whole.clone()
 }
 
-/// As [`scans_are_accounted_for`], and the skipped scans are not more than a busy machine explains.
-/// So the conditions of the test cost no scan.
+/// As [`scans_are_accounted_for`]. Also checks that a busy machine explains all skipped scans, so
+/// the conditions of the test caused none.
 pub fn no_scan_missed(lines: &[Value], period: Duration, least: Duration) {
     let whole = scans_are_accounted_for(lines, period, least);
     let number = |field: &str| whole[field].as_u64().unwrap();

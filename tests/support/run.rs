@@ -96,7 +96,7 @@ pub fn run_case(case: &Case) -> Vec<Outcome> {
     }
 }
 
-/// Whether reading and resolving give the warning that the case names.
+/// Checks that reading and resolving give the warning that the case names.
 fn warned(case: &Case) -> Result<(), String> {
     let Some(code) = &case.warned else { return Ok(()) };
     let file = SourceFile { name: "case.toml".into(), text: case.ladder.clone() };

@@ -5,11 +5,11 @@
 //! 0    1  .  | 1       0          : first-edge
 //! stop .  .  | 0       .
 //! ```
-//! On the left, `.` means no input; on the right, no comparison. An operand may have another name
-//! for its cells: `Y0=output`. A row may have a label. Then each of its cells is a test of its own,
-//! named after case, label and column: `offdtmr-leg-on-output`.
+//! On the left, `.` means no input; on the right, no comparison. `Y0=output` gives a column a
+//! different name. A row may have a label; then each of its cells is a separate test, named after
+//! case, label and column: `offdtmr-leg-on-output`.
 
-/// A row's name: a scan, or the memory after an orderly stop.
+/// The name of a row: a scan, or `stop` for the memory after an orderly stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowName {
     Scan(u64),
@@ -20,7 +20,7 @@ pub enum RowName {
 #[derive(Clone, Debug)]
 pub struct Column {
     pub operand: String,
-    /// The name of its cells in the names of tests.
+    /// The column's name in the names of tests.
     pub alias: String,
 }
 
@@ -29,7 +29,7 @@ pub struct Row {
     pub name: RowName,
     pub label: Option<String>,
     pub stimulus: Vec<Option<String>>,
-    /// Of each column, the value's text.
+    /// The text of the expected value of each column.
     pub expected: Vec<Option<String>>,
 }
 

@@ -1,8 +1,9 @@
 //! Random ladders with templates, and the same ladders written out by hand.
 //!
 //! [`Case::with_templates`] is the text with templates; [`Case::written_out`] is the text without.
-//! The expander here works on words of texts, with parentheses around given contacts, and shares no
-//! code with rungd's. A name of an own tag is `p1.lamp.seen` there and `p1_lamp_seen` here.
+//! The expander here replaces words in texts, with parentheses around given contacts, and shares no
+//! code with rungd's. An own tag is named `p1.lamp.seen` in the text with templates, and
+//! `p1_lamp_seen` in the text without.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -28,7 +29,7 @@ impl Rng {
     }
 }
 
-/// Names of parameters, each with its text.
+/// The arguments of a use: parameter and text.
 type Arguments = Vec<(String, String)>;
 
 #[derive(Clone)]
@@ -39,7 +40,7 @@ enum Entry {
 
 #[derive(Clone, Default)]
 struct Template {
-    /// Each with its type and default.
+    /// Name, type and default of each parameter.
     parameters: Vec<(String, &'static str, Option<String>)>,
     tags: Vec<(String, &'static str)>,
     rungs: Vec<Entry>,
@@ -49,7 +50,7 @@ struct Template {
 /// A ladder.
 #[derive(Clone)]
 pub struct Case {
-    /// Lines of tags before the others.
+    /// Lines with tags that precede the other tags.
     more_tags: String,
     templates: Vec<Template>,
     main: Vec<Entry>,
@@ -59,7 +60,7 @@ pub struct Case {
     pub stimulus: String,
 }
 
-/// What contacts and instructions of a place can name.
+/// The names that contacts and instructions at a place can use.
 #[derive(Clone, Default)]
 struct Names {
     contacts: Vec<String>,
@@ -69,7 +70,7 @@ struct Names {
     words: Vec<String>,
 }
 
-/// The ladder's own tags. Some have names that templates use too.
+/// The tags of the ladder. Some have names that templates use too.
 const TAGS: [(&str, &str); 9] = [
     ("x", "{ at = \"X0\" }"),
     ("seen", "{ at = \"X1\" }"),
@@ -236,7 +237,7 @@ fn entry(rng: &mut Rng, names: &Names, before: &[Template], (at, n): (usize, usi
 }
 
 impl Case {
-    /// The case of a seed.
+    /// Generates the case of a seed.
     pub fn of(seed: u64) -> Case {
         let mut rng = Rng(seed);
         let mut templates: Vec<Template> = Vec::new();
@@ -262,8 +263,8 @@ impl Case {
         Case { more_tags: String::new(), templates, main, bodies, stimulus }
     }
 
-    /// The same with more: tags with a `type`, rungs in the templates, and uses of one more template
-    /// among the rungs. What is new writes to what is new alone.
+    /// The same case with additions: tags with a `type`, rungs in the templates, and uses of a
+    /// further template among the rungs. The additions write only to operands that are new too.
     pub fn edited(&self, seed: u64) -> Case {
         let (mut rng, mut case) = (Rng(seed), self.clone());
         for n in 0..1 + rng.below(4) {
@@ -282,7 +283,7 @@ impl Case {
                 continue;
             }
             template.tags.extend([("more".to_owned(), "bit"), ("many".to_owned(), "int")]);
-            // The names of the template's own are hidden there: only inputs are read.
+            // A template may hide names of the ladder, so the added rung reads only inputs.
             let own = Names { bits: vec!["X3".into()], numbers: vec!["4".into()], ..names.clone() };
             let place = rng.below(template.rungs.len() + 1);
             template.rungs.insert(place, rung(&mut rng, &own, 901));
@@ -330,7 +331,8 @@ impl Case {
         text
     }
 
-    /// The same without templates, and the names to watch: with templates, and without.
+    /// The ladder's text without templates, and the names to watch: each in the text with templates
+    /// and in this one.
     pub fn written_out(&self) -> (String, Vec<(String, String)>) {
         let mut out = Out::default();
         let mut text = "\n[[program]]\nname = \"Main\"\n".to_owned();
@@ -414,7 +416,7 @@ impl Case {
     }
 }
 
-/// The own timer of the ladder, which templates read.
+/// A timer of the ladder, which templates read.
 const GLOBAL_TIMER: &str = "\n[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"TMR gt preset=40ms\"]\n";
 
 #[derive(Default)]
@@ -422,7 +424,7 @@ struct Out {
     tags: Vec<(String, &'static str)>,
 }
 
-/// What the words of a text stand for.
+/// The replacements for the words of a text.
 #[derive(Default)]
 struct Scope {
     prefix: String,

@@ -1,4 +1,5 @@
-//! A process of `rungd web` beside a controller, and a client: one request, one connection.
+//! A process of `rungd web` with its controller, and a client that makes one connection per
+//! request.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -9,7 +10,7 @@ use serde_json::Value;
 
 use crate::support::live::{Live, PATIENCE};
 
-/// A controller with a counter, a word that is written, and a lamp.
+/// A ladder with a counter, a word that people write, and a lamp.
 pub const LADDER: &str = r#"
 ladder.name = "web"
 [tags]
@@ -33,7 +34,7 @@ when = ["start"]
 do = ["OUT Y1"]
 "#;
 
-/// What people may write, and a panel.
+/// The operands that people may write, and a panel.
 pub const CONTROLLER: &str = r#"
 [web]
 write = ["level", "start"]
@@ -58,7 +59,7 @@ pub struct Web {
     pub link: Option<String>,
 }
 
-/// An answer.
+/// An HTTP answer.
 #[derive(Debug)]
 pub struct HttpAnswer {
     pub status: u16,
@@ -77,14 +78,14 @@ impl HttpAnswer {
         lines.find(|(of, _)| of.eq_ignore_ascii_case(name)).map(|(_, value)| value)
     }
 
-    /// The cookie that it sets.
+    /// The cookie that the answer sets.
     pub fn cookie(&self) -> String {
         let set = self.header("set-cookie").unwrap_or_else(|| panic!("no cookie: {self:?}"));
         set.split(';').next().unwrap_or_default().to_owned()
     }
 }
 
-/// What a browser that has signed in sends with a request.
+/// The cookie and the token that a signed-in browser sends with a request.
 #[derive(Clone, Debug)]
 pub struct Visitor {
     pub cookie: String,
@@ -92,7 +93,7 @@ pub struct Visitor {
 }
 
 impl Web {
-    /// Starts both. `arguments`: of `rungd web`, beside where it listens.
+    /// Starts a controller and `rungd web` with these additional arguments.
     pub fn start(arguments: &[&str]) -> Web {
         Web::of(Live::start(LADDER, CONTROLLER, &[]), arguments)
     }
@@ -122,11 +123,11 @@ impl Web {
         Web { live, child, host, link }
     }
 
-    /// Sends bytes; gives what comes until the end.
+    /// Sends bytes; returns the answer up to the end of the connection.
     pub fn send(&self, bytes: &[u8]) -> HttpAnswer {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        // It may answer and end before it has all.
+        // The server may answer and close the connection before it has all bytes.
         let _ = stream.write_all(bytes);
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
@@ -136,7 +137,7 @@ impl Web {
         HttpAnswer { status, head: head.to_owned(), body: body.to_owned() }
     }
 
-    /// A request with these lines behind the first one.
+    /// Sends a request with these header lines.
     pub fn ask(&self, first: &str, lines: &[String], body: &str) -> HttpAnswer {
         let mut request = format!("{first} HTTP/1.1\r\nConnection: close\r\n");
         lines.iter().for_each(|line| request += &format!("{line}\r\n"));
@@ -146,13 +147,13 @@ impl Web {
         self.send(format!("{request}\r\n{body}").as_bytes())
     }
 
-    /// A page or question of a visitor.
+    /// Sends a GET request of a visitor.
     pub fn get(&self, path: &str, visitor: &Visitor) -> HttpAnswer {
         let lines = [format!("Host: {}", self.host), format!("Cookie: {}", visitor.cookie)];
         self.ask(&format!("GET {path}"), &lines, "")
     }
 
-    /// A change of a visitor, as the page sends it.
+    /// Sends a change of a visitor, as the page does.
     pub fn post(&self, path: &str, visitor: &Visitor, value: &Value) -> HttpAnswer {
         let lines = [
             format!("Host: {}", self.host),
@@ -188,7 +189,7 @@ impl Web {
         Visitor { csrf: session.json()["csrf"].as_str().unwrap().to_owned(), ..visitor }
     }
 
-    /// A request whose answer is read as it comes; the connection ends with it.
+    /// Sends a request whose answer is a stream; returns the connection.
     pub fn open(&self, path: &str, visitor: &Visitor) -> TcpStream {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -198,7 +199,7 @@ impl Web {
         stream
     }
 
-    /// The events of a stream, until one fits.
+    /// Reads the events of a stream until their sum fits.
     pub fn until(&self, path: &str, visitor: &Visitor, fits: impl Fn(&Value) -> bool) -> Value {
         let stream = self.open(path, visitor);
         let mut all = serde_json::json!({ "power": {}, "values": {} });
@@ -206,7 +207,7 @@ impl Web {
             let line = line.expect("an event in time");
             let Some(event) = line.strip_prefix("data: ") else { continue };
             let event: Value = serde_json::from_str(event).unwrap();
-            // What has not changed is not sent again.
+            // Unchanged values are not sent again.
             for (key, value) in event.as_object().unwrap() {
                 match (all[key].as_object_mut(), value.as_object()) {
                     (Some(known), Some(news)) => known.extend(news.clone()),
@@ -220,7 +221,7 @@ impl Web {
         panic!("the stream ended: {all}");
     }
 
-    /// The process holds so many bytes of memory.
+    /// The bytes of memory in use by the process.
     pub fn memory(&self) -> u64 {
         let path = format!("/proc/{}/status", self.child.id());
         let status = std::fs::read_to_string(path).unwrap();

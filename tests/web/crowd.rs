@@ -1,5 +1,5 @@
-//! Many clients, slow ones, and a browser that is frozen: the controller scans on, and the pages
-//! answer.
+//! Many clients, slow clients, and a frozen browser: the controller continues to scan, and the
+//! pages answer.
 
 use std::io::Write as _;
 use std::net::TcpStream;
@@ -17,7 +17,7 @@ fn a_crowd_that_sends_nothing_takes_neither_the_memory_nor_the_controller() {
     let crowd: Vec<TcpStream> = (0..400)
         .filter_map(|n| {
             let mut stream = TcpStream::connect(&web.host).ok()?;
-            // Some send a beginning, some nothing.
+            // Half of them send the beginning of a request, the others nothing.
             let _ = stream.write_all(if n % 2 == 0 { b"GET / HTT" } else { b"" });
             Some(stream)
         })

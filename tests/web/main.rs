@@ -1,5 +1,5 @@
-//! `rungd web`: the real process beside a real controller, asked by a client of the tests' own that
-//! sends what a browser sends, and what it never would.
+//! `rungd web`: the real process with a real controller. The tests have their own client, which
+//! sends both a browser's requests and requests that no browser would send.
 #![cfg(feature = "web")]
 
 mod client;
@@ -9,7 +9,7 @@ mod secured;
 mod strangers;
 mod users;
 
-/// A binary uses a part of what they share.
+/// Each test binary uses only a part of the shared modules.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

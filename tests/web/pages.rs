@@ -1,4 +1,4 @@
-//! What a viewer sees: the pages, the ladder with the power of a scan, why, trends, panels.
+//! A viewer's pages: the ladder with the power of a scan, why, trends, panels.
 
 use std::time::SystemTime;
 
@@ -27,7 +27,7 @@ fn the_power_of_the_ladder_is_live_and_so_are_values() {
     assert_eq!(rungs["rungs"].as_array().unwrap().len(), 2);
     assert_eq!(rungs["rungs"][1]["words"], json!(["parts.Acc"]));
     let seen = web.until(WINDOW, &visitor, |event| event["power"]["1"].is_string());
-    // Both contacts are there and neither conducts: the wire before the first one has power alone.
+    // Neither contact conducts, so only the wire before the first one has power.
     assert_eq!(seen["power"]["1"], "01000000");
     assert_eq!(svg.matches("data-p").count(), 8);
     assert_eq!((&seen["values"]["lamp"], &seen["mode"]), (&json!(false), &json!("RUN")));
@@ -66,7 +66,7 @@ fn a_name_says_why_and_a_held_minute_stays() {
         web.get(&path, &visitor)
     };
     assert_eq!(scan(last).json()["values"]["lamp"], true);
-    // Step by step back to the scan in which it went ON.
+    // Goes back scan by scan to the one in which the lamp went ON.
     let mut at = last;
     while scan(at).json()["values"]["lamp"] == true {
         at -= 1;
@@ -106,7 +106,7 @@ fn tags_are_searched_and_trends_have_every_change() {
         happened["events"].as_array().unwrap().iter().map(|of| &of["text"]).collect();
     let has = |part: &str| texts.iter().any(|text| text.as_str().unwrap().contains(part));
     assert!(has("forced lamp to 1") && has("wrote 30 to level") && has("RUN"), "{texts:?}");
-    // RUN and the first values come before the first scan, and have that scan's time.
+    // RUN and the first values come before the first scan, and have the time of that scan.
     let run = texts.iter().position(|text| **text == "RUN").expect("it went into RUN");
     for first in [&happened["events"][run]["time_ms"], &trend["span_ms"][0]] {
         assert!(first.as_f64().unwrap() >= began.as_millis() as f64 - 1.0, "{first}");
@@ -126,7 +126,7 @@ fn tags_are_searched_and_trends_have_every_change() {
     assert_eq!(web.get("/api/nothing", &visitor).status, 404);
 }
 
-/// A reload exchanges the program: the page is told, and gets the new one.
+/// After a reload the page receives a message, and loads the new program.
 #[test]
 fn a_reload_is_followed_and_so_is_a_restart() {
     let mut web = Web::start(&[]);

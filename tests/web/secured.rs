@@ -1,4 +1,4 @@
-//! TLS, with a certificate that `openssl` makes, and a client that is not ours: `curl`.
+//! TLS, with a certificate that `openssl` makes, and a foreign client: `curl`.
 
 use std::path::Path;
 use std::process::Command;

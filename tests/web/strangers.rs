@@ -1,4 +1,4 @@
-//! Requests that are not of a page of this host, and bytes that are no request.
+//! Requests that do not come from a page of this host, and bytes that are not a request.
 
 use serde_json::json;
 
@@ -28,10 +28,10 @@ fn other_hosts_other_pages_and_those_without_a_session_get_nothing() {
     let page = format!("Origin: http://{}", web.host);
     assert_eq!(status(&web, "POST /api/write", &[own, cookie, &page]), 403, "without the token");
     assert_eq!(status(&web, "DELETE /", &[own, &page]), 405);
-    // The link lets in once.
+    // The link is accepted only once.
     let link = web.link.clone().unwrap();
     assert_eq!(status(&web, &format!("GET {link}"), &[own]), 403);
-    // Who has come by the link looks, and changes nothing.
+    // A visitor by the link may read, but change nothing.
     let change = json!({ "operand": "level", "value": 7 });
     let refused = web.post("/api/write", &visitor, &change);
     assert_eq!(refused.status, 403);

@@ -1,4 +1,4 @@
-//! Users: their passwords, and what they may write.
+//! Users: their passwords, and the operands that they may write.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Command, Stdio};
@@ -53,7 +53,7 @@ fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
     let line = web.live.line("wrote 42");
     let who = line["who"].as_str().unwrap();
     assert!(who.starts_with("anna by ") && line["event"] == "operator-write", "{line}");
-    // By its address it is the same operand.
+    // The address names the same operand.
     assert_eq!(write("D0", json!("43")).status, 200);
     let refused = write("level", json!(1000));
     assert!(refused.status == 409 && error(&refused).contains("takes 0 to 100"), "{refused:?}");
@@ -63,12 +63,12 @@ fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
     let stolen = Visitor { csrf: String::new(), ..anna.clone() };
     let change = json!({ "operand": "level", "value": 1 });
     assert_eq!(web.post("/api/write", &stolen, &change).status, 403);
-    // A new password ends the sessions that began with the old one, and the pages that are open.
+    // A new password ends the sessions of the old one, and their open pages.
     let open = web.open("/events?element=Main&from=1&to=2", &anna);
     let mut lines = BufReader::new(open).lines().map(|line| line.expect("a line in time"));
     assert!(lines.any(|line| line.starts_with("data: {")));
     assert_eq!(passwd(&file, "anna", "another horse").0, 0);
-    // Some ten lines come a second.
+    // About ten lines come per second.
     assert!(lines.take(600).count() < 600, "it ends");
     assert_eq!(web.get("/api/session", &anna).status, 401);
     assert_eq!(web.live.say("read level --json").json()["values"][0]["value"], 43);

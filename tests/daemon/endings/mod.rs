@@ -1,11 +1,11 @@
-//! The ways in which a controller ends. Remote I/O in a process of its own, with its own clock,
-//! records the value of each output and the time of each change.
+//! The ways in which a controller ends. Remote I/O in a separate process with its own clock records
+//! the value of each output and the time of each change.
 //!
-//! The ladder drives four outputs at each of two devices: one that is OFF outside RUN, one that is
-//! ON, one that is held, and a word with a safe value. A register at the first device changes with
-//! every scan; its last change is the last moment of RUN. The second device has a watchdog. This
-//! file states the values that each output must take. The table of `docs/endings.md` has the times;
-//! `cargo test --test daemon endings -- --ignored --nocapture` makes it.
+//! The ladder drives four outputs at each of two devices: a coil that is OFF outside RUN, a coil
+//! that is ON, a coil that is held, and a word with a safe value. A register at the first device
+//! changes with every scan; its last change marks the last moment of RUN. The second device has a
+//! watchdog. This file states the values that each output must take. The table of `docs/endings.md`
+//! has the times; `cargo test --test daemon endings -- --ignored --nocapture` makes it.
 
 mod page;
 mod run;
@@ -18,7 +18,7 @@ use ways::{Fate, WAYS, Way};
 
 /// The number of runs of each way in CI.
 const ROUNDS: u32 = 2;
-/// The number of runs at the same time, for the page.
+/// The number of simultaneous runs for the page.
 const LANES: u32 = 4;
 /// The number of runs of each way, for the page.
 const ROUNDS_OF_THE_PAGE: u32 = 100;
@@ -47,14 +47,15 @@ fn check(way: Way) {
     }
 }
 
-/// Compares the values of each output with those that the way demands. Times do not count.
+/// Compares the values of each output with those that the way demands. Does not check times.
 fn judge(way: Way, story: &Story) {
     let [plain, guarded] = &story.outputs;
     let context = format!("{way:?}: {:?} {:?}\n{:#?}", plain, guarded, story.log);
     let values = |[off, on, held, word]: [&[u64]; 4]| [off, on, held, word].map(<[u64]>::to_vec);
     let safe = values([&[0], &[1], &[], &[17]]);
     let still = values([&[], &[], &[], &[]]);
-    // The device's watchdog switches OFF what is ON: after the safe values, or after RUN.
+    // The device's watchdog switches OFF the outputs that are ON: after the safe values, or
+    // directly after RUN.
     let safe_then_dropped = values([&[0], &[1, 0], &[0], &[17, 0]]);
     let dropped = values([&[0], &[], &[0], &[0]]);
     let expected = match way.fate() {
@@ -135,7 +136,7 @@ fn a_device_that_does_not_come_back_during_the_end_is_named() {
 /// A line of the log about a device whose outputs could not be made safe.
 const UNSAFE: &str = "\"device-unsafe\"";
 
-/// Runs a way a number of times, [`LANES`] at the same time: a run mostly waits.
+/// Runs a way a number of times, [`LANES`] runs at the same time, because a run mostly waits.
 fn many(way: Way, rounds: u32) -> Vec<Story> {
     let run_lane = |lane: u32| {
         let own = (0..rounds).filter(move |round| round % LANES == lane);

@@ -12,7 +12,7 @@ use crate::support::process::{PATIENCE, Plant, Running};
 const DEVICE_WATCHDOG_MS: u32 = 600;
 /// The least time in RUN before the cause.
 const SETTLED: Duration = Duration::from_millis(200);
-/// The time that is recorded after the cause: longer than anything that must happen.
+/// The time that is recorded after the cause. Everything that must happen takes less time.
 const AFTER: Duration = Duration::from_millis(1000);
 /// The same after a scan that takes a second.
 const AFTER_STALL: Duration = Duration::from_millis(1300);
@@ -23,11 +23,11 @@ const SCANS: &str = "150";
 
 /// The values of coils 0 to 2 and holding register 0 in RUN.
 pub const IN_RUN: [u64; 4] = [1, 0, 1, 1234];
-/// Their values outside RUN, if the held one was ON.
+/// Their values outside RUN, if the held coil was ON.
 pub const SAFE: [u64; 4] = [0, 1, 1, 17];
 /// The outputs of each device that the tests compare.
 const POINTS: [(&str, u64); 4] = [("coil", 0), ("coil", 1), ("coil", 2), ("holding", 0)];
-/// The register of the first device that has the number of scans.
+/// The register of the first device that receives the number of scans.
 const BEAT: (&str, u64) = ("holding", 1);
 /// The coils of the second device that show `.Ok` and `.Stale` of the first.
 const SHOWN: [(&str, u64); 2] = [("coil", 8), ("coil", 9)];
@@ -59,7 +59,7 @@ pub struct Outputs(pub [Vec<Change>; 4]);
 
 /// The records of one run.
 pub struct Story {
-    /// The outputs of the device without a watchdog, and of the one with a watchdog.
+    /// The outputs of the device without a watchdog, then of the device with a watchdog.
     pub outputs: [Outputs; 2],
     /// The time of the last recorded scan, in ms since the cause; negative: before it.
     pub live_ms: f64,
@@ -69,8 +69,8 @@ pub struct Story {
     pub stale: Vec<u64>,
     /// The exit code, if rungd ended by itself.
     pub code: Option<i32>,
-    /// After the end of the cause or a new start: the time until each device was as in RUN again,
-    /// in ms, and the changes of the first device's outputs until then.
+    /// Counted from the end of the cause or from a new start: the time in ms until each device had
+    /// its values of RUN again, and the changes of the first device's outputs until then.
     pub back: Option<([f64; 2], Vec<Change>)>,
     /// The outputs of the first device after that.
     pub last: [Option<u64>; 4],
@@ -84,8 +84,8 @@ impl Outputs {
         Outputs(POINTS.map(|point| of(changes, point)))
     }
 
-    /// Whether the device's watchdog fired before the end: the machine held rungd up for longer
-    /// than that, and may do so again behind the end.
+    /// Whether the device's watchdog fired before the end: the machine delayed rungd for longer
+    /// than the watchdog allows, and may do so again after the end.
     fn dropped_before(&self) -> bool {
         self.0.iter().flatten().any(|change| change.by_watchdog && change.ms < 0.0)
     }
@@ -106,9 +106,10 @@ fn of(changes: &[Change], (bank, address): (&str, u64)) -> Vec<Change> {
 }
 
 impl Story {
-    /// Whether the machine was too busy: for the device's watchdog while rungd exchanged, for that
-    /// watchdog to see a rungd that stands still, or for an answer of a device that is there. (A
-    /// rungd that stands still misses answers by itself.)
+    /// Whether the machine was too busy for this run. There are three cases: the device's watchdog
+    /// fired although rungd continued its exchanges, it did not fire although rungd was stopped, or
+    /// a device that was there did not answer in time. (A stopped rungd misses answers in any
+    /// case.)
     pub fn was_held_up(&self, way: Way) -> bool {
         let is_late = |line: &String| {
             let is_there = way == Way::PanicInDriver && line.contains(DEVICE_LOST);
@@ -126,12 +127,12 @@ impl Story {
 }
 
 impl Way {
-    /// Whether the test starts rungd anew after it.
+    /// Whether the test starts rungd again afterwards.
     fn starts_again(self) -> bool {
         matches!(self, Way::Kill | Way::Segment | Way::PanicInMonitor | Way::PanicInShell)
     }
 
-    /// Whether the outputs must be as in RUN again.
+    /// Whether the outputs must return to their values of RUN.
     pub fn comes_back(self) -> bool {
         self.starts_again() || self.loses_one() || self == Way::Stand
     }
@@ -142,7 +143,7 @@ impl Way {
     }
 }
 
-/// A rungd whose folder, faults and socket are this run's own.
+/// The folder, the file of faults and the socket of one run.
 struct Stage {
     plant: Plant,
     faults: String,
@@ -178,8 +179,8 @@ fn controller(ports: &[u64]) -> String {
          { from = \"Y0..Y2\", to = \"coil 0..2\" },\n  \
          { from = \"D0\", to = \"holding 0\", safe = 17 },\n  \
          { from = \"$ScanCounter\", to = \"holding 1\", hold = true },\n]";
-    // rungd writes again what the device's watchdog switched OFF, although no scan changes it and
-    // `write-every` is off.
+    // After the device's watchdog has switched outputs OFF, rungd writes them again, although no
+    // scan changes them and `write-every` is off.
     let guarded = "write-every = \"0ms\"\n\
          watchdog = { register = 100, every = \"100ms\" }\nmap = [\n  \
          { from = \"Y10..Y12\", to = \"coil 0..2\" },\n  \
@@ -245,8 +246,8 @@ pub struct Away {
     pub log: Vec<String>,
 }
 
-/// Runs a way while the first device cannot be reached, as behind a switch that restarts. It returns
-/// soon, or not at all. `None` if this machine was too slow.
+/// Runs a way while the first device cannot be reached, as if a network switch restarted. With
+/// `is_back` the device returns soon, otherwise never. `None` if this machine was too slow.
 pub fn play_away(way: Way, is_back: bool) -> Option<Away> {
     let mut watcher = Watcher::start(DEVICE_WATCHDOG_MS);
     let stage = Stage::new(&watcher.ports.clone());
@@ -285,7 +286,7 @@ impl Story {
     }
 }
 
-/// Causes the end; the time of the cause by the watcher's clock, in us.
+/// Causes the end; returns the time of the cause by the watcher's clock, in us.
 fn cause(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running) -> u64 {
     let mut at = way.cause(watcher, rungd.child.id(), &stage.faults);
     match way {
@@ -309,8 +310,8 @@ fn cause(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running) ->
 
 type Back = (Option<([f64; 2], Vec<Change>)>, [Option<u64>; 4], Vec<Change>);
 
-/// Ends the cause or starts a new process, and waits for RUN; also the changes at the second
-/// device meanwhile.
+/// Ends the cause or starts a new process, and waits for RUN. Also returns the changes at the
+/// second device meanwhile.
 fn come_back(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running) -> Back {
     if !way.comes_back() {
         return (None, [None; 4], Vec::new());
@@ -347,8 +348,8 @@ fn in_run(watcher: &mut Watcher, device: usize) -> [u64; 4] {
     [coils[0], coils[1], coils[2], word[0]]
 }
 
-/// Waits until both devices are as in RUN and the number of scans grows. False if both have their
-/// safe values instead.
+/// Waits until both devices have their values of RUN and the number of scans grows. Returns false
+/// if both have their safe values instead.
 fn wait_for_run(watcher: &mut Watcher) -> bool {
     let deadline = Instant::now() + PATIENCE;
     let beat = |watcher: &mut Watcher| watcher.values(0, BEAT.0, BEAT.1 as u16, 1)[0];
@@ -358,7 +359,7 @@ fn wait_for_run(watcher: &mut Watcher) -> bool {
         if both == [IN_RUN; 2] && beat(watcher) != before {
             return true;
         }
-        // The held output that a watchdog switched OFF is ON again too.
+        // The held output of the second device, which its watchdog switched OFF, is ON again too.
         if both == [SAFE; 2] {
             return false;
         }

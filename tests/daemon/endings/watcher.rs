@@ -51,7 +51,8 @@ impl Watcher {
         serde_json::from_str(&line).unwrap_or_else(|why| panic!("{why}: {line:?}"))
     }
 
-    /// Has a command executed; the time of that by the watcher's clock, in us.
+    /// Lets the watcher execute a command; returns the time of its execution by the watcher's
+    /// clock, in us.
     pub fn tell(&mut self, command: &str) -> u64 {
         self.ask(command)["at"].as_u64().unwrap()
     }

@@ -26,13 +26,13 @@ pub enum Way {
 /// The values that the outputs take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// rungd writes the safe values, and its exchanges with the devices go on.
+    /// rungd writes the safe values, and continues its exchanges with the devices.
     Safe,
     /// rungd writes the safe values, and ends with this exit code.
     SafeThenGone(i32),
     /// rungd is killed or stopped by a signal, and writes nothing.
     AsTheyWere,
-    /// rungd goes on in RUN.
+    /// rungd continues in RUN.
     InRun,
 }
 
@@ -97,7 +97,7 @@ impl Way {
         }
     }
 
-    /// Whether it needs a build in which a test can cause faults at named points.
+    /// Whether the way needs a build in which a test can cause faults at named points.
     pub fn wants_faults(self) -> bool {
         self.fault().is_some()
     }
@@ -114,8 +114,8 @@ impl Way {
         })
     }
 
-    /// Has the watcher cause the end; the time of the cause by the watcher's clock, in us. A way that
-    /// the watcher cannot cause only gets the time.
+    /// Lets the watcher cause the end; returns the time of the cause by the watcher's clock, in us.
+    /// For a way that the watcher cannot cause, only returns the time.
     pub fn cause(self, watcher: &mut Watcher, pid: u32, faults: &str) -> u64 {
         let mut kill = |signal| watcher.tell(&format!("kill {pid} {signal}"));
         match self {
@@ -141,7 +141,8 @@ impl Way {
         }
     }
 
-    /// Ends the cause; the time by the watcher's clock, in us. `None` if the cause cannot be ended.
+    /// Ends the cause; returns the time by the watcher's clock, in us. `None` if the cause cannot
+    /// be ended.
     pub fn return_of(self, watcher: &mut Watcher, pid: u32) -> Option<u64> {
         match self {
             Way::Stand => Some(watcher.tell(&format!("kill {pid} {SIGCONT}"))),

@@ -24,7 +24,8 @@ fn the_value_is_the_raw_one_in_its_unit() {
     }
 }
 
-/// 3.6 to 4 mA and 20 to 21 mA are no broken wire: the value goes a little beyond its range.
+/// Currents of 3.6 to 4 mA and of 20 to 21 mA are not a broken wire: the value goes a little beyond
+/// its range.
 #[test]
 fn a_value_beyond_its_range_is_shown_or_kept_within_it() {
     let mut free = input("");
@@ -68,7 +69,7 @@ fn a_spike_is_no_broken_wire_and_no_value() {
     }
 }
 
-/// Before the wire was ever whole there is no last value: `good` says so from the first scan on.
+/// If the wire was never whole, there is no last value: `good` is OFF from the first scan on.
 #[test]
 fn a_wire_that_is_broken_from_the_start_is_not_good() {
     let mut a = bench(
@@ -88,7 +89,7 @@ fn thermostat(template: &str, tag: &str) -> Bench {
     bench("hysteresis", &format!("value = {{ at = \"{tag}\" }}"), &uses)
 }
 
-/// (value, ON): in this order.
+/// Values in this order, each with the state of the bit.
 const STORY: [(i16, bool); 13] = [
     (50, false),
     (60, false),

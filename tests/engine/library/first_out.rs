@@ -1,4 +1,4 @@
-//! First-out: which alarm came first, and the horn.
+//! First-out: the alarm that came first, and the horn.
 
 use super::{Bench, bench};
 
@@ -50,7 +50,7 @@ fn each_new_alarm_sounds_the_horn_until_it_is_acknowledged() {
     assert!(f.set("X3", 0).scan().set("X3", 1).scan().on("f.horn"), "the same alarm again");
 }
 
-/// A jammed button must not silence the alarms of the future.
+/// A jammed button must not silence later alarms.
 #[test]
 fn an_acknowledgement_that_stays_on_silences_no_later_alarm() {
     let mut f = alarms("");

@@ -1,5 +1,5 @@
-//! The templates of `config/lib/` at work, in virtual time: what each one promises, and what an
-//! engineer would distrust.
+//! The templates of `config/lib/` in use, in virtual time: the promises of each template, and the
+//! cases that an engineer would doubt.
 //!
 //! A [`Bench`] is a ladder with one file of the library and some uses. `tests/language/library.rs`
 //! shows that the files load.
@@ -25,16 +25,16 @@ use crate::support::run;
 /// A ladder with a file of the library, scanned by the test.
 struct Bench {
     plc: Plc,
-    /// Values that the next scan gets.
+    /// Values to be written before the next scan.
     pending: Vec<(Place, i32)>,
-    /// The places of the names so far: to find one takes longer than a scan.
+    /// The places of the names used so far, because finding a place takes longer than a scan.
     places: RefCell<HashMap<String, Place>>,
 }
 
 #[derive(Clone, Copy)]
 struct Place {
     cell: Cell,
-    /// Of an X: the number of the input.
+    /// The number of the input, if the place is an X.
     input: Option<u32>,
 }
 
@@ -44,7 +44,7 @@ fn bench(library: &str, tags: &str, uses: &str) -> Bench {
     started(library, tags, &main)
 }
 
-/// The same with any blocks.
+/// The same as [`bench`], with these blocks.
 fn started(library: &str, tags: &str, blocks: &str) -> Bench {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/lib/{library}.toml"));
     let library = std::fs::read_to_string(path).expect("a file of the library");
@@ -59,14 +59,14 @@ impl Bench {
         self
     }
 
-    /// A bit or an integer, from the next scan on.
+    /// Sets a bit or an integer from the next scan on.
     fn set(&mut self, name: &str, value: i32) -> &mut Bench {
         let place = self.place(name);
         self.pending.push((place, value));
         self
     }
 
-    /// A real, from the next scan on.
+    /// Sets a real from the next scan on.
     fn put(&mut self, name: &str, value: f32) -> &mut Bench {
         self.set(name, Real::finite(value).expect("a finite number").cell())
     }
@@ -99,7 +99,7 @@ impl Bench {
         self
     }
 
-    /// Scans until this time has passed: one scan at least.
+    /// Scans until this time has passed, at least once.
     fn run(&mut self, ms: u64) -> &mut Bench {
         let end = self.plc.now_ns + ms * 1_000_000;
         self.scan();
@@ -109,7 +109,7 @@ impl Bench {
         self
     }
 
-    /// An orderly stop and the next start, with memory as it is.
+    /// An orderly stop and the next start, with memory unchanged.
     fn restart(&mut self) -> &mut Bench {
         self.plc.stop();
         self.plc.engine.start(self.plc.now_ns);
@@ -128,12 +128,13 @@ impl Bench {
         Real::of_cell(i32::try_from(self.int(name)).expect("a cell")).number()
     }
 
-    /// `1` and `0` for each bit: the picture of some outputs.
+    /// A picture of some bits: `1` or `0` for each.
     fn bits(&self, names: &[&str]) -> String {
         names.iter().map(|name| if self.on(name) { '1' } else { '0' }).collect()
     }
 
-    /// The number of scans for which a bit is ON, and of its rises, over some time.
+    /// The number of scans in which a bit is ON during some time, and the number of its rising
+    /// edges.
     fn watch(&mut self, name: &str, ms: u64) -> (u32, u32) {
         let end = self.plc.now_ns + ms * 1_000_000;
         let (mut scans, mut rises, mut before) = (0, 0, self.on(name));

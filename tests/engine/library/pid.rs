@@ -32,7 +32,8 @@ fn the_proportional_part_is_gain_times_error() {
     assert_eq!(p.real("p.out"), 10.0);
 }
 
-/// An error of 1 adds the gain once in the reset time, with short and with long scans.
+/// With an error of 1 the integral part grows by the gain in each reset time, with short and with
+/// long scans.
 #[test]
 fn the_integral_part_goes_by_time_and_not_by_scans() {
     for period in PERIODS {
@@ -45,7 +46,7 @@ fn the_integral_part_goes_by_time_and_not_by_scans() {
     }
 }
 
-/// 1.4e-7 a step is less than a real can show at 50: it counts all the same.
+/// A step of 1.4e-7 is too small for a real near 50, and counts nevertheless.
 #[test]
 fn a_slow_integral_loses_nothing() {
     let mut p = pid(", reset = 3600").period(100);
@@ -56,7 +57,7 @@ fn a_slow_integral_loses_nothing() {
     assert!((moved - 0.005).abs() < 0.0001, "{moved} after an hour");
 }
 
-/// A value that falls by 1 a second adds gain times rate.
+/// A value that falls by 1 per second adds gain times rate to the output.
 #[test]
 fn the_differential_part_goes_by_time_and_not_by_scans() {
     for period in PERIODS {
@@ -72,7 +73,7 @@ fn the_differential_part_goes_by_time_and_not_by_scans() {
     }
 }
 
-/// The setpoint is no part of the differential: an operator's step gives no kick.
+/// The setpoint does not enter the differential part: an operator's step gives no kick.
 #[test]
 fn a_step_of_the_setpoint_gives_no_kick() {
     let mut p = pid(", rate = 50");
@@ -88,7 +89,7 @@ fn the_first_step_gives_no_kick_whenever_it_comes() {
     for _ in 0..100 {
         assert_eq!(p.scan().real("p.out"), 0.0);
     }
-    // In a Program that is started late, halted, and started again elsewhere.
+    // The same in a Program that is started late, halted, and started again at a different value.
     let blocks = format!(
         "[[program]]\nname = \"Main\"\nrung = [ {{ when = [\"rise(X1)\"], do = [\"RUN Loop\"] }}, \
          {{ when = [\"X2\"], do = [\"HALT Loop\"] }} ]\n\
@@ -117,7 +118,8 @@ fn the_output_stays_within_its_limits() {
     }
 }
 
-/// After a quarter of an hour at its limit the output leaves it as soon as the value has reached the setpoint.
+/// After a quarter of an hour at its limit, the output leaves the limit as soon as the value has
+/// reached the setpoint.
 #[test]
 fn it_does_not_wind_up() {
     for (value, limit) in [(0.0, 100.0), (100.0, 0.0)] {
@@ -131,7 +133,8 @@ fn it_does_not_wind_up() {
     }
 }
 
-/// One wrong sample at the limit: the output is what it was, but for what that sample integrates.
+/// After one wrong sample the output returns to its former value, except for the integral of that
+/// sample.
 #[test]
 fn a_spike_at_the_limit_does_not_move_the_integral() {
     let mut p = pid(", reset = 100");
@@ -146,7 +149,7 @@ fn a_spike_at_the_limit_does_not_move_the_integral() {
     }
 }
 
-/// A limit that is drawn in takes its part of the integral with it.
+/// If a limit is narrowed, the integral is reduced too.
 #[test]
 fn a_limit_that_moves_does_not_wind_up() {
     let mut p = pid(", reset = 5").period(100);
@@ -186,7 +189,7 @@ fn the_hands_output_has_the_limits_too() {
     }
 }
 
-/// Cooling: a negative gain, more output makes less value.
+/// Cooling has a negative gain: more output lowers the value.
 #[test]
 fn a_negative_gain_works_the_other_way() {
     let mut p = pid(", reset = 10");
@@ -199,7 +202,7 @@ fn a_negative_gain_works_the_other_way() {
     assert!(p.real("p.out") >= 1.9, "no windup there either: {}", p.real("p.out"));
 }
 
-/// A first-order plant: 2 K per percent over 20 K, a time constant of 30 s.
+/// A first-order plant: 2 K per percent of output above 20 K, a time constant of 30 s.
 #[test]
 fn a_loop_settles_at_its_setpoint_with_short_and_with_long_scans() {
     for period in PERIODS {

@@ -1,4 +1,4 @@
-//! Alternation and lead/lag: whose turn it is, and who steps in.
+//! Alternation and lead/lag: the pump whose turn it is, and the pump that replaces it.
 
 use super::{Bench, bench};
 
@@ -20,7 +20,8 @@ fn two_outputs_take_turns() {
 
 const RUNS: [&str; 3] = ["Y1", "Y2", "Y3"];
 
-/// X11 to X13: one, two and three are wanted. X1 to X3: the pumps are ready. Y1 to Y3: they run.
+/// X11 to X13: one, two or three pumps are wanted. X1 to X3: the pumps are ready. Y1 to Y3: the
+/// pumps run.
 struct Pumps(Bench);
 
 fn three() -> Pumps {
@@ -42,7 +43,7 @@ fn all_ready(mut bench: Bench) -> Pumps {
 }
 
 impl Pumps {
-    /// This many are wanted.
+    /// Sets the number of pumps that are wanted, scans, and returns the pumps that run.
     fn wanted(&mut self, count: i32) -> String {
         for at in 1..=3 {
             self.0.set(&format!("X1{at}"), i32::from(count >= at));
@@ -50,7 +51,7 @@ impl Pumps {
         self.runs()
     }
 
-    /// A pump becomes ready, or is no longer.
+    /// Makes a pump ready or not ready, scans, and returns the pumps that run.
     fn ready(&mut self, pump: usize, ready: bool) -> String {
         self.0.set(&format!("X{pump}"), i32::from(ready));
         self.runs()
@@ -97,7 +98,8 @@ fn the_next_in_turn_helps_while_more_are_wanted() {
     }
 }
 
-/// A high float without the low one below it: a broken float. The pump that runs is not changed.
+/// If the high float is ON without the low float below it, a float is broken: the running pump is
+/// not changed.
 #[test]
 fn the_turn_ends_when_no_pump_is_wanted_at_all() {
     for mut pumps in [two(), three()] {
@@ -138,7 +140,7 @@ fn a_lag_pump_that_fails_is_replaced_too() {
     assert!(pumps.0.on("l.short"));
 }
 
-/// A contact that flickers must not start and stop pumps with it.
+/// A flickering ready contact must not start and stop pumps at its pace.
 #[test]
 fn a_lead_that_is_ready_again_waits_for_its_next_turn() {
     let mut pumps = three();
@@ -155,7 +157,7 @@ fn a_lead_that_is_ready_again_waits_for_its_next_turn() {
     assert_eq!(pumps.wanted(2), "110");
 }
 
-/// In manual, under repair, failed: the others share its turns.
+/// If a pump is in manual, under repair or failed, the others share its turns.
 #[test]
 fn a_pump_that_is_not_ready_is_passed_over() {
     let mut pumps = three();
@@ -179,7 +181,7 @@ fn a_pump_that_is_not_ready_is_passed_over() {
     }
 }
 
-/// A pump that is wanted for weeks gives its turn to the next one by a clock.
+/// If a pump is wanted for weeks, a clock gives its turn to the next pump.
 #[test]
 fn a_clock_can_change_the_lead_while_pumps_run() {
     let mut pumps = three();
@@ -203,7 +205,8 @@ fn the_turn_stays_over_a_stop() {
     }
 }
 
-/// Every state of three pumps, whoever leads: as many run as are wanted and can.
+/// Every state of three pumps, with each pump as the lead: the number of running pumps is the
+/// number wanted, or the number ready if that is smaller.
 #[test]
 fn as_many_run_as_are_wanted_and_ready() {
     let mut pumps = three();

@@ -31,7 +31,7 @@ fn it_moves_at_its_rates_whatever_the_period_is() {
     }
 }
 
-/// No step is greater than the rate allows, and none passes the target.
+/// No step is greater than the rate allows, and no step passes the target.
 #[test]
 fn it_never_jumps_and_never_overshoots() {
     for period in PERIODS {
@@ -52,7 +52,7 @@ fn it_never_jumps_and_never_overshoots() {
     }
 }
 
-/// A furnace: 1 K an hour at 1000 K is less in a scan than a real can show at 1000.
+/// A furnace with 1 K per hour: the change per scan is too small for a real near 1000.
 #[test]
 fn a_slow_ramp_keeps_its_rate() {
     let mut r = ramp("0.000277777", "1").period(100);
@@ -63,7 +63,7 @@ fn a_slow_ramp_keeps_its_rate() {
     assert!((value - 1_002.0).abs() < 0.01, "{value} after two hours");
 }
 
-/// The rate holds for a target that never stands still.
+/// The rate also holds for a target that changes in every scan.
 #[test]
 fn a_target_that_moves_all_the_time_changes_no_rate() {
     let mut r = ramp("1", "1");

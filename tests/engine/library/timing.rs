@@ -1,4 +1,4 @@
-//! Debounce, flasher, hour meter: what goes by time.
+//! The templates that measure time: debounce, flasher, hour meter.
 
 use super::{Bench, bench};
 
@@ -61,7 +61,7 @@ fn a_flasher_begins_bright_and_keeps_both_times() {
     assert!(f.set("X0", 1).scan().on("f.lit"), "it begins bright again");
 }
 
-/// 60 periods of 1 s are a minute, whatever the scans are.
+/// 60 periods of 1 s last a minute with scans of any length.
 #[test]
 fn a_flasher_does_not_drift() {
     for period in [1, 7, 10, 30, 90] {
@@ -118,7 +118,7 @@ fn an_hour_meter_counts_only_while_running() {
     assert_eq!(h.int("h.hours"), 2, "the part of an hour is kept");
 }
 
-/// 200 of its hours, of 1 s each, with scans that do not divide a second.
+/// 200 hours, here of 1 s each, with scans that do not divide a second.
 #[test]
 fn an_hour_meter_does_not_drift() {
     for period in [7, 10, 30, 300] {

@@ -21,9 +21,9 @@ pub struct Bench {
     pub sections: Vec<Arc<TapeSection>>,
     /// Complete scans.
     pub scans: u64,
-    /// The operands that are asked for.
+    /// The operands for questions.
     pub operands: Vec<String>,
-    /// Those that changed.
+    /// The operands that changed.
     pub lively: Vec<String>,
 }
 
@@ -44,20 +44,20 @@ fn section(engine: &Engine, number: u64, running: bool) -> TapeSection {
     }
 }
 
-/// An engine, and all calls that it got.
+/// An engine, and all its calls.
 pub struct Recorder {
     engine: Engine,
     pub sections: Vec<TapeSection>,
 }
 
 impl Recorder {
-    /// Before its start.
+    /// The state before the start.
     pub fn new(engine: Engine) -> Recorder {
         let sections = vec![section(&engine, 0, false)];
         Recorder { engine, sections }
     }
 
-    /// A new section begins, before a scan.
+    /// Begins a new section, before a scan.
     pub fn cut(&mut self, scan: u64) {
         let next = section(&self.engine, scan, true);
         self.sections.push(next);
@@ -137,7 +137,7 @@ fn run(case: &Case, subject: &Subject, recorder: &mut Recorder, rng: &mut Rng) -
     case.scans as u64
 }
 
-/// A number of the stimulus as the content of a cell.
+/// A number of the stimulus as the content of this cell.
 fn content(subject: &Subject, cell: Cell, value: i64) -> i32 {
     match cell {
         Cell::Word(word) if subject.symbols().layout.is_real(word) => {

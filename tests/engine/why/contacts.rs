@@ -1,4 +1,5 @@
-//! A reader of contacts for the judge: the places of their leaves in the file, and their value.
+//! A reader of contacts for the judge. It finds the places of their leaves in the file, and
+//! computes their value.
 
 use rungd::observe::Subject;
 
@@ -12,7 +13,7 @@ pub enum Tree {
 pub struct Leaf {
     /// Its first byte in the file.
     pub start: usize,
-    /// What it reads: the same for the same contact.
+    /// The contact's text in a normal form: the same for the same contact.
     pub key: String,
 }
 
@@ -29,7 +30,7 @@ impl<'t> Reader<'t> {
         Reader { text, at: 0, end: 0, subject, leaves: Vec::new() }
     }
 
-    /// Reads the contacts that stand at a place.
+    /// Reads the contacts at a place.
     pub fn read(&mut self, start: usize, end: usize) -> Tree {
         // A place does not include the parentheses around its first contact: read the whole string.
         self.at = self.text[..start].rfind('"').map_or(start, |quote| quote + 1);

@@ -1,9 +1,9 @@
-//! `why` before an independent judge: random ladders, random questions.
+//! Compares the answers of `why` with an independent judge: random ladders, random questions.
 //!
-//! The judge executes the tape again operation by operation and watches the cell by itself
-//! (`trace`); it reads the contacts that an answer names from the ladder's text, with a reader of
-//! its own (`contacts`); it tries what would change (`verdict`). `RUNGD_WHY_QUESTIONS` (160)
-//! questions from seed `RUNGD_WHY_SEED` (1) on.
+//! The judge executes the tape again operation by operation and observes the cell (`trace`). It
+//! reads the contacts that an answer names from the ladder's text, with its own reader
+//! (`contacts`). It tries the proposed change (`verdict`). `RUNGD_WHY_QUESTIONS` (160) is the
+//! number of questions, `RUNGD_WHY_SEED` (1) the first seed.
 
 mod bench;
 mod contacts;
@@ -18,7 +18,7 @@ use rungd::observe::{At, Cause, Limits};
 use std::collections::BTreeMap;
 use std::env;
 
-/// The questions about one ladder.
+/// The number of questions about one ladder.
 const OF_ONE: u64 = 20;
 
 fn setting(name: &str, default: u64) -> u64 {

@@ -1,4 +1,4 @@
-//! The example of `docs/why.md` is made by the program. After a change:
+//! The example of `docs/why.md` is made by the program. To update it after a change:
 //! `UPDATE_PAGES=1 cargo test --test engine why::page`.
 
 use super::bench::Recorder;

@@ -1,4 +1,4 @@
-//! How long an answer takes for 10,000 rungs with a minute of tape at 10 ms.
+//! The time for an answer: 10,000 rungs, and a minute of tape at 10 ms.
 
 use super::bench::Recorder;
 use rungd::engine::{Engine, EngineCall, ScanTimes};
@@ -34,7 +34,7 @@ fn ladder() -> String {
     text
 }
 
-/// Ten thousand rungs, each with the output of the one before it; a latch at the end.
+/// Ten thousand rungs, each with the output of the previous rung as a contact; a latch at the end.
 fn chain() -> String {
     let mut text = String::from("[tags]\n");
     for n in 0..10_000u32 {
@@ -53,7 +53,7 @@ fn chain() -> String {
     text
 }
 
-/// A minute at 10 ms; few inputs change.
+/// The tape of a minute at 10 ms, in which few inputs change.
 fn minute(subject: &Subject, program: &Program) -> Vec<Arc<TapeSection>> {
     let mut recorder = Recorder::new(Engine::new(lower(program).0));
     recorder.call(EngineCall::Start { now_ns: 0 });

@@ -1,5 +1,6 @@
-//! The judge's own trace of a cell: every step that changed it or decided it, by executing the tape
-//! operation by operation. What an instruction does is read from the generated text.
+//! The judge's own trace of a cell: every step that changed it or wrote it again. The judge
+//! executes the tape operation by operation, and reads from the generated text which cells an
+//! instruction writes.
 
 use super::bench::Bench;
 use crate::support::model::case::{Expr, Rung};
@@ -20,7 +21,7 @@ pub struct Instruction {
     source: Rung,
 }
 
-/// What wrote the cell.
+/// The cause of a write to the cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum By {
     Instruction(u32),
@@ -38,13 +39,13 @@ pub struct Step {
     pub changed: bool,
 }
 
-/// The cell from the start to the moment of the question.
+/// The history of the cell from the start to the moment of the question.
 pub struct Trace {
     pub steps: Vec<Step>,
     /// The number of the scan that began last.
     pub scan: Option<u64>,
     pub forced: bool,
-    /// The controller scans on.
+    /// Whether the controller still scans.
     pub runs: bool,
     pub state: EngineState,
     pub instructions: Vec<Instruction>,
@@ -110,7 +111,7 @@ impl Brute<'_> {
         self.turn.map_or(By::Controller, By::Turn)
     }
 
-    /// Whether an execution puts its value, though that is the same.
+    /// Whether an execution of the instruction writes the cell, even if the value stays the same.
     fn puts(&self, part: u32, number: u32, in_pass: bool) -> bool {
         let instruction = &self.instructions[number as usize];
         let words: Vec<&str> = instruction.text.split_whitespace().collect();
@@ -157,7 +158,7 @@ impl Brute<'_> {
     }
 }
 
-/// The value of contacts, of the states of their leaves from left to right.
+/// The value of contacts, computed from the states of their leaves, from left to right.
 fn value(expr: &Expr, states: &[bool], at: &mut usize) -> bool {
     let mut next = || {
         *at += 1;
@@ -181,7 +182,7 @@ fn value(expr: &Expr, states: &[bool], at: &mut usize) -> bool {
     }
 }
 
-/// The values of all: every one takes its states.
+/// The values of all expressions; each takes the states of its leaves.
 fn values(all: &[Expr], states: &[bool], at: &mut usize) -> Vec<bool> {
     all.iter().map(|one| value(one, states, at)).collect()
 }
@@ -279,8 +280,8 @@ pub fn trace(bench: &Bench, cell: Cell, at: At) -> Trace {
 }
 
 impl Trace {
-    /// The write that decided the value: in the last scan if one wrote it there, else the last that
-    /// changed it.
+    /// The write that decided the value: the last write in the last scan, or, if there is none, the
+    /// last write that changed the value.
     pub fn expected(&self) -> Option<&Step> {
         let last = self.steps.iter().rfind(|step| step.scan == self.scan);
         last.or_else(|| self.steps.iter().rfind(|step| step.changed))

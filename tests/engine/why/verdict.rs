@@ -12,7 +12,7 @@ use rungd::observe::{
 };
 use std::collections::BTreeMap;
 
-/// Assignments of contacts that are tried.
+/// The number of random assignments of contacts that are tried.
 const TRIES: u64 = 40;
 
 pub fn judge(
@@ -38,7 +38,7 @@ pub fn judge(
     }
 }
 
-/// (a) The write is the one of the judge's trace.
+/// (a) The named write is that of the judge's trace.
 fn write(bench: &Bench, trace: &Trace, answer: &Explanation) -> Result<(), String> {
     let write = &answer.root.write;
     if trace.forced {
@@ -79,7 +79,7 @@ fn scan_of(since: Since) -> Option<u64> {
     }
 }
 
-/// Whether a cause is what the judge saw.
+/// Whether a cause equals the judge's.
 fn is_by(bench: &Bench, trace: &Trace, by: &By, cause: &Cause) -> bool {
     let is_it = |number: u32, rung: &RungName, place: &Place| {
         let of = &trace.instructions[number as usize];
@@ -99,8 +99,8 @@ fn is_by(bench: &Bench, trace: &Trace, by: &By, cause: &Cause) -> bool {
     }
 }
 
-/// (a) The last change is told if the last scan only wrote the value again, and is that of the
-/// judge's trace: its scan, and what made it.
+/// (a) The answer names the last change if and only if the last scan only wrote the same value
+/// again. The scan and the cause of this change are those of the judge's trace.
 fn changed(bench: &Bench, trace: &Trace, answer: &Explanation) -> Result<(), String> {
     let write = &answer.root.write;
     let is_step = matches!(write.cause, Cause::Instruction { .. } | Cause::Pass { .. });
@@ -120,7 +120,7 @@ fn changed(bench: &Bench, trace: &Trace, answer: &Explanation) -> Result<(), Str
     let same = match (last, &changed.cause) {
         (None, Some(Cause::Initial | Cause::Restored)) => true,
         (Some(_), None) if !is_bit => true,
-        // It is the instruction that wrote in the last scan.
+        // The cause is the instruction that wrote in the last scan.
         (Some(step), None) => is_by(bench, trace, &step.by, &write.cause),
         (Some(step), Some(cause)) => is_bit && is_by(bench, trace, &step.by, cause),
         (None, _) => false,
@@ -132,7 +132,8 @@ fn changed(bench: &Bench, trace: &Trace, answer: &Explanation) -> Result<(), Str
     Ok(())
 }
 
-/// Instructions whose unchanged writes the judge does not see.
+/// Whether the cause is an instruction whose writes of an unchanged value the judge does not
+/// detect.
 fn is_unjudged(cause: &Cause, bench: &Bench) -> bool {
     let Cause::Instruction { place, .. } = cause else { return false };
     let words: Vec<&str> = place.text.split_whitespace().collect();
@@ -141,7 +142,8 @@ fn is_unjudged(cause: &Cause, bench: &Bench) -> bool {
     matches!(words[0], "COPY" | "FILL") || bench.subject.cell(target).is_err()
 }
 
-/// (b) and (c), of the operand and of all that is named below it.
+/// (b) The named contacts decide the leg. (c) None of them can be left out. Checks this for the
+/// operand and for everything that is named below it.
 fn node(bench: &Bench, of: &Node, rng: &mut Rng) -> Result<(), String> {
     reasons(bench, &of.write.cause, rng)?;
     for idle in &of.idle {
@@ -246,7 +248,7 @@ fn texts(leg: &LegSeen) -> Vec<&str> {
     leg.series.iter().map(|place| place.text.as_str()).collect()
 }
 
-/// (d) What would change it does, and no single input is passed over.
+/// (d) The proposed change changes the value, and no single input that would do so was missed.
 fn change(bench: &Bench, cell: Cell, trace: &Trace, found: &Remedy) -> Result<(), String> {
     let mut engine = Engine::new(lower(&bench.program).0);
     let value = trace.state.value(cell);

@@ -130,7 +130,7 @@ fn subscribes_commands(story: &Story) -> Complaints {
     unless(all.into_iter().all(fits), "no subscription of NCMD with QoS 1 before the birth")
 }
 
-/// NDEATH may come first: of a connection that ends before its birth.
+/// If a connection ends before its birth, its first message is NDEATH.
 fn birth_is_first(story: &Story) -> Complaints {
     let firsts: Vec<&Published> =
         story.connections.iter().filter_map(|connection| connection.sent().next()).collect();
@@ -140,8 +140,7 @@ fn birth_is_first(story: &Story) -> Complaints {
     wrong
 }
 
-/// A connection that the client ends has NDEATH as its last message, and nothing behind it but
-/// DISCONNECT.
+/// A connection that the client ends has NDEATH as its last message, followed only by DISCONNECT.
 fn death_before_end(story: &Story) -> Complaints {
     let mut wrong = Vec::new();
     for connection in &story.connections {
@@ -166,7 +165,7 @@ fn end_with_will(story: &Story) -> Complaints {
     unless(fits, "DISCONNECT of MQTT 5 without the reason `Disconnect with Will Message`")
 }
 
-/// What the primary host says in a step.
+/// The primary host's state in a step that delivers one.
 fn primary(story: &Story, step: &Step) -> Option<HostState> {
     let topic = Topic::of_host(story.host.as_ref()?).to_string();
     match step {
@@ -184,7 +183,7 @@ fn waits_for_host(story: &Story) -> Complaints {
         let subscribed = connection.subscribed().any(|(filter, _)| *filter == topic);
         wrong.extend(unless(subscribed, "no subscription of the primary host's STATE"));
         let told = connection.steps[..born].iter().filter_map(|step| primary(story, step));
-        // What is older than what was told before says nothing.
+        // A state that is older than a state before it is ignored.
         let newest =
             told.reduce(|known, it| if it.timestamp < known.timestamp { known } else { it });
         let is_online = newest.is_some_and(|state| state.online);
@@ -193,7 +192,7 @@ fn waits_for_host(story: &Story) -> Complaints {
     wrong
 }
 
-/// After a death of the primary host that is not older than its birth: NDEATH, and the end.
+/// After a death of the primary host that is not older than its birth, the node sends only NDEATH.
 fn ends_without_host(story: &Story) -> Complaints {
     let mut wrong = Vec::new();
     for connection in &story.connections {
@@ -210,7 +209,7 @@ fn ends_without_host(story: &Story) -> Complaints {
     wrong
 }
 
-/// A death of the primary host that is older than its birth is one of an older session.
+/// A death of the primary host that is older than its birth belongs to an older session.
 fn ignores_old_deaths(story: &Story) -> Complaints {
     let mut wrong = Vec::new();
     for connection in &story.connections {

@@ -149,7 +149,7 @@ pub const RULES: &[Rule] = &[
     ),
 ];
 
-/// Messages that have a number.
+/// The messages that have a sequence number.
 fn numbered(story: &Story) -> Vec<&Published> {
     let kinds = [Some(MessageKind::NodeBirth), Some(MessageKind::NodeData)];
     story.sent().map(|(_, sent)| sent).filter(|sent| kinds.contains(&sent.kind())).collect()
@@ -197,7 +197,8 @@ fn told_when(story: &Story) -> Complaints {
     })
 }
 
-/// A value of the past has its own time; one of the present has not that of another day.
+/// No time is in the future. A historical value may have any earlier time; a present value has one
+/// after 2001.
 fn metrics_told_when(story: &Story) -> Complaints {
     let has = |metric: &Metric, at_ms: u64| match (metric.timestamp, metric.is_historical) {
         (Some(told), Some(true)) => told <= at_ms + 60_000,
@@ -255,7 +256,7 @@ fn births_are_whole(story: &Story) -> Complaints {
     })
 }
 
-/// What a metric is called by: its alias, or else its name.
+/// The identifier of a metric: its alias, or else its name.
 fn handle(metric: &Metric) -> (Option<u64>, Option<String>) {
     (metric.alias, metric.alias.is_none().then(|| metric.name.clone()).flatten())
 }
@@ -287,7 +288,8 @@ fn aliases_are_unique(story: &Story) -> Complaints {
     })
 }
 
-/// With aliases: each metric of a birth but the two of the specification has name and alias.
+/// With aliases, each metric of a birth has a name and an alias. The exceptions are the two metrics
+/// of the specification.
 fn births_have_names(story: &Story) -> Complaints {
     let own = [Some(vocabulary::BD_SEQ), Some(vocabulary::REBIRTH)];
     each(story.of(MessageKind::NodeBirth), "a metric lacks its name or its alias", |sent| {
@@ -323,8 +325,9 @@ fn data_after_birth(story: &Story) -> Complaints {
     wrong
 }
 
-/// Values of the present stand in order of time within a message, and each metric's from one
-/// message to the next. (What a node tells of its controller has the time at which it was asked.)
+/// Present values are in order of time within a message. Each metric's values are in order of time
+/// across messages. (A node's metrics about its controller have the time at which the node
+/// requested them.)
 fn in_order(story: &Story) -> Complaints {
     let mut wrong = Vec::new();
     for connection in &story.connections {
@@ -343,7 +346,7 @@ fn in_order(story: &Story) -> Complaints {
     wrong
 }
 
-/// NDATA has metrics; the heartbeat is one that changes.
+/// Each NDATA has metrics; the heartbeat is a metric that changes.
 fn tells_changes(story: &Story) -> Complaints {
     each(story.of(MessageKind::NodeData), "tells nothing", |sent| !sent.read().metrics.is_empty())
 }
@@ -380,7 +383,7 @@ fn properties_are_whole(story: &Story) -> Complaints {
     })
 }
 
-/// NDEATHs: those that are published, and the wills.
+/// All NDEATHs: the published ones and the wills.
 fn deaths(story: &Story) -> Vec<&Published> {
     let wills = story.connections.iter().filter_map(|it| it.connect.will.as_ref());
     story.of(MessageKind::NodeDeath).into_iter().chain(wills).collect()
@@ -396,10 +399,11 @@ fn deaths_have_no_seq(story: &Story) -> Complaints {
     each(deaths(story), "NDEATH has a seq", |sent| sent.read().seq.is_none())
 }
 
-/// Messages that may cross a request for a birth on their way: on a busy machine many do.
+/// The most messages that a node may send before it has received a request for a birth. On a busy
+/// machine these are many.
 const CROSSING_MAX: usize = 50;
 
-/// After a request, the next message is a birth, but for those that cross it.
+/// A request for a birth is followed by a birth, at most [`CROSSING_MAX`] messages later.
 fn answers_rebirth(story: &Story) -> Complaints {
     let asks = |step: &Step| match step {
         Step::Got(got) => {

@@ -1,5 +1,4 @@
-//! Stories in which nothing is wrong: what the rules must not complain about, and what the spoilers
-//! break.
+//! Stories without a fault: the rules must not complain about them, and the spoilers break them.
 
 use rungd::sparkplug::{
     BornMetric, DataType, HostState, MessageKind, Metric, MetricProperties, MetricValue, Payload,
@@ -8,10 +7,10 @@ use rungd::sparkplug::{
 
 use super::story::{Connect, Connection, Published, Step, Story};
 
-/// When the stories happen.
+/// The time at which the stories happen.
 const NOW_MS: u64 = 1_790_000_000_000;
 
-/// An edge node with a primary host: two connections by MQTT 3.1.1, one by MQTT 5.
+/// An edge node with a primary host: two connections with MQTT 3.1.1, one with MQTT 5.
 pub fn edge() -> Story {
     let mut story = Story {
         group: "plant".to_owned(),
@@ -116,7 +115,7 @@ fn death(number: i64) -> Payload {
     Payload { timestamp: Some(NOW_MS), metrics: vec![number_metric(number)], seq: None }
 }
 
-/// A host that asks a node for its birth: a connection by each version.
+/// A host that requests a node's birth: one connection with each version of MQTT.
 pub fn host() -> Story {
     let mut story = Story { host: Some("room".to_owned()), ..Story::default() };
     story.connections = vec![host_connection(4), host_connection(5)];

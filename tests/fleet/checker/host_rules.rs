@@ -169,7 +169,7 @@ fn own_topic(story: &Story) -> String {
     Topic::of_host(story.host.as_deref().unwrap_or_default()).to_string()
 }
 
-/// What a STATE says: whether the host is there, and the time. Read by keys and types alone.
+/// The contents of a STATE: whether the host is online, and the time. Reads only keys and types.
 fn state(message: &Published) -> Option<(bool, u64)> {
     let state: Value = serde_json::from_slice(&message.payload).ok()?;
     let known = state.as_object()?.len() == 2;
@@ -192,8 +192,8 @@ fn will_topic(story: &Story) -> Complaints {
     wrong
 }
 
-/// The first STATE of each connection that publishes one, and each that says that the host is
-/// there: an answer to a death is a birth too.
+/// The first STATE of each connection, and each STATE that reports the host as online: an answer to
+/// a death is a birth too.
 fn births(story: &Story) -> Vec<&Published> {
     story.connections.iter().flat_map(births_of).collect()
 }
@@ -204,7 +204,7 @@ fn births_of(connection: &Connection) -> Vec<&Published> {
     states.filter(|(at, it)| *at == 0 || is_born(it)).map(|(_, it)| it).collect()
 }
 
-/// In each connection the birth comes after the subscriptions, before everything else.
+/// In each connection the birth follows the subscriptions and precedes all other messages.
 fn birth_follows_subscriptions(story: &Story) -> Complaints {
     let topic = own_topic(story);
     let fits = |connection: &Connection| {
@@ -295,7 +295,7 @@ fn answers_a_death(story: &Story) -> Complaints {
     wrong
 }
 
-/// Everything that is sent beside STATE.
+/// All sent messages except STATE.
 fn commands(story: &Story) -> Vec<&Published> {
     story.sent().map(|(_, sent)| sent).filter(|sent| !sent.is_state()).collect()
 }

@@ -1,11 +1,11 @@
-//! The wire checker: what a client of Sparkplug 3.0 really sends, judged by the specification's
-//! normative statements.
+//! The wire checker: judges the packets of a Sparkplug 3.0 client by the specification's normative
+//! statements.
 //!
-//! `recorder` is a small broker that keeps every packet; `story` is what it kept. Each rule judges
-//! a story by some statements, which the specification calls `tck-id-…`. `table` reads the list of
-//! all statements in `docs/sparkplug.md`: a statement that is `checked` there has a rule here, and a
-//! spoiler, a story with one thing wrong that the rule must notice. The rules share no code with
-//! `src/edge` and `src/fleet`, only the payload's messages.
+//! `recorder` is a small broker that keeps every packet; `story` contains the packets. Each rule
+//! judges a story by some statements, which the specification calls `tck-id-…`. `table` reads the
+//! list of all statements in `docs/sparkplug.md`. A statement that is `checked` there has a rule
+//! here, and a spoiler: a story with one fault that the rule must notice. The rules share no code
+//! with `src/edge` and `src/fleet` except the payload's messages.
 
 mod edge_connect;
 mod edge_payload;
@@ -36,7 +36,7 @@ pub fn host_rules() -> Vec<&'static Rule> {
     host_rules::RULES.iter().collect()
 }
 
-/// What is wrong with a story, with the statements.
+/// The complaints about a story, with their statements.
 pub fn judge(rules: &[&Rule], story: &Story) -> Vec<String> {
     let told = rules.iter().flat_map(|(ids, judge)| {
         let complaints: BTreeSet<String> = judge(story).into_iter().collect();
@@ -50,7 +50,8 @@ fn notices(rules: &[&Rule], story: &Story, id: &str) -> bool {
     own.into_iter().any(|(_, judge)| !judge(story).is_empty())
 }
 
-/// Each change is noticed by each statement that it names, and each statement has a change.
+/// Checks that each statement that a spoiler names notices its change, and that each statement has
+/// a spoiler.
 fn hold(rules: &[&'static Rule], spoilers: &[&Spoiler], good: &Story) {
     assert_eq!(judge(rules, good), Vec::<String>::new(), "a good story has no complaint");
     let mut left: BTreeSet<&str> = rules.iter().flat_map(|(ids, _)| ids.iter().copied()).collect();

@@ -1,15 +1,15 @@
-//! MQTT's packets as bytes, as far as a recording broker needs them: read from a client, written to
-//! it. By the standard's text, and not by the library that `src/mqtt` uses.
+//! Reads and writes the MQTT packets that a recording broker needs. Written from the standard's
+//! text, without the library that `src/mqtt` uses.
 
 use std::io::{Error, ErrorKind, Read, Result, Write};
 
 use super::story::{Connect, Published};
 
-/// What a client sends.
+/// A packet from a client.
 #[derive(Debug)]
 pub enum Packet {
     Connect(Connect),
-    /// With its number, if it wants an acknowledgement.
+    /// With the packet's number if the client requests an acknowledgement.
     Publish(Published, Option<u16>),
     Subscribe(u16, Vec<(String, u8)>),
     /// An acknowledgement of the client.
@@ -18,7 +18,7 @@ pub enum Packet {
     Disconnect(u8),
 }
 
-/// The bytes of a packet behind its fixed header.
+/// The bytes of a packet after its fixed header.
 struct Body<'b> {
     bytes: &'b [u8],
     version: u8,
@@ -68,7 +68,7 @@ impl<'b> Body<'b> {
         Err(wrong("a length has more than four bytes"))
     }
 
-    /// The properties of MQTT 5; none before it.
+    /// The properties of MQTT 5; empty in older versions.
     fn properties(&mut self) -> Result<&'b [u8]> {
         if self.version < 5 {
             return Ok(&[]);
@@ -78,8 +78,8 @@ impl<'b> Body<'b> {
     }
 }
 
-/// The session expiry among the properties of CONNECT. It is the only one of four bytes that
-/// clients here send beside a packet size, and stands first in either order.
+/// The session expiry among the properties of CONNECT. Clients here send no other property of four
+/// bytes except the packet size; the order does not matter.
 fn session_expiry_s(mut properties: &[u8]) -> Result<u32> {
     while let Some((id, rest)) = properties.split_first() {
         let size = match id {
@@ -99,7 +99,7 @@ fn session_expiry_s(mut properties: &[u8]) -> Result<u32> {
     Ok(0)
 }
 
-/// Reads a packet; `None`: the connection is at its end. `version`: the connection's, 0 before
+/// Reads a packet; `None` at the end of the connection. `version` is the connection's, 0 before
 /// CONNECT.
 pub fn read(stream: &mut impl Read, version: u8, now_ms: u64) -> Result<Option<Packet>> {
     let mut head = [0];
@@ -196,18 +196,18 @@ fn write(stream: &mut impl Write, head: u8, body: &[u8]) -> Result<()> {
     stream.write_all(&bytes)
 }
 
-/// CONNACK: the session begins.
+/// Writes CONNACK: the session begins.
 pub fn welcome(stream: &mut impl Write, version: u8) -> Result<()> {
     let body: &[u8] = if version == 5 { &[0, 0, 0] } else { &[0, 0] };
     write(stream, 0x20, body)
 }
 
-/// PUBACK.
+/// Writes PUBACK.
 pub fn acknowledge(stream: &mut impl Write, number: u16) -> Result<()> {
     write(stream, 0x40, &number.to_be_bytes())
 }
 
-/// SUBACK: each filter with the QoS that was asked for.
+/// Writes SUBACK: each filter with the requested QoS.
 pub fn accept(
     stream: &mut impl Write,
     version: u8,
@@ -222,12 +222,12 @@ pub fn accept(
     write(stream, 0x90, &body)
 }
 
-/// PINGRESP.
+/// Writes PINGRESP.
 pub fn pong(stream: &mut impl Write) -> Result<()> {
     write(stream, 0xd0, &[])
 }
 
-/// PUBLISH with QoS 1 and a number.
+/// Writes PUBLISH with QoS 1 and a number.
 pub fn deliver(
     stream: &mut impl Write,
     version: u8,

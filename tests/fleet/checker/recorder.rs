@@ -1,5 +1,5 @@
-//! A small broker on a port of the system's choice that keeps what its client sends. It serves one
-//! client at a time, forgets nothing, and delivers what the test hands to it.
+//! A small broker that keeps all packets of its client, on a port that the system chooses. It
+//! serves one client at a time, and delivers messages for the test.
 
 use std::io::Result;
 use std::net::{Shutdown, TcpListener, TcpStream};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use super::packets::{self, Packet};
 use super::story::{Connection, Published, Step};
 
-/// The longest wait for what a client should do within seconds.
+/// The longest wait for an action of a client that should take seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// The broker.
@@ -31,7 +31,8 @@ struct Book {
     connections: Vec<Connection>,
     /// The client of the last connection, with its version.
     client: Option<(TcpStream, u8)>,
-    /// Messages that were delivered, and those that clients have acknowledged.
+    /// The number of delivered messages; `acknowledged` counts those that clients have
+    /// acknowledged.
     delivered: u16,
     acknowledged: u16,
 }
@@ -56,7 +57,7 @@ impl Recorder {
         Recorder { url, kept }
     }
 
-    /// Delivers a message to the client, and waits until the client says that it has it.
+    /// Delivers a message to the client, and waits for its acknowledgement.
     pub fn deliver(&self, topic: &str, payload: Vec<u8>) {
         let (topic, at_ms) = (topic.to_owned(), now_ms());
         let message = Published { topic, payload, qos: 1, retain: false, at_ms };
@@ -71,19 +72,19 @@ impl Recorder {
         self.wait("an acknowledgement", |book| book.acknowledged >= due);
     }
 
-    /// Closes the connection of the client, without a word.
+    /// Closes the client's connection without a DISCONNECT.
     pub fn cut(&self) {
         if let Some((stream, _)) = self.kept.book().client.take() {
             let _ = stream.shutdown(Shutdown::Both);
         }
     }
 
-    /// What was kept.
+    /// The connections so far.
     pub fn connections(&self) -> Vec<Connection> {
         self.kept.book().connections.clone()
     }
 
-    /// Waits until what was kept fits.
+    /// Waits until the connections fit.
     pub fn until(&self, what: &str, fits: impl Fn(&[Connection]) -> bool) {
         self.wait(what, |book| fits(&book.connections));
     }
@@ -149,7 +150,8 @@ impl Kept {
                 }
                 Packet::Disconnect(reason) => {
                     self.step(at, Step::Disconnected(reason));
-                    // As a broker does; `client` keeps the stream open.
+                    // A broker closes the connection; without this, `client` would keep the stream
+                    // open.
                     let _ = stream.shutdown(Shutdown::Both);
                     return Ok(());
                 }

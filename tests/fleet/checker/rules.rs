@@ -1,13 +1,13 @@
-//! The rules' common form: a function reads a story and says what is wrong with it.
+//! The rules' common form: a function reads a story and returns its complaints.
 
 use rungd::sparkplug::{MessageKind, Metric, MetricContent, vocabulary};
 
 use super::story::{Connection, Published, Story};
 
-/// What is wrong, a sentence each.
+/// The faults, a sentence each.
 pub type Complaints = Vec<String>;
 
-/// The identifiers of statements, and what judges a story by them.
+/// The identifiers of statements, and the function that judges a story by them.
 pub type Rule = (&'static [&'static str], fn(&Story) -> Complaints);
 
 /// A complaint for each message that does not fit.
@@ -25,7 +25,7 @@ pub fn some<T>(things: &[T], what: &str) -> Complaints {
     if things.is_empty() { vec![format!("the story has no {what}")] } else { Vec::new() }
 }
 
-/// A complaint, if it is wrong.
+/// A complaint unless `fits`.
 pub fn unless(fits: bool, wrong: &str) -> Complaints {
     if fits { Vec::new() } else { vec![wrong.to_owned()] }
 }
@@ -35,7 +35,7 @@ pub fn metric<'m>(metrics: &'m [Metric], name: &str) -> Option<&'m Metric> {
     metrics.iter().find(|metric| metric.name.as_deref() == Some(name))
 }
 
-/// The `bdSeq` that a message has.
+/// The `bdSeq` of a message.
 pub fn bd_seq(message: &Published) -> Option<u64> {
     match metric(&message.read().metrics, vocabulary::BD_SEQ)?.content {
         Some(MetricContent::Long(number)) => Some(number),
@@ -48,7 +48,7 @@ pub fn births(connection: &Connection) -> impl Iterator<Item = &Published> {
     connection.sent().filter(|sent| sent.kind() == Some(MessageKind::NodeBirth))
 }
 
-/// Whether a time is about the one at which something came.
+/// Whether a time is within a minute of the time at which a message arrived.
 pub fn is_about(time_ms: u64, came_ms: u64) -> bool {
     time_ms.abs_diff(came_ms) < 60_000
 }

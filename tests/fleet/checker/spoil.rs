@@ -1,10 +1,10 @@
-//! How a story is spoilt: what the spoilers have in common.
+//! The spoilers' common form, and functions that spoil a part of a story.
 
 use rungd::sparkplug::{MessageKind, Metric, Payload};
 
 use super::story::{Published, Step, Story};
 
-/// The identifiers that a change violates, and the change.
+/// The identifiers of the statements that a change violates, and the change.
 pub type Spoiler = (&'static [&'static str], fn(&mut Story));
 
 /// The first message of a kind in the first connection.
@@ -29,7 +29,7 @@ pub fn will(story: &mut Story) -> &mut Published {
     story.connections[0].connect.will.as_mut().expect("the story has one")
 }
 
-/// Leaves out the steps of all connections that fit.
+/// Removes the steps that fit from all connections.
 pub fn leave_out(story: &mut Story, fits: impl Fn(&Step) -> bool) {
     story.connections.iter_mut().for_each(|it| it.steps.retain(|step| !fits(step)));
 }

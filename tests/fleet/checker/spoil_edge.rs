@@ -1,4 +1,4 @@
-//! Stories of an edge node, each with one thing wrong, and the statements that must notice it.
+//! Stories of an edge node, each with one fault, and the statements that must notice it.
 
 use rungd::sparkplug::{DataType, HostState, MessageKind, MetricContent};
 
@@ -9,7 +9,7 @@ const BIRTH: MessageKind = MessageKind::NodeBirth;
 const DATA: MessageKind = MessageKind::NodeData;
 const DEATH: MessageKind = MessageKind::NodeDeath;
 
-/// What the primary host says first.
+/// The primary host's first state.
 fn primary(story: &mut Story) -> &mut Published {
     let steps = story.connections[0].steps.iter_mut();
     let mut told = steps.filter_map(|step| match step {
@@ -19,7 +19,7 @@ fn primary(story: &mut Story) -> &mut Published {
     told.find(|got| got.is_state()).expect("the story has a primary host")
 }
 
-/// CONNECT, will, subscriptions, order, the end.
+/// Faults of CONNECT, will, subscriptions, order and end.
 pub const OF_CONNECTIONS: &[Spoiler] = &[
     (&["principles-persistence-clean-session-311"], |s| s.connections[0].connect.clean = false),
     (&["principles-persistence-clean-session-50"], |s| {
@@ -146,7 +146,7 @@ pub const OF_CONNECTIONS: &[Spoiler] = &[
     ),
 ];
 
-/// Payloads.
+/// Faults of payloads.
 pub const OF_PAYLOADS: &[Spoiler] = &[
     (&["topic-structure", "topic-structure-namespace-a", "topics-nbirth-topic"], |s| {
         first(s, BIRTH).topic = "spAv1.0/plant/NBIRTH/press".to_owned()
@@ -209,7 +209,7 @@ pub const OF_PAYLOADS: &[Spoiler] = &[
         change(s, DATA, |payload| payload.timestamp = None);
     }),
     (&["payloads-timestamp-in-UTC"], |s| {
-        // Two hours ahead: local time.
+        // Two hours ahead, like local time.
         change(s, DATA, |payload| payload.timestamp = payload.timestamp.map(|at| at + 7_200_000));
     }),
     (&["payloads-name-birth-data-requirement"], |s| metric(s, DATA, 0, |it| it.timestamp = None)),

@@ -1,4 +1,4 @@
-//! Stories of a host, each with one thing wrong, and the statements that must notice it.
+//! Stories of a host, each with one fault, and the statements that must notice it.
 
 use rungd::sparkplug::{HostState, MessageKind, MetricContent};
 
@@ -7,7 +7,7 @@ use super::story::{Published, Step, Story};
 
 const COMMAND: MessageKind = MessageKind::NodeCommand;
 
-/// The first STATE that the host publishes; the death is its last one.
+/// All STATEs that the host publishes in its first connection. The last one is its death.
 fn states(story: &mut Story) -> Vec<&mut Published> {
     let steps = story.connections[0].steps.iter_mut();
     steps.filter_map(Step::sent_mut).filter(|sent| sent.is_state()).collect()
@@ -78,7 +78,7 @@ pub const OF_HOSTS: &[Spoiler] = &[
     (&["intro-sparkplug-host-state", "components-ph-state", "conformance-primary-host"], |s| {
         leave_out(s, |step| step.sent().is_some_and(Published::is_state))
     }),
-    // One connection of two says nothing at all, or too early.
+    // One of two connections publishes nothing, or publishes too early.
     (
         &[
             "host-topic-phid-birth-required",
@@ -95,7 +95,7 @@ pub const OF_HOSTS: &[Spoiler] = &[
         ],
         |s| s.connections[0].steps.swap(0, 1),
     ),
-    // A birth that answers a death.
+    // A fault in a birth that answers a death.
     (&["host-topic-phid-birth-qos", "payloads-state-birth"], |s| states(s).remove(1).qos = 0),
     (&["host-topic-phid-birth-retain"], |s| states(s).remove(1).retain = false),
     (&["operational-behavior-host-application-termination"], |s| {

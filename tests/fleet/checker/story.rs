@@ -1,5 +1,5 @@
-//! What a client did at a broker, as the rules read it: connections in order, and in each the
-//! packets in order, with what the broker delivered in between.
+//! The actions of a client at a broker, as the rules read them: connections in order, each with its
+//! packets and the broker's deliveries in order.
 
 use rungd::sparkplug::{MessageKind, Payload, Topic};
 
@@ -8,7 +8,7 @@ use rungd::sparkplug::{MessageKind, Payload, Topic};
 pub struct Story {
     pub group: String,
     pub node: String,
-    /// The primary host that an edge node was configured with; of a host application: itself.
+    /// An edge node's configured primary host, or the host application itself.
     pub host: Option<String>,
     pub connections: Vec<Connection>,
 }
@@ -26,14 +26,14 @@ pub struct Connect {
     /// 4 is MQTT 3.1.1, 5 is MQTT 5.
     pub version: u8,
     pub clean: bool,
-    /// Of MQTT 5; 0 if it is absent.
+    /// From MQTT 5; 0 if absent.
     pub session_expiry_s: u32,
     pub will: Option<Published>,
-    /// When it came: ms since 1970.
+    /// The time of arrival, ms since 1970.
     pub at_ms: u64,
 }
 
-/// A message with how it was sent.
+/// A message with its QoS, retain flag and time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Published {
     pub topic: String,
@@ -48,14 +48,14 @@ pub struct Published {
 pub enum Step {
     Subscribed(Vec<(String, u8)>),
     Sent(Published),
-    /// The broker delivered it.
+    /// A message that the broker delivered.
     Got(Published),
-    /// With the reason of MQTT 5; 0 by MQTT 3.1.1.
+    /// With the reason of MQTT 5; 0 in MQTT 3.1.1.
     Disconnected(u8),
 }
 
 impl Story {
-    /// Everything that was sent, with its connection: not the wills.
+    /// All sent messages with their connections, without the wills.
     pub fn sent(&self) -> impl Iterator<Item = (&Connection, &Published)> {
         self.connections
             .iter()
@@ -67,7 +67,7 @@ impl Story {
         self.sent().map(|(_, sent)| sent).filter(|sent| sent.kind() == Some(kind)).collect()
     }
 
-    /// The topic that a kind of message of this node has.
+    /// The topic of this node's messages of a kind.
     pub fn topic(&self, kind: MessageKind) -> String {
         Topic::of_node(&self.group, kind, &self.node).to_string()
     }
@@ -85,7 +85,7 @@ impl Connection {
         })
     }
 
-    /// The place of the first step that fits.
+    /// The index of the first step that fits.
     pub fn place(&self, fits: impl Fn(&Step) -> bool) -> Option<usize> {
         self.steps.iter().position(fits)
     }
@@ -119,12 +119,13 @@ impl Published {
         matches!(Topic::read(&self.topic), Some(Topic::HostState { .. }))
     }
 
-    /// Its payload of Sparkplug; an empty one if it is none, which a rule of its own reports.
+    /// The Sparkplug payload. It is empty if the bytes are not a payload; a separate rule reports
+    /// that.
     pub fn read(&self) -> Payload {
         Payload::read(&self.payload).unwrap_or_default()
     }
 
-    /// Changes its payload.
+    /// Changes the payload.
     pub fn change(&mut self, change: impl FnOnce(&mut Payload)) {
         let mut payload = self.read();
         change(&mut payload);

@@ -1,5 +1,6 @@
-//! The list of all normative statements in `docs/sparkplug.md`, held against the rules: what is
-//! `checked` there has a rule, what is `held` names a test that exists, and nothing is there twice.
+//! Compares the list of all normative statements in `docs/sparkplug.md` with the rules: a `checked`
+//! statement has a rule, a `held` statement names a test that exists, and no statement is listed
+//! twice.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -16,7 +17,7 @@ struct StatementRow {
     what: String,
 }
 
-/// The statements that Sparkplug 3.0.0 has.
+/// The least number of statements in Sparkplug 3.0.0.
 const STATEMENTS_LEAST: usize = 280;
 
 fn page() -> String {
@@ -64,7 +65,7 @@ fn what_is_checked_has_a_rule() {
     assert_eq!(of(&["host", "both"]), ruled(host_rules()));
 }
 
-/// `held` says where: `src/fleet/tests/nodes.rs: name_of_a_test`.
+/// A `held` statement names its test, for example `src/fleet/tests/nodes.rs: name_of_a_test`.
 #[test]
 fn what_is_held_names_a_test() {
     for row in rows().into_iter().filter(|row| row.how == "held") {

@@ -1,4 +1,4 @@
-//! The oracle: what every request must be answered, and what it may change.
+//! The oracle: the right answer to every request, and the changes that the request may make.
 //!
 //! Written from the Modbus specification and `docs/modbus.md`, for `controller.toml` beside this
 //! file. It shares no code with rungd: memory is a list of named cells, a table an array of 65,536
@@ -13,14 +13,14 @@ use std::collections::HashMap;
 pub struct Cell {
     pub name: String,
     pub value: i64,
-    /// What it takes.
+    /// The range of its values.
     pub min: i64,
     pub max: i64,
-    /// The bit that changes with it (a coil that is an input).
+    /// The input bit that changes with this cell, if the cell is an input's coil.
     pub moves: Option<usize>,
 }
 
-/// Who asks.
+/// The client that sends a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Client {
     /// 127.0.0.1.
@@ -31,14 +31,14 @@ pub enum Client {
     TenNine,
 }
 
-/// What stands at an address.
+/// The contents of an address.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     cell: usize,
     /// 1 register, or the first (2) or second (3) of two; 0: a bit.
     part: u8,
     low_first: bool,
-    /// The values that its registers can say.
+    /// The range of values that its registers can express.
     from: i64,
     to: i64,
 }
@@ -178,7 +178,7 @@ impl Oracle {
         clients.iter().for_each(|client| self.writable[*client][cell] = true);
     }
 
-    /// The number of a cell, new or not.
+    /// The number of a cell, which is added if it is new.
     fn cell(&mut self, name: &str) -> usize {
         if let Some(at) = self.names.get(name) {
             return *at;
@@ -271,7 +271,7 @@ impl Oracle {
     fn ask_with_values(&self, tables: &[Table; 4], client: Client, pdu: &[u8]) -> Result<Done, u8> {
         let word = |at: usize| usize::from(pdu[at]) << 8 | usize::from(pdu[at + 1]);
         let length = pdu.len();
-        // Everything behind a byte that says how much it is.
+        // Checks the byte count at `at`, and that this many bytes follow.
         let counted = |at: usize, bytes: usize| match pdu.get(at) {
             Some(said) if usize::from(*said) == bytes && length == at + 1 + bytes => Ok(()),
             _ => Err(3),
@@ -427,7 +427,7 @@ impl Oracle {
     }
 }
 
-/// Whether a quantity is one.
+/// Checks that a quantity is between 1 and `most`.
 fn within(n: usize, most: usize) -> Result<(), u8> {
     if n >= 1 && n <= most { Ok(()) } else { Err(3) }
 }

@@ -1,4 +1,4 @@
-//! Requests at an address: every function, with the quantities at its edges and values at random.
+//! Requests at an address: every function, with its edge quantities and random values.
 
 /// A series of numbers, the same in every run.
 pub struct Random(pub u64);
@@ -9,7 +9,7 @@ impl Random {
         (self.0 >> 40) as u16
     }
 
-    /// A byte that says how many follow, and so many registers: small, large, and within limits.
+    /// The byte count and `count` registers: small values, large values, and values within limits.
     fn registers(&mut self, count: u16) -> Vec<u8> {
         let registers = usize::from(count).min(126);
         let mut bytes = vec![(registers * 2) as u8];
@@ -29,7 +29,7 @@ fn place(function: u8, at: u16, count: u16) -> Vec<u8> {
     [&[function][..], &at.to_be_bytes(), &count.to_be_bytes()].concat()
 }
 
-/// Calls `ask` with the PDU of each.
+/// Calls `ask` with the PDU of each request.
 pub fn at_address(at: u16, random: &mut Random, mut ask: impl FnMut(&[u8])) {
     for function in [1, 2] {
         for count in [0, 1, 2, 7, 8, 9, 16, 2000, 2001, 65_535] {
@@ -61,7 +61,7 @@ pub fn at_address(at: u16, random: &mut Random, mut ask: impl FnMut(&[u8])) {
     }
     for (read, write) in [(1, 1), (2, 2), (125, 121), (126, 1), (1, 122), (0, 1), (1, 0)] {
         let values = random.registers(write);
-        // It reads here and writes at 15, then the other way round.
+        // Reads at `at` and writes at 15, then the reverse.
         ask(&[&place(23, at, read)[..], &place(0, 15, write)[1..], &values].concat());
         ask(&[&place(23, 15, read)[..], &place(0, at, write)[1..], &values].concat());
     }

@@ -1,4 +1,4 @@
-//! What each instruction does when it executes, and when it terminates; contacts and values.
+//! The effects of each instruction when it executes and when it terminates; contacts and values.
 
 use super::exec::Sim;
 use super::program::{Contact, Instr, Op, Value};
@@ -16,7 +16,7 @@ impl Sim<'_> {
         }
     }
 
-    /// Evaluates a contact: all of it, so that every edge contact in it updates its history.
+    /// Evaluates a contact completely, so that every edge contact in it updates its history.
     pub fn contact(&mut self, contact: &Contact) -> bool {
         match contact {
             Contact::Bit(loc) => self.memory.bit(*loc),
@@ -36,7 +36,8 @@ impl Sim<'_> {
         items.iter().map(|item| self.contact(item)).collect()
     }
 
-    /// Executes one instruction of the element with its legs' power (one leg: the rung's).
+    /// Executes one instruction of the element with the power of its legs. An instruction with one
+    /// leg takes the rung's power.
     pub fn execute(&mut self, instr: &Instr, block: usize, element: usize, legs: &[bool]) {
         let power = legs.first().copied().unwrap_or(false);
         let history = instr.history[0];
@@ -97,7 +98,7 @@ impl Sim<'_> {
         }
     }
 
-    /// Instructions that do something while their rung is ON, and nothing while it is OFF.
+    /// Executes an instruction that acts while its rung is ON and does nothing while it is OFF.
     fn act(&mut self, op: &Op, block: usize, element: usize) {
         match op {
             Op::Rstct(ct) => self.rstct(*ct),
@@ -138,7 +139,7 @@ impl Sim<'_> {
         }
     }
 
-    /// The instruction in a termination pass.
+    /// Executes the instruction in a termination pass.
     pub fn terminate(&mut self, instr: &Instr) {
         match &instr.op {
             Op::Out(bit) | Op::Pd(bit) | Op::Nd(bit) => {
@@ -150,7 +151,7 @@ impl Sim<'_> {
             Op::Ctu(n, _) => self.sensaphone_end(*n, true, instr),
             Op::Ctd(n, _) => self.sensaphone_end(*n, false, instr),
             Op::Entask(task, Some(_)) => self.stop_block(*task),
-            // Its history stays.
+            // SR keeps its history.
             Op::Sr(_) => {}
             _ => self.forget(instr),
         }

@@ -24,7 +24,7 @@ impl Sim<'_> {
         self.memory.put_bit(Loc::whole(Area::St, INDEX_ERROR), true);
     }
 
-    /// A value that an instruction reads as it acts.
+    /// Reads a value for an instruction that acts; notes a wrong index.
     pub fn read(&mut self, value: Value) -> i64 {
         if let Value::Element(array, index) = value
             && array.element(self.memory.get(index)).is_none()
@@ -72,14 +72,14 @@ impl Sim<'_> {
 }
 
 impl Names {
-    /// `row[step]`: the array, and the place of the word.
+    /// An element such as `row[step]`: the array, and the place of the index word.
     pub fn element(&self, word: &str) -> Option<(Array, Loc)> {
         let (name, index) = word.strip_suffix(']')?.split_once('[')?;
         let array = self.arrays.get(name)?;
         Some((*array, self.place(index).ok()?))
     }
 
-    /// `row[2]`.
+    /// The place of an element with a constant index, such as `row[2]`.
     pub fn constant_element(&self, word: &str) -> Option<Loc> {
         let (name, index) = word.strip_suffix(']')?.split_once('[')?;
         let index = match self.value(index).ok()? {
@@ -89,7 +89,7 @@ impl Names {
         self.arrays.get(name)?.element(index)
     }
 
-    /// A whole array, a slice or a range; the places in order.
+    /// The places, in order, of a whole array, a slice or a range.
     pub fn run(&self, word: &str) -> Result<Vec<Loc>, String> {
         if let Some(array) = self.arrays.get(word) {
             return Ok(array.each().collect());
@@ -109,7 +109,7 @@ impl Names {
         Ok(between(self.place(low)?, self.place(high)?))
     }
 
-    /// A run that goes up.
+    /// A run in ascending order, as an array.
     pub fn array(&self, word: &str) -> Result<Array, String> {
         let run = self.run(word)?;
         Ok(Array { first: run[0], count: run.len() })

@@ -1,5 +1,5 @@
-//! A generated case: a ladder kept as a tree (so that it can be shrunk), its stimulus, and
-//! how both are written.
+//! A generated case: a ladder as a tree, so that it can be shrunk, its stimulus, and the texts of
+//! both.
 
 use super::clock::{self, Clock};
 
@@ -65,7 +65,7 @@ pub struct Block {
     pub name: String,
     pub task: bool,
     pub autostart: bool,
-    /// The own rungs are written as one array of one-line tables.
+    /// Whether the block's own rungs are written as one array of one-line tables.
     pub short: bool,
     pub rungs: Vec<Rung>,
     pub stages: Vec<Stage>,
@@ -75,9 +75,9 @@ pub struct Block {
 pub struct Tag {
     pub name: String,
     pub body: String,
-    /// The tag names a bit or a word: it can be watched.
+    /// Whether the tag names a bit or a word, which can be watched.
     pub operand: bool,
-    /// The elements that are watched by their names: of an array without an address.
+    /// The number of elements that are watched by their names, for an array without an address.
     pub elements: usize,
 }
 
@@ -108,7 +108,7 @@ fn series(items: &[Expr]) -> String {
 }
 
 impl Rung {
-    /// The assignments of the rung but for its branches.
+    /// The assignments of the rung, without its branches.
     fn parts(&self) -> Vec<String> {
         let legs = self.legs.iter().map(|(leg, contacts)| match leg.as_str() {
             "when" => format!("when = {}", series(contacts)),
@@ -196,7 +196,7 @@ impl Case {
         out + "\n"
     }
 
-    /// All that a generated program can name.
+    /// All operands that a generated program can name.
     pub fn watch(&self) -> Vec<String> {
         let mut all = Vec::new();
         for (area, first, count) in super::pool::AREAS {
@@ -224,7 +224,7 @@ impl Case {
         all
     }
 
-    /// The arguments of the command after the ladder and the stimulus.
+    /// The arguments of `rungd sim` after the ladder and the stimulus.
     pub fn arguments(&self, watch: &[String]) -> Vec<String> {
         let mut all = vec![
             "--period".to_string(),

@@ -1,17 +1,18 @@
-//! The time of day of a simulation: a calendar that goes on second by second.
+//! The time of day of a simulation: a calendar that advances second by second.
 
 /// Year, month, day, hour, minute, second.
 pub type Clock = [i64; 6];
 
-/// Where a simulation begins, if nothing else is said.
+/// The default time at which a simulation begins.
 pub const BEGIN: Clock = [2001, 1, 1, 0, 0, 0];
 
-/// As the command line takes it.
+/// The time in the form of the command line.
 pub fn text([year, month, day, hour, minute, second]: Clock) -> String {
     format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}")
 }
 
-/// The values of `$Year $Month $Day $Weekday $Hour $Minute $Second`, so many ms after a time.
+/// The values of `$Year $Month $Day $Weekday $Hour $Minute $Second`, `ms` milliseconds after
+/// `begin`.
 pub fn words(begin: Clock, ms: i64) -> [i64; 7] {
     let mut clock = begin;
     for _ in 0..ms / 1000 {
@@ -47,7 +48,7 @@ fn next([year, month, day, hour, minute, second]: Clock) -> Clock {
     }
 }
 
-/// 1 is Monday: by Sakamoto's table.
+/// The day of the week, with 1 for Monday, by Sakamoto's table.
 fn weekday(year: i64, month: i64, day: i64) -> i64 {
     const TABLE: [i64; 12] = [0, 3, 2, 5, 0, 3, 5, 1, 4, 6, 2, 4];
     let year = if month < 3 { year - 1 } else { year };

@@ -18,7 +18,7 @@ struct Reader<'a> {
     histories: &'a mut usize,
 }
 
-/// Reads one item of a leg; each edge contact in it takes a history of its own.
+/// Reads one item of a leg; each edge contact in it takes its own history.
 pub fn contact(text: &str, names: &Names, histories: &mut usize) -> Result<Contact, String> {
     let mut reader = Reader { rest: text, names, histories };
     let contact = reader.any()?;

@@ -6,9 +6,9 @@ use super::program::{CounterKind, Instr, Value};
 
 #[derive(Clone, Default)]
 pub struct CounterState {
-    /// A RSTCT waits for the owner's next execution.
+    /// Whether an RSTCT waits for the owner's next execution.
     pending: bool,
-    /// The owner executed, or a pass came: CNTDN loads its preset no more.
+    /// Whether the owner has executed or had a pass. Then CNTDN no longer loads its preset.
     loaded: bool,
 }
 
@@ -35,7 +35,7 @@ impl Sim<'_> {
         }
     }
 
-    /// Puts the accumulator and the flags that follow from it.
+    /// Writes the accumulator and the flags that follow from it.
     fn counter_put(
         &mut self,
         ct: usize,
@@ -102,7 +102,7 @@ impl Sim<'_> {
         self.counters.entry(ct).or_default().pending = true;
     }
 
-    /// CTU and CTD.
+    /// Executes CTU or CTD.
     pub fn sensaphone_run(
         &mut self,
         n: usize,

@@ -1,9 +1,9 @@
-//! Random elements of arrays, runs of neighbours, COPY and FILL.
+//! Random elements of arrays, random runs of neighbours, COPY and FILL.
 
 use super::pool::{DrawnArray, Pool};
 
 impl Pool {
-    /// An address as an element of an array, at times.
+    /// Sometimes writes an address as an element of an array.
     pub fn as_element(&mut self, address: &str) -> String {
         for array in self.arrays.clone().into_iter().filter(|array| !array.placed) {
             let DrawnArray { name, area, count, .. } = array;
@@ -17,7 +17,7 @@ impl Pool {
         address.to_string()
     }
 
-    /// An element that a word selects, of bits or words, that programs read or write.
+    /// An element of an array of bits or words, selected by a word; `written`: for a write.
     pub fn element(&mut self, bits: bool, written: bool) -> Option<String> {
         let areas = match (bits, written) {
             (true, true) => ["C", "C"],
@@ -27,7 +27,7 @@ impl Pool {
         self.element_of(&areas)
     }
 
-    /// An element of an array of reals that a word selects.
+    /// An element of an array of reals, selected by a word.
     pub fn real_element(&mut self) -> Option<String> {
         self.element_of(&["R"])
     }
@@ -50,7 +50,7 @@ impl Pool {
         Some(format!("{name}[{index}]"))
     }
 
-    /// Two neighbours: a slice of an array, or a range.
+    /// Two neighbours, as a slice of an array or as a range.
     fn two(&mut self, bits: bool, written: bool) -> String {
         let mut runs = match bits {
             true => vec!["C0..C1", "C1..C2", "Y0..Y1", "Y1..Y2", "MC1..MC2"],
@@ -74,7 +74,7 @@ impl Pool {
         self.rng.pick(&runs).to_string()
     }
 
-    /// COPY and FILL.
+    /// A COPY or FILL.
     pub fn whole_arrays(&mut self) -> String {
         let bits = self.rng.chance(40);
         let to = self.two(bits, true);
@@ -86,7 +86,7 @@ impl Pool {
         }
     }
 
-    /// What a SR shifts.
+    /// The run that an SR shifts.
     pub fn shifted(&mut self) -> String {
         if self.rng.chance(50)
             && let Some(array) = self.array_of(&["C"])
@@ -97,7 +97,7 @@ impl Pool {
         self.rng.pick(&runs).to_string()
     }
 
-    /// A word that may be an R.
+    /// A word, possibly an R.
     pub fn any_word(&mut self) -> String {
         if self.rng.chance(75) {
             return self.word();
@@ -111,7 +111,7 @@ impl Pool {
         }
     }
 
-    /// A value that may be a real.
+    /// A value, possibly a real.
     pub fn any_value(&mut self) -> String {
         let reals = [
             "0.5",
@@ -136,7 +136,7 @@ impl Pool {
         }
     }
 
-    /// An element in MATH: its index may be an expression, whose text is given.
+    /// An element in MATH. Its index may be an expression that contains the text of `index`.
     pub fn math_element(
         &mut self,
         areas: &[&str],

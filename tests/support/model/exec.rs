@@ -1,4 +1,4 @@
-//! The scan: its order, the turns of blocks and Stages, termination passes, the stop.
+//! The scan: the order of execution, the turns of blocks and Stages, termination passes, the stop.
 
 use super::counters::CounterState;
 use super::place::{Area, Loc, Member, Memory};
@@ -6,23 +6,23 @@ use super::program::{Block, Contact, Instr, Kind, Program, Rung};
 use super::timers::TimerState;
 use std::collections::BTreeMap;
 
-/// What a block's own rungs, or a Stage, remember for the termination pass.
+/// The state of a block's own rungs or of a Stage for the termination pass.
 #[derive(Clone, Default)]
 struct ElementState {
-    /// At least one rung executed since the last pass.
+    /// Whether at least one rung has executed since the last pass.
     executed: bool,
-    /// A Stage was left or turned OFF: it terminates at its next turn.
+    /// Whether the Stage was left or turned OFF: it terminates at its next turn.
     due: bool,
 }
 
 #[derive(Clone, Default)]
 struct BlockState {
-    /// The block was stopped: it terminates at its next turn.
+    /// Whether the block was stopped: it terminates at its next turn.
     due: bool,
-    /// A Program that was started and had no turn since.
+    /// Whether the Program was started and has not had a turn since.
     fresh: bool,
     elements: Vec<ElementState>,
-    /// The interval of a recurrent Task; none for a run-once Task.
+    /// The interval of a recurrent Task; `None` for a run-once Task.
     interval: Option<i64>,
     /// The timestamp of a recurrent Task's first execution, and of the next one due.
     schedule: Option<(i64, i64)>,
@@ -38,9 +38,9 @@ pub struct Sim<'a> {
     pub timers: BTreeMap<usize, TimerState>,
     histories: Vec<bool>,
     blocks: Vec<BlockState>,
-    /// STOP was executed: the next scan is the last.
+    /// Whether STOP was executed: the next scan is the last.
     pub stop_asked: bool,
-    /// The block that executes now, and whether it ended itself.
+    /// The block that is executing, and whether it has ended itself.
     current: usize,
     ended: bool,
 }
@@ -82,7 +82,7 @@ impl<'a> Sim<'a> {
         sim
     }
 
-    /// One scan; `inputs` are X, `writes` the queued writes.
+    /// Executes one scan; `inputs` are X, `writes` the queued writes.
     pub fn scan(
         &mut self,
         number: i64,
@@ -149,7 +149,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// A block's turn: its pass if one is due, then its execution if it runs.
+    /// A block's turn: its pass if one is due, then its execution if the block runs.
     fn turn(&mut self, block: usize) {
         if self.blocks[block].due {
             self.block_pass(block);
@@ -304,7 +304,7 @@ impl<'a> Sim<'a> {
         self.memory.put_bit(Loc::of(Area::Block, block, Member::Running), on);
     }
 
-    /// RUN: nothing happens to a Program that runs.
+    /// RUN: a Program that runs already is not changed.
     pub fn start_program(&mut self, block: usize) {
         if !self.running(block) {
             self.set_running(block, true);
@@ -312,7 +312,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// ENTASK: nothing happens to a Task that runs.
+    /// ENTASK: a Task that runs already is not changed.
     pub fn start_task(&mut self, block: usize, interval: Option<i64>) {
         if !self.running(block) {
             self.set_running(block, true);
@@ -322,7 +322,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// EXIT, HALT, the first half of RESTART, and an ENTASK that went OFF.
+    /// The effect of EXIT, HALT, the first half of RESTART, and an ENTASK that went OFF.
     pub fn stop_block(&mut self, block: usize) {
         if self.running(block) {
             self.set_running(block, false);
@@ -330,7 +330,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// What follows in the block that executes does not execute in this scan.
+    /// Ends the executing block for this scan: its remaining rungs do not execute.
     pub fn end_current(&mut self) {
         self.ended = true;
     }
@@ -350,7 +350,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// JMP and SGDIVRG: the Stage goes OFF, the targets ON.
+    /// JMP and SGDIVRG: the Stage goes OFF, its targets go ON.
     pub fn jump(&mut self, block: usize, from: usize, targets: &[usize]) {
         self.memory.put_bit(stage_bit(block, from), false);
         self.blocks[block].elements[from].due = true;
@@ -359,19 +359,19 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// A rising edge against a history, which is updated.
+    /// Whether there is a rising edge relative to a history, which is updated.
     pub fn edge(&mut self, history: usize, on: bool) -> bool {
         let before = std::mem::replace(&mut self.histories[history], on);
         on && !before
     }
 
-    /// A falling edge against a history, which is updated.
+    /// Whether there is a falling edge relative to a history, which is updated.
     pub fn falling_edge(&mut self, history: usize, on: bool) -> bool {
         let before = std::mem::replace(&mut self.histories[history], on);
         before && !on
     }
 
-    /// Both edge histories of an instruction go OFF.
+    /// Sets both edge histories of an instruction to OFF.
     pub fn forget(&mut self, instr: &Instr) {
         for history in instr.history {
             self.histories[history] = false;

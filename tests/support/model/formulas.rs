@@ -2,7 +2,7 @@
 
 use super::pool::Pool;
 
-/// Whether an expression is to be an integer, for operators on bits.
+/// Whether an expression must be an integer, as operators on bits need.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Integer,
@@ -30,7 +30,7 @@ impl Pool {
         self.formula(1, Wanted::Integer)
     }
 
-    /// The areas of arrays that fit.
+    /// The areas of suitable arrays.
     fn areas(wanted: Wanted) -> &'static [&'static str] {
         match wanted {
             Wanted::Integer => &["D", "V", "C", "X"],
@@ -38,7 +38,7 @@ impl Pool {
         }
     }
 
-    /// A name that can stand in an expression.
+    /// A name for the address that an expression can contain.
     fn name_without_comma(&mut self, address: &str) -> String {
         let name = self.name(address);
         if name.contains([',', '[']) { address.to_string() } else { name }
@@ -76,7 +76,8 @@ impl Pool {
         }
     }
 
-    /// Two parts: in parentheses, or where the operator is plain, perhaps without.
+    /// Two parts with an operator. The parts have parentheses, but sometimes not if the operator
+    /// allows that.
     fn joined(&mut self, depth: usize, wanted: Wanted, signs: &[&str]) -> String {
         let sign = *self.rng.pick(signs);
         let (left, right) = (self.formula(depth - 1, wanted), self.formula(depth - 1, wanted));
@@ -84,7 +85,7 @@ impl Pool {
         if plain && self.rng.chance(50) {
             let space = if self.rng.chance(60) { " " } else { "" };
             let text = format!("{left}{space}{sign}{space}{right}");
-            // Beside operators on bits a real may stand only in parentheses.
+            // Next to operators on bits, a real must be in parentheses.
             return if ["&", "|", "^", "&&", "||"].contains(&sign) {
                 format!("({text})")
             } else {

@@ -1,4 +1,4 @@
-//! Random valid programs with a stimulus: a seed gives a case.
+//! Random valid programs with a stimulus; each seed gives a case.
 
 use super::case::{BUILTIN, Block, Branch, Case, Expr, Rung, Stage, Tag};
 use super::clock::{BEGIN, Clock};
@@ -7,7 +7,7 @@ use super::pool::{DrawnArray, Pool};
 use super::rng::Rng;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An instruction that must stand somewhere in the program.
+/// An instruction that must occur in the program.
 enum Forced {
     Single(String),
     Counter(&'static str, usize),
@@ -15,7 +15,7 @@ enum Forced {
     Shift(String),
 }
 
-/// Where it must stand: a block, and 0 for its own rungs or the number of a Stage.
+/// A place for rungs: the block, and 0 for its own rungs or the number of a Stage.
 type Element = (usize, usize);
 
 pub fn generate(seed: u64) -> Case {
@@ -69,7 +69,8 @@ pub fn generate(seed: u64) -> Case {
     Case { seed, period, scans, stop, clock, order, tags, blocks, columns, rows }
 }
 
-/// Mostly shortly before something ends: a minute, a day, a February, a year.
+/// The local time of the first scan: mostly shortly before the end of a minute, a day, a February
+/// or a year.
 fn clock(pool: &mut Pool) -> Clock {
     let rng = &mut pool.rng;
     let [year, month, day] = *rng.pick(&[
@@ -138,7 +139,7 @@ fn tags(pool: &mut Pool) -> Vec<Tag> {
     tags
 }
 
-/// Tags with a `type`: their names stand where addresses do.
+/// Adds tags with a `type`: their names occur in place of addresses.
 fn typed_tags(pool: &mut Pool, tags: &mut Vec<Tag>) {
     for (name, kind, area) in [
         ("t_bit", "bit", "C"),
@@ -290,7 +291,7 @@ fn forced(
     all
 }
 
-/// An element: often one that is sure to execute.
+/// A random element, often one that is sure to execute.
 fn home(pool: &mut Pool, elements: &[Element]) -> Element {
     match pool.rng.weighted(&[25, 20, 55]) {
         0 => (0, 0),
@@ -299,7 +300,7 @@ fn home(pool: &mut Pool, elements: &[Element]) -> Element {
     }
 }
 
-/// What starts a block.
+/// Instructions that start a block.
 fn starters(pool: &mut Pool, block: &Block) -> Vec<String> {
     let name = &block.name;
     if name == "Main" || BUILTIN.contains(&name.as_str()) {
@@ -389,7 +390,7 @@ fn forced_rung(pool: &mut Pool, forced: Forced, spot: &mut Spot, targets: &Targe
     Rung { legs: legs.collect(), instrs: vec![text], branches: Vec::new() }
 }
 
-/// A rung with `when`, with branches at times, and with a given instruction in it somewhere.
+/// A rung with `when`, sometimes with branches, that contains the given instruction.
 fn free_rung(pool: &mut Pool, given: Option<String>, spot: &mut Spot, targets: &Targets) -> Rung {
     let branches = pool.rng.weighted(&[72, 20, 8]);
     let mut lists: Vec<Vec<String>> = Vec::new();
@@ -409,7 +410,7 @@ fn free_rung(pool: &mut Pool, given: Option<String>, spot: &mut Spot, targets: &
     Rung { legs: vec![("when".to_string(), when)], instrs, branches }
 }
 
-/// The contacts before some instructions.
+/// Contacts suitable for these instructions.
 fn when(pool: &mut Pool, instrs: &[String]) -> Vec<Expr> {
     let has = |what: fn(&str) -> bool| instrs.iter().any(|instr| what(instr));
     let rare = if has(is_drastic) { 85 } else { 60 * usize::from(has(is_reset)) };
@@ -465,7 +466,7 @@ fn stimulus(pool: &mut Pool, scans: i64) -> (Vec<String>, Rows) {
     (columns.collect(), rows)
 }
 
-/// A value that the place can take.
+/// A value that the place can hold.
 fn written_value(pool: &mut Pool, place: &str) -> i64 {
     let letters = place.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default();
     let (low, high) = match letters {

@@ -13,7 +13,8 @@ struct Words<'a> {
     keys: BTreeMap<&'a str, &'a str>,
 }
 
-/// The legs of a mnemonic in the table's order; empty: the single leg `when`.
+/// The legs of a mnemonic in the order of the language's table. If the list is empty, there is only
+/// the leg `when`.
 pub fn legs_of(mnemonic: &str) -> &'static [&'static str] {
     match mnemonic {
         "CNT" => &["up", "rst"],
@@ -26,7 +27,7 @@ pub fn legs_of(mnemonic: &str) -> &'static [&'static str] {
     }
 }
 
-/// Reads one instruction of the block; owners enter their structure in the program.
+/// Reads one instruction of the block. An owner's structure is entered in the program.
 pub fn instruction(
     text: &str,
     block: usize,
@@ -106,7 +107,7 @@ impl Words<'_> {
         }
     }
 
-    /// CNT to UDCG and the timers.
+    /// Reads an owner of a structure: CNT to UDCG, and the timers.
     fn owner(&self, mnemonic: &str, program: &mut Program) -> Result<Option<Op>, String> {
         let counter = match mnemonic {
             "CNT" => Some(CounterKind::Cnt),

@@ -1,4 +1,4 @@
-//! MATH, evaluated a second time: recursively, in wide integers.
+//! A second implementation of MATH: evaluates recursively, in wide integers.
 
 use super::exec::Sim;
 use super::place::{Area, Loc};
@@ -76,9 +76,10 @@ impl Number {
 }
 
 impl Sim<'_> {
-    /// Evaluates and stores.
+    /// Evaluates the expression and stores the result.
     pub fn math(&mut self, target: &Target, expr: &Expr) {
-        // The index first; what is wrong with it shows in the store.
+        // The index is evaluated first, but a wrong index is noted only when the result would be
+        // stored.
         let found = match target {
             Target::At(loc) => Some(*loc),
             Target::Element(array, index) => self.selected(*array, index),
@@ -234,7 +235,7 @@ impl Sim<'_> {
             return Number::Integer(0);
         }
         let mut power = 1;
-        // After so many steps a power repeats itself every second step.
+        // After 200 steps a power repeats itself every second step.
         for _ in 0..if n > 200 { 200 + n % 2 } else { n } {
             power = self.limited(power * a).integer();
         }

@@ -1,11 +1,11 @@
-//! MATH, read a second time: a recursive reader.
+//! A second, recursive reader for MATH.
 
 use super::math::Expr;
 use super::names::Names;
 use super::place::Loc;
 use super::program::{Array, Target, Value};
 
-/// The operators with two operands, from the loosest.
+/// The binary operators, from the lowest precedence to the highest.
 const LEVELS: [&[&str]; 11] = [
     &["||"],
     &["&&"],
@@ -20,7 +20,7 @@ const LEVELS: [&[&str]; 11] = [
     &["**"],
 ];
 
-/// `target = expression`.
+/// Reads `target = expression`.
 pub fn read(text: &str, names: &Names) -> Result<(Target, Expr), String> {
     let mut depth = 0;
     let end = text.find(|c: char| {
@@ -91,7 +91,7 @@ impl Reader<'_> {
         while signs.contains(&self.peek()) {
             let sign = self.peek().to_string();
             self.at += 1;
-            // A power has its right side to the end of the chain.
+            // Powers are right-associative.
             let right = self.level(if sign == "**" { level } else { level + 1 })?;
             left = Expr::Binary(sign, Box::new(left), Box::new(right));
         }
@@ -133,7 +133,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What stands behind the name of an array: nothing, an index, the ends of a slice.
+    /// Reads the rest after the name of an array: nothing, an index, or the ends of a slice.
     fn of_array(&mut self, array: Array) -> Result<Expr, String> {
         if !self.take("[") {
             return Ok(Expr::Whole(array));

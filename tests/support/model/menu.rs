@@ -1,25 +1,25 @@
-//! Random instructions: those that own a structure, and all the others.
+//! Random instructions: the owners of structures, and all others.
 
 use super::pool::Pool;
 use std::collections::BTreeSet;
 
-/// Where an instruction is to stand.
+/// The place of an instruction.
 pub struct Spot<'a> {
-    /// The Program's name; none in a Task.
+    /// The Program's name; `None` in a Task.
     pub program: Option<&'a str>,
-    /// The block's name, for a HALT of itself; none where that is not allowed.
+    /// The block's name, for a HALT of itself; `None` if that is not allowed.
     pub own: Option<&'a str>,
     pub in_stage: bool,
     pub stages: &'a [String],
-    /// The bits that OUT, PD, ND and timers drive in this element: one driver each.
+    /// The bits that OUT, PD, ND and timers drive in this element. Each bit has one driver.
     pub driven: &'a mut BTreeSet<String>,
 }
 
-/// What instructions can name.
+/// The blocks and structures that instructions can name.
 pub struct Targets {
-    /// Programs but `Main`.
+    /// The Programs without `Main`.
     pub programs: Vec<String>,
-    /// Programs but `Main`, and Tasks but the built-in.
+    /// The Programs without `Main`, and the Tasks without the built-in ones.
     pub haltable: Vec<String>,
     pub counters: Vec<usize>,
     pub timers: Vec<usize>,
@@ -71,7 +71,7 @@ impl Pool {
         text
     }
 
-    /// CTU or CTD; the one that must state a preset states it.
+    /// A CTU or CTD; `preset`: the preset that it must state.
     pub fn sensaphone(&mut self, mnemonic: &str, n: usize, preset: Option<&str>) -> String {
         let name = self.name(&format!("N{n}"));
         match preset {
@@ -91,7 +91,7 @@ impl Pool {
         }
     }
 
-    /// A bit that nothing else drives in this element, if one is found soon.
+    /// A bit that nothing else drives in this element; `None` if eight random bits are all driven.
     fn driven_bit(&mut self, driven: &mut BTreeSet<String>) -> Option<String> {
         let mut tries = (0..8).map(|_| self.written_bit());
         let bit = tries.find(|bit| !driven.contains(bit))?;
@@ -99,7 +99,7 @@ impl Pool {
         Some(bit)
     }
 
-    /// One instruction with a single leg that owns nothing.
+    /// One instruction that has a single leg and owns no structure.
     pub fn instr(&mut self, spot: &mut Spot, targets: &Targets) -> String {
         let stages = spot.stages.len();
         let weights = [
@@ -225,12 +225,13 @@ impl Pool {
     }
 }
 
-/// The instruction ends, stops or restarts something: its rung should seldom be ON.
+/// Whether the instruction ends, stops or restarts a block or the controller, so that its rung
+/// should seldom be ON.
 pub fn is_drastic(instr: &str) -> bool {
     ["HALT", "EXIT", "RESTART", "STOP"].iter().any(|word| instr.starts_with(word))
 }
 
-/// The instruction resets a structure, and holds it reset while its rung is ON.
+/// Whether the instruction resets a structure, and holds it in reset while its rung is ON.
 pub fn is_reset(instr: &str) -> bool {
     ["RSTCT", "RSTT", "RES "].iter().any(|word| instr.starts_with(word))
 }

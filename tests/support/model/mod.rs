@@ -1,5 +1,5 @@
-//! The reference model: a second reading of the language and of its semantics, slow and
-//! obvious; a generator of random programs; a shrinker for those that differ.
+//! The reference model: a second implementation of the language and of its semantics, slow and
+//! obvious. Also a generator of random programs, and a shrinker for programs whose traces differ.
 
 mod act;
 mod arrays;

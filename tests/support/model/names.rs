@@ -123,7 +123,7 @@ fn member(area: Area, name: &str) -> Option<Member> {
     })
 }
 
-/// `N,19,6`.
+/// The place of a numbered member, such as `N,19,6`.
 fn numbered_element(word: &str) -> Option<Loc> {
     let mut parts = word.strip_prefix("N,")?.split(',');
     let index = parts.next()?.parse().ok()?;
@@ -138,7 +138,7 @@ pub struct Names {
     pub places: BTreeMap<String, Loc>,
     pub constants: BTreeMap<String, i64>,
     pub arrays: BTreeMap<String, Array>,
-    /// How many places tags with a `type` have.
+    /// The number of places of tags with a `type`.
     pub placed: usize,
     /// Each block's name and the names of its Stages.
     pub blocks: Vec<(String, Vec<String>)>,

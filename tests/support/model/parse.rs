@@ -1,4 +1,4 @@
-//! A ladder file to a program: tags, blocks, stages, rungs, the scan order.
+//! Converts a ladder file to a program: tags, blocks, Stages, rungs, the scan order.
 
 use super::contact::contact;
 use super::instruction::{instruction, legs_of};
@@ -126,7 +126,7 @@ fn tags(file: &Table, names: &mut Names, program: &mut Program) -> Result<(), St
     Ok(())
 }
 
-/// The first place of a tag with a `type`: beyond all addresses.
+/// The first place of a tag with a `type`, beyond all addresses.
 fn placed(kind: &str, tag: &Table, names: &mut Names) -> Result<Loc, String> {
     let area = match kind {
         "bit" => Area::C,
@@ -141,7 +141,7 @@ fn placed(kind: &str, tag: &Table, names: &mut Names) -> Result<Loc, String> {
     Ok(loc)
 }
 
-/// An array: its elements are at the places behind the first.
+/// Enters an array. Its elements are at consecutive places.
 fn array(
     name: &str,
     tag: &Table,
@@ -230,7 +230,7 @@ fn order(file: &Table, names: &Names, program: &Program) -> Result<Vec<usize>, S
     }
 }
 
-/// Constant presets of Sensaphone counters, and resets of structures without an owner.
+/// Sets constant presets of Sensaphone counters, and refuses resets of structures without an owner.
 fn check(program: &mut Program) -> Result<(), String> {
     let mut owned = Vec::new();
     let mut reset = Vec::new();

@@ -58,12 +58,12 @@ impl Loc {
         Loc { area, index, member }
     }
 
-    /// What the place can hold.
+    /// The lowest and highest value of the place.
     pub fn range(self) -> (i64, i64) {
         let i32_range = (i64::from(i32::MIN), i64::from(i32::MAX));
         match (self.area, self.member) {
             (Area::V | Area::Mhr | Area::Mir, _) => (0, i64::from(u16::MAX)),
-            // An R holds the bits of its real.
+            // An R holds the bits of a real.
             (Area::D | Area::R | Area::Dst, _) => i32_range,
             (Area::Ct | Area::T, Member::Acc) => i32_range,
             (Area::N, Member::Acc | Member::Pre) => (i64::from(i16::MIN), i64::from(i16::MAX)),
@@ -83,7 +83,7 @@ impl Memory {
         self.values.get(&loc).copied().unwrap_or(0)
     }
 
-    /// What an R holds.
+    /// The real that an R holds.
     pub fn real(&self, loc: Loc) -> f32 {
         f32::from_bits(self.get(loc) as u32)
     }
@@ -110,7 +110,7 @@ impl Memory {
         }
     }
 
-    /// As a trace shows it.
+    /// The value as a trace shows it.
     pub fn text(&self, loc: Loc) -> String {
         if loc.area == Area::R {
             return format!("{:?}", self.real(loc));

@@ -60,37 +60,37 @@ const WORD_NICKNAMES: [&str; 10] = [
 
 const OPERATORS: [&str; 8] = ["==", "!=", "<", "<=", ">", ">=", "<", ">="];
 
-/// An array; with an address it begins at the first place of its area.
+/// An array. If it has an address, it begins at the first place of its area.
 #[derive(Clone, Copy)]
 pub struct DrawnArray {
     pub name: &'static str,
     pub area: &'static str,
     pub count: usize,
-    /// It has a `type` instead of an address.
+    /// Whether it has a `type` instead of an address.
     pub placed: bool,
 }
 
 pub struct Pool {
     pub rng: Rng,
     pub period: i64,
-    /// The percentage of contacts that read inputs, rather than whatever may be.
+    /// The percentage of contacts that read inputs; the others read any bits.
     pub lively: usize,
     /// The structures that have an owner.
     pub owned: Vec<String>,
-    /// Tags by the address that they name.
+    /// Tags by their addresses.
     pub tags: BTreeMap<String, String>,
     /// Named constants.
     pub constants: Vec<String>,
     pub limits: BTreeMap<String, (i64, i64)>,
     pub arrays: Vec<DrawnArray>,
-    /// Tags with a `type`, each with the area that it is like.
+    /// Tags with a `type`, each with the area of the same kind.
     pub typed: Vec<(&'static str, &'static str)>,
     /// The bits of blocks: Stages, `.Running`, `.Done`.
     pub block_bits: Vec<String>,
 }
 
 impl Pool {
-    /// The address or its tag, or another way to write it.
+    /// The address, its tag, or a different spelling of it.
     pub fn name(&mut self, address: &str) -> String {
         if self.rng.chance(50)
             && let Some(tag) = self.tags.get(address)
@@ -131,7 +131,7 @@ impl Pool {
         format!("{area}{}", first + self.rng.below(count))
     }
 
-    /// A flag of a structure, most often of one that has an owner.
+    /// A flag of a structure, mostly of a structure with an owner.
     fn flag(&mut self, area: &str) -> String {
         let found = STRUCTURES.iter().find(|(name, _, _)| *name == area);
         let (_, count, members) = found.unwrap_or(&STRUCTURES[0]);
@@ -170,7 +170,7 @@ impl Pool {
         self.name(&address)
     }
 
-    /// A bit that programs write: its address.
+    /// The address of a bit that programs write.
     pub fn written_bit(&mut self) -> String {
         let area = match self.rng.weighted(&[40, 40, 12, 8]) {
             0 => "Y",
@@ -181,7 +181,7 @@ impl Pool {
         self.indexed(area)
     }
 
-    /// A word that programs write: its address.
+    /// The address of a word that programs write.
     pub fn written_word(&mut self) -> String {
         match self.rng.weighted(&[40, 16, 8, 4, 10, 10, 6, 6]) {
             0 => self.indexed("D"),
@@ -209,7 +209,7 @@ impl Pool {
         self.name(&address)
     }
 
-    /// A number that fits what is around it: small, of the period's size, or extreme.
+    /// A number that is small, of the period's size, or extreme.
     pub fn number(&mut self) -> i64 {
         match self.rng.weighted(&[62, 32, 6]) {
             0 => self.rng.range(-3, 8),
@@ -259,7 +259,7 @@ impl Pool {
         }
     }
 
-    /// A value: a location, a constant, a named constant.
+    /// A value: a place, a constant or a named constant.
     pub fn value(&mut self) -> String {
         match self.rng.weighted(&[45, 40, 10, 5]) {
             0 => self.word(),
@@ -327,7 +327,7 @@ impl Pool {
         (0..count).map(|_| self.expr(3)).collect()
     }
 
-    /// A series that is seldom ON, for what would stop everything.
+    /// A series that is seldom ON, for instructions that would stop everything.
     pub fn rare_series(&mut self) -> Vec<Expr> {
         match self.rng.weighted(&[40, 20, 20, 20]) {
             0 => vec![Expr::Leaf(format!("rise({})", self.bit()))],

@@ -13,21 +13,21 @@ pub enum Value {
     Element(Array, Loc),
 }
 
-/// Neighbours of one area.
+/// Consecutive places of one area.
 #[derive(Clone, Copy, Debug)]
 pub struct Array {
     pub first: Loc,
     pub count: usize,
 }
 
-/// What an instruction writes.
+/// The target of an instruction.
 #[derive(Clone, Copy, Debug)]
 pub enum To {
     At(Loc),
     Element(Array, Loc),
 }
 
-/// What MATH writes.
+/// The target of a MATH.
 #[derive(Clone, Debug)]
 pub enum Target {
     At(Loc),
@@ -49,7 +49,7 @@ pub enum Contact {
     Bit(Loc),
     /// The bit of an array that a word selects.
     Element(Array, Loc),
-    /// `history` numbers the edge history that this contact has for itself.
+    /// `history` is the number of this contact's own edge history.
     Edge {
         rising: bool,
         of: Box<Contact>,
@@ -99,7 +99,8 @@ pub enum Op {
 #[derive(Clone, Debug)]
 pub struct Instr {
     pub op: Op,
-    /// Two edge histories: of the rung or the first edge-triggered leg, and of the second.
+    /// Two edge histories: of the rung or the first edge-triggered leg, and of the second
+    /// edge-triggered leg.
     pub history: [usize; 2],
 }
 
@@ -111,7 +112,7 @@ pub struct Branch {
 
 #[derive(Clone, Debug)]
 pub struct Rung {
-    /// One leg (`when`), or those of the instruction in the order of the language's table.
+    /// One leg (`when`), or the legs of the instruction in the order of the language's table.
     pub legs: Vec<Contact>,
     pub instrs: Vec<Instr>,
     pub branches: Vec<Branch>,
@@ -132,7 +133,7 @@ pub struct Block {
     pub name: String,
     pub kind: Kind,
     pub autostart: bool,
-    /// Element 0: the own rungs; the others: the Stages in file order.
+    /// Element 0 has the block's own rungs; the others are the Stages in file order.
     pub elements: Vec<Vec<Rung>>,
 }
 
@@ -177,7 +178,7 @@ pub struct Program {
     pub counters: BTreeMap<usize, CounterDef>,
     pub timers: BTreeMap<usize, TimerDef>,
     pub histories: usize,
-    /// What a cold start puts into memory.
+    /// The values that a cold start writes to memory.
     pub initial: Vec<(Loc, i64)>,
     pub limits: Vec<(Loc, i64, i64)>,
 }

@@ -17,7 +17,7 @@ impl Value {
 }
 
 impl Sim<'_> {
-    /// What a value is now; outside of an array 0.
+    /// The present value; 0 for an element outside of its array.
     fn exact(&self, value: Value) -> Number {
         match value {
             Value::Real(real) => Number::Real(real),
@@ -28,7 +28,7 @@ impl Sim<'_> {
         }
     }
 
-    /// The same for an instruction that acts, which notes a wrong index.
+    /// The present value for an instruction that acts; notes a wrong index.
     pub fn operand(&mut self, value: Value) -> Number {
         if !matches!(value, Value::Real(_)) {
             self.read(value);
@@ -87,7 +87,7 @@ impl Sim<'_> {
         );
     }
 
-    /// In binary64, which holds every operand exactly.
+    /// Compares in binary64, which holds every operand exactly.
     pub fn compare(&self, left: Value, compare: Compare, right: Value) -> bool {
         let (left, right) = (self.exact(left).real(), self.exact(right).real());
         match compare {

@@ -1,10 +1,11 @@
-//! Makes a case that differs as small as it can be while it still differs.
+//! Makes a case with different traces as small as possible, as long as its traces still differ.
 
 use super::case::{Case, Expr, Rung};
 
-/// One place of a case that could be smaller. Blocks and elements by number; a rung by
-/// its block, its element (0: the own rungs) and its number; a list of a rung by number
-/// (contacts: the legs, then the branches; instructions: the rung's, then the branches').
+/// An edit that makes a case smaller. Blocks and elements are given by number; a rung by its block,
+/// its element (0: the own rungs) and its number; a list of a rung by number. The lists of contacts
+/// are those of the legs, then of the branches. The lists of instructions are the rung's, then
+/// those of the branches.
 #[derive(Clone, Debug)]
 enum Edit {
     Scans(i64),
@@ -24,7 +25,7 @@ enum Edit {
     Cell(usize, usize),
 }
 
-/// Shrinks; `differs` judges a candidate. At most `budget` candidates are judged.
+/// Shrinks a case; `differs` judges a candidate. At most `budget` candidates are judged.
 pub fn shrink(case: &Case, budget: usize, differs: &mut dyn FnMut(&Case) -> bool) -> Case {
     let mut best = case.clone();
     let mut left = budget;
@@ -49,7 +50,7 @@ pub fn shrink(case: &Case, budget: usize, differs: &mut dyn FnMut(&Case) -> bool
     }
 }
 
-/// All edits, the coarse ones first, later places before earlier ones.
+/// All edits: coarse edits first, later places before earlier places.
 fn edits(case: &Case) -> Vec<Edit> {
     let mut all = vec![Edit::Scans(case.scans / 2), Edit::NoStop, Edit::NoOrder];
     all.extend((1..=8).rev().map(|less| Edit::Scans(case.scans - less)));
@@ -92,7 +93,7 @@ fn rung_edits(b: usize, e: usize, r: usize, rung: &Rung, all: &mut Vec<Edit>) {
     }
 }
 
-/// The case with the edit, or none where it does not apply.
+/// The case after the edit; `None` if the edit is not possible.
 fn apply(case: &Case, edit: &Edit) -> Option<Case> {
     let mut case = case.clone();
     match *edit {
@@ -179,7 +180,8 @@ fn contacts(rung: &mut Rung, l: usize) -> Option<&mut Vec<Expr>> {
     }
 }
 
-/// The `way`-th simpler form of a contact: `$On`, `$Off`, a part of it, a part made simpler.
+/// The simpler form of a contact with number `way`: `$On`, `$Off`, a part of the contact, the
+/// contact with a simpler part.
 fn simpler(expr: &Expr, way: usize) -> Option<Expr> {
     match (way, expr) {
         (0 | 1, Expr::Leaf(text)) if text == "$On" || text == "$Off" => return None,

@@ -1,9 +1,9 @@
-//! Traces computed by hand from the tables of the semantics: what the model itself must give.
+//! Tests of the model itself: traces computed by hand from the tables of the semantics.
 
 use super::clock::BEGIN;
 use super::{Options, simulate};
 
-/// Runs a ladder of period 10 ms and gives its rows without scan and time.
+/// Runs a ladder with a period of 10 ms and returns its rows without scan and time.
 fn rows(ladder: &str, watch: &str, stimulus: &str, scans: i64, stop: bool) -> Vec<String> {
     let watch: Vec<String> = watch.split_whitespace().map(str::to_string).collect();
     let options = Options { period: 10, scans, stop, clock: BEGIN, watch: &watch, stimulus };
@@ -15,7 +15,8 @@ fn rows(ladder: &str, watch: &str, stimulus: &str, scans: i64, stop: bool) -> Ve
     cells.map(|cells| cells.join(" ")).collect()
 }
 
-/// `stimulus` has one line a scan after its header of operands; an empty cell is `.`.
+/// Compares a trace with the expected rows. `stimulus` has a header of operands and one line for
+/// each scan; an empty cell is `.`.
 fn check(ladder: &str, watch: &str, stimulus: &[&str], expected: &[&str]) {
     let mut csv = String::new();
     for (n, line) in stimulus.iter().enumerate() {
@@ -209,7 +210,7 @@ fn accumulating_timers() {
     );
 }
 
-/// Alpha runs in scans 0 and 1, exits in scan 1, terminates in scan 2, runs again in scan 3.
+/// Alpha runs in scans 0 and 1, exits in scan 1, terminates in scan 2, and runs again in scan 3.
 #[test]
 fn termination_pass() {
     let alpha = |first: &str, second: &str| {
@@ -298,7 +299,7 @@ fn tasks_run_once_and_recurrent() {
     );
 }
 
-/// With the Task before Main: it starts a scan later, and terminates a scan later.
+/// A Task that comes before Main in the order starts and terminates a scan later.
 #[test]
 fn a_task_that_is_earlier_in_the_order() {
     let ladder = "[ladder]\norder = [\"House\", \"Main\"]\n".to_string()

@@ -6,11 +6,11 @@ use super::program::TimerKind;
 
 #[derive(Clone, Default)]
 pub struct TimerState {
-    /// A RSTT waits for the owner's next execution.
+    /// Whether an RSTT waits for the owner's next execution.
     pending: bool,
-    /// TMRADOWN: the owner executed, or a pass came.
+    /// Whether the owner has executed or had a pass, for TMRADOWN.
     loaded: bool,
-    /// OFFDTMR: the leg was ON at the last execution.
+    /// Whether the leg was ON at the last execution, for OFFDTMR.
     leg_was_on: bool,
     /// The timestamp from which the next execution takes its elapsed time.
     since: Option<i64>,
@@ -29,7 +29,7 @@ impl Sim<'_> {
         self.program.timers.get(&t).map_or(TimerKind::Tmr, |def| def.kind)
     }
 
-    /// The preset; one <= 0 is 0.
+    /// The preset; a negative preset counts as 0.
     fn timer_preset(&self, t: usize) -> i64 {
         let preset = self.program.timers.get(&t).map(|def| self.value(def.preset));
         preset.unwrap_or(0).max(0)
@@ -63,7 +63,7 @@ impl Sim<'_> {
         }
     }
 
-    /// Reads the preset, which may be an element outside of its array.
+    /// Reads the preset, and notes a wrong index if it is an element outside of its array.
     fn note_preset(&mut self, t: usize) {
         if let Some(preset) = self.program.timers.get(&t).map(|def| def.preset) {
             self.read(preset);

@@ -42,7 +42,7 @@ fn stimulus(text: &str, names: &Names) -> Result<Vec<Row>, String> {
     Ok(rows)
 }
 
-/// Runs a ladder and gives its trace as CSV.
+/// Runs a ladder and returns its trace as CSV.
 pub fn simulate(ladder: &str, options: &Options) -> Result<String, String> {
     let loaded = load(ladder)?;
     let rows = stimulus(options.stimulus, &loaded.names)?;
