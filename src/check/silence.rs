@@ -36,9 +36,7 @@ pub fn silence(
 struct Allows<'a>(Vec<(Span, &'a [String])>);
 
 fn rung_allows(program: &Program) -> Allows<'_> {
-    let rungs = program.blocks.iter().flat_map(|block| {
-        block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
-    });
+    let rungs = program.parts().flat_map(|part| part.rungs);
     let allowing = rungs.filter(|rung| !rung.allow.is_empty());
     let mut allows: Vec<_> = allowing.map(|rung| (rung.extent, rung.allow.as_slice())).collect();
     allows.sort_by_key(|(extent, _)| (extent.file, extent.start));

@@ -117,7 +117,7 @@ fn remarks(node: &NodeReport) -> Vec<String> {
     let mut said = Vec::new();
     let mut say = |text: String| said.push(format!("{}: {text}", node.name));
     if node.state == "unborn" {
-        say("its birth was not heard: its values are known after its next one".to_owned());
+        say("no birth was received: its values are known after its next birth".to_owned());
     }
     if let Some(why) = &node.why {
         say(format!("values may be old: {why}"));

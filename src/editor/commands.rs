@@ -87,7 +87,7 @@ impl Arguments {
 fn test(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let path = arguments.path()?;
     if workspace.library.file(&path).is_some_and(|file| file.kind != FileKind::Test) {
-        bail!("{}: no test file; its name would end in `.test.toml`", path.display());
+        bail!("{}: not a test file: the name of a test file ends in `.test.toml`", path.display());
     }
     let test = arguments.text_if_any(1, "the second argument is the name of a test")?;
     let test = test.map(str::to_owned);
@@ -140,7 +140,7 @@ fn simulate(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
 /// `[uri, position]`
 fn explain(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let cursor = arguments.cursor(workspace)?;
-    let (name, text) = hover::explained(&cursor).context("nothing with an explanation is here")?;
+    let (name, text) = hover::explained(&cursor).context("there is nothing to explain here")?;
     show(workspace, &format!("{name}.txt"), &text)
 }
 
@@ -148,7 +148,7 @@ fn explain(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
 fn why(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let cursor = arguments.cursor(workspace)?;
     let operand = operands::asked(&cursor.project, cursor.numbered(), cursor.offset);
-    let operand = operand.context("no operand of a running controller is here")?;
+    let operand = operand.context("there is no operand of a running controller here")?;
     let socket = workspace.live.socket(&cursor.project.root);
     let run = move |place: &_| why_job::run(&operand, &socket, place);
     workspace.jobs.start(WHY.to_owned(), run)

@@ -7,10 +7,11 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 
 use crate::load::identity;
+use crate::locked::locked;
 
 /// The maximum number of TOML files that are listed per folder.
 const FILES_MAX: usize = 500;
@@ -58,7 +59,7 @@ impl DiskView {
 
 /// Returns the cached answer; without one, asks the system and caches the answer.
 fn once<V: Clone>(known: &ByPath<V>, path: &Path, ask: impl FnOnce() -> V) -> V {
-    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut known = locked(known);
     if let Some(answer) = known.get(path) {
         return answer.clone();
     }

@@ -126,8 +126,8 @@ impl LiveView {
             LiveState::Differs { running } => {
                 if !matches!(was, Some(LiveState::Differs { .. })) {
                     let text = format!(
-                        "{name}: no live values: the text differs from the program that the \
-                         controller runs (`{running}`): `rungd reload` has it run the saved files"
+                        "{name}: no live values: the controller runs a different program \
+                         (`{running}`): `rungd reload` loads the saved files"
                     );
                     outbox.say(MessageType::WARNING, text);
                 }

@@ -74,7 +74,7 @@ fn shown(workspace: &Workspace, path: &Path) -> Result<Uri> {
         Some(Err((message, help))) => bail!("{message}: {help}"),
         None => None,
     };
-    uri_of(own.as_deref().unwrap_or(path)).context("no file on disk")
+    uri_of(own.as_deref().unwrap_or(path)).context("this file is not on disk")
 }
 
 /// All uses of the name at the cursor, in all files of the project.

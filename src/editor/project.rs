@@ -6,7 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use super::disk::{DiskView, FileStamp};
 use super::file::EditorFile;
@@ -15,6 +15,7 @@ use super::names::Names;
 use super::slots::FileKind;
 use super::words::Role;
 use crate::load::{OpenTexts, identity, library};
+use crate::locked::locked;
 use crate::source::file_kind::LIBRARY;
 
 /// The maximum number of folders, from the ladder's folder upwards, that are searched for its
@@ -126,7 +127,7 @@ impl Library {
             Some(_) => (None, 0),
             None => self.disk.stamp(path)?,
         };
-        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut read = locked(&self.read);
         if let Some(known) = read.get(path).filter(|known| known.stamp == stamp) {
             return Some(known.file.clone());
         }
@@ -294,7 +295,7 @@ impl Library {
     }
 
     fn found(&self) -> std::sync::MutexGuard<'_, FoundFiles> {
-        self.found.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.found)
     }
 }
 

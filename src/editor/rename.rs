@@ -43,7 +43,9 @@ fn renamed(cursor: &Cursor) -> Result<(Range<usize>, &Declared)> {
         Some((_, Meaning::Address(address))) => {
             bail!("`{address}` is an address: give it a name under [tags] first")
         }
-        Some((_, Meaning::Member | Meaning::Status)) => bail!("this name belongs to rungd"),
+        Some((_, Meaning::Member | Meaning::Status)) => {
+            bail!("this name belongs to rungd: it cannot be renamed")
+        }
         Some((_, Meaning::Unknown)) => bail!("nothing of this name is declared"),
         None => bail!("there is no name here"),
     };
@@ -52,7 +54,7 @@ fn renamed(cursor: &Cursor) -> Result<(Range<usize>, &Declared)> {
         bail!("`{}` belongs to the library of rungd", declared.name);
     }
     if declared.kind == DeclaredKind::Program && declared.name == "Main" {
-        bail!("a program has a block `Main`: it keeps its name");
+        bail!("the Program `Main` cannot be renamed: every ladder needs it");
     }
     Ok((span, declared))
 }
@@ -112,7 +114,7 @@ fn check_name(declared: &Declared, new: &str) -> Result<()> {
         return Ok(());
     }
     let also = if hyphens { ", `_` and `-`" } else { " and `_`" };
-    bail!("`{new}` is no name: names begin with a letter and are of letters, digits{also}")
+    bail!("`{new}` is no name: a name begins with a letter and has only letters, digits{also}")
 }
 
 /// The files of a project with the new name in some places.
@@ -144,8 +146,8 @@ fn joined_here(project: &Project, places: &BTreeMap<usize, Vec<Range<usize>>>) -
         let outside = named.iter().find(|path| !is_library(path) && project.number(path).is_none());
         if let Some(outside) = outside.filter(|_| named.iter().any(is_changed)) {
             bail!(
-                "{} joins this ladder with {}, which is not of this project: a controller file \
-                 that names both would make them one",
+                "{} tests this ladder together with {}, which is not in this project: write a \
+                 controller file that names both",
                 test.path.display(),
                 outside.display()
             );
@@ -159,7 +161,7 @@ fn same_meanings(project: &Project, changed: &[Arc<EditorFile>], new: &str) -> R
     let names = Names::of(changed);
     for (number, (before, after)) in project.files.iter().zip(changed).enumerate() {
         if before.words.all.len() != after.words.all.len() {
-            bail!("with `{new}` the file would read otherwise");
+            bail!("with `{new}` the file would be read differently");
         }
         for (word, renamed) in before.words.all.iter().zip(&after.words.all) {
             let meant = project.names.parts((number, before), word);
@@ -216,7 +218,7 @@ fn same_judgement(
             bail!("the new name is refused{why}");
         }
         if was.retained != is.retained {
-            bail!("retentive memory would keep something else: see `tags` of [retain]");
+            bail!("retentive memory would keep different tags: see `tags` of [retain]");
         }
     }
     Ok(())

@@ -15,6 +15,7 @@ use rustix::fs::{FlockOperation, OFlags, flock};
 
 use super::uri::{SCRATCH, shown_name};
 use crate::load::library::LibraryFile;
+use crate::locked::locked;
 
 /// The maximum number of names that are tried: a name may be in use already.
 const TRIES_MAX: u32 = 1000;
@@ -60,7 +61,7 @@ impl Scratch {
     }
 
     fn folder(&self) -> Result<PathBuf> {
-        let mut folder = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut folder = locked(&self.0);
         if let Some(known) = &*folder {
             return Ok(known.path.clone());
         }
@@ -87,7 +88,7 @@ fn made(temp: &Path) -> Result<ScratchFolder> {
             return Ok(ScratchFolder { path, _lock: lock });
         }
     }
-    anyhow::bail!("no folder of its own in {}", temp.display())
+    anyhow::bail!("no folder for temporary files can be created in {}", temp.display())
 }
 
 /// Removes the folders of servers that no longer run. A folder that cannot be removed belongs to a

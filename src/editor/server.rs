@@ -31,6 +31,9 @@ use super::uri::{path_of, uri_of};
 use super::workspace::Workspace;
 use super::{capabilities, commands, diagnostics, edits, live_targets, requests};
 
+/// The error of a message that cannot be sent.
+const CLOSED: &str = "the editor has closed the connection";
+
 /// How an editor has ended the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EditorEnd {
@@ -49,7 +52,7 @@ pub fn serve(connection: &Connection) -> Result<EditorEnd> {
     let general = params.capabilities.general.as_ref();
     let columns = Columns::of(general.and_then(|general| general.position_encodings.as_ref()));
     let told = capabilities::of(columns);
-    connection.sender.send(Response::new_ok(id, told).into()).context("the editor has gone")?;
+    connection.sender.send(Response::new_ok(id, told).into()).context(CLOSED)?;
     let (orders, judgements) = judge::start();
     let (live, news) = live::start();
     let (jobs, reports) = Jobs::new();
@@ -77,7 +80,7 @@ pub fn serve(connection: &Connection) -> Result<EditorEnd> {
 fn begun(connection: &Connection) -> Result<Option<(RequestId, InitializeParams)>> {
     let refuse = |id: RequestId, code: ErrorCode, why: String| {
         let message = Response::new_err(id, code as i32, why).into();
-        connection.sender.send(message).context("the editor has gone")
+        connection.sender.send(message).context(CLOSED)
     };
     for message in &connection.receiver {
         match message {
@@ -173,7 +176,7 @@ impl EditorServer {
     }
 
     fn send(&self, message: Message) -> Result<()> {
-        self.sender.send(message).context("the editor does not listen")
+        self.sender.send(message).context(CLOSED)
     }
 
     /// Sends the messages of the outbox, and updates the targets of the live view.

@@ -59,7 +59,7 @@ pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<Made
     let watched = all_named(&program, lowered.symbols());
     let values = scans.saturating_mul(watched.len().max(1) as u64);
     if values > VALUES_MAX || !sim::fits(scans, period_ms) {
-        bail!("{scans} scans are too many to be shown: `rungd sim` writes them into a file");
+        bail!("{scans} scans are too many to show: use `rungd sim`, which writes them into a file");
     }
     let is_table = order.is_table || watched.len() > DRAWN_MAX;
     let mut content = Vec::new();

@@ -5,13 +5,15 @@
 //! start of the next message is unknown. The crate lsp-server defines the messages themselves.
 
 use std::io::{self, BufRead, Read, Write};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 
 use anyhow::{Context, Result, anyhow};
 use crossbeam_channel::{Sender, bounded};
 use lsp_server::{Connection, ErrorCode, Message};
 use serde_json::{Value, json};
+
+use crate::locked::locked;
 
 /// The longest line of a header, in bytes.
 const HEADER_LINE_MAX: u64 = 4096;
@@ -68,7 +70,7 @@ impl Wire {
 
 impl<W: Write> SharedOutput<W> {
     fn write(&self, message: &Message) -> io::Result<()> {
-        message.write(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        message.write(&mut *locked(&self.0))
     }
 
     /// Answers a frame that contains no message. The message types are not used, because they allow
@@ -76,7 +78,7 @@ impl<W: Write> SharedOutput<W> {
     fn refuse(&self, Refused { id, code, why }: Refused) -> io::Result<()> {
         let error = json!({ "code": code as i32, "message": why });
         let text = json!({ "jsonrpc": "2.0", "id": id, "error": error }).to_string();
-        let mut output = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut output = locked(&self.0);
         write!(output, "Content-Length: {}\r\n\r\n{text}", text.len())?;
         output.flush()
     }
@@ -125,7 +127,7 @@ fn header(input: &mut impl BufRead) -> io::Result<Option<u64>> {
         }
         let line = std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n'));
         let Some(line) = line.map(str::trim) else {
-            return broken("a line of a header is no text, or too long".to_owned());
+            return broken("a line of a header is not text, or is too long".to_owned());
         };
         if line.is_empty() {
             break;
@@ -135,7 +137,7 @@ fn header(input: &mut impl BufRead) -> io::Result<Option<u64>> {
         };
         if name.trim().eq_ignore_ascii_case("content-length") {
             let Ok(bytes) = value.trim().parse() else {
-                return broken(format!("a header has no number behind Content-Length: `{line}`"));
+                return broken(format!("a header has no number after Content-Length: `{line}`"));
             };
             length = Some(bytes);
         }
@@ -152,7 +154,7 @@ fn message(body: &[u8]) -> Result<Option<Message>, Refused> {
     let value: Value = match serde_json::from_slice(body) {
         Ok(value) => value,
         Err(error) => {
-            let why = format!("a message is no JSON: {error}");
+            let why = format!("a message is not JSON: {error}");
             return refused(Value::Null, ErrorCode::ParseError, why);
         }
     };
@@ -217,9 +219,9 @@ mod tests {
     fn a_header_that_cannot_be_read_ends_the_connection_with_its_reason() {
         check("\r\n{}", &[], "", "a header has no Content-Length");
         check("GET / HTTP/1.1\r\n", &[], "", "a line of a header has no colon: `GET / HTTP/1.1`");
-        let minus = "a header has no number behind Content-Length: `Content-Length: -1`";
+        let minus = "a header has no number after Content-Length: `Content-Length: -1`";
         check("Content-Length: -1\r\n\r\n", &[], "", minus);
-        let long = "a line of a header is no text, or too long";
+        let long = "a line of a header is not text, or is too long";
         check(&"a".repeat(100_000), &[], "", long);
     }
 

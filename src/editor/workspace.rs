@@ -24,6 +24,8 @@ use super::test_results::TestResults;
 use super::uri::{path_of, uri_of};
 use super::words::FileWord;
 
+use crate::locked::locked;
+
 /// The state of the server.
 #[derive(Debug)]
 pub(super) struct Workspace {
@@ -132,7 +134,7 @@ impl Workspace {
     }
 
     fn known(&self) -> MutexGuard<'_, HashMap<PathBuf, Arc<Project>>> {
-        self.projects.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.projects)
     }
 
     /// The cursor of a request.

@@ -34,9 +34,9 @@ rows! {
 
     ROLLED_BACK = 1006, "rolled-back", Warn, NONE, Never:
         "7903d68a24644c03892b8cf735bf8eb5",
-        "The last program before the running one that passed its probation is back, with memory \
-         as it is. Either the new program faulted within its probation: then the controller goes \
-         on in RUN. Or an operator asked for it: then the mode stays, and `rungd mode run` leaves \
+        "The last program before the running one that passed its probation is back, with memory as \
+         it is. Either the new program faulted within its probation: then the controller goes on \
+         in RUN. Or an operator requested it: then the mode stays, and `rungd mode run` leaves \
          FAULT.",
         "Mend the files: they still hold the program that was taken back, and a restart would run \
          it.";

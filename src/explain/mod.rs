@@ -49,7 +49,7 @@ fn of_function(spec: &FunctionSpec) -> String {
         ResultType::Real => "a real",
     };
     format!(
-        "{}, a function of MATH\n\n{}\nIt gives {result}.\n\nSee `rungd explain MATH`.\n",
+        "{}, a function of MATH\n\n{}\nThe result is {result}.\n\nSee `rungd explain MATH`.\n",
         spec.form(),
         spec.summary
     )
@@ -69,7 +69,7 @@ fn of_event(event: &Event) -> String {
         let (burst, per_second) = (event.limit.burst, event.limit.per_second());
         let _ = writeln!(
             text,
-            "\nAt most {burst} lines at once, then {per_second} a second; what is left out is \
+            "\nAt most {burst} lines at once, then {per_second} a second; further lines are \
              counted (lines-withheld)."
         );
     }
@@ -189,7 +189,7 @@ fn describe(kind: OperandKind, spec: &Spec) -> String {
             "an array, a slice or a range that a program can write".to_owned()
         }
         OperandKind::WritableArray => {
-            "one that a program can write, as long, of the same kind".to_owned()
+            "a writable array, slice or range of the same length and kind".to_owned()
         }
         OperandKind::Shifted => {
             "an array, slice or range of bits that a program can write; C7..C0 runs down".to_owned()
@@ -308,7 +308,7 @@ mod tests {
             What to do: Nothing. If a client comes and goes all the time, look at the
             client.
 
-            At most 20 lines at once, then 1 a second; what is left out is counted (lines-withheld).
+            At most 20 lines at once, then 1 a second; further lines are counted (lines-withheld).
 
             `[log.events] modbus-gone = "off"` leaves it out.
 

@@ -69,8 +69,8 @@ impl FleetCounts {
 
     fn rows(&self) -> [(u64, &'static str); 6] {
         [
-            (self.foreign_topics, "on topics that are none of Sparkplug B 3.0"),
-            (self.kept_by_broker, "kept by the broker from before: no word of now"),
+            (self.foreign_topics, "on topics that do not belong to Sparkplug B 3.0"),
+            (self.kept_by_broker, "retained by the broker: not current"),
             (self.too_large, "larger than 4 MiB"),
             (self.garbage, "without a payload of Sparkplug (of at most 50,000 metrics)"),
             (self.nodes_refused, "of nodes beyond the first 5,000: choose some by `--group`"),

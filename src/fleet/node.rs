@@ -50,9 +50,9 @@ impl StaleReason {
                 format!("a message without a number came, {due} was due")
             }
             StaleReason::Unknown(Some(alias)) => format!("its birth has no alias {alias}"),
-            StaleReason::Unknown(None) => "it tells of a metric that its birth lacks".to_owned(),
-            StaleReason::Garbage => "a message of it cannot be read".to_owned(),
-            StaleReason::TooLarge => "a message of it is larger than the limit".to_owned(),
+            StaleReason::Unknown(None) => "it sent a metric that is not in its birth".to_owned(),
+            StaleReason::Garbage => "a message of the node cannot be read".to_owned(),
+            StaleReason::TooLarge => "a message of the node is larger than the limit".to_owned(),
             StaleReason::LinkLost => "the link to the broker is down".to_owned(),
         }
     }

@@ -166,9 +166,9 @@ impl FleetView {
                     list.add((name, state_of(node, now_ms)), text);
                     continue;
                 }
-                (None, Standing::Unborn) => "its birth was not heard",
+                (None, Standing::Unborn) => "no birth was received",
                 (None, Standing::Online | Standing::Stale(_) | Standing::Offline) => {
-                    "it tells no list of alarms"
+                    "it publishes no alarm list"
                 }
             };
             list.unknown.push(UnknownAlarms { node: name.clone(), why });

@@ -59,7 +59,7 @@ const ROWS: &[Dialect] = &[
     (&["NEG"], "write `MATH D0 = -D1`"),
     (&["SQR", "SQRTR"], "write `MATH R0 = sqrt(R1)`"),
     (&["SCL", "SCP", "SCLP"], "write `MATH R0 = scale(D0, 6400, 32000, 0.0, 100.0)`"),
-    (&["XOR", "XORD", "WAND", "WOR", "WXR"], "write `MATH D0 = D1 ^ D2`; `&` and `|` go as well"),
+    (&["XOR", "XORD", "WAND", "WOR", "WXR"], "write `MATH D0 = D1 ^ D2`; `&` and `|` work too"),
     (&["FLL", "MEMSET"], "write `FILL v to=a`: `FILL 0 to=D10..D16`"),
     (
         &["SHFT", "SHFR", "SFL", "SFR", "BSL", "BSR", "SHL", "SHR"],
@@ -91,11 +91,11 @@ const ROWS: &[Dialect] = &[
     (&["CV", "CVJMP"], "stages converge by `SGCONVRG s s to=s`"),
     (
         &["MCR", "MLS", "MLR"],
-        "rungs that are skipped together are a Stage or a Program of their own",
+        "put rungs that are skipped together into a Stage or a Program of their own",
     ),
     (&["END", "RET", "RT", "RETURN", "TND"], "a program ends itself by `EXIT`"),
     (&["SUS", "HLT"], "the controller is stopped by `STOP`"),
-    (&["NOP"], "a rung that does nothing is left out"),
+    (&["NOP"], "leave out a rung that does nothing"),
     (&["OUTI", "STRI", "IIM", "IOM"], "inputs are read before each scan, outputs written after it"),
     (&["AFI"], "a rung that is never ON has the contact `$Off`"),
 ];

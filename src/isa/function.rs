@@ -60,7 +60,7 @@ functions! {
     Max "max" "x, y, …" 1..=u32::MAX, Kept "The greatest of its arguments.";
     Sum "sum" "x, y, …" 1..=u32::MAX, Kept "The sum of its arguments, from left to right.";
     Clamp "clamp" "x, lo, hi" 3..=3, Kept "x, but at least lo and at most hi; lo if lo > hi.";
-    If "if" "c, x, y" 3..=3, Kept "x if c is not 0, else y; the other is not evaluated.";
+    If "if" "c, x, y" 3..=3, Kept "x if c is not 0, else y; only the chosen one is evaluated.";
     Round "round" "x" 1..=1, Integer "The nearest integer, half away from zero.";
     Floor "floor" "x" 1..=1, Integer "The greatest integer that is not above x.";
     Ceil "ceil" "x" 1..=1, Integer "The least integer that is not below x.";
@@ -73,12 +73,12 @@ functions! {
     Sin "sin" "x" 1..=1, Real "The sine of x radians.";
     Cos "cos" "x" 1..=1, Real "The cosine of x radians.";
     Tan "tan" "x" 1..=1, Real "The tangent of x radians.";
-    Asin "asin" "x" 1..=1, Real "The angle in radians whose sine is x; -1 to 1.";
-    Acos "acos" "x" 1..=1, Real "The angle in radians whose cosine is x; -1 to 1.";
+    Asin "asin" "x" 1..=1, Real "The angle in radians whose sine is x; x from -1 to 1.";
+    Acos "acos" "x" 1..=1, Real "The angle in radians whose cosine is x; x from -1 to 1.";
     Atan "atan" "x" 1..=1, Real "The angle in radians whose tangent is x.";
     Atan2 "atan2" "y, x" 2..=2, Real "The angle in radians of the point (x, y).";
     Scale "scale" "x, in_lo, in_hi, out_lo, out_hi" 5..=5, Real
-        "x from the range in_lo to in_hi on the range out_lo to out_hi; not limited.";
+        "x, scaled from the range in_lo to in_hi to the range out_lo to out_hi; not limited.";
 }
 
 impl Function {

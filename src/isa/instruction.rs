@@ -245,20 +245,20 @@ instructions! {
     Ponoff "PONOFF" "Push ON, push OFF", WHEN, BIT, false, Kept, HELP,
         "Toggles the bit each time the rung goes from OFF to ON.";
     Cnt "CNT" "Up counter", &[LegName::Up, LegName::Rst], COUNTER, true, Reset, S0,
-        "Adds one at each rising edge of UP. Done while .Acc >= preset; counts on past it. \
-         RST holds .Acc at 0 and has priority.";
+        "Adds one at each rising edge of UP. Done while .Acc >= preset; continues to count beyond \
+         the preset. RST holds .Acc at 0 and has priority.";
     Cntdn "CNTDN" "Down counter", &[LegName::Dn, LegName::Rst], COUNTER, true, Reset,
         "seeds S0, S1 (DMD0031)",
-        "Starts from the preset and takes one away at each rising edge of DN. Done while \
-         .Acc <= 0; counts on below it. RST puts .Acc back to the preset and has priority.";
+        "Starts from the preset and subtracts one at each rising edge of DN. Done while .Acc <= 0; \
+         continues to count below 0. RST puts .Acc back to the preset and has priority.";
     Udc "UDC" "Up/down counter", &[LegName::Up, LegName::Dn, LegName::Rst], UP_DOWN_PRESETS,
         true, Reset, "seed S2's sister page; docs/semantics.md, section 2",
         "Counts up at UP's rising edges, down at DN's. Done while .Acc >= up-preset, DnDone \
          while .Acc <= dn-preset, each if given. RST holds .Acc at 0.";
     Udcg "UDCG" "Global up/down counter", &[LegName::Up, LegName::Dn], UP_DOWN_PRESETS, true,
         Untouched, "seed S2 (DMD0094)",
-        "As UDC, without a reset leg and without termination logic: it keeps its count when its \
-         block stops. RSTCT is the only way to reset it.";
+        "Like UDC, but without a reset leg and without termination logic: it keeps its count when \
+         its block stops. RSTCT is the only way to reset it.";
     Rstct "RSTCT" "Reset counter", WHEN, &[positional("ct", OperandKind::Counter)],
         false, Kept, HELP,
         "While the rung is ON, resets the counter at once, and holds the reset through the \
@@ -267,29 +267,33 @@ instructions! {
         "While the rung is ON, resets the timer at once, and holds the reset through the timer's \
          own next execution.";
     Ondtmr "ONDTMR" "ON delay timer", WHEN, DELAY, true, Reset, "seed S0 (DMD0175)",
-        "The output comes ON when the leg has been ON for the preset, and goes OFF with the leg.";
+        "The output comes ON when the leg has been ON for the preset time, and goes OFF with the \
+         leg.";
     Offdtmr "OFFDTMR" "OFF delay timer", WHEN, DELAY, true, Reset, "seed S0 (DMD0174)",
-        "The output comes ON with the leg and stays ON for the preset after the leg went OFF. \
+        "The output comes ON with the leg and stays ON for the preset time after the leg went OFF. \
          .Acc counts down.";
     Tmr "TMR" "Up timer", WHEN, TIMER, true, Reset, HELP,
-        "Times while the leg is ON; Done while .Acc >= preset. The leg OFF resets it.";
+        "Times while the leg is ON; Done while .Acc >= preset. It is reset while the leg is OFF.";
     Tmrdown "TMRDOWN" "Down timer", WHEN, TIMER, true, Reset, HELP,
-        "Times from the preset down to 0 while the leg is ON; Done at 0. The leg OFF reloads it.";
+        "Times from the preset down to 0 while the leg is ON; Done at 0. It is reloaded while the \
+         leg is OFF.";
     Tmra "TMRA" "Accumulating up timer", &[LegName::En, LegName::Rst], TIMER, true, Reset, HELP,
-        "Adds up the time that EN is ON; EN OFF holds it. Done while .Acc >= preset. RST zeroes.";
+        "Adds up the time that EN is ON, and keeps it while EN is OFF. Done while .Acc >= preset. \
+         RST resets .Acc to 0.";
     Tmradown "TMRADOWN" "Accumulating down timer", &[LegName::En, LegName::Rst], TIMER, true,
         Reset, HELP,
-        "Takes the time that EN is ON from the preset; EN OFF holds it. Done at 0. RST reloads.";
+        "Subtracts the time that EN is ON from the preset, and keeps the rest while EN is OFF. \
+         Done at 0. RST reloads the preset.";
     Tmrag "TMRAG" "Global accumulating up timer", WHEN, TIMER, true, Held, HELP,
-        "As TMRA, without a reset leg and without termination logic. RSTT resets it.";
+        "Like TMRA, but without a reset leg and without termination logic. RSTT resets it.";
     Ctu "CTU" "Sensaphone count up", WHEN, SENSAPHONE, true, EnableOff,
         "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
-        "ACC + 1 at each false-to-true transition of the rung; from 32767 on to -32768, which \
-         sets OV. DN while ACC >= PRE.";
+        "Adds 1 to ACC at each false-to-true transition of the rung; after 32767 comes -32768, \
+         which sets OV. DN while ACC >= PRE.";
     Ctd "CTD" "Sensaphone count down", WHEN, SENSAPHONE, true, EnableOff,
         "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
-        "ACC - 1 at each false-to-true transition of the rung; from -32768 on to 32767, which \
-         sets UN. DN while ACC >= PRE.";
+        "Subtracts 1 from ACC at each false-to-true transition of the rung; after -32768 comes \
+         32767, which sets UN. DN while ACC >= PRE.";
     Res "RES" "Sensaphone reset", WHEN, &[positional("n", OperandKind::Sensaphone)], false, Kept,
         "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
         "While the rung is ON, clears ACC and all status bits of the counter.";
@@ -298,43 +302,43 @@ instructions! {
         "Copies the value to the word in every scan while the rung is ON, saturating at the \
          word's range. In a word of whole numbers, a real is truncated towards zero.";
     Add "ADD" "Add", WHEN, ARITHMETIC, false, Kept, HELP,
-        "Writes a + b to the word in every scan while the rung is ON, saturating. With a real \
-         among them the sum is a real, which a word of whole numbers takes truncated towards zero.";
+        "Writes a + b to the word in every scan while the rung is ON, saturating. If a or b is a \
+         real, the sum is a real; a word of whole numbers gets it truncated towards zero.";
     Sub "SUB" "Subtract", WHEN, ARITHMETIC, false, Kept, HELP,
-        "Writes a - b to the word in every scan while the rung is ON, saturating. With a real \
-         among them the result is a real, which a word of whole numbers takes truncated towards \
-         zero.";
+        "Writes a - b to the word in every scan while the rung is ON, saturating. If a or b is a \
+         real, the result is a real; a word of whole numbers gets it truncated towards zero.";
     Math "MATH" "Calculate", WHEN, &[positional("target", OperandKind::Target)], false, Kept, HELP,
         "Evaluates the expression and stores the result in every scan while the rung is ON. \
-         Results stay at the limits; status bits say what happened.";
+         Results saturate at their limits; status bits report what happened.";
     Copy "COPY" "Copy array", WHEN, COPIED, false, Kept, "docs/semantics.md, section 9",
-        "Copies each element to its counterpart in every scan while the rung is ON, as MOVE does, \
-         as if all were read first.";
+        "Copies each element to its counterpart in every scan while the rung is ON, like MOVE, as \
+         if all elements were read first.";
     Fill "FILL" "Fill array", WHEN, FILLED, false, Kept, "docs/semantics.md, section 9",
         "Writes the value, read once, to each element in every scan while the rung is ON.";
     Sr "SR" "Shift register", SHIFTED, &[positional("bits", OperandKind::Shifted)], true,
         Untouched, "docs/semantics.md, section 9",
-        "At the rising edge of CLK every bit takes its predecessor's state, the first that of \
-         DATA. RST turns all OFF and has priority. No termination logic.";
+        "At the rising edge of CLK every bit takes the state of the bit before it, and the first \
+         bit the state of DATA. RST turns all OFF and has priority. No termination logic.";
     Run "RUN" "Run program", WHEN, PROGRAM, false, Kept, BLOCKS,
-        "Starts the Program while the rung is ON; a Program that runs is left alone.";
+        "Starts the Program while the rung is ON; no effect on a Program that is running.";
     Restart "RESTART" "Restart program", WHEN, PROGRAM, false,
         Kept, BLOCKS,
-        "At the rung's rising edge: HALT, then RUN. The Program terminates first and starts anew.";
+        "At the rung's rising edge: HALT, then RUN. The Program terminates first and then starts \
+         again.";
     Halt "HALT" "Halt program or task", WHEN, &[positional("block", OperandKind::Block)],
         false, Kept, BLOCKS,
         "Stops the Program or Task while the rung is ON; its termination pass follows at its \
          next turn. In its own block it ends the execution at once.";
     Exit "EXIT" "Exit program", WHEN, &[], false, Kept, BLOCKS,
-        "Ends the Program it stands in at once; its termination pass follows in the next scan.";
+        "Ends its own Program at once; its termination pass follows in the next scan.";
     Entask "ENTASK" "Enable task", WHEN,
         ENABLED, true, RungOff,
         BLOCKS,
         "Without every: runs the Task once at the rung's rising edge. With every: runs it at \
          that interval while the rung is ON.";
     Jmp "JMP" "Jump to stage", WHEN, STAGE, false, Kept, BLOCKS,
-        "Turns the Stage it stands in OFF and the target ON. It is no goto: the remaining rungs \
-         of the Stage still execute.";
+        "Turns its own Stage OFF and the target ON. It is not a goto: the remaining rungs of the \
+         Stage still execute.";
     Sgset "SGSET" "Stage set", WHEN, STAGE, false, Kept, BLOCKS,
         "Turns a Stage ON without leaving the current one.";
     Sgrst "SGRST" "Stage reset", WHEN, STAGE, false, Kept, BLOCKS,

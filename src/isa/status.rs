@@ -113,7 +113,7 @@ const BIT_MEANINGS: [&str; st::COUNT] = [
     "ON in the last scan before a stop",
     "ON while anything is forced",
     "ON if a MATH divided by 0 in this scan",
-    "ON if a result of a MATH stayed at a limit in this scan",
+    "ON if a result of a MATH was limited in this scan",
     "ON if a function of a MATH had an argument outside its domain in this scan",
     "ON if an index was outside its array in this scan",
 ];

@@ -5,7 +5,7 @@
 //! process may read them. Called by `edge` after a link was down.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use super::change_follower::{asked, start};
 use super::change_run::{ChangeRun, SectionName};
@@ -13,6 +13,7 @@ use super::follower::LookFailure;
 use super::log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 use super::logged_program::{ChooseCells, LoggedProgram, ProgramShelf};
 use crate::engine::Engine;
+use crate::locked::locked;
 use crate::operator::client::CallFailure;
 use crate::record::{RecordedProgram, Recording, Replay, Unreplayable};
 use crate::runtime::TapeSection;
@@ -304,8 +305,4 @@ fn sections(recording: &Recording, span: &HistorySpan) -> Vec<usize> {
         (is_behind || is_in_margin) && !is_beyond
     };
     (0..recording.count()).filter(is_wanted).collect()
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

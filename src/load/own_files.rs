@@ -52,7 +52,7 @@ pub(super) fn findings(controller: &Path, written: &WrittenController) -> Vec<Fi
 }
 
 fn finding(own: &Text, other: &OtherFile, what: &str) -> Finding {
-    let message = format!("`{}` is {}: {what} has a file of its own", own.text, other.what);
+    let message = format!("`{}` is {}: {what} needs a file of its own", own.text, other.what);
     let finding = Finding::new(Code::Controller, own.span, message);
     match other.named {
         Some(named) => finding.related(named, "named here"),

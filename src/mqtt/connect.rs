@@ -39,7 +39,7 @@ pub(super) async fn open(
     let _ = stream.set_nodelay(true);
     let Some(secured) = secured else { return Ok(Box::new(stream)) };
     let Ok(name) = ServerName::try_from(address.host.clone()) else {
-        return Err(MqttCause::Insecure(format!("`{}` is no name of a host", address.host)));
+        return Err(MqttCause::Insecure(format!("`{}` is not a host name", address.host)));
     };
     let stream = secured.connect(name, stream).await.map_err(|error| insecure(&error))?;
     Ok(Box::new(stream))

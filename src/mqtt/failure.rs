@@ -111,8 +111,8 @@ impl fmt::Display for MqttCause {
             | MqttCause::MessageRefused(..)
             | MqttCause::Ended(_) => self.said_by_the_broker(f),
             MqttCause::Closed => f.write_str(
-                "the connection is closed without a word: the broker ended, another client came \
-                 with the same client id, or the broker did not like what it received; see its log",
+                "the connection was closed without a reason: the broker ended, another client \
+                 connected with the same client id, or the broker rejected a packet; see its log",
             ),
             MqttCause::Broken(why) => write!(f, "the connection broke: {why}"),
             MqttCause::Silent(what, longest) => {
@@ -123,7 +123,7 @@ impl fmt::Display for MqttCause {
             }
             MqttCause::Garbage(what) => write!(
                 f,
-                "the broker sends what is not in order ({what}): is it an MQTT broker, and of \
+                "the broker sent an invalid packet ({what}): is it an MQTT broker, and of \
                  this version?"
             ),
             MqttCause::TooLong(max) => write!(
@@ -177,12 +177,12 @@ impl MqttCause {
 impl fmt::Display for LinkSilence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            LinkSilence::NoByte => "no byte came",
-            LinkSilence::NoPong => "a PINGREQ was without an answer",
-            LinkSilence::NoProgress => "no byte was taken",
-            LinkSilence::NoRoom => "the queue of what is to be sent was full",
-            LinkSilence::NoSubscription => "a subscription was without an answer",
-            LinkSilence::NoAcknowledgement => "messages were without an acknowledgement",
+            LinkSilence::NoByte => "no byte was received",
+            LinkSilence::NoPong => "a PINGREQ had no answer",
+            LinkSilence::NoProgress => "no byte could be sent",
+            LinkSilence::NoRoom => "the send queue was full",
+            LinkSilence::NoSubscription => "a subscription had no answer",
+            LinkSilence::NoAcknowledgement => "messages had no acknowledgement",
         })
     }
 }

@@ -34,7 +34,7 @@ impl fmt::Display for LongMessage {
     /// A description of the message and of its removal, as a part of a sentence.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let LongMessage { topic, bytes, bytes_max, retained } = self;
-        write!(f, "a message of {bytes} bytes for `{topic}`, where {bytes_max} are the most")?;
+        write!(f, "a message of {bytes} bytes for `{topic}`, above the maximum of {bytes_max}")?;
         if *retained {
             f.write_str(
                 " (the broker keeps it and sends it at each connection; an empty retained message \
@@ -186,7 +186,7 @@ impl SkippedPacket {
                 at if at < 4 + self.topic_length => {
                     self.number = self.number << 8 | u16::from(*byte);
                     if at == 3 + self.topic_length && self.number() == Some(0) {
-                        return Err("a message with a number that is none");
+                        return Err("a message with the number 0");
                     }
                 }
                 _ => return Ok(()),

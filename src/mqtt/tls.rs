@@ -78,5 +78,5 @@ fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, MqttCause> 
 }
 
 fn of_file(path: &Path, error: &dyn std::error::Error, what: &str) -> MqttCause {
-    MqttCause::File(path.to_owned(), format!("not to be had as {what}: {error}"))
+    MqttCause::File(path.to_owned(), format!("cannot be read as {what}: {error}"))
 }

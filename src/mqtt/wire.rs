@@ -29,7 +29,7 @@ const IN_FLIGHT_MAX: u16 = 256;
 /// The maximum number of filters of a subscription.
 const FILTERS_MAX: usize = 64;
 
-const NO_CONNACK: &str = "no CONNACK at first";
+const NO_CONNACK: &str = "its first packet is not a CONNACK";
 
 /// An event that a session returns to its caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -129,7 +129,7 @@ impl Wire {
         let packet = packet.map_err(|error| {
             MqttCause::NotSendable(format!("client id, login or last will ({error})"))
         })?;
-        wire.send(Ok(packet), "the beginning")?;
+        wire.send(Ok(packet), "the CONNECT")?;
         Ok(wire)
     }
 
@@ -178,7 +178,8 @@ impl Wire {
     /// A filter is not valid, or there are none or too many.
     pub fn subscribe(&mut self, filters: &[(&str, Qos)]) -> Result<u16, MqttCause> {
         if filters.is_empty() || filters.len() > FILTERS_MAX {
-            let why = format!("a subscription of {} filters: 1 to {FILTERS_MAX}", filters.len());
+            let why =
+                format!("a subscription of {} filters, not 1 to {FILTERS_MAX}", filters.len());
             return Err(MqttCause::NotSendable(why));
         }
         let entry = |(filter, qos): &(&str, Qos)| {
@@ -213,7 +214,9 @@ impl Wire {
 
     fn number(&mut self) -> Result<u16, MqttCause> {
         let number = self.core.acquire_packet_id();
-        number.map_err(|error| MqttCause::NotSendable(format!("too much at once ({error})")))
+        number.map_err(|error| {
+            MqttCause::NotSendable(format!("too many unacknowledged packets ({error})"))
+        })
     }
 
     fn send(&mut self, packet: Result<Packet, MqttError>, what: &str) -> Result<(), MqttCause> {
@@ -358,7 +361,7 @@ impl Wire {
             | Packet::V5_0Pubcomp(_)
             | Packet::V5_0Pingreq(_)
             | Packet::V5_0Auth(_) => {
-                Err(MqttCause::Garbage("a packet that nothing asked for".to_owned()))
+                Err(MqttCause::Garbage("one that is not expected in this session".to_owned()))
             }
         }
     }
@@ -369,7 +372,7 @@ impl Wire {
         let Some(number) = number else { return Ok(()) };
         let packet = packets::acknowledgement(self.version, number);
         self.send(packet, "an acknowledgement")
-            .map_err(|_| MqttCause::Garbage("a message with a number that is none".to_owned()))
+            .map_err(|_| MqttCause::Garbage("a message with the number 0".to_owned()))
     }
 
     fn welcome_3(&mut self, packet: &v3_1_1::Connack) -> Result<Option<BrokerWord>, MqttCause> {

@@ -66,7 +66,7 @@ impl Explanation {
             hints.push_str(&format!("…: more with --depth {depth}\n"));
         }
         if self.is_long {
-            let end = "…: the answer is long enough; ask about these operands by themselves";
+            let end = "…: the answer became too long; ask about these operands separately";
             hints.push_str(&format!("{end}\n"));
         }
         hints

@@ -60,7 +60,7 @@ pub(super) fn blocks(
         if disabled.contains(&id) {
             plan.say_of(said, OldState::Disabled { running });
         } else if !built_in(names.old.block(id).kind) && names.old.block(id).name != "Main" {
-            plan.say_of(format!("{said} goes on running"), OldState::Stays { cell: running });
+            plan.say_of(format!("{said} continues to run"), OldState::Stays { cell: running });
         }
         restage(plan, names, (id, to), (old, new));
     }

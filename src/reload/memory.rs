@@ -182,7 +182,7 @@ fn tell_new(
     let owner = |owner: &Owner, block: &str| format!("{} in {block}", owner.mnemonic.spec().name);
     let was = owner(before, &names.old.block(before.element.block).name);
     let is = owner(now, &names.new.block(now.element.block).name);
-    plan.say(format!("{said} begins anew: {is}, was {was}"));
+    plan.say(format!("{said} starts again: {is}, was {was}"));
 }
 
 /// Applies a tag's `initial` to an address that the old program does not use. Also reports changed

@@ -24,11 +24,11 @@ pub use report::OldMemory;
 pub(crate) use report::WARNING;
 
 /// The reason why files with different devices are not reloaded.
-pub(crate) const OTHER_DEVICES: &str = "its devices are others than the running ones, or in \
-    another order: they need a restart, and nothing is reloaded until then";
+pub(crate) const OTHER_DEVICES: &str = "its devices, or their order, differ from the running ones: \
+                                        restart rungd; nothing is reloaded until then";
 /// The reason why files with different memory sizes are not reloaded.
-pub(crate) const OTHER_SIZES: &str = "`[memory]` says other sizes than the running program has: \
-    they need a restart, and nothing is reloaded until then";
+pub(crate) const OTHER_SIZES: &str = "the sizes in `[memory]` differ from those of the running \
+                                      program: restart rungd; nothing is reloaded until then";
 
 impl ReloadPlan {
     /// Compares `old` and `new`.

@@ -13,7 +13,7 @@ use crate::resolve::places::TagPlace;
 fn resized(was: &TagPlace, now: &TagPlace) -> String {
     let name = &was.name;
     let text = match (was.is_array, now.is_array) {
-        (true, false) => format!("tag {name} is no array now"),
+        (true, false) => format!("tag {name} is no longer an array"),
         (false, true) => format!("tag {name} is an array of {} elements now", now.count),
         (true, true) | (false, false) => {
             format!("tag {name} has {} elements instead of {}", now.count, was.count)
@@ -25,7 +25,8 @@ fn resized(was: &TagPlace, now: &TagPlace) -> String {
     };
     match was.count.cmp(&now.count) {
         Ordering::Less => format!("{text}; new: {}", between(now, was.count)),
-        Ordering::Greater => format!("{text}; gone, with the values: {}", between(was, now.count)),
+        Ordering::Greater => format!("{text}; removed, with their values: \
+                                      {}", between(was, now.count)),
         Ordering::Equal => text,
     }
 }
@@ -42,7 +43,7 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         let now = names.new.tags.get(&place.name_of(0));
         let text = match (names.new.places.named(name), now) {
             (Some(now), _) if now.space != place.space => {
-                format!("tag {name} was `{was}` and is `{}`: it begins anew", now.type_name())
+                format!("tag {name} changed from `{was}` to `{}`: it starts again", now.type_name())
             }
             (Some(now), _) if now.is_array != place.is_array || now.count != place.count => {
                 resized(place, now)

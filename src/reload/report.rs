@@ -182,7 +182,7 @@ fn line(difference: &Difference, seen: &OldMemory<'_>) -> Option<String> {
         OldState::Disabled { running } if seen.goes_off(*running, || true) => {
             format!("{text} is disabled and was terminated: the ENTASK that enabled it is gone")
         }
-        OldState::Disabled { .. } => format!("{text} goes on running"),
+        OldState::Disabled { .. } => format!("{text} continues to run"),
         OldState::Undriven { bit, active } => {
             let active = || active.iter().any(|cell| seen.is_on(*cell));
             let free = !seen.is_forced(Cell::Bit(BitCell(*bit)));
@@ -316,8 +316,8 @@ fn beyond(
     let within = (min..=max).contains(&value);
     let [value, min, max] = [value, min, max].map(|content| seen.held(cell, content));
     let line = format!(
-        "{WARNING}{text} keeps {value}, which is not within {min} to {max}, its limits now; a \
-         restart would drop it"
+        "{WARNING}{text} keeps {value}, which is outside its new limits, {min} to {max}; a restart \
+         would discard it"
     );
     (!within).then_some(line)
 }

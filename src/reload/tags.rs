@@ -99,12 +99,13 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
             arrays.entry((from, to)).or_default().push(*address);
             continue;
         }
-        let text = format!("tag {tag} ({address}) is called {now} now");
+        let text = format!("tag {tag} ({address}) was renamed to {now}");
         let cells = cells(layout, *address);
         plan.say_of(text, OldState::Named { cells, force: "the force stays on it".to_owned() });
     }
     for ((from, to), addresses) in arrays {
-        let text = format!("array {from} ({}) is called {to} now", span(addresses.iter().copied()));
+        let text = format!("array {from} ({}) was renamed to \
+                            {to}", span(addresses.iter().copied()));
         let cells = addresses.iter().flat_map(|address| cells(layout, *address)).collect();
         let force = "its forces stay".to_owned();
         plan.say_of(text, OldState::Named { cells, force });

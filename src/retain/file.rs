@@ -51,7 +51,7 @@ impl FileDevice {
         options.read(true).write(access == Access::Own).custom_flags(flags.bits() as i32);
         let file = options.open(path)?;
         if !file.metadata()?.is_file() {
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
         }
         if access == Access::Own {
             lock(&file)?;
@@ -155,7 +155,7 @@ fn lock(file: &File) -> io::Result<()> {
 fn busy() -> io::Error {
     io::Error::new(
         io::ErrorKind::ResourceBusy,
-        "another rungd keeps its memory in this file: stop it, or name another `[retain] file`",
+        "another rungd uses this file: stop that rungd, or name a different `[retain] file`",
     )
 }
 
@@ -202,7 +202,7 @@ impl Storage for FileDevice {
     fn in_place(&mut self) -> io::Result<()> {
         let (own, named) = (self.file.metadata()?, fs::metadata(&self.path)?);
         if (own.dev(), own.ino()) != (named.dev(), named.ino()) {
-            let message = "there is another file in its place";
+            let message = "a different file has its name now";
             return Err(io::Error::new(io::ErrorKind::NotFound, message));
         }
         Ok(())

@@ -248,7 +248,7 @@ impl std::fmt::Display for BadSlot {
             BadSlot::Empty => "empty",
             BadSlot::Cut => "cut off: the file is shorter than it should be",
             BadSlot::NoImage => "no image",
-            BadSlot::OtherFile => "an image of another file",
+            BadSlot::OtherFile => "an image of a different file",
             BadSlot::Head => "its beginning is damaged",
             BadSlot::Torn => "torn: begun and not completed, or damaged",
             BadSlot::Unreadable => "cannot be read",
@@ -259,10 +259,11 @@ impl std::fmt::Display for BadSlot {
 impl std::fmt::Display for BadHeader {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            BadHeader::Foreign => f.write_str("it is no file of retentive memory"),
+            BadHeader::Foreign => f.write_str("it is not a file of retentive memory"),
             BadHeader::Newer(version) => write!(
                 f,
-                "it is of version {version}, and this rungd knows {VERSION}: a later rungd wrote it"
+                "it has version {version}, and this rungd reads version {VERSION}: a later rungd \
+                 wrote it"
             ),
             BadHeader::Damaged => f.write_str("both copies of its header are damaged"),
         }

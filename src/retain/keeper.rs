@@ -191,7 +191,7 @@ impl Keeper {
         }
         let newest = survey.newest.as_ref().ok_or("no slot of it holds a whole image")?;
         let content = content::read(&newest.content)
-            .ok_or("its newest image is whole, and its content makes no sense")?;
+            .ok_or("its newest image is whole, but its content is invalid")?;
         let is_final = newest.stamp.flags & FLAG_FINAL != 0;
         Ok((newest.stamp, self.plan.restore(&content, is_final)))
     }

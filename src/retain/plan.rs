@@ -261,17 +261,17 @@ impl RetainPlan {
         let what = format!("{}.PRE", TagIndex::new(&self.tags, &self.placed).say(element));
         let from = match owner.and_then(preset) {
             Some(Preset::Constant(then)) if then == now => return true,
-            Some(Preset::Constant(then)) => format!("{then} in the ladder then"),
-            Some(Preset::Location) => "from a location then".to_owned(),
+            Some(Preset::Constant(then)) => format!("the ladder had {then}"),
+            Some(Preset::Location) => "the ladder had a location".to_owned(),
             None => {
                 if value != now {
-                    to.notes.push(format!("{what} is restored as {value}, the ladder says {now}"));
+                    to.notes.push(format!("{what} is restored as {value}; the ladder has {now}"));
                 }
                 return true;
             }
         };
         if value != now {
-            let why = format!("it was {value}, {from}, and is {now} now");
+            let why = format!("it was {value} ({from}), and is {now} now");
             to.dropped.push(Dropped { what, why });
         }
         false
@@ -289,7 +289,8 @@ impl RetainPlan {
                 };
                 return format!("its type changed: `{tag}` was {was} and is {is}{at}");
             }
-            return format!("`{tag}` is {} now, which has its value from another tag", now.say(at));
+            return format!("`{tag}` is {0} now, and {0} got its value from a different \
+                            tag", now.say(at));
         }
         let here = self.runs.iter().any(|run| holds(run, element));
         match (then.tags_of(element).first(), now.tags_of(element).first()) {

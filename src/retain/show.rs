@@ -40,7 +40,7 @@ pub fn show<D: Storage>(device: &mut D) -> Result<String, String> {
         return Ok(text);
     };
     match content::read(&newest.content) {
-        None => text.push_str("the newest image is whole, and its content makes no sense\n"),
+        None => text.push_str("the newest image is whole, but its content is invalid\n"),
         Some(content) => values(&mut text, &content),
     }
     Ok(text)

@@ -224,7 +224,7 @@ impl<D: Storage> Slots<D> {
         self.device.reopen()?;
         let geometry = read_geometry(&mut self.device)?;
         if geometry != Ok(self.geometry) {
-            let message = "there is another file in its place";
+            let message = "a different file has its name now";
             return Err(io::Error::new(io::ErrorKind::NotFound, message));
         }
         self.doubted = false;

@@ -67,7 +67,8 @@ impl<'a> ControllerTargets<'a> {
         }
         if let Address::Bit(Bit::Device(_, Health::Stale)) = address {
             return Err(format!(
-                "`{operand}` follows from the time without an exchange: set the device\'s `.Ok`"
+                "`{operand}` is computed from the time since the last exchange: set the device's \
+                 `.Ok` instead"
             ));
         }
         StimulusTarget::at(address, operand, self.symbols)

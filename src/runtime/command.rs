@@ -209,11 +209,11 @@ impl fmt::Display for Denial {
         match self {
             Denial::QueueFull => f.write_str("too many commands wait for the scan thread"),
             Denial::ScanThreadStuck => f.write_str(
-                "the scan thread is held up and hears nothing; if that lasts, restart rungd",
+                "the scan thread is held up and executes no command; if that lasts, restart rungd",
             ),
             Denial::EngineBroken => f.write_str(
-                "the engine met a state that cannot be, and what its memory is worth is not \
-                 known; restart rungd",
+                "the engine panicked, which is a bug in rungd, and its memory may be wrong; \
+                 restart rungd",
             ),
             Denial::Ending => f.write_str("rungd is about to end"),
             Denial::Faulted => f.write_str(
@@ -222,7 +222,8 @@ impl fmt::Display for Denial {
             ),
             Denial::NoProgram => f.write_str("the program did not come with its command"),
             Denial::Gone => f.write_str(
-                "the program was reloaded meanwhile, and what was named is not in the new one",
+                "the program was reloaded meanwhile, and the new program does not have the named \
+                 operand",
             ),
             Denial::TooManyForces => write!(f, "{FORCES_MAX} bits and words are forced already"),
         }

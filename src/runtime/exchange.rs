@@ -14,7 +14,7 @@
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::task::{Poll, Waker};
 use std::time::Duration;
 
@@ -24,6 +24,7 @@ pub use super::mode::{FaultReason, Mode, StopReason};
 use super::origin::Origin;
 pub use super::origin::Ticket;
 use crate::engine::{BitCell, WordCell};
+use crate::locked::locked;
 
 /// The greatest number of writes in one batch. (A Modbus request writes at most 1968 coils, and
 /// each coil may stand for an input as well.)
@@ -429,10 +430,4 @@ impl Port {
         self.shared.stuck.store(true, Ordering::Release);
         locked(&self.shared.refusals).all_pending = true;
     }
-}
-
-/// Locks, and ignores poison: the data is consistent after every statement, so a panic of a
-/// different thread does no harm.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

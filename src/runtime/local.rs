@@ -7,7 +7,7 @@
 //! ends.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -16,6 +16,7 @@ use super::image::Safe;
 use super::sys::monotonic_ns;
 use super::wiring::{Source, Wiring, last_words};
 use crate::engine::Cell;
+use crate::locked::locked;
 
 /// The scan returns a device after this number of late reads, or late writes, in a row.
 const LATE_MAX: u32 = 3;
@@ -181,7 +182,7 @@ impl LocalEnd {
 
 impl Rescue {
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<Arc<dyn Local>>> {
-        self.device.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.device)
     }
 
     /// Writes the safe values; `None` if no device is open.

@@ -84,13 +84,13 @@ impl fmt::Display for StopReason {
         f.write_str(match self {
             StopReason::NotStarted => "the first scan is still to come",
             StopReason::Instruction => "the ladder executed STOP",
-            StopReason::Signal => "a signal asked for it",
-            StopReason::ScanLimit => "the number of scans asked for is complete",
-            StopReason::Operator => "an operator asked for it",
-            StopReason::CommandLine => "the command line asked for it (`--stopped`)",
-            StopReason::RestartGuard => "it was restarted too often in too short a time",
+            StopReason::Signal => "a signal requested it",
+            StopReason::ScanLimit => "the requested number of scans is complete",
+            StopReason::Operator => "an operator requested it",
+            StopReason::CommandLine => "the command line requested it (`--stopped`)",
+            StopReason::RestartGuard => "too many restarts in a short time",
             StopReason::NothingRestored => {
-                "nothing was found to be restored, and memory is as after a cold start"
+                "no saved memory was found, and memory is as after a cold start"
             }
         })
     }
@@ -103,13 +103,14 @@ impl fmt::Display for FaultReason {
                 write!(f, "a scan took {scan_us} us, longer than the watchdog allows")
             }
             FaultReason::ScanNeverEnds => {
-                f.write_str("a scan has not ended though the watchdog's time is over")
+                f.write_str("a scan has not ended within the watchdog's time")
             }
             FaultReason::ScanNeverBegins => {
-                f.write_str("a scan was due and has not begun though the watchdog's time is over")
+                f.write_str("a scan was due and has not begun within the watchdog's time")
             }
-            FaultReason::EnginePanic => f.write_str("the engine met a state that cannot be"),
-            FaultReason::ScanThreadGone => f.write_str("the scan thread is gone"),
+            FaultReason::EnginePanic => f.write_str("the engine panicked, which is a bug in rungd"),
+            FaultReason::ScanThreadGone => f.write_str("the scan thread has ended, which is a bug \
+                                                        in rungd"),
         }
     }
 }

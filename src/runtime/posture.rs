@@ -93,8 +93,8 @@ impl Posture {
         let mut grants = vec![grant("timer slack 1 ns".into(), slack, || "nothing known")];
         if !self.cpus.is_empty() {
             let remedy = || {
-                "CPUs that are there (`nproc --all`), and that the unit's CPUAffinity= \
-                             and AllowedCPUs= leave to it"
+                "CPUs that exist (`nproc --all`), and that the unit's CPUAffinity= and \
+                 AllowedCPUs= allow"
             };
             grants.push(grant(cpus(&self.cpus), sys::pin_to_cpus(&self.cpus), remedy));
         }

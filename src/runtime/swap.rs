@@ -7,7 +7,7 @@
 //! generation ([`Generations`]): every snapshot has its generation, so no image is read with the
 //! layout of a different program.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -18,6 +18,7 @@ use super::link::SPARES;
 use super::machine::Machine;
 use super::record::{Carried, Watched, Watches};
 use crate::engine::{Cell, Transfer};
+use crate::locked::locked;
 
 /// The greatest number of packages under way.
 const PACKAGES_MAX: usize = 4;
@@ -235,6 +236,6 @@ impl<T> Generations<T> {
     }
 
     fn locked<R>(&self, with: impl FnOnce(&mut List<T>) -> R) -> R {
-        with(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        with(&mut locked(&self.0))
     }
 }

@@ -93,7 +93,7 @@ pub fn pin_to_cpus(cpus: &[u32]) -> io::Result<()> {
 }
 
 fn no_cpu(cpu: u32) -> io::Error {
-    io::Error::other(format!("CPU {cpu} is not to be had here"))
+    io::Error::other(format!("CPU {cpu} does not exist, or this process may not use it"))
 }
 
 /// Whether any amount of memory may be locked.
@@ -141,6 +141,7 @@ mod tests {
         set_timer_slack_ns(1).unwrap();
         assert!(pin_to_cpus(&[100_000]).is_err());
         let partly = std::thread::spawn(|| pin_to_cpus(&[0, 1023])).join().unwrap();
-        assert_eq!(partly.unwrap_err().to_string(), "CPU 1023 is not to be had here");
+        assert_eq!(partly.unwrap_err().to_string(), "CPU 1023 does not exist, or this process may \
+                                                     not use it");
     }
 }

@@ -131,7 +131,8 @@ pub(super) fn failure_of_run(
         short.or_else(|| breaks(plain())).unwrap_or_else(|| (plain(), None));
     let PastedRun { scenario, text } = run_as_scenario;
     let line = format!("always: {}", stage.suite.always[0][broken.always].text);
-    let what = format!("it is not so; this is run {} of {}, made short", run + 1, test.runs);
+    let what =
+        format!("the condition is false; this is run {} of {}, shortened", run + 1, test.runs);
     let place = stage.suite.place(test.span);
     let explained = failed.map(|failed| failure(stage, &scenario, &failed));
     let of = |scan: u64| scan * stage.programs[0].period_ns();
@@ -169,22 +170,26 @@ fn judged<'a>(
 
 fn what(stage: LoweredSuite, scenario: &Scenario, failed: &Failed) -> String {
     match &failed.why {
-        FailedWhy::Unmet => "it is not so".to_owned(),
-        FailedWhy::Never(count) => format!("it is not so once in {}", counted(*count, "scan")),
-        FailedWhy::NotHeld(at) => format!("it is not so in the {} scan of the step", ordinal(*at)),
+        FailedWhy::Unmet => "the condition is false".to_owned(),
+        FailedWhy::Never(count) => {
+            format!("the condition was never true in {}", counted(*count, "scan"))
+        }
+        FailedWhy::NotHeld(at) => {
+            format!("the condition is false in the {} scan of the step", ordinal(*at))
+        }
         FailedWhy::Always(_) => {
             let step = stage.suite.text(scenario.steps[failed.step].span);
             match step.is_empty() {
-                true => "it is not so".to_owned(),
-                false => format!("it is not so during `{step}`"),
+                true => "the condition is false".to_owned(),
+                false => format!("the condition is false during `{step}`"),
             }
         }
         FailedWhy::Mode(RigMode::Run) => "the controller is in STOP: this step needs RUN".into(),
         FailedWhy::Mode(RigMode::Stop) => "the controller is in RUN: this step needs STOP".into(),
         FailedWhy::AlreadyOn(operand) => {
             format!(
-                "`{}` is ON: a pulse begins with a bit that is OFF (behind another pulse, \
-                 `run 1 scans` lets it end)",
+                "`{}` is ON: a pulse needs a bit that is OFF (`run 1 scans` lets an earlier pulse \
+                 end)",
                 operand.name
             )
         }

@@ -83,7 +83,7 @@ pub fn mutants(program: &Program, files: &[SourceFile], period_ms: u32) -> Vec<M
         mutant.mutations.sort_by_key(|(index, mutation)| Reverse((*index, mutation.order())));
         mutant.what += &match mutant.mutations.len() {
             0 | 1 => String::new(),
-            places if mutant.differs => format!(" (alike at {places} places)"),
+            places if mutant.differs => format!(" (similar at {places} places)"),
             places => format!(" (at {places} places)"),
         };
     }

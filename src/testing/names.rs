@@ -115,7 +115,7 @@ impl<'a> TestNames<'a> {
         if let Address::Bit(Bit::Device(id, _)) = address {
             let device = self.symbols.device(id);
             let finding =
-                finding(format!("`{name}` says how the device is: nothing else writes it"));
+                finding(format!("`{name}` shows the state of the device: nothing else writes it"));
             return Err(finding.help(format!("write `lose {device}`, `restore {device}`")));
         }
         let takes = StimulusTarget::at(address, name, &self.symbols).map_err(|message| {
@@ -144,7 +144,7 @@ impl<'a> TestNames<'a> {
                 Ok(StimulusTarget::Bit(self.symbols.layout.bit(bit)))
             }
             Address::Bit(Bit::Space(..)) => {
-                Err(format!("`{name}` cannot be forced: it says how the controller is"))
+                Err(format!("`{name}` cannot be forced: it shows the state of the controller"))
             }
             Address::Bit(_) => Err(format!("`{name}` cannot be forced: the ladder switches it")),
             Address::Word(_) | Address::Structure(_) => {

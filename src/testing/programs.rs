@@ -105,7 +105,7 @@ impl<'a> Programs<'a> {
             let place = files.first().map_or_else(Default::default, |file| file.span);
             let message = format!("more than {PROGRAMS_MAX} lists of files");
             let finding = Finding::new(Code::TestStep, place, message);
-            return Err(finding.help("divide the test file into several ones"));
+            return Err(finding.help("divide the test file into several files"));
         }
         let loaded = self.load(files, list.0)?;
         let load = match self.refusal(&loaded) {
@@ -147,7 +147,8 @@ impl<'a> Programs<'a> {
             None => Ok((InputKind::Ladder, identities)),
             Some(_) if files.len() == 1 => Ok((InputKind::Controller, identities)),
             Some(file) => {
-                let message = format!("`{}` is a controller file, beside others", file.value);
+                let message =
+                    format!("`{}` is a controller file, given with other files", file.value);
                 let finding = Finding::new(Code::TestStep, file.span, message);
                 Err(finding
                     .help(format!("name it alone, `reload {}`, or name ladders alone", file.value)))

@@ -43,7 +43,7 @@ fn too_long(programs: &Programs<'_>, written: &WrittenRandom) -> Option<Finding>
     let period_ns = u128::from(programs.programs[0].controller.period_ms) * 1_000_000;
     let lasts_ns = u128::from(scans.value.unsigned_abs()) * period_ns;
     (lasts_ns >= u128::from(TIME_END_NS)).then(|| {
-        let message = "a run lasts longer than time can be counted (146 years)";
+        let message = "a run lasts longer than 146 years, the maximum";
         Finding::new(Code::TestFile, scans.span, message).help("write `scans = 5000`")
     })
 }

@@ -268,7 +268,7 @@ fn steps_behind_a_reload_name_the_new_program() {
               nothing is called `bottles`
                 did you mean `bottle`?
             7:13 test-step
-              `rungd.toml` is a controller file, beside others
+              `rungd.toml` is a controller file, given with other files
                 name it alone, `reload rungd.toml`, or name ladders alone
             8:25 test-step
               `crates.toml` is named twice

@@ -12,6 +12,7 @@ use super::player::{LoweredSuite, Nobody, Played, play};
 use super::random_run::{self, BrokenRun};
 use super::shrink::shrink;
 use super::suite::Suite;
+use crate::locked::locked;
 use crate::rig::RigProgram;
 
 /// The maximum number of random runs that one thread takes at a time.
@@ -202,8 +203,4 @@ impl Results {
 
 fn taken<T>(result: Mutex<Option<T>>) -> Option<T> {
     result.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
-}
-
-fn locked<T>(result: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    result.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }

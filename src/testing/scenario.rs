@@ -59,13 +59,13 @@ pub fn scenario(of: &ScenarioOf) -> String {
 
 fn head(of: &ScenarioOf, set: &[(Cell, i32)], first: &TapeSection) -> String {
     let ladders: Vec<String> = of.ladders.iter().map(|name| quoted(name)).collect();
-    let mut text = String::from("# Made of a recording by `rungd record test`.\n");
+    let mut text = String::from("# Made from a recording by `rungd record test`.\n");
     if first.start.number > 1 || first.state.scans() > 0 {
         let number = first.start.number;
         let _ = writeln!(
             text,
-            "# It begins at scan {number} of that recording, a scenario with a cold start: timers, \
-             counters,\n# histories of edges, Stages and blocks begin anew."
+            "# It begins at scan {number} of that recording, but with a cold start: timers, \
+             counters,\n# histories of edges, Stages and blocks begin again."
         );
     }
     let _ = writeln!(text, "ladder = [{}]", ladders.join(", "));
@@ -250,7 +250,7 @@ fn expect(
         let list = if tried[at] == values[at] { &mut met } else { &mut missed };
         list.push(contact);
     }
-    for (contacts, mark) in [(met, ""), (missed, "# in virtual time it comes at another scan: ")] {
+    for (contacts, mark) in [(met, ""), (missed, "# different scan in virtual time: ")] {
         for some in contacts.chunks(OPERANDS_MAX) {
             lines.push(format!("{mark}\"expect: {}\",", some.join(" & ")));
         }

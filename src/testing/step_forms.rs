@@ -6,7 +6,7 @@ pub(crate) const FORMS: [(&str, &str, &str); 17] = [
     (
         "set",
         "set bottle 1",
-        "An input holds the value from the next scan on; anything else is written once.",
+        "An input holds the value from the next scan on; any other operand is written once.",
     ),
     ("force", "force pusher 1", "Forces a bit or word, until `unforce`."),
     ("unforce", "unforce pusher", "Ends a force."),
@@ -17,21 +17,29 @@ pub(crate) const FORMS: [(&str, &str, &str); 17] = [
     ),
     ("beat", "beat pulses 100ms every 1s", "Pulses in the background, until the bit is set."),
     ("run", "run 2s", "Time passes: a duration, or `run 3 scans`."),
-    ("expect", "expect: pusher", "It must be so at the end of the last scan."),
-    ("within", "within 2s: pusher", "Runs until it is so; fails if that takes longer."),
-    ("hold", "hold 300ms: full_lamp", "Runs for the time; it must be so at the end of each scan."),
-    ("stop", "stop", "An orderly stop: one scan, the last."),
+    ("expect", "expect: pusher", "The condition must be true at the end of the last scan."),
+    (
+        "within",
+        "within 2s: pusher",
+        "Runs until the condition is true; fails if that takes longer.",
+    ),
+    (
+        "hold",
+        "hold 300ms: full_lamp",
+        "Runs for the time; the condition must be true at the end of each scan.",
+    ),
+    ("stop", "stop", "An orderly stop, after one last scan."),
     ("start", "start", "From STOP to RUN."),
-    ("restart", "restart", "A stop, and a new process with what is retained."),
+    ("restart", "restart", "A stop, and a new process with the retained memory."),
     (
         "power-cut",
         "power-cut lose 2s",
-        "A new process after a crash, with what was retained last, or an older image.",
+        "A new process after a crash, with the newest retained image, or an older one.",
     ),
     ("reload", "reload ladder.toml", "Reloads these files, as `rungd reload` does."),
     ("lose", "lose plant", "The field device is gone."),
     ("restore", "restore plant", "The field device is back."),
-    ("clock", "clock 2026-11-22T06:00:00", "The time of day jumps."),
+    ("clock", "clock 2026-11-22T06:00:00", "Sets the time of day."),
 ];
 
 /// The form and the meaning of a step.

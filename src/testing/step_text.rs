@@ -138,7 +138,7 @@ fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
         _ => {}
     }
     if first.value != name {
-        let finding = error(first.span, format!("`{name}` has no `:` behind it"));
+        let finding = error(first.span, format!("`{name}` has no `:` after it"));
         return Err(finding.help(format!("write `{form}`")).into());
     }
     let read = step.plain(&name)?;
@@ -240,7 +240,7 @@ impl StepParser<'_> {
     fn end(&mut self) -> ParsedStep<()> {
         let Some(word) = self.words.next() else { return Ok(()) };
         let place = word.span.to(self.words.end());
-        Err(self.fail(place, format!("nothing belongs behind this `{}`", self.name)))
+        Err(self.fail(place, format!("nothing may follow this `{}`", self.name)))
     }
 
     /// An operand and its value.
@@ -276,7 +276,7 @@ impl StepParser<'_> {
             return Ok(WrittenStep::Pulse { operand, on_ms: on.value, every: None });
         };
         if every.value != "every" {
-            return Err(self.fail(every.span, "`every` belongs here, or nothing"));
+            return Err(self.fail(every.span, "`every` or the end of the step belongs here"));
         }
         let every = self.duration("the time from one pulse to the next")?;
         self.literal("times")?;
@@ -360,13 +360,13 @@ impl StepParser<'_> {
     fn lost(&mut self) -> ParsedStep<u32> {
         let Some(word) = self.words.next() else { return Ok(0) };
         if word.value != "lose" {
-            return Err(self.fail(word.span, "`lose` belongs here, or nothing"));
+            return Err(self.fail(word.span, "`lose` or the end of the step belongs here"));
         }
         Ok(self.duration("how old the restored image is")?.value)
     }
 
     fn reload(&mut self) -> ParsedStep<WrittenStep> {
-        let mut files = vec![self.word("the files that are loaded")?];
+        let mut files = vec![self.word("the files to load")?];
         while let Some(file) = self.words.next() {
             files.push(file);
         }
@@ -386,7 +386,7 @@ impl StepParser<'_> {
         let behind = &text[at..];
         let spaces = behind.len() - behind.trim_start().len();
         if !behind.trim_start().starts_with(':') {
-            let finding = error(span.part(at, text.len()), "`expect` wants a `:` behind it");
+            let finding = error(span.part(at, text.len()), "`expect` wants a `:` after it");
             return Err(finding.help(format!("write `expect: {}`", behind.trim())).into());
         }
         self.contacts(text, span, at + spaces + 1).map(WrittenStep::Expect)
@@ -417,7 +417,7 @@ impl StepParser<'_> {
         let behind = behind.trim();
         let (word, rest) = behind.split_once([' ', '\t']).unwrap_or((behind, ""));
         let name = &self.name;
-        let finding = error(place, format!("`{name}` wants a duration and a `:` behind it"));
+        let finding = error(place, format!("`{name}` wants a duration and a `:` after it"));
         if duration::parse(word).is_ok() && !rest.is_empty() {
             return Box::new(finding.help(format!("write `{name} {word}: {}`", rest.trim())));
         }
@@ -426,7 +426,7 @@ impl StepParser<'_> {
 
     fn contacts(&self, text: &str, span: Span, at: usize) -> ParsedStep<WrittenCondition> {
         if text[at..].trim().is_empty() {
-            let message = format!("`{}` wants contacts behind its `:`", self.name);
+            let message = format!("`{}` wants contacts after its `:`", self.name);
             return Err(self.fail(span.part(at - 1, text.len()), message));
         }
         Ok(condition(&text[at..], span.part(at, text.len()))?)

@@ -228,7 +228,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
             return Ok(());
         }
         self.lasts_ns = 0;
-        let message = "the scenario lasts longer than time can be counted (146 years)";
+        let message = "the scenario lasts longer than 146 years, the maximum";
         Err(Finding::new(Code::TestStep, span, message).help("let less time pass"))
     }
 
@@ -247,7 +247,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
 
 /// The finding for an operand that is named twice.
 pub(super) fn twice(name: &str, span: Span, first: Span) -> Finding {
-    let message = format!("`{name}` has a value already");
+    let message = format!("`{name}` already has a value");
     let finding = Finding::new(Code::TestFile, span, message).related(first, "given here");
     finding.help("take one of the two away")
 }

@@ -173,9 +173,9 @@ fn read_bench(root: &mut Table<'_>, file: FileId) -> Option<WrittenBench> {
         (None, Some(_)) => {
             for name in ["period", "retain"] {
                 if let Some(place) = root.key_span(name) {
-                    let message = format!("`{name}` beside `controller`");
+                    let message = format!("`{name}` cannot be given together with `controller`");
                     let finding = finding(place, &message);
-                    root.find(finding.help("take it away: the controller file says it"));
+                    root.find(finding.help("take it away: the controller file has this setting"));
                 }
             }
             Some(WrittenBench::Controller(controller?))
@@ -187,7 +187,7 @@ fn read_scenario(mut table: Table<'_>) -> WrittenScenario {
     let name = read_name(&mut table);
     let set = read_set(&mut table);
     table.require("steps", "[\"run 1s\"]");
-    let steps = table.strings(key("steps", "What happens, and what must be so, in this order."));
+    let steps = table.strings(key("steps", "The steps and the conditions, in this order."));
     if let Some(steps) = &steps
         && steps.value.is_empty()
         && !table.doc().has_finding_in(steps.span)
@@ -257,14 +257,14 @@ fn read_changes(mut table: Table<'_>) -> Vec<(Text, WrittenChange)> {
         TextOrTable::Text(text) => (name, WrittenChange::Toggle(text)),
         TextOrTable::Table(mut table) => {
             table.together(WALK_OR_JUMP);
-            let walk = key("walk", "It goes up or down by `step`, within these limits: `0..100`.");
-            let jump = key("jump", "It takes any value within these limits: `0..9`.");
+            let walk = key("walk", "Goes up or down by `step`, within these limits: `0..100`.");
+            let jump = key("jump", "Takes any value within these limits: `0..9`.");
             table.require("chance", "\"10%\"");
             let change = WrittenChange::Moves {
                 span: table.span(),
                 walk: table.string(walk.limited(LIMITS)),
                 jump: table.string(jump.limited(LIMITS)),
-                step: table.scalar(key("step", "How far it goes.")),
+                step: table.scalar(key("step", "The size of a step of `walk`.")),
                 chance: table.string(
                     key("chance", "The probability of a change in a scan: `10%`.").limited(CHANCE),
                 ),
@@ -278,10 +278,11 @@ fn read_changes(mut table: Table<'_>) -> Vec<(Text, WrittenChange)> {
 
 /// `[prove]` is a reserved name.
 fn read_prove(root: &mut Table<'_>) {
-    root.table(key("prove", "Not there yet.").refused(), "`[prove]`");
+    root.table(key("prove", "Not available yet.").refused(), "`[prove]`");
     if let Some(place) = root.key_span("prove") {
-        let finding = Finding::new(Code::TestFile, place, "proofs are not there yet");
-        root.find(finding.help("take `[prove]` away; `[[random]]` looks for what breaks `always`"));
+        let finding = Finding::new(Code::TestFile, place, "proofs are not available yet");
+        let help = "take `[prove]` away; `[[random]]` looks for runs that break `always`";
+        root.find(finding.help(help));
     }
 }
 

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Instant, SystemTime};
 
 use tokio::sync::Semaphore;
@@ -15,6 +15,7 @@ use super::journal::say;
 use super::sessions::{Session, Sessions};
 use super::users::{UserFailure, Users};
 use crate::live::LiveView;
+use crate::locked::locked;
 
 /// The most viewers that receive events at a time.
 pub(super) const STREAMS_MAX: usize = 64;
@@ -83,12 +84,12 @@ impl WebSite {
 
     /// The sessions.
     pub fn sessions(&self) -> MutexGuard<'_, Sessions> {
-        self.sessions.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.sessions)
     }
 
     /// Holds a view while a person steps through it. Returns its number.
     pub fn hold(&self, view: LiveView) -> u64 {
-        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = locked(&self.held);
         let number = held.back().map_or(1, |(number, _)| number + 1);
         held.push_back((number, view));
         if held.len() > HELD_MAX {
@@ -99,7 +100,7 @@ impl WebSite {
 
     /// The held view with a number.
     pub fn held(&self, number: u64) -> Option<LiveView> {
-        let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let held = locked(&self.held);
         held.iter().find(|(of, _)| *of == number).map(|(_, view)| view.clone())
     }
 
@@ -118,7 +119,7 @@ impl WebSite {
         let facts = std::fs::metadata(&file.path).map_err(failed)?;
         // The inode too, because a new file may be written within the same tick of the clock.
         let changed = (facts.modified().map_err(failed)?, facts.ino());
-        let mut known = file.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = locked(&file.known);
         if let Some((at, users)) = &*known
             && *at == changed
         {

@@ -64,7 +64,7 @@ fn of_spaces(scene: &CompletionScene, spaces: &[Space], wish: Wish, into: &mut P
         if let Some(free) = free.filter(|_| is_given(*space)) {
             let label = space.address(free).to_string();
             let proposal = Proposal::new(label, CompletionItemKind::UNIT, FREE + rank);
-            into.add(proposal.detail("the next free one"));
+            into.add(proposal.detail("the next free address"));
         }
     }
 }

@@ -68,8 +68,8 @@ pub(super) fn offer(scene: &CompletionScene, before: &str, wish: Wish) -> Propos
     let Some(wish) = word.wish(wish).filter(|_| !word.is_number()) else { return found };
     if matches!(wish, Wish::Contact | Wish::Condition) && word.base.is_none() {
         for (name, about) in [
-            ("rise", "ON for the execution in which it goes from OFF to ON"),
-            ("fall", "ON for the execution in which it goes from ON to OFF"),
+            ("rise", "ON for one execution, when its contacts go from OFF to ON"),
+            ("fall", "ON for one execution, when its contacts go from ON to OFF"),
         ] {
             let proposal = Proposal::new(name, CompletionItemKind::FUNCTION, FUNCTION);
             let snippet = Some(format!("{name}($1)"));

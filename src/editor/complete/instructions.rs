@@ -116,7 +116,7 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
     for (operand, key) in keyed {
         let is_given = done.iter().any(|word| word.split('=').next() == Some(key));
         if !is_given && is_whole && !word.contains(['.', '[']) {
-            let needed = if operand.optional { "may be left out" } else { "" };
+            let needed = if operand.optional { "optional" } else { "" };
             let rank = u8::from(operand.optional);
             let proposal = Proposal::new(format!("{key}="), CompletionItemKind::PROPERTY, rank);
             found.add(proposal.detail(needed));

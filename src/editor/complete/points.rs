@@ -13,9 +13,9 @@ use crate::controller::device::simulated;
 /// The tables of Modbus devices: name, content, and whether outputs can be mapped there.
 const TABLES: [(&str, &str, bool); 4] = [
     ("coil ", "a bit, read and written", true),
-    ("discrete ", "a bit, read alone", false),
+    ("discrete ", "a bit, only read", false),
     ("holding ", "a word, read and written", true),
-    ("input ", "a word, read alone", false),
+    ("input ", "a word, only read", false),
 ];
 
 /// Offers the points of the device around the cursor.
@@ -58,7 +58,7 @@ fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut Pro
         }
         let points = text(object, "kind").map(simulated::points_of).unwrap_or_default();
         for (point, holds, is_command) in points {
-            let about = if is_command { "drives the part" } else { "told by the part" };
+            let about = if is_command { "drives the part" } else { "reported by the part" };
             let (label, about) = (format!("{name}.{point}"), format!("{holds}, {about}"));
             add((&label, &about, u8::from(is_command != is_target)), into);
         }
@@ -68,7 +68,7 @@ fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut Pro
         });
         for place in places {
             let label = format!("{name}.{}", place.key().text);
-            add((&label, "a bit, told by the part", u8::from(is_target)), into);
+            add((&label, "a bit, reported by the part", u8::from(is_target)), into);
         }
     }
 }

@@ -199,7 +199,7 @@ fn the_first_message_of_a_kind_that_is_left_out_is_news() {
     let before = fleet.view.counts;
     fleet.hear("shop/orders", b"7");
     let once = fleet.view.counts;
-    assert_eq!(once.begun(&before), ["on topics that are none of Sparkplug B 3.0"]);
+    assert_eq!(once.begun(&before), ["on topics that do not belong to Sparkplug B 3.0"]);
     fleet.hear("shop/orders", b"8");
     assert_eq!(fleet.view.counts.begun(&once), Vec::<&str>::new());
     let twice = ("a", 1, DataType::Boolean, MetricValue::Bool(true));

@@ -6,11 +6,12 @@
 //! device has its own limit of lines, so frequent outages of one device do not suppress the lines
 //! of others.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use crate::events::LineLimit;
 use crate::events::limit::Budget;
+use crate::locked::locked;
 use crate::runtime::local::Exchanged;
 use crate::say::say;
 
@@ -80,13 +81,13 @@ impl Health {
 
     /// The present condition.
     pub fn condition(&self) -> Condition {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.inner).clone()
     }
 
     /// Whether an exchange has succeeded since the start, or the device is open, so that the first
     /// scan exchanges.
     pub fn has_exchanged(&self) -> bool {
-        let condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        let condition = locked(&self.inner);
         condition.exchanges > 0 || condition.is_open
     }
 
@@ -108,7 +109,7 @@ impl Health {
     /// Notes that an exchange succeeded.
     pub(super) fn good(&self, took: Duration) {
         {
-            let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut condition = locked(&self.inner);
             condition.exchanges += 1;
             condition.took = took;
             condition.took_max = condition.took_max.max(took);
@@ -120,7 +121,7 @@ impl Health {
     /// Notes that the device is open; `exchanged`: the scan's exchanges so far.
     pub(super) fn open(&self, exchanged: Exchanged) {
         {
-            let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut condition = locked(&self.inner);
             (condition.is_open, condition.exchanges) = (true, exchanged.count);
             condition.took = Duration::from_nanos(exchanged.last_ns);
             condition.took_max = Duration::from_nanos(exchanged.slowest_ns);
@@ -150,7 +151,7 @@ impl Health {
             false => format!("{reason}; {read} of {all} inputs are read"),
         };
         self.bad(&reason);
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner).is_in_part = true;
+        locked(&self.inner).is_in_part = true;
         self.tell_trouble(&reason);
     }
 
@@ -202,12 +203,12 @@ impl Health {
     }
 
     fn lines(&self) -> MutexGuard<'_, OutageLines> {
-        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.lines)
     }
 
     /// Counts a failure.
     fn bad(&self, reason: &str) {
-        let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut condition = locked(&self.inner);
         condition.failures += 1;
         (condition.is_open, condition.is_in_part) = (false, false);
         condition.trouble = Some(reason.to_owned());

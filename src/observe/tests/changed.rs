@@ -411,7 +411,7 @@ fn in_stop_the_mode_and_its_reason_are_named() {
     let text = plc.why("motor");
     let last = text.lines().last().expect("a line");
     expect![
-        "the controller is in STOP since scan 50 (an operator asked for it): no scan changes it"
+        "the controller is in STOP since scan 50 (an operator requested it): no scan changes it"
     ]
     .assert_eq(last);
 }

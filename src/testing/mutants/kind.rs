@@ -27,16 +27,16 @@ kinds! {
     RungOut "rung-out" "A rung is left out.";
     BranchOut "branch-out" "A branch is left out.";
     Inverted "inverted" "A contact is inverted.";
-    ContactOut "contact-out" "A contact is left out; a leg without another one is always ON.";
+    ContactOut "contact-out" "A contact is left out; a leg without a second contact is always ON.";
     Group "group" "The `&` of a group is a `|`, or its `|` is a `&`.";
     Border "border" "A compare has its border on the other side: `>=` is `>`, `<` is `<=`.";
     Level "level" "An edge is a level: `rise(x)` is `x`.";
     OtherEdge "other-edge" "A rising edge is a falling one, or a falling edge is a rising one.";
-    Number "number" "A constant or preset is 1 more or less, a duration a scan, a real 1 %.";
+    Number "number" "A constant or preset is 1 more or less, a duration one scan, a real 1 %.";
     InstructionOut "instruction-out" "An instruction is left out.";
     Instruction "instruction" "An instruction is its opposite: SET is RST, OUT is SET, ADD is SUB.";
     Stage "stage" "A jump leads to the next Stage of the Program instead.";
-    Operator "operator" "An operator or function of MATH is another one: `+` is `-`.";
+    Operator "operator" "An operator or function of MATH is replaced: `+` is `-`.";
     SignOut "sign-out" "A `-`, `!` or `~` of MATH is left out.";
 }
 

@@ -57,7 +57,7 @@ fn a_slip_in_a_template_is_in_all_its_uses_and_one_in_an_argument_in_one() {
               inverted: contact `D0 >= least` is `D0 < least` (at 2 places)
               contact-out: contact `D0 >= least` left out (at 2 places)
               border: `D0 >= least` is `D0 > least` (at 2 places)
-              number: `least` (5) is 4 in `D0 >= least` (alike at 2 places)
+              number: `least` (5) is 4 in `D0 >= least` (similar at 2 places)
               instruction: `OUT motor` is `SET motor` (at 2 places)
             Main, rung 2
               rung-out: the rung left out (at 2 places)
