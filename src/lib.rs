@@ -55,5 +55,6 @@ pub mod source;
 #[cfg(feature = "fleet")]
 pub mod sparkplug;
 pub mod testing;
+mod variants;
 #[cfg(feature = "web")]
 pub mod web;

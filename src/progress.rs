@@ -1,11 +1,13 @@
 //! The progress of a load: its current step, its longest step, and whether it must end early.
 //!
 //! A reload gives a [`Progress`] to its load and keeps a copy. The load names every step that it
-//! begins, and checks between files, rungs and rules whether its time is over. If so, it skips the
+//! begins, and checks between files, rungs, rules and settings whether its time is over. If so, it skips the
 //! rest, and its result is dropped. A step within a system call is not ended by this. Commands that
 //! read files for their caller use [`Progress::default`], which nothing ends.
 
 use std::fmt;
+#[cfg(test)]
+use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -39,9 +41,17 @@ pub struct Progress(Option<Arc<Shared>>);
 struct Shared {
     over: AtomicBool,
     steps: Mutex<Steps>,
-    /// For tests: the time is over when the load begins this step.
+    /// For tests: the end of the time.
     #[cfg(test)]
-    last: Option<Step>,
+    last: Option<LastStep>,
+}
+
+/// For tests: the step within which the time is over, and the number of looks before that.
+#[cfg(test)]
+#[derive(Debug)]
+struct LastStep {
+    step: Step,
+    looks: AtomicUsize,
 }
 
 /// The current step, and the longest of the steps before it.
@@ -63,16 +73,28 @@ impl Progress {
     /// The progress of a load whose time is over when it begins this step.
     #[cfg(test)]
     pub fn over_at(step: Step) -> Progress {
-        Progress(Some(Arc::new(Shared { last: Some(step), ..Shared::default() })))
+        Progress::over_within(step, 0)
+    }
+
+    /// The progress of a load whose time is over after this number of looks within a step.
+    #[cfg(test)]
+    pub fn over_within(step: Step, looks: usize) -> Progress {
+        let last = Some(LastStep { step, looks: AtomicUsize::new(looks) });
+        Progress(Some(Arc::new(Shared { last, ..Shared::default() })))
+    }
+
+    /// For a progress of [`Progress::over_within`]: the number of looks that are left.
+    #[cfg(test)]
+    pub fn looks_left(&self) -> usize {
+        let last = self.0.as_ref().and_then(|shared| shared.last.as_ref());
+        last.map_or(0, |last| last.looks.load(Ordering::Relaxed))
     }
 
     /// Notes that the load begins a step.
     pub fn begin(&self, step: Step) {
         let Some(shared) = &self.0 else { return };
         #[cfg(test)]
-        if shared.last.as_ref() == Some(&step) {
-            self.end();
-        }
+        shared.end_at(&step);
         shared.steps().begin(step, Instant::now());
     }
 
@@ -85,7 +107,15 @@ impl Progress {
 
     /// Whether the load must end.
     pub fn is_over(&self) -> bool {
-        self.0.as_ref().is_some_and(|shared| shared.over.load(Ordering::Relaxed))
+        let Some(shared) = &self.0 else { return false };
+        #[cfg(test)]
+        shared.count_look();
+        shared.over.load(Ordering::Relaxed)
+    }
+
+    /// The items, until the load must end. Looks before each item.
+    pub fn during<I: IntoIterator>(&self, items: I) -> impl Iterator<Item = I::Item> {
+        items.into_iter().take_while(|_| !self.is_over())
     }
 
     /// The current step.
@@ -102,6 +132,28 @@ impl Progress {
 impl Shared {
     fn steps(&self) -> MutexGuard<'_, Steps> {
         locked(&self.steps)
+    }
+
+    /// Ends the time at the beginning of the last step if no look is left.
+    #[cfg(test)]
+    fn end_at(&self, step: &Step) {
+        let Some(last) = self.last.as_ref().filter(|last| last.step == *step) else { return };
+        if last.looks.load(Ordering::Relaxed) == 0 {
+            self.over.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Counts a look within the last step; ends the time if none was left.
+    #[cfg(test)]
+    fn count_look(&self) {
+        let Some(last) = &self.last else { return };
+        if self.steps().current.as_ref().is_none_or(|(step, _)| *step != last.step) {
+            return;
+        }
+        match last.looks.load(Ordering::Relaxed) {
+            0 => self.over.store(true, Ordering::Relaxed),
+            left => last.looks.store(left - 1, Ordering::Relaxed),
+        }
     }
 }
 
@@ -152,6 +204,15 @@ mod tests {
         assert_eq!(steps.longest_at(at(11)), Some(Step::Settings), "5 s, then 6 s");
         steps.begin(Step::Lowering, at(7));
         assert_eq!(steps.longest_at(at(8)), Some(Step::Names), "5 s, 2 s, 1 s");
+    }
+
+    #[test]
+    fn items_come_until_the_time_is_over() {
+        let progress = Progress::over_within(Step::Names, 3);
+        assert_eq!(progress.during(0..9).count(), 9, "before the step");
+        progress.begin(Step::Names);
+        assert_eq!(progress.during(0..9).collect::<Vec<_>>(), [0, 1, 2]);
+        assert!(progress.is_over() && progress.during(0..9).next().is_none());
     }
 
     #[test]

@@ -28,7 +28,7 @@ use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         for (key, value) in placed.action().operands().of::<Value>() {
             let kind = placed.mnemonic().spec().operand(key).map(|operand| operand.kind);
             if matches!(kind, Some(OperandKind::Duration | OperandKind::Interval)) {
@@ -36,7 +36,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             }
         }
     }
-    findings.extend(context.contacts.iter().filter_map(|contact| compare(context, contact)));
+    findings.extend(context.contacts().filter_map(|contact| compare(context, contact)));
 }
 
 /// The tag that names the constant at `place`.

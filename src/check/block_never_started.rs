@@ -30,7 +30,7 @@ use super::reach::{reached, sources};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let starts = context.instructions.iter().filter(|p| !matches!(p.action(), Action::Halt { .. }));
+    let starts = context.instructions().filter(|p| !matches!(p.action(), Action::Halt { .. }));
     let edges: Vec<(Option<BlockId>, BlockId)> = starts
         .filter_map(|p| Some((Some(p.place.block.id), p.action().target_block()?.value)))
         .collect();

@@ -33,7 +33,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         let finding = Finding::new(Code::BlockRule, placed.instruction.span, message);
         findings.push(finding.label(label).help(help));
     };
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         let wrong = match (placed.action(), placed.action().target_block()) {
             (Action::Exit, _) => exit(placed.place.block),
             (_, Some(block)) => start_or_stop(placed, context.program.block(block.value)),

@@ -22,7 +22,7 @@ use super::context::{Context, is_built_in};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         let Some(target) = placed.action().target_block() else { continue };
         let block = context.program.block(target.value);
         if !is_built_in(block.kind) {

@@ -30,7 +30,7 @@ use super::context::Context;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for contact in &context.contacts {
+    for contact in context.contacts() {
         let Contact::Compare(left, comparison, right, span) = contact else { continue };
         let of_constants = left.constant().is_some() && right.constant().is_some();
         if of_constants && Layers::is_layered(*span) {
@@ -107,9 +107,11 @@ fn judge_clock(
         _ => return None,
     };
     let (low, high) = clock(word)?;
-    let in_it =
-        |place: &Span| span.file == place.file && (span.start..span.end).contains(&place.start);
-    let names_it = context.program.constants.iter().any(|(place, _)| in_it(place));
+    // The constants are in order of their places.
+    let constants = &context.program.constants;
+    let before = |(place, _): &(Span, usize)| (place.file, place.start) < (span.file, span.start);
+    let next = constants.get(constants.partition_point(before));
+    let names_it = next.is_some_and(|(place, _)| place.file == span.file && place.start < span.end);
     if names_it || Layers::is_layered(span) {
         return None;
     }

@@ -1,7 +1,8 @@
 //! The input of every rule: the program, and every instruction and contact with its place.
 //!
 //! [`Context::new`] walks the program once, in file order. The rules then look up instructions, the
-//! drivers of a bit, the owners of a structure, or contacts. This module makes no findings; the
+//! drivers of a bit, the owners of a structure, or contacts. Each walk over them ends early if the
+//! load must end. This module makes no findings; the
 //! names in findings come from `names`. Drivers are compared by *element* (a block's own rungs, or
 //! one stage), because a termination pass acts on an element.
 
@@ -10,9 +11,11 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::isa::{
-    Address, Bit, ElementId, Mnemonic, NumberMap, NumberSet, StageId, Structure, Word,
+    Address, Bit, ElementId, Mnemonic, NumberMap, NumberRanges, NumberSet, Space, StageId,
+    Structure, Word,
 };
 use crate::progress::Progress;
+use crate::resolve::array::Array;
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
     Action, Block, BlockKind, Branch, Contact, Instruction, Program, ProgramPart, Rung, Stage, Tag,
@@ -49,18 +52,22 @@ pub struct Context<'a> {
     pub whole: bool,
     /// The retained ranges of the controller file; empty without a controller file.
     pub retained: &'a [Range],
+    /// The same ranges, by their elements.
+    retained_numbers: NumberRanges<Space>,
     /// The writers of the controller file; `None` without a controller file.
     pub outside: Option<&'a Outside>,
     /// The progress of the load.
     pub progress: &'a Progress,
-    /// Every instruction, in file order.
-    pub instructions: Vec<Placed<'a>>,
-    /// Every contact, in file order; a contact with parts comes before its parts.
-    pub contacts: Vec<&'a Contact>,
+    instructions: Vec<Placed<'a>>,
+    contacts: Vec<&'a Contact>,
     drivers: BTreeMap<Bit, Vec<Driver<'a>>>,
     owners: BTreeMap<Structure, Vec<Placed<'a>>>,
     /// The first tag of every address that has one.
     tags: NumberMap<Address, &'a Tag>,
+    /// The first tag of every array that has one. Made at the first question.
+    arrays: OnceCell<NumberMap<(Space, u32, u32), &'a Tag>>,
+    /// For counters, timers and Sensaphone counters: the first that is free, if there is one.
+    free: [OnceCell<Option<Structure>>; 3],
     /// The limits that tags set for words.
     limits: NumberMap<Word, WriteLimits<'a>>,
     /// The addresses of tags with `initial`, `min` or `max`: an operator sets them.
@@ -132,6 +139,7 @@ impl<'a> Context<'a> {
             program,
             whole,
             retained,
+            retained_numbers: NumberRanges::default(),
             outside,
             progress,
             instructions: Vec::new(),
@@ -139,6 +147,8 @@ impl<'a> Context<'a> {
             drivers: BTreeMap::new(),
             owners: BTreeMap::new(),
             tags: NumberMap::default(),
+            arrays: OnceCell::new(),
+            free: Default::default(),
             limits: NumberMap::default(),
             settings: NumberSet::default(),
             reads: OnceCell::new(),
@@ -152,6 +162,9 @@ impl<'a> Context<'a> {
                 context.tags.entry(address).or_insert(tag);
                 context.narrow(address, tag);
             }
+        }
+        for (at, range) in retained.iter().enumerate() {
+            context.retained_numbers.add(range.numbers(), at);
         }
         program.parts().for_each(|part| context.walk(part));
         context.index();
@@ -193,9 +206,20 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Every driven bit with its drivers, in file order.
+    /// Every instruction, in file order, until the load must end.
+    pub fn instructions(&self) -> impl Iterator<Item = &Placed<'a>> {
+        self.progress.during(&self.instructions)
+    }
+
+    /// Every contact, in file order, until the load must end; a contact with parts comes before its
+    /// parts.
+    pub fn contacts(&self) -> impl Iterator<Item = &'a Contact> {
+        self.progress.during(self.contacts.iter().copied())
+    }
+
+    /// Every driven bit with its drivers, in file order, until the load must end.
     pub fn drivers(&self) -> impl Iterator<Item = (Bit, &[Driver<'a>])> {
-        self.drivers.iter().map(|(bit, drivers)| (*bit, drivers.as_slice()))
+        self.progress.during(&self.drivers).map(|(bit, drivers)| (*bit, drivers.as_slice()))
     }
 
     /// The drivers of a bit, in file order.
@@ -203,9 +227,9 @@ impl<'a> Context<'a> {
         self.drivers.get(&bit).map_or(&[], Vec::as_slice)
     }
 
-    /// Every owned structure with its owners, in file order.
+    /// Every owned structure with its owners, in file order, until the load must end.
     pub fn owners(&self) -> impl Iterator<Item = (Structure, &[Placed<'a>])> {
-        self.owners.iter().map(|(structure, owners)| (*structure, owners.as_slice()))
+        self.progress.during(&self.owners).map(|(structure, owners)| (*structure, owners.as_slice()))
     }
 
     fn narrow(&mut self, address: Address, tag: &'a Tag) {
@@ -228,6 +252,42 @@ impl<'a> Context<'a> {
     /// The first tag of an address.
     pub fn tag_at(&self, address: Address) -> Option<&'a Tag> {
         self.tags.get(&address).copied()
+    }
+
+    /// The first tag of an array.
+    pub fn array_tag(&self, array: Array) -> Option<&'a Tag> {
+        let key = |of: Array| (of.space, of.first, of.count);
+        let arrays = self.arrays.get_or_init(|| {
+            let mut arrays = NumberMap::default();
+            for tag in &self.program.tags {
+                if let Some(of) = tag.of_array {
+                    arrays.entry(key(of.array)).or_insert(tag);
+                }
+            }
+            arrays
+        });
+        arrays.get(&key(array)).copied()
+    }
+
+    /// The retained range with an element; the first, if several have it.
+    pub fn retained_with(&self, space: Space, number: u32) -> Option<&'a Range> {
+        let at = self.retained_numbers.first_in((space, number, number))?;
+        self.retained.get(at)
+    }
+
+    /// The place for the first free structure of this kind.
+    pub(super) fn free_cell(&self, structure: Structure) -> &OnceCell<Option<Structure>> {
+        &self.free[match structure {
+            Structure::Counter(_) => 0,
+            Structure::Timer(_) => 1,
+            Structure::Sensaphone(_) => 2,
+        }]
+    }
+
+    /// The owned structures of the same kind, in order.
+    pub fn owned_like(&self, structure: Structure) -> impl Iterator<Item = Structure> {
+        let all = structure.numbered(0)..=structure.numbered(u32::MAX);
+        self.owners.range(all).map(|(owned, _)| *owned)
     }
 
     /// Whether an instruction owns the structure.
@@ -329,10 +389,10 @@ impl fmt::Display for RungPlace<'_> {
             Some(name) => write!(f, ", rung `{name}`")?,
             None => write!(f, ", rung {}", self.rung_number)?,
         }
-        let is_it = |other: &Branch| self.branch.is_some_and(|branch| std::ptr::eq(branch, other));
-        match self.rung.branches.iter().position(is_it) {
-            Some(at) => write!(f, ", branch {}", at + 1),
-            None => Ok(()),
-        }
+        let Some(branch) = self.branch else { return Ok(()) };
+        // A rung may have thousands of branches; they are in order of their places in memory.
+        let of_branch = std::ptr::from_ref(branch);
+        let before = |other: &Branch| std::ptr::from_ref(other) < of_branch;
+        write!(f, ", branch {}", self.rung.branches.partition_point(before) + 1)
     }
 }

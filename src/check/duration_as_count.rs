@@ -29,7 +29,7 @@ use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for placed in context.instructions.iter().filter(|p| p.mnemonic().owns_structure()) {
+    for placed in context.instructions().filter(|p| p.mnemonic().owns_structure()) {
         for (key, value) in placed.action().operands().of::<Value>() {
             let kind = placed.mnemonic().spec().operand(key).map(|operand| operand.kind);
             if matches!(kind, Some(OperandKind::Value(..))) {
@@ -37,7 +37,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             }
         }
     }
-    findings.extend(context.contacts.iter().filter_map(|contact| compare(context, contact)));
+    findings.extend(context.contacts().filter_map(|contact| compare(context, contact)));
 }
 
 fn preset(placed: &Placed, key: &str, value: &Located<Value>) -> Option<Finding> {

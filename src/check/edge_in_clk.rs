@@ -24,7 +24,7 @@ use super::context::Context;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for placed in context.instructions.iter().filter(|p| p.mnemonic() == Mnemonic::Sr) {
+    for placed in context.instructions().filter(|p| p.mnemonic() == Mnemonic::Sr) {
         let clk = placed.place.rung.legs.iter().filter(|leg| leg.name == LegName::Clk);
         for contact in clk.flat_map(|leg| &leg.contacts) {
             edges(context, contact, findings);

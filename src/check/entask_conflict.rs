@@ -30,7 +30,7 @@ use super::context::{Context, Placed};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut enabled: BTreeMap<BlockId, Vec<&Placed>> = BTreeMap::new();
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         if let Action::Entask { block: task, every: _ } = placed.action() {
             enabled.entry(task.value).or_default().push(placed);
         }

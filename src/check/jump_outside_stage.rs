@@ -23,7 +23,7 @@ use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let all = context.instructions.iter();
+    let all = context.instructions();
     let jumps = all.filter(|p| matches!(p.action(), Action::Jump { .. }));
     findings.extend(jumps.filter(|p| p.place.stage.is_none()).map(|p| finding(context, p)));
 }

@@ -25,7 +25,7 @@ use super::stored::storing;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    findings.extend(context.instructions.iter().filter_map(|placed| judge(context, placed)));
+    findings.extend(context.instructions().filter_map(|placed| judge(context, placed)));
 }
 
 fn judge(context: &Context, placed: &Placed) -> Option<Finding> {

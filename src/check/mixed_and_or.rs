@@ -22,7 +22,7 @@ use super::context::Context;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for contact in &context.contacts {
+    for contact in context.contacts() {
         let Contact::Any(parts, span) = contact else { continue };
         if !parts.iter().any(|part| is_bare_series(context, part)) {
             continue;

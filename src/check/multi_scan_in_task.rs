@@ -28,12 +28,12 @@ use super::context::{Context, Placed};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut run_once: BTreeMap<BlockId, Span> = BTreeMap::new();
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         if let Action::Entask { block: task, every: None } = placed.action() {
             run_once.entry(task.value).or_insert(placed.instruction.span);
         }
     }
-    for placed in context.instructions.iter().filter(|p| works_over_scans(p)) {
+    for placed in context.instructions().filter(|p| works_over_scans(p)) {
         let block = placed.place.block;
         let started = match block.kind {
             BlockKind::FirstScan | BlockKind::LastScan => None,

@@ -26,11 +26,9 @@ impl Context<'_> {
 
     /// An element that a word selects: `recipe[step]`.
     pub fn element(&self, element: &Element) -> String {
-        let tags = self.program.tags.iter();
-        let of = tags.filter(|tag| tag.of_array.is_some_and(|of| of.array == element.array));
         let index = self.name(Address::Word(element.index));
-        match of.map(|tag| tag.array_name()).next() {
-            Some(name) => format!("{name}[{index}]"),
+        match self.array_tag(element.array) {
+            Some(tag) => format!("{}[{index}]", tag.array_name()),
             None => format!("{}[{index}]", element.array),
         }
     }
@@ -62,8 +60,10 @@ impl Context<'_> {
             let at = Address::Structure(*s);
             !self.is_owned(*s) && self.tag_at(at).is_none() && !is_placed(at)
         };
-        let count = structure.space().count(&self.program.sizes);
-        (0..count).map(|n| structure.numbered(n)).find(free)
+        *self.free_cell(structure).get_or_init(|| {
+            let count = structure.space().count(&self.program.sizes);
+            (0..count).map(|n| structure.numbered(n)).find(free)
+        })
     }
 
     fn bit_name(&self, bit: Bit) -> String {

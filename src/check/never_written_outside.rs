@@ -14,7 +14,8 @@
 //! rung = [ { when = ["X0"], do = ["OUT Y0"] } ]
 //! ```
 
-use crate::isa::{Address, Bit, BitSpace, NumberSet};
+use crate::isa::{Address, Bit, BitSpace, NumberRanges, NumberSet};
+use crate::resolve::operands::{numbered, numbers};
 use crate::source::finding::{Code, Finding};
 
 use super::context::Context;
@@ -35,16 +36,29 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         let is_ladders = is_always_written(of) || writes.contains_key(address) || is_owned(of);
         is_ladders || is_writable(context, of)
     };
+    // A file may have thousands of rows, each with the same thousands of operands: an operand that
+    // nothing writes is looked up only once.
+    let mut unwritten = NumberRanges::default();
     for read in &outside.reads {
-        let is_silent = |address| is_written(address) || told.contains(address);
-        if !read.addresses.iter().any(is_silent) {
-            findings.extend(finding(context, read));
+        let (kind, first, last) = numbers(read.first, read.count);
+        let mut at = unwritten.next_new(kind, first);
+        while at <= last {
+            let address = numbered(kind, at);
+            if is_written(&address) || told.contains(&address) {
+                break;
+            }
+            unwritten.add((kind, at, at), 0);
+            at = unwritten.next_new(kind, at);
+        }
+        if at > last {
+            findings.push(finding(context, read));
         }
     }
 }
 
-fn finding(context: &Context, read: &Read) -> Option<Finding> {
-    let (first, last) = (*read.addresses.first()?, *read.addresses.last()?);
+fn finding(context: &Context, read: &Read) -> Finding {
+    let (kind, _, last) = numbers(read.first, read.count);
+    let (first, last) = (read.first, numbered(kind, last));
     let said = match first == last {
         true => context.say(first),
         false => format!("any of `{}` to `{}`", context.name(first), context.name(last)),
@@ -55,9 +69,9 @@ fn finding(context: &Context, read: &Read) -> Option<Finding> {
     let finding = finding.label(format!("always {}", always(first).0));
     if let Some(structure) = structure_of(first) {
         let owner = owner_of(context, structure);
-        return Some(finding.help(format!("add the instruction, such as {owner}")));
+        return finding.help(format!("add the instruction, such as {owner}"));
     }
-    Some(match first {
+    match first {
         Address::Bit(Bit::Space(BitSpace::Y, _)) => {
             finding.help(format!("`OUT {name}` in a rung that says when; or take this away"))
         }
@@ -65,7 +79,7 @@ fn finding(context: &Context, read: &Read) -> Option<Finding> {
             "write it in the ladder; or if an operator sets it, say so {}",
             setting(context, first)
         )),
-    })
+    }
 }
 
 #[cfg(test)]
@@ -83,8 +97,10 @@ mod tests {
         let reads = [
             ("Y0", "device `rio` takes it"),
             ("Y1", "device `rio` takes it"),
-            ("Y2 Y3", "device `rio` takes them"),
-            ("Y4 Y0", "device `rio` takes them"),
+            ("Y2..Y3", "device `rio` takes them"),
+            ("Y0..Y4", "device `rio` takes them"),
+            ("C0..C2", "device `rio` takes them, and the ladder writes the last"),
+            ("Y1..Y3", "device `rio` takes them, and each has a finding already"),
             ("C2", "X5 follows it"),
             ("C3", "X6 follows it"),
             ("X7 $On D1 R1 MC1", "nothing to say of inputs, status bits and what others write"),
@@ -104,6 +120,10 @@ mod tests {
                 1:1 never-written
                   nothing writes any of `Y2` to `Y3`: device `rio` takes them
                     `OUT Y2` in a rung that says when; or take this away
+                1:1 never-written
+                  nothing writes any of `Y1` to `Y3`: device `rio` takes them, and each
+                  has a finding already
+                    `OUT Y1` in a rung that says when; or take this away
                 1:1 never-written
                   nothing writes `C3`: X6 follows it
                     write it in the ladder; or if an operator sets it, say so by a tag:

@@ -63,7 +63,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let stages = Stages::of(context);
     let mut helps: HashMap<(BlockId, Vec<Bit>), String> = HashMap::new();
     let mut losses: HashMap<Pair, Vec<Bit>> = HashMap::new();
-    for jump in &context.instructions {
+    for jump in context.instructions() {
         if context.progress.is_over() {
             return;
         }
@@ -83,7 +83,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 impl Stages {
     fn of(context: &Context) -> Stages {
         let mut stages = Stages::default();
-        for placed in &context.instructions {
+        for placed in context.instructions() {
             let Some(stage) = placed.place.stage else { continue };
             if let Some(bit) = placed.driven() {
                 let driven = stages.driven.entry(stage.id).or_default();

@@ -4,8 +4,8 @@
 //! guessed from the ladder ([`may_be_moved`]). Called by `writers`, which adds the settings of the
 //! ladder.
 
-use crate::isa::{Address, Bit, BitSpace, NumberSet, Word, WordSpace};
-use crate::resolve::operands::Operands;
+use crate::isa::{Address, Bit, BitSpace, NumberRanges, NumberSet, Word, WordSpace};
+use crate::resolve::operands::numbers;
 use crate::resolve::range::Range;
 use crate::source::span::Span;
 
@@ -14,8 +14,8 @@ use crate::source::span::Span;
 pub struct Outside {
     /// The addresses that devices and rules of simulated devices move.
     pub(crate) moved: NumberSet<Address>,
-    /// The operands that Modbus clients may write.
-    pub(crate) listed: Vec<Operands>,
+    /// The numbers of the operands that Modbus clients may write, by their kinds ([`numbers`]).
+    pub(crate) listed: NumberRanges<Address>,
     /// The ranges that Modbus clients write through the image: coils, and the inputs that follow
     /// them.
     pub(crate) image: Vec<Range>,
@@ -26,11 +26,13 @@ pub struct Outside {
     pub(crate) reads: Vec<Read>,
 }
 
-/// A part of a controller file that reads bits or words of the ladder.
+/// A part of a controller file that reads consecutive bits or words of the ladder.
 #[derive(Debug)]
 pub(crate) struct Read {
-    /// The addresses, in order.
-    pub addresses: Vec<Address>,
+    /// The first address.
+    pub first: Address,
+    /// The number of addresses; at least 1.
+    pub count: u32,
     /// Its place.
     pub span: Span,
     /// The part and its action, as text: `device line1 takes`.
@@ -38,8 +40,8 @@ pub(crate) struct Read {
 }
 
 impl Read {
-    pub(crate) fn new(addresses: Vec<Address>, span: Span, reader: String) -> Read {
-        Read { addresses, span, reader }
+    pub(crate) fn new((first, count): (Address, u32), span: Span, reader: String) -> Read {
+        Read { first, count, span, reader }
     }
 }
 
@@ -47,7 +49,7 @@ impl Outside {
     /// Whether a device or a Modbus client may write an address.
     pub(super) fn writes(&self, address: Address) -> bool {
         self.moved.contains(&address)
-            || self.listed.iter().any(|listed| listed.hold(address))
+            || self.listed.first_in(numbers(address, 1)).is_some()
             || self.image.iter().any(|range| range.holds(address))
     }
 }

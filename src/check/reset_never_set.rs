@@ -29,7 +29,7 @@ use super::writers::is_writable;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let writes = writes(context);
     let mut seen = HashSet::new();
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         let Action::Coil { coil: Coil::Rst, bit } = placed.action() else { continue };
         let address = Address::Bit(bit.value);
         let is_set = writes.get(&address) == Some(&Effect::Any);

@@ -27,7 +27,7 @@ use super::names::{list, owner_of};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         if let Action::Reset { structure } = placed.action()
             && !context.is_owned(structure.value)
         {
@@ -40,13 +40,8 @@ fn finding(context: &Context, reset: &Placed, structure: Structure) -> Finding {
     let said = context.say_structure(structure);
     let message = format!("`{}` resets {said}, which no instruction owns", reset.name());
     let add = owner_of(context, structure);
-    let owned: Vec<String> = context
-        .owners()
-        .map(|(owned, _)| owned)
-        .filter(|owned| owned.space() == structure.space())
-        .take(4)
-        .map(|owned| context.say_structure(owned))
-        .collect();
+    let owned = context.owned_like(structure).take(4);
+    let owned: Vec<String> = owned.map(|owned| context.say_structure(owned)).collect();
     let help = if owned.is_empty() {
         format!("add the instruction that it resets, such as {add}")
     } else {

@@ -21,7 +21,7 @@ use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use crate::isa::instruction::Termination;
-use crate::isa::{Address, Space, Structure, Word, WordSpace};
+use crate::isa::{Address, NumberRanges, Space, Structure, Word, WordSpace};
 use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 
@@ -32,19 +32,14 @@ use super::names::structure_kind;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let word = OnceCell::new();
     for (structure, owners) in context.owners() {
-        let Some(range) = context.retained.iter().find(|range| covers(range, structure)) else {
-            continue;
-        };
+        let range = context.retained_with(structure.space(), structure.number());
+        let Some(range) = range else { continue };
         let resets = |p: &&Placed| p.mnemonic().spec().termination == Termination::Reset;
         if let Some(owner) = owners.iter().find(resets) {
             let word = *word.get_or_init(|| self::word(context));
             findings.push(finding(context, (structure, owner), range, word));
         }
     }
-}
-
-fn covers(range: &Range, structure: Structure) -> bool {
-    range.space == structure.space() && (range.first..=range.last).contains(&structure.number())
 }
 
 fn finding(
@@ -80,7 +75,9 @@ fn finding(
 fn word(context: &Context) -> (Word, &'static str) {
     let named: BTreeSet<Address> = context.program.operands.iter().map(|o| o.address).collect();
     let data = context.retained.iter().filter(|range| range.space == Space::Word(WordSpace::D));
-    let words = data.flat_map(|range| range.first..=range.last);
+    let mut seen = NumberRanges::default();
+    let words = data.flat_map(|range| seen.add(range.numbers(), 0));
+    let words = words.flat_map(|(first, last)| first..=last);
     let is_placed = |word: &Word| context.program.places.at(Address::Word(*word)).is_some();
     match words
         .map(|n| Word::Space(WordSpace::D, n))

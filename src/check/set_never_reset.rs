@@ -27,7 +27,7 @@ use super::context::Context;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut off: BTreeSet<Bit> = context.drivers().map(|(bit, _)| bit).collect();
-    off.extend(context.instructions.iter().filter_map(|placed| {
+    off.extend(context.instructions().filter_map(|placed| {
         if let Action::Math { target: Located { value: Target::Bit(bit), .. }, .. } =
             placed.action()
         {
@@ -39,9 +39,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         Some(bit.value)
     }));
     let is_set = |action: &Action| matches!(action, Action::SetElement { on: true, .. });
-    let others = context.instructions.iter().filter(|placed| !is_set(placed.action()));
+    let others = context.instructions().filter(|placed| !is_set(placed.action()));
     off.extend(others.flat_map(|placed| placed.action().written_bits()));
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         let Action::Coil { coil: Coil::Set, bit } = placed.action() else { continue };
         let Located { value: bit, span } = *bit;
         // One finding for each bit is enough, at the first SET.

@@ -7,7 +7,7 @@
 
 use std::collections::HashSet;
 
-use crate::resolve::program::Program;
+use crate::resolve::program::{Program, Rung};
 use crate::source::finding::{Finding, Severity};
 use crate::source::span::{FileId, Span};
 
@@ -21,24 +21,25 @@ pub fn silence(
     let allows = rung_allows(program);
     let in_files: HashSet<(FileId, &str)> =
         program.allow.iter().map(|(file, name)| (*file, name.as_str())).collect();
+    let in_any: HashSet<&str> = program.allow.iter().map(|(_, name)| name.as_str()).collect();
     let silenced = |finding: &Finding| {
         let name = finding.code.name();
         let place = program.layers.stands_at(finding.span);
         let in_file = |span| in_files.contains(&(program.layers.in_file(span).file, name));
-        let of_controller = Some(place.file) == controller
-            && program.allow.iter().any(|(_, allowed)| allowed == name);
+        let of_controller = Some(place.file) == controller && in_any.contains(name);
         of_controller || in_file(finding.span) || in_file(place) || allows.hold(name, place)
     };
     findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
 }
 
 /// The `allow` lists of rungs, in order of place. Rungs do not overlap.
-struct Allows<'a>(Vec<(Span, &'a [String])>);
+struct Allows<'a>(Vec<(Span, HashSet<&'a str>)>);
 
-fn rung_allows(program: &Program) -> Allows<'_> {
+fn rung_allows<'a>(program: &'a Program) -> Allows<'a> {
     let rungs = program.parts().flat_map(|part| part.rungs);
     let allowing = rungs.filter(|rung| !rung.allow.is_empty());
-    let mut allows: Vec<_> = allowing.map(|rung| (rung.extent, rung.allow.as_slice())).collect();
+    let names = |rung: &'a Rung| rung.allow.iter().map(String::as_str).collect();
+    let mut allows: Vec<_> = allowing.map(|rung| (rung.extent, names(rung))).collect();
     allows.sort_by_key(|(extent, _)| (extent.file, extent.start));
     Allows(allows)
 }
@@ -48,11 +49,9 @@ impl Allows<'_> {
     fn hold(&self, name: &str, span: Span) -> bool {
         let place = (span.file, span.start);
         let behind = self.0.partition_point(|(extent, _)| (extent.file, extent.start) <= place);
-        let rung = behind.checked_sub(1).map(|at| self.0[at]);
+        let rung = behind.checked_sub(1).map(|at| &self.0[at]);
         rung.is_some_and(|(extent, allowed)| {
-            extent.file == span.file
-                && span.start < extent.end
-                && allowed.iter().any(|allowed| allowed == name)
+            extent.file == span.file && span.start < extent.end && allowed.contains(name)
         })
     }
 }

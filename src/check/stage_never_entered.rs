@@ -44,7 +44,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 /// The pairs (from, entered stage); `from` is `None` for a program's own rungs.
 fn entries(context: &Context) -> Vec<(Option<StageId>, StageId)> {
-    let pairs = context.instructions.iter().flat_map(|p| {
+    let pairs = context.instructions().flat_map(|p| {
         let from = p.place.stage.map(|stage| stage.id);
         p.stages_entered().map(move |to| (from, to))
     });

@@ -26,7 +26,7 @@ use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         if let Action::Entask { block: task, every: _ } = placed.action()
             && task.value == placed.place.block.id
         {

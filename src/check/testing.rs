@@ -3,7 +3,8 @@
 use expect_test::Expect;
 
 use super::{Around, Outside, Read};
-use crate::resolve::operands::resolve_operands;
+use crate::isa::NumberRanges;
+use crate::resolve::operands::{numbers, resolve_operands};
 use crate::resolve::program::Program;
 use crate::resolve::range::resolve_range;
 use crate::resolve::scope::Scope;
@@ -66,10 +67,13 @@ pub fn check_outside(rungs: &str, expected: Expect) {
     let text = |of: &str| Text { text: of.to_owned(), span: Span::default(), exact: true };
     let address = |name: &str| scope.address(name).expect("an address");
     let range = |name: &str| resolve_range(&scope, &text(name)).expect("a range");
-    let operands = |name: &str| resolve_operands(&scope, &text(name)).expect("operands");
+    let mut listed = NumberRanges::default();
+    for name in ["MC1", "MHR1", "CT1.Acc"] {
+        listed.add(numbers(address(name), 1), 0);
+    }
     let outside = Outside {
         moved: ["X0", "C1", "D1", "R1"].map(address).into_iter().collect(),
-        listed: ["MC1", "MHR1", "CT1.Acc"].map(operands).into(),
+        listed,
         image: ["MC5", "X5"].map(range).into(),
         wired: Some(Span::default()),
         reads: Vec::new(),
@@ -78,20 +82,25 @@ pub fn check_outside(rungs: &str, expected: Expect) {
     expected.assert_eq(&print(&ladder, &super::check(&program, around)));
 }
 
-/// As [`check_outside`], with parts of a controller file that read: each has the names of operands
-/// and the text of its action. Compares only the findings of these parts.
+/// As [`check_outside`], with parts of a controller file that read: each has its operands, with
+/// spaces between those of several parts, and the text of its action. Compares only the findings of
+/// these parts.
 pub fn check_read_outside(rungs: &str, reads: &[(&str, &str)], expected: Expect) {
     let ladder = main(rungs);
     let program = load(&ladder).0.expect("the ladder has no errors");
     let scope = Scope::of(&program);
     let address = |name: &str| scope.address(name).expect("an address");
-    let read = |(names, reader): &(&str, &str)| {
-        let addresses = names.split(' ').map(address).collect();
-        Read::new(addresses, Span::default(), (*reader).to_owned())
+    let read = |name: &str, reader: &str| {
+        let text = Text { text: name.to_owned(), span: Span::default(), exact: true };
+        let operands = resolve_operands(&scope, &text).expect("operands");
+        Read::new((operands.first, operands.count), Span::default(), reader.to_owned())
     };
+    let reads = reads.iter().flat_map(|&(names, reader)| {
+        names.split(' ').map(|name| read(name, reader)).collect::<Vec<_>>()
+    });
     let outside = Outside {
         moved: ["D1", "R1", "MC1"].map(address).into_iter().collect(),
-        reads: reads.iter().map(read).collect(),
+        reads: reads.collect(),
         ..Outside::default()
     };
     let around = Around { outside: Some(&outside), ..Around::of(&[]) };

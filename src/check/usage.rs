@@ -21,8 +21,8 @@ pub fn reads<'c>(context: &'c Context) -> &'c [(Address, Span)] {
 
 fn listed(context: &Context) -> Vec<(Address, Span)> {
     let mut all = Vec::new();
-    context.contacts.iter().for_each(|contact| of_contact(contact, &mut all));
-    context.instructions.iter().for_each(|placed| of_instruction(placed, &mut all));
+    context.contacts().for_each(|contact| of_contact(contact, &mut all));
+    context.instructions().for_each(|placed| of_instruction(placed, &mut all));
     // For a whole array in a formula, element 0 is enough.
     let is_first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
     all.retain(|(address, _)| context.tag_at(*address).is_none_or(is_first));
@@ -83,7 +83,7 @@ pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, Effect> {
 
 fn effects(context: &Context) -> NumberMap<Address, Effect> {
     let mut writes = NumberMap::default();
-    for placed in &context.instructions {
+    for placed in context.instructions() {
         let action = placed.action();
         let only_off = matches!(action, Action::Coil { coil: Coil::Rst, .. });
         let effect = if only_off { Effect::Off } else { Effect::Any };

@@ -3,6 +3,8 @@
 
 use std::{fmt, io};
 
+use crate::variants::all_variants;
+
 /// The exit code of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
@@ -42,7 +44,7 @@ impl std::error::Error for CommandLine {}
 
 impl Exit {
     /// All codes with their names.
-    pub const ALL: [(Exit, &'static str); 9] = [
+    pub const ALL: [(Exit, &'static str); 9] = all_variants![
         (Exit::Ok, "OK"),
         (Exit::Refused, "REFUSED"),
         (Exit::Usage, "USAGE"),

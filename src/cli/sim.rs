@@ -4,6 +4,7 @@
 //! This module reads and writes the files. `sim` computes the trace of ladders; `rig` computes the
 //! trace of a controller with its simulated devices.
 
+use std::io;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
@@ -16,6 +17,7 @@ use super::trace_file::{self, TraceFile};
 use super::watched_operands;
 use crate::calendar;
 use crate::controller::Controller;
+use crate::engine::Image;
 use crate::isa::duration::{self, DurationError};
 use crate::load;
 use crate::resolve::program::Program;
@@ -24,8 +26,8 @@ use crate::rig::simulation::{
     ControllerTargets, DEFAULT_PERIOD_MS, DEFAULT_SCANS, LoweredSimulation, Simulation,
 };
 use crate::sim;
-use crate::sim::stimulus::{Stimulus, StimulusTarget};
-use crate::sim::trace::ChangesOnly;
+use crate::sim::stimulus::{Stimulus, StimulusRows, StimulusTarget};
+use crate::sim::trace::{ChangesOnly, RowName, Trace};
 use crate::source::render::{refuses, render};
 
 /// Runs a ladder program in virtual time and prints the values of its operands
@@ -124,7 +126,7 @@ fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -
     let lowered = LoweredSimulation::of(program, controller);
     let symbols = lowered.symbols();
     let watched = watched_operands::watched(args.watch.as_deref(), program, symbols)?;
-    let stimulus = match &lowered {
+    let mut stimulus = match &lowered {
         LoweredSimulation::Controller(of) => {
             let lookup = ControllerTargets::of(program, of);
             stimulus(args, &simulation, &|operand| lookup.target(operand))?
@@ -136,14 +138,42 @@ fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -
             stimulus(args, &simulation, &lookup)?
         }
     };
+    let (rows, planned) = (stimulus.take_rows(), simulation.scans);
+    let run = |trace: &mut dyn Trace| -> Result<()> {
+        let mut counted = CountedTrace { trace, scans: 0 };
+        lowered.run(program, (simulation, stimulus), &mut counted)?;
+        warn_of_rows(args, &rows, (counted.scans, planned));
+        Ok(())
+    };
     let mut trace = TraceFile::create(&args.trace, &watched)?;
     if !args.changes {
-        lowered.run(program, (simulation, stimulus), &mut trace)?;
+        run(&mut trace)?;
         return trace.finish();
     }
     let mut trace = ChangesOnly::new(trace);
-    lowered.run(program, (simulation, stimulus), &mut trace)?;
+    run(&mut trace)?;
     trace.into_inner().finish()
+}
+
+/// A trace that counts the executed scans: a STOP instruction ends a simulation early.
+struct CountedTrace<'a> {
+    trace: &'a mut dyn Trace,
+    scans: u64,
+}
+
+impl Trace for CountedTrace<'_> {
+    fn row(&mut self, name: RowName, time_us: u64, image: &Image) -> io::Result<()> {
+        self.scans += u64::from(matches!(name, RowName::Scan(_)));
+        self.trace.row(name, time_us, image)
+    }
+}
+
+/// Warns of the rows of the stimulus after the last executed scan.
+fn warn_of_rows(args: &SimArgs, rows: &StimulusRows, (executed, planned): (u64, u64)) {
+    let (Some(path), Some(row)) = (&args.stimulus, rows.left_out(executed, planned)) else {
+        return;
+    };
+    say(&format!("warning: {}:{}: {}\n", path.display(), row.line, row.message));
 }
 
 fn simulation(args: &SimArgs, controller: Option<&Controller>) -> Result<Simulation> {
@@ -178,10 +208,6 @@ fn stimulus(args: &SimArgs, simulation: &Simulation, lookup: Lookup) -> Result<S
     let name = path.display();
     let bytes = load::read_bytes(path).with_context(|| name.to_string())?;
     let Ok(text) = String::from_utf8(bytes) else { bail!("{name}: the file is not UTF-8 text") };
-    let stimulus = Stimulus::parse_timed(&text, simulation.period_ms, lookup)
-        .map_err(|error| anyhow::anyhow!("{name}:{}: {}", error.line, error.message))?;
-    if let Some(beyond) = stimulus.beyond(simulation.scans) {
-        say(&format!("warning: {name}:{}: {}\n", beyond.line, beyond.message));
-    }
-    Ok(stimulus)
+    Stimulus::parse_timed(&text, simulation.period_ms, lookup)
+        .map_err(|error| anyhow::anyhow!("{name}:{}: {}", error.line, error.message))
 }

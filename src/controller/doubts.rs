@@ -3,9 +3,12 @@
 //!
 //! Called by `resolve_controller` once it has both. No settings are refused here.
 
+use std::collections::HashMap;
+
 use super::settings::Controller;
 use super::written::WrittenController;
 use crate::isa::{Address, Bit, BitSpace, Space};
+use crate::progress::Progress;
 use crate::resolve::program::{Instruction, Program};
 use crate::source::finding::{Code, Finding};
 
@@ -17,8 +20,9 @@ pub(super) fn doubts(
     written: &WrittenController,
     controller: &Controller,
     program: &Program,
+    progress: &Progress,
 ) -> Vec<Finding> {
-    let mut findings = held_but_reset(controller, program);
+    let mut findings = held_but_reset(controller, program, progress);
     findings.extend(long_period(written, controller));
     findings.extend(cold_for_ever(written, controller));
     findings
@@ -37,21 +41,27 @@ fn long_period(written: &WrittenController, controller: &Controller) -> Option<F
 }
 
 /// The warnings for outputs whose `hold` a termination pass overrides.
-fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
+fn held_but_reset(
+    controller: &Controller,
+    program: &Program,
+    progress: &Progress,
+) -> Vec<Finding> {
     let mut found = Vec::new();
+    if controller.outputs_hold.is_empty() {
+        return found;
+    }
+    let drivers = drivers(program);
+    let mut names: HashMap<Address, &str> = HashMap::new();
+    for named in &program.operands {
+        names.entry(named.address).or_insert(&named.name);
+    }
     for held in &controller.outputs_hold {
-        for y in held.first..=held.last {
+        for y in progress.during(held.first..=held.last) {
             let output = Bit::Space(BitSpace::Y, y);
-            let drives = |one: &&Instruction| {
-                one.action.written_bit().is_some_and(|bit| bit.value == output)
-                    && one.mnemonic.spec().termination.switches_off()
-            };
-            let mut all = program.instructions().map(|(_, instruction)| instruction);
-            let Some(driver) = all.find(|one| drives(one)) else { continue };
+            let Some(driver) = drivers.get(&output) else { continue };
             let name = driver.mnemonic.spec().name;
-            let mut operands = program.operands.iter();
-            let tag = operands.find(|named| named.address == Address::Bit(output));
-            let called = tag.map_or_else(|| output.to_string(), |tag| tag.name.to_string());
+            let called = names.get(&Address::Bit(output));
+            let called = called.map_or_else(|| output.to_string(), |name| (*name).to_owned());
             let message =
                 format!("`{called}` is to be held, but a stop turns OFF what `{name}` drives");
             let finding = Finding::new(Code::HeldButReset, driver.span, message)
@@ -62,6 +72,18 @@ fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
         }
     }
     found
+}
+
+/// The first instruction that drives each bit and that a termination pass overrides.
+fn drivers(program: &Program) -> HashMap<Bit, &Instruction> {
+    let mut drivers = HashMap::new();
+    for (_, one) in program.instructions() {
+        let written = one.action.written_bit();
+        if let Some(bit) = written.filter(|_| one.mnemonic.spec().termination.switches_off()) {
+            drivers.entry(bit.value).or_insert(one);
+        }
+    }
+    drivers
 }
 
 /// The warning for a controller that waits in STOP for a command, but has no socket to receive it.

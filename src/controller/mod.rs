@@ -30,10 +30,12 @@ use retain::Retention;
 pub use settings::Controller;
 use written::WrittenController;
 pub use written::read;
-pub(crate) use written::shape;
+pub(crate) use written::{read_within, shape};
 
 use crate::isa::{BitSpace, Space};
+use crate::progress::{Progress, UNASKED};
 use crate::resolve::program::Program;
+use crate::resolve::range::Range;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding};
 
@@ -43,7 +45,17 @@ pub fn resolve_controller(
     written: &WrittenController,
     program: &Program,
 ) -> (Controller, Vec<Finding>) {
-    let mut resolver = Resolver { scope: Scope::of(program), findings: Vec::new() };
+    resolve_controller_within(written, program, &UNASKED)
+}
+
+/// As [`resolve_controller`], for a load that its caller may end. If the load must end, parts and
+/// findings are missing.
+pub(crate) fn resolve_controller_within(
+    written: &WrittenController,
+    program: &Program,
+    progress: &Progress,
+) -> (Controller, Vec<Finding>) {
+    let mut resolver = Resolver { scope: Scope::of(program), findings: Vec::new(), progress };
     let outputs = [Space::Bit(BitSpace::Y)];
     let wanted = AllowedSpaces { spaces: &outputs, words: "outputs (Y)", code: Code::Controller };
     let outputs_on = resolver.ranges(&written.outputs.on, &wanted);
@@ -54,19 +66,14 @@ pub fn resolve_controller(
         code: Code::RetainRange,
     };
     let mut retain = resolver.ranges(&written.retain.ranges, &wanted);
-    retain.extend(retain_tags::resolve(&written.retain.tags, program, &mut resolver.findings));
+    let tags = &written.retain.tags;
+    retain.extend(retain_tags::resolve(tags, (program, progress), &mut resolver.findings));
     let interval = &written.retain.interval_ms;
     let retention = Retention {
         interval_ms: resolver.at_least_one("interval", interval),
         ..retain::resolve(&written.retain, &mut resolver.findings)
     };
-    for held in &outputs_hold {
-        if let Some(on) = outputs_on.iter().find(|on| on.overlaps(held)) {
-            let message = format!("`{held}` is to be held, and `{on}` to be ON");
-            let finding = Finding::new(Code::Controller, held.span, message);
-            resolver.findings.push(finding.related(on.span, "ON here"));
-        }
-    }
+    resolver.held_and_on(&outputs_hold, &outputs_on);
     let operator = written.operator.as_ref();
     let operator = operator.map(|table| operator::resolve(table, &mut resolver.findings));
     let scan = &written.scan;
@@ -83,19 +90,51 @@ pub fn resolve_controller(
             .as_ref()
             .map(|server| resolver.modbus(server, &program.sizes)),
         rules: resolver.rules(&written.rules),
-        devices: device::resolve(&written.devices, &resolver.scope, &mut resolver.findings),
+        devices: device::resolve(
+            &written.devices,
+            &resolver.scope,
+            progress,
+            &mut resolver.findings,
+        ),
         operator: operator.unwrap_or_default(),
         record: record::resolve(&written.record, &mut resolver.findings),
         web: web::resolve(&written.web, &mut resolver),
         log: written.log.clone(),
         probation_ms: written.probation_ms.unsigned_abs(),
     };
-    resolver.findings.extend(doubts::doubts(written, &controller, program));
-    resolver.findings.extend(claims::moved_twice(&controller));
-    resolver.findings.extend(device::moved_twice(&controller));
-    if controller.devices.len() == written.devices.len() {
-        // Only if no device is missing: a device that is missing after an error may receive the Y.
-        resolver.findings.extend(device::unmapped_outputs(&controller, program));
-    }
+    resolver.compare((written, &controller), program);
     (controller, resolver.findings)
+}
+
+impl Resolver<'_> {
+    /// Reports ranges of outputs that are to be held and to be ON.
+    fn held_and_on(&mut self, held: &[Range], on: &[Range]) {
+        for held in self.progress.during(held) {
+            if let Some(on) = on.iter().find(|on| on.overlaps(held)) {
+                let message = format!("`{held}` is to be held, and `{on}` to be ON");
+                let finding = Finding::new(Code::Controller, held.span, message);
+                self.findings.push(finding.related(on.span, "ON here"));
+            }
+        }
+    }
+
+    /// Adds the findings about parts of the file that do not fit each other or the program. Looks
+    /// between its steps whether the load must end.
+    fn compare(
+        &mut self,
+        (written, controller): (&WrittenController, &Controller),
+        program: &Program,
+    ) {
+        let progress = self.progress;
+        self.findings.extend(doubts::doubts(written, controller, program, progress));
+        if progress.is_over() {
+            return;
+        }
+        self.findings.extend(claims::moved_twice(controller));
+        self.findings.extend(device::moved_twice(controller));
+        // Only if no device is missing: a device that is missing after an error may receive the Y.
+        if controller.devices.len() == written.devices.len() && !progress.is_over() {
+            self.findings.extend(device::unmapped_outputs(controller, program));
+        }
+    }
 }

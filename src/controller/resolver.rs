@@ -1,6 +1,7 @@
 //! The tools that resolve the tables of a controller file: the ladders' names, and the findings.
 
 use crate::isa::{Address, Bit, BitSpace, Space};
+use crate::progress::Progress;
 use crate::resolve::range::{Range, resolve_range};
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding};
@@ -14,15 +15,17 @@ pub struct AllowedSpaces<'a> {
     pub code: Code,
 }
 
-/// The names that resolving needs, and the findings that it makes.
-pub struct Resolver {
+/// The names that resolving needs, the findings that it makes, and the progress of the load.
+pub struct Resolver<'a> {
     pub scope: Scope,
     pub findings: Vec<Finding>,
+    pub progress: &'a Progress,
 }
 
-impl Resolver {
+impl Resolver<'_> {
     pub fn ranges(&mut self, texts: &[Text], wanted: &AllowedSpaces<'_>) -> Vec<Range> {
-        texts.iter().filter_map(|text| self.range(text, wanted)).collect()
+        let progress = self.progress;
+        progress.during(texts).filter_map(|text| self.range(text, wanted)).collect()
     }
 
     pub fn range(&mut self, text: &Text, wanted: &AllowedSpaces<'_>) -> Option<Range> {

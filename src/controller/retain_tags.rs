@@ -11,6 +11,7 @@
 //! ```
 
 use crate::isa::{Address, Space};
+use crate::progress::Progress;
 use crate::resolve::program::{Program, Tag, TagMeaning};
 use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
@@ -20,11 +21,11 @@ use crate::source::reader::Text;
 /// The ranges of the tags that the patterns name.
 pub(super) fn resolve(
     patterns: &[Text],
-    program: &Program,
+    (program, progress): (&Program, &Progress),
     findings: &mut Vec<Finding>,
 ) -> Vec<Range> {
     let mut ranges = Vec::new();
-    for pattern in patterns {
+    for pattern in progress.during(patterns) {
         let is_named = |tag: &&Tag| {
             [tag.name.as_str(), tag.array_name()].into_iter().any(|name| fits(&pattern.text, name))
         };

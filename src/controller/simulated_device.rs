@@ -1,6 +1,8 @@
 //! `[[simulated-device]]`: the keys of a rule, and their meaning. A rule moves one input: it is a
 //! part of a simulated plant between the input and the bits that drive it (`io::plant::rules`).
 
+use std::collections::HashMap;
+
 use super::resolver::Resolver;
 use crate::io::plant::settings::{Motion, Rule};
 use crate::isa::{Bit, BitSpace};
@@ -72,17 +74,19 @@ fn read(mut table: Table<'_>) -> WrittenRule {
     rule
 }
 
-impl Resolver {
+impl Resolver<'_> {
     pub(super) fn rules(&mut self, rules: &[WrittenRule]) -> Vec<Rule> {
         let mut devices: Vec<Rule> = Vec::new();
-        for rule in rules {
+        let mut firsts: HashMap<u32, Span> = HashMap::new();
+        for rule in self.progress.during(rules) {
             let Some(device) = self.rule(rule) else { continue };
-            if let Some(other) = devices.iter().find(|other| other.input == device.input) {
+            if let Some(first) = firsts.get(&device.input) {
                 let message = format!("a second rule for `X{}`", device.input);
                 let finding = Finding::new(Code::Controller, rule.span, message);
-                self.findings.push(finding.related(other.span, "the first one"));
+                self.findings.push(finding.related(*first, "the first one"));
                 continue;
             }
+            firsts.insert(device.input, device.span);
             devices.push(device);
         }
         devices

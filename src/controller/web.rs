@@ -8,6 +8,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::key::{NOT_EMPTY, key};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
+use crate::variants::all_variants;
 
 /// `[web]` and `[[panel]]` as written.
 #[derive(Clone, Debug, Default)]
@@ -85,7 +86,7 @@ pub enum WidgetKind {
 
 impl WidgetKind {
     /// All kinds.
-    pub const ALL: [WidgetKind; 5] = [
+    pub const ALL: [WidgetKind; 5] = all_variants![
         WidgetKind::Lamp,
         WidgetKind::Button,
         WidgetKind::Value,
@@ -167,9 +168,10 @@ fn read_widget(mut table: Table<'_>) -> WrittenWidget {
 }
 
 /// Makes the settings from the keys, with a finding for each wrong value.
-pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver) -> WebSettings {
+pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver<'_>) -> WebSettings {
     let mut web = WebSettings::default();
-    for text in &written.write {
+    let progress = resolver.progress;
+    for text in progress.during(&written.write) {
         let Some(address) = operand(text, resolver) else { continue };
         if may_write(address) {
             web.write.push((text.text.trim().to_owned(), address));
@@ -180,7 +182,7 @@ pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver) -> WebSetti
             resolver.findings.push(finding.help(help));
         }
     }
-    for panel in &written.panels {
+    for panel in progress.during(&written.panels) {
         let Some(name) = &panel.name else { continue };
         if let Some(other) = web.panels.iter().position(|known| known.name == name.text) {
             let message = format!("a second panel `{}`", name.text);
@@ -189,8 +191,8 @@ pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver) -> WebSetti
             resolver.findings.push(finding.related(first, "the first one"));
             continue;
         }
-        let widgets = panel.show.iter().filter_map(|of| widget(of, &web.write, resolver));
-        let show = widgets.collect();
+        let widgets = progress.during(&panel.show);
+        let show = widgets.filter_map(|of| widget(of, &web.write, resolver)).collect();
         web.panels.push(Panel { name: name.text.clone(), show });
     }
     web
@@ -208,7 +210,7 @@ fn may_write(address: Address) -> bool {
 }
 
 /// The bit or word of a name.
-fn operand(text: &Text, resolver: &mut Resolver) -> Option<Address> {
+fn operand(text: &Text, resolver: &mut Resolver<'_>) -> Option<Address> {
     let name = text.text.trim();
     match resolver.scope.address(name) {
         Ok(Address::Structure(_)) => {
@@ -232,7 +234,7 @@ fn operand(text: &Text, resolver: &mut Resolver) -> Option<Address> {
 fn widget(
     written: &WrittenWidget,
     write: &[(String, Address)],
-    resolver: &mut Resolver,
+    resolver: &mut Resolver<'_>,
 ) -> Option<Widget> {
     let mut wrong = |span: Span, message: String, help: String| {
         resolver.findings.push(Finding::new(Code::Controller, span, message).help(help));

@@ -14,11 +14,13 @@ use super::retain::{self, WrittenRetain};
 use super::simulated_device::{self, WrittenRule};
 use super::web::{self, WrittenWeb};
 use crate::isa::MemorySizes;
+use crate::progress::{Progress, UNASKED};
 use crate::runtime::Posture;
 use crate::source::finding::{Code, Finding};
 use crate::source::key::{Key, LEAST_1MS, NOT_EMPTY, key};
 use crate::source::lost::LostText;
 use crate::source::reader::{self, Table, Text};
+use crate::source::room::Room;
 use crate::source::shape::Shape;
 use crate::source::span::{FileId, Located, Span};
 
@@ -83,7 +85,17 @@ const PROBATION_MS: i32 = 10_000;
 
 /// Reads a controller file; `None` if the text is not TOML.
 pub fn read(source: &str, file: FileId) -> (Option<WrittenController>, Vec<Finding>) {
-    reader::document(source, file, |root| read_root(root, file))
+    read_within(source, file, &UNASKED)
+}
+
+/// As [`read`], for a load that its caller may end.
+pub(crate) fn read_within(
+    source: &str,
+    file: FileId,
+    progress: &Progress,
+) -> (Option<WrittenController>, Vec<Finding>) {
+    let mut room = Room::of(progress.clone());
+    reader::document_within(&mut room, source, file, |root| read_root(root, file))
 }
 
 /// The settings of an empty controller file.

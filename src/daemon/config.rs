@@ -18,7 +18,7 @@ use crate::engine;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
 use crate::load::{self, Loaded};
-use crate::lower::{Symbols, lower};
+use crate::lower::{Symbols, lower_within};
 use crate::operator::names::Names;
 use crate::progress::{Progress, Step};
 use crate::record::RecordedFile;
@@ -102,16 +102,21 @@ impl Setup {
     }
 }
 
+/// The reason why a load has no result that nobody waits for any more.
+const TIME_OVER: &str = "its time was over";
+
 /// Makes loaded files ready to run. `loaded` must have no errors.
 ///
 /// # Errors
-/// Nothing was loaded.
+/// Nothing was loaded, or the load must end.
 pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, Setup), String> {
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
     };
+    let is_public = is_public(files, progress);
     progress.begin(Step::Lowering);
-    let (code, symbols) = lower(program);
+    let lowered = lower_within(program, progress);
+    let (code, symbols) = lowered.ok_or_else(|| TIME_OVER.to_owned())?;
     let pace = pace(controller);
     let (narration, watched) = Narration::new(program, &symbols);
     let narration = narration.at(pace.tempo).telling(controller.log.blocks);
@@ -137,7 +142,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         record: controller.record.clone(),
         log: controller.log.clone(),
         files: files.iter().map(recorded).collect(),
-        is_public: files.iter().all(|file| load::may_all_read(Path::new(&file.name))),
+        is_public,
         symbols,
     };
     Ok((code, setup))
@@ -155,13 +160,21 @@ pub fn load(
 ) -> Result<Result<(engine::Program, Setup), String>> {
     let loaded = load::controller_file_within(path, progress)?;
     if progress.is_over() {
-        return Ok(Err("its time was over".to_owned()));
+        return Ok(Err(TIME_OVER.to_owned()));
     }
     if refuses(&loaded.findings, style) {
         progress.begin(Step::Findings);
         return Ok(Err(render(&loaded.findings, &loaded.files, style)));
     }
     Ok(settle(&loaded, progress))
+}
+
+/// Whether everybody may read the files.
+fn is_public(files: &[SourceFile], progress: &Progress) -> bool {
+    progress.during(files).all(|file| {
+        progress.begin(Step::Reading(file.name.clone()));
+        load::may_all_read(Path::new(&file.name))
+    })
 }
 
 fn retain(

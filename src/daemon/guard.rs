@@ -118,8 +118,7 @@ impl Guard {
                 RESTART_GUARD,
                 restarts,
                 "{restarts} restarts after unclean ends, without {healthy} in RUN between them: \
-                 starting in STOP. The log before each start has the cause; \
-                 `rungd mode run`, or an orderly restart of rungd, runs it again"
+                 starting in STOP. The log before each start has the cause"
             );
         } else if unclean {
             say!(

@@ -62,6 +62,8 @@ pub(super) struct LogWriter {
     devices: Vec<(Health, bool)>,
     /// The mode in the last snapshot.
     mode: Mode,
+    /// The number of complete scans in the last snapshot.
+    scans: u64,
     /// The number of forced bits and words in the last snapshot.
     forces: usize,
     /// The time of the last heartbeat.
@@ -97,6 +99,7 @@ impl LogWriter {
             facts,
             devices: devices.into_iter().map(|health| (health, true)).collect(),
             mode,
+            scans: 0,
             forces: 0,
             beat_ns: None,
             standing,
@@ -116,7 +119,7 @@ impl LogWriter {
                 say!(MODE_RUN, scan, "RUN: scanning every {}", span(self.narration.tempo.period_ns))
             }
             Mode::Stop(reason) if reason.waits_for_operator() => {
-                let again = self.facts.leaves_stop(reason);
+                let again = self.facts.leaves_stop(reason, scan);
                 say!(
                     MODE_STOP at Warn,
                     scan, "STOP: {why}; outputs are at their safe values; {again}"
@@ -153,7 +156,7 @@ impl LogWriter {
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}. {}",
-            self.narration.remedy(fault, &self.facts),
+            self.narration.remedy(fault, &self.facts, scan.unwrap_or(self.scans)),
             self.facts.black_box(scan, self.narration.tempo.period_ns)
         );
     }
@@ -293,12 +296,12 @@ impl LogWriter {
         let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
             Mode::Fault(reason) => {
-                let again = self.facts.remedy(reason);
+                let again = self.facts.remedy(reason, self.scans);
                 say!(MODE_STILL at Error, "still in FAULT after {lasts}: {why}; {again}");
             }
             Mode::Run => {}
             Mode::Stop(reason) => {
-                let again = self.facts.leaves_stop(reason);
+                let again = self.facts.leaves_stop(reason, self.scans);
                 say!(MODE_STILL, "still in STOP after {lasts}: {why}; {again}");
             }
         }
@@ -390,6 +393,7 @@ impl Observer for LogWriter {
 
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
         self.book.turn(latest);
+        self.scans = latest.scans;
         self.stand(latest.mode, now_ns);
         (self.mode, self.forces) = (latest.mode, latest.forces.list().len());
         self.beat(latest, now_ns);
@@ -429,6 +433,7 @@ mod tests {
 
     use super::*;
     use crate::daemon::alarm_book::AlarmBook;
+    use crate::daemon::retain::NothingKept;
 
     const SECOND_NS: u64 = 1_000_000_000;
 
@@ -441,6 +446,7 @@ mod tests {
             heartbeat_ns: None,
             has_operator: true,
             record: None,
+            nothing_kept: NothingKept::default(),
         };
         let book = Arc::new(Mutex::new(AlarmBook::new(&[])));
         LogWriter::new(Generations::new(narration), facts, Vec::new(), book)

@@ -2,7 +2,7 @@
 //!
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
-use super::retain::COLD_BY_HAND;
+use super::retain::{COLD_BY_HAND, NothingKept};
 use crate::controller::log::BlockLines;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::events::{self, Event};
@@ -54,6 +54,11 @@ pub(super) struct BitNews {
     pub alarm: Option<String>,
 }
 
+/// As [`COLD_BY_HAND`], for a controller that was started with `--stopped`.
+const COLD_AND_NOT_STOPPED: &str = "stop this process, then start it without `--stopped`, once by \
+    `rungd run --cold-start run FILE`, or with `[retain] cold-start = \"run\"`: there is nothing to \
+    restore, and no operator's socket for `rungd mode run`";
+
 /// The time before a fault that its log line shows.
 const BLACK_BOX_NS: u64 = 10_000_000_000;
 
@@ -68,6 +73,8 @@ pub(super) struct Facts {
     pub has_operator: bool,
     /// The folder of the scan log; `None`: the scan log is only in memory.
     pub record: Option<String>,
+    /// Whether a restart would wait in STOP, because nothing can be restored.
+    pub nothing_kept: NothingKept,
 }
 
 impl Facts {
@@ -86,25 +93,37 @@ impl Facts {
         }
     }
 
-    /// The remedy if a command or a restart can return the controller to RUN.
-    pub fn again(&self) -> &'static str {
-        if self.has_operator {
-            "`rungd mode run`, or a restart of rungd, runs it again"
-        } else {
-            "restart rungd to run it again"
+    /// The remedy if a command can return the controller to RUN, or a restart, unless the restart
+    /// finds nothing to restore. `scans` is the number of complete scans.
+    pub fn again(&self, scans: u64) -> &'static str {
+        match (self.has_operator, self.nothing_kept.after(scans)) {
+            (true, false) => "`rungd mode run`, or a restart of rungd, runs it again",
+            (true, true) => {
+                "`rungd mode run` runs it again; a restart finds nothing to restore, and waits in \
+                 STOP"
+            }
+            (false, false) => "restart rungd to run it again",
+            (false, true) => COLD_BY_HAND,
         }
     }
 
     /// The remedy for a STOP. After `NothingRestored` a restart does not help: it finds nothing to
     /// restore either.
-    pub fn leaves_stop(&self, reason: StopReason) -> &'static str {
+    pub fn leaves_stop(&self, reason: StopReason, scans: u64) -> &'static str {
         match (reason, self.has_operator) {
             (StopReason::NothingRestored, true) => {
                 "`rungd mode run` runs it; a restart finds nothing to restore either"
             }
             (StopReason::NothingRestored, false) => COLD_BY_HAND,
             (StopReason::CommandLine, true) => "`rungd mode run` runs it",
+            (StopReason::CommandLine, false) if self.nothing_kept.after(scans) => {
+                COLD_AND_NOT_STOPPED
+            }
             (StopReason::CommandLine, false) => "restart rungd without `--stopped`",
+            // Only an orderly end deletes the count of restarts.
+            (StopReason::RestartGuard, true) if !self.nothing_kept.after(scans) => {
+                "`rungd mode run`, or an orderly restart of rungd, runs it again"
+            }
             (
                 StopReason::NotStarted
                 | StopReason::Instruction
@@ -113,17 +132,26 @@ impl Facts {
                 | StopReason::Operator
                 | StopReason::RestartGuard,
                 _,
-            ) => self.again(),
+            ) => self.again(scans),
         }
     }
 
-    /// The remedy for a FAULT.
-    pub fn remedy(&self, fault: FaultReason) -> &'static str {
+    /// The remedy for a FAULT. After a bug in rungd only a new process can run the controller.
+    pub fn remedy(&self, fault: FaultReason, scans: u64) -> &'static str {
         match fault {
-            FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
+            FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
+                match (self.nothing_kept.after(scans), self.has_operator) {
+                    (false, _) => "restart rungd",
+                    (true, true) => {
+                        "restart rungd, then `rungd mode run` (the restart finds nothing to \
+                         restore, and waits in STOP)"
+                    }
+                    (true, false) => COLD_BY_HAND,
+                }
+            }
             FaultReason::ScanTooLong { .. }
             | FaultReason::ScanNeverEnds
-            | FaultReason::ScanNeverBegins => self.again(),
+            | FaultReason::ScanNeverBegins => self.again(scans),
         }
     }
 }
@@ -206,8 +234,9 @@ impl Narration {
         Some(BlockNews { event, kind, name, what, news })
     }
 
-    /// The remedy for a fault, with the settings and sizes that explain it.
-    pub fn remedy(&self, reason: FaultReason, facts: &Facts) -> String {
+    /// The remedy for a fault after this number of complete scans, with the settings and sizes that
+    /// explain it.
+    pub fn remedy(&self, reason: FaultReason, facts: &Facts, scans: u64) -> String {
         let (period, watchdog) = (span(self.tempo.period_ns), span(self.tempo.watchdog_ns));
         match reason {
             FaultReason::ScanTooLong { .. }
@@ -215,13 +244,13 @@ impl Narration {
             | FaultReason::ScanNeverBegins => format!(
                 "{}; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for {} rungs \
                  every {period}), or see what else the machine was doing",
-                facts.again(),
+                facts.again(scans),
                 self.rungs
             ),
-            FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
-                "restart rungd, and report this with the lines above: it is a bug in rungd"
-                    .to_owned()
-            }
+            FaultReason::EnginePanic | FaultReason::ScanThreadGone => format!(
+                "{}, and report this with the lines above: it is a bug in rungd",
+                facts.remedy(reason, scans)
+            ),
         }
     }
 
@@ -382,11 +411,42 @@ mod tests {
             let tempo = Tempo { period_ns: 5_000_000, watchdog_ns: 9_000_000 };
             Narration::new(&program, &symbols).0.at(tempo)
         };
-        let facts = Facts { repeat_ns: 0, heartbeat_ns: None, has_operator: false, record: None };
         for rungs in [2, 5] {
-            let remedy = narration_of(rungs).remedy(FaultReason::ScanNeverEnds, &facts);
+            let facts = facts(false, NothingKept::default());
+            let remedy = narration_of(rungs).remedy(FaultReason::ScanNeverEnds, &facts, 0);
             let words = format!("it is 9ms, for {rungs} rungs every 5ms");
             assert!(remedy.contains(&words), "{remedy}");
+        }
+    }
+
+    fn facts(has_operator: bool, nothing_kept: NothingKept) -> Facts {
+        let (repeat_ns, heartbeat_ns, record) = (0, None, None);
+        Facts { repeat_ns, heartbeat_ns, has_operator, record, nothing_kept }
+    }
+
+    /// All remedies of a controller that executed this number of complete scans.
+    fn remedies(facts: &Facts, scans: u64) -> Vec<&'static str> {
+        let stops = [StopReason::Instruction, StopReason::Operator, StopReason::RestartGuard];
+        let faults = [FaultReason::ScanNeverEnds, FaultReason::EnginePanic];
+        let stops = stops.map(|reason| facts.leaves_stop(reason, scans));
+        [stops.to_vec(), faults.map(|reason| facts.remedy(reason, scans)).to_vec()].concat()
+    }
+
+    #[test]
+    fn no_remedy_is_a_restart_that_finds_nothing_to_restore() {
+        for nothing_kept in [NothingKept::default(), NothingKept::new(true)] {
+            let is_nothing = nothing_kept.after(0);
+            for remedy in remedies(&facts(true, nothing_kept.clone()), 0) {
+                assert_eq!(remedy.contains("finds nothing to restore"), is_nothing, "{remedy}");
+                assert!(remedy.contains("`rungd mode run`") || !is_nothing, "{remedy}");
+            }
+            let alone = facts(false, nothing_kept);
+            let stopped = alone.leaves_stop(StopReason::CommandLine, 0);
+            assert!(stopped.contains("without `--stopped`"), "{stopped}");
+            for remedy in [remedies(&alone, 0), vec![stopped]].concat() {
+                assert_eq!(remedy.contains("--cold-start run"), is_nothing, "{remedy}");
+                assert_eq!(remedy.starts_with("restart rungd"), !is_nothing, "{remedy}");
+            }
         }
     }
 }

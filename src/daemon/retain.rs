@@ -4,6 +4,8 @@
 //! content of the file, and the way to write it, are in `crate::retain`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::failure::StartFailure;
@@ -49,6 +51,46 @@ pub(super) struct RestoredFile {
     pub restored: String,
     /// The reason why the controller starts in STOP; `None` if it may run.
     pub cold: Option<StopReason>,
+    /// Whether the next start would find nothing to restore either.
+    pub nothing_kept: NothingKept,
+}
+
+impl RestoredFile {
+    /// The reason for a start in STOP, and whether the next start would find nothing to restore.
+    pub fn outlook(&self) -> (Option<StopReason>, NothingKept) {
+        (self.cold, self.nothing_kept.clone())
+    }
+}
+
+/// Whether a restart would wait in STOP, because nothing was restored at the start, and no image
+/// has been kept since. `retain_thread` changes it, the log's remedies depend on it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct NothingKept {
+    is_so: Arc<AtomicBool>,
+    /// Whether an image could not be written.
+    fails: Arc<AtomicBool>,
+}
+
+impl NothingKept {
+    pub fn new(is_so: bool) -> NothingKept {
+        NothingKept { is_so: Arc::new(AtomicBool::new(is_so)), fails: Arc::default() }
+    }
+
+    /// Notes that an image is durable.
+    pub fn kept(&self) {
+        self.is_so.store(false, Ordering::Release);
+    }
+
+    /// Notes that an image could not be written.
+    pub fn failed(&self) {
+        self.fails.store(true, Ordering::Release);
+    }
+
+    /// Whether it is so after this number of complete scans. A complete scan has an image, which is
+    /// kept at the end of the process at the latest, unless the disk fails.
+    pub fn after(&self, scans: u64) -> bool {
+        self.is_so.load(Ordering::Acquire) && (scans == 0 || self.fails.load(Ordering::Acquire))
+    }
 }
 
 /// The path of the file: the path that the controller file sets (relative to itself), else a file
@@ -92,7 +134,8 @@ pub(super) fn begin(
         Err(why) => (tell_cold(wanted, &why), Some(StopReason::NothingRestored)),
     };
     let cold = cold.filter(|_| !wanted.runs_cold);
-    Ok(RestoredFile { keeper, wanted: wanted.clone(), restored, cold })
+    let nothing_kept = NothingKept::new(cold.is_some());
+    Ok(RestoredFile { keeper, wanted: wanted.clone(), restored, cold, nothing_kept })
 }
 
 fn restore(
@@ -233,4 +276,22 @@ pub(super) fn now_ms() -> u64 {
 fn new_id() -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
     now as u64 ^ u64::from(std::process::id()) << 40
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_kept_until_an_image_is_or_will_be() {
+        let nothing = NothingKept::new(true);
+        assert_eq!((nothing.after(0), nothing.after(1)), (true, false), "the end keeps scan 1");
+        nothing.failed();
+        assert_eq!((nothing.after(0), nothing.after(1)), (true, true), "the disk fails");
+        nothing.clone().kept();
+        assert_eq!((nothing.after(0), nothing.after(1)), (false, false));
+        let restored = NothingKept::default();
+        restored.failed();
+        assert_eq!((restored.after(0), restored.after(1)), (false, false));
+    }
 }

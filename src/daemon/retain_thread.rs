@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
 use super::narration::span;
-use super::retain::{RestoredFile, RetainSettings, now_ms};
+use super::retain::{NothingKept, RestoredFile, RetainSettings, now_ms};
 use crate::faults::{self, FaultPoint};
 use crate::locked::locked;
 use crate::retain::keeper::Image;
@@ -104,7 +104,7 @@ impl Retention {
     /// # Errors
     /// The system cannot start a thread.
     pub fn start(opened: RestoredFile, port: Port) -> io::Result<Retention> {
-        let RestoredFile { keeper, wanted, restored, .. } = opened;
+        let RestoredFile { keeper, wanted, restored, nothing_kept, .. } = opened;
         let figures = Figures { restored, ..Figures::default() };
         let figures = Arc::new(Mutex::new(figures));
         let wanted = Arc::new(wanted);
@@ -117,6 +117,7 @@ impl Retention {
             port,
             wanted: Arc::clone(&wanted),
             figures: Arc::clone(&figures),
+            nothing_kept,
             tried: None,
             watched: Instant::now(),
             ran: false,
@@ -218,6 +219,7 @@ struct Worker {
     port: Port,
     wanted: Arc<RetainSettings>,
     figures: Arc<Mutex<Figures>>,
+    nothing_kept: NothingKept,
     /// The start of the last write.
     tried: Option<Instant>,
     /// The time of the last check of the file.
@@ -304,10 +306,12 @@ impl Worker {
                 Ok(Durable { kept, flush: Duration::ZERO })
             }
             Ok(Some(kept)) => {
+                self.nothing_kept.kept();
                 self.count(kept, begin);
                 Ok(Durable { kept, flush: begin.elapsed() })
             }
             Err(error) => {
+                self.nothing_kept.failed();
                 self.tell_failure(&error);
                 Err(NotSaved::Failed(error.to_string()))
             }

@@ -27,7 +27,7 @@ use super::record;
 use super::record_disk::RecordDisk;
 use super::record_thread::{RecordParts, Recording};
 use super::reload::{self, Reloads, Running, Views};
-use super::retain::{self, RetainSettings};
+use super::retain::{self, RestoredFile, RetainSettings};
 use super::retain_thread::{LastImage, Retention};
 use super::signals::{Host, SignalOrder, Signals, told};
 use super::systemd::{self, Notices, Systemd};
@@ -127,7 +127,7 @@ pub fn run(
         retain::begin(&wanted, &mut engine)
     });
     let retained = retained.transpose()?;
-    let cold = retained.as_ref().and_then(|opened| opened.cold);
+    let (cold, nothing_kept) = retained.as_ref().map(RestoredFile::outlook).unwrap_or_default();
     let settings = Settings {
         pace: runtime::Pace {
             scans: options.scans,
@@ -146,6 +146,7 @@ pub fn run(
         heartbeat_ns: pace.statistics_every_ns,
         has_operator,
         record: disk.as_ref().map(|dir| dir.display().to_string()),
+        nothing_kept,
     };
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());

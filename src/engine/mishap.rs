@@ -5,6 +5,7 @@
 //! `math` turns the status bits ON and reports them for the log.
 
 use crate::isa::status::{self, st};
+use crate::variants::all_variants;
 
 /// The kind of a mishap; each has a status bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,8 +22,12 @@ pub enum Mishap {
 
 impl Mishap {
     /// All kinds, in the order of their status bits.
-    pub const ALL: [Mishap; 4] =
-        [Mishap::DivideByZero, Mishap::Overflow, Mishap::OutOfRange, Mishap::IndexError];
+    pub const ALL: [Mishap; 4] = all_variants![
+        Mishap::DivideByZero,
+        Mishap::Overflow,
+        Mishap::OutOfRange,
+        Mishap::IndexError
+    ];
 
     /// The nickname of its status bit.
     pub fn nickname(self) -> &'static str {

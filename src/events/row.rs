@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::limit::LineLimit;
+use crate::variants::all_variants;
 
 /// Makes a constant of each row, and `EVENTS`, the table of a file's rows:
 ///
@@ -112,7 +113,7 @@ impl Event {
 impl Level {
     /// All levels, the most urgent first.
     pub const ALL: [Level; 5] =
-        [Level::Error, Level::Warn, Level::Info, Level::Debug, Level::Trace];
+        all_variants![Level::Error, Level::Warn, Level::Info, Level::Debug, Level::Trace];
 
     /// The name of the level.
     pub fn name(self) -> &'static str {

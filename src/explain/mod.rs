@@ -329,8 +329,8 @@ mod tests {
         expect_test::expect![[r#"
             CNT: Up counter
 
-            Adds one at each rising edge of UP. Done while .Acc >= preset; counts on past
-            it. RST holds .Acc at 0 and has priority.
+            Adds one at each rising edge of UP. Done while .Acc >= preset; continues to
+            count beyond the preset. RST holds .Acc at 0 and has priority.
 
               form         CNT ct preset=v
               legs         up, rst

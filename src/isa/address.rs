@@ -8,6 +8,7 @@ use std::fmt;
 
 use super::real::Real;
 use super::space::{BitSpace, Space, WordSpace};
+use crate::variants::all_variants;
 
 /// A block (Program or Task), numbered in file order over all ladder files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -215,7 +216,7 @@ impl Structure {
 }
 
 impl Flag {
-    const NAMES: [(&'static str, Flag); 10] = [
+    const NAMES: [(&'static str, Flag); 10] = all_variants![
         ("Done", Flag::Done),
         ("Reset", Flag::Reset),
         ("Zero", Flag::Zero),
@@ -240,7 +241,7 @@ impl Flag {
 
 impl Health {
     /// All status bits of a device, in the order of their cells.
-    pub const ALL: [Health; 2] = [Health::Ok, Health::Stale];
+    pub const ALL: [Health; 2] = all_variants![Health::Ok, Health::Stale];
 
     /// The name as written after the dot.
     pub(crate) fn name(self) -> &'static str {

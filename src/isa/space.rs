@@ -4,6 +4,7 @@
 
 use super::real::Real;
 use super::status;
+use crate::variants::all_variants;
 
 /// The spaces of plain bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -100,7 +101,7 @@ pub const SENSAPHONE_COUNT: u32 = 64;
 
 impl Space {
     /// All spaces, the bits first.
-    pub const ALL: [Space; 15] = [
+    pub const ALL: [Space; 15] = all_variants![
         Space::Bit(BitSpace::X),
         Space::Bit(BitSpace::Y),
         Space::Bit(BitSpace::C),

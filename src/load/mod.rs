@@ -28,7 +28,7 @@ pub(crate) use files::{identity, may_all_read, read_bytes};
 
 use crate::check::{Around, check_partial, check_whole, silence};
 use crate::controller::written::WrittenController;
-use crate::controller::{self, Controller, resolve_controller};
+use crate::controller::{self, Controller, resolve_controller_within};
 use crate::io::plant::settings::Rule;
 use crate::isa::Address;
 use crate::progress::{Progress, Step};
@@ -189,9 +189,10 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
     let id = loaded.add(path.display().to_string(), &input.bytes);
     // A file with invalid bytes gets no further findings, because its decoded text differs from
     // the author's text.
-    if loaded.has_error() {
+    if loaded.has_error() || loaded.progress.is_over() {
         return loaded;
     }
+    loaded.progress.begin(Step::Parsing(loaded.files[0].name.clone()));
     if let Some(finding) = file_kind::of_test(&loaded.files[0].text, id, "a controller file") {
         loaded.findings.push(finding);
         return loaded;
@@ -204,15 +205,12 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
         loaded.findings.push(finding.help(help));
         return loaded;
     }
-    if loaded.progress.is_over() {
-        return loaded;
-    }
-    loaded.progress.begin(Step::Parsing(loaded.files[0].name.clone()));
-    let (written, found) = controller::read(&loaded.files[0].text, id);
+    let (written, found) =
+        controller::read_within(&loaded.files[0].text, id, &loaded.progress);
     loaded.findings.extend(found);
-    let Some(written) = written else { return loaded };
+    let Some(written) = written.filter(|_| !loaded.progress.is_over()) else { return loaded };
     loaded.lost.add_settings(id, written.lost.clone());
-    loaded.findings.extend(own_files::findings(path, &written));
+    loaded.findings.extend(own_files::findings(path, &written, &loaded.progress));
     let first = loaded.files.len();
     if loaded.named_files((path, "controller file"), &written.ladder) {
         loaded.controlled(&written, first);
@@ -397,7 +395,8 @@ impl Loaded {
             && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
         let bare = Program { sizes: written.memory.clone(), ..Program::default() };
         let program = self.program.as_ref().unwrap_or(&bare);
-        let (controller, mut found) = resolve_controller(written, program);
+        let (controller, mut found) =
+            resolve_controller_within(written, program, &self.progress);
         // A tag that is itself wrong, or in a file that could not be read, already has a finding.
         found.retain(|finding| whole || finding.code != Code::UnknownName);
         self.findings.extend(found);

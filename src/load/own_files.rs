@@ -9,6 +9,7 @@ use std::path::Path;
 
 use super::files::identity;
 use crate::controller::written::WrittenController;
+use crate::progress::{Progress, Step};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -22,17 +23,24 @@ struct OtherFile {
 
 /// The findings about a memory file or a socket that would replace a different file of the
 /// controller.
-pub(super) fn findings(controller: &Path, written: &WrittenController) -> Vec<Finding> {
+pub(super) fn findings(
+    controller: &Path,
+    written: &WrittenController,
+    progress: &Progress,
+) -> Vec<Finding> {
     let memory = written.retain.file.as_ref();
     let socket = written.operator.as_ref().and_then(|operator| operator.socket.as_ref());
-    let beside =
-        |name: &Text| identity(&controller.parent().unwrap_or(Path::new("")).join(&name.text));
+    let beside = |name: &Text| {
+        let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
+        progress.begin(Step::Reading(path.display().to_string()));
+        identity(&path)
+    };
     let input = |own: &Text| {
         let own = beside(own);
         if own == identity(controller) {
             return Some(OtherFile { what: "this controller file", named: None });
         }
-        let ladder = written.ladder.iter().find(|name| beside(name) == own)?;
+        let ladder = progress.during(&written.ladder).find(|name| beside(name) == own)?;
         Some(OtherFile { what: "a ladder file", named: Some(ladder.span) })
     };
     let mut findings = Vec::new();

@@ -15,6 +15,7 @@ use crate::engine::{
     self, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables, WordCell,
 };
 use crate::isa::{Address, Bit, BitSpace, BlockId, NumberMap, StageId, Structure, Word};
+use crate::progress::Progress;
 use crate::resolve::array::{Array, ShiftBits};
 use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
 
@@ -53,10 +54,12 @@ pub(super) struct Assembler<'p> {
     array_limits: HashMap<(Address, u32), ArrayLimits>,
     /// The origins of operations, if the program is lowered for observation.
     pub sites: Option<Sites>,
+    /// The progress of the load.
+    pub progress: &'p Progress,
 }
 
 impl<'p> Assembler<'p> {
-    pub fn new(program: &'p Program, window: usize) -> Assembler<'p> {
+    pub fn new(program: &'p Program, window: usize, progress: &'p Progress) -> Assembler<'p> {
         let (blocks, stages) = (program.blocks.len() as u32, program.stages.len() as u32);
         let is_shift = |(_, one): &(_, &Instruction)| matches!(one.action, Action::Shift { .. });
         let shifts = program.instructions().filter(is_shift).count() as u32;
@@ -82,6 +85,7 @@ impl<'p> Assembler<'p> {
             has_arrays: false,
             array_limits: HashMap::new(),
             sites: None,
+            progress,
         };
         for (_, instruction) in program.instructions() {
             assembler.note_owner(instruction);

@@ -1,5 +1,6 @@
 //! Turns a resolved program into an engine program and symbols. Cannot fail: the resolver and the
-//! checks have found every mistake before.
+//! checks have found every mistake before. Only a load whose time is over ends it early
+//! ([`lower_within`]).
 //!
 //! `contacts` and `instructions` turn rungs into operations in file order; `schedule` puts
 //! operations of one kind together. `symbols` keeps the names, limits and texts that the engine
@@ -31,6 +32,7 @@ use std::sync::Arc;
 use crate::engine::ops::LegPowers;
 use crate::engine::{self, BlockRole, ElementCode};
 use crate::isa::ElementId;
+use crate::progress::{Progress, UNASKED};
 use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use assembler::Assembler;
 use instructions::Legs;
@@ -41,11 +43,21 @@ pub fn lower(program: &Program) -> (engine::Program, Symbols) {
     lower_with(program, schedule::WINDOW)
 }
 
+/// As [`lower`], for a load that its caller may end; `None` if the load must end.
+pub(crate) fn lower_within(
+    program: &Program,
+    progress: &Progress,
+) -> Option<(engine::Program, Symbols)> {
+    let (code, symbols, _) = lower_noting(program, schedule::WINDOW, None, progress)?;
+    Some((code, symbols))
+}
+
 /// Does the same as [`lower`], with a window: the number of operations among which operations may
 /// change places. 1 keeps them in file order. The memory after a scan is the same with every
 /// window; a test compares it.
 pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols) {
-    let (code, symbols, _) = lower_noting(program, window, None);
+    let lowered = lower_noting(program, window, None, &UNASKED);
+    let (code, symbols, _) = lowered.expect(NOT_ENDED);
     (code, symbols)
 }
 
@@ -53,16 +65,21 @@ pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols
 /// site. The memory after a scan is the same as with [`lower`], cell by cell, including the
 /// program's own cells.
 pub fn lower_seen(program: &Program) -> (engine::Program, Symbols, Sites) {
-    let (code, symbols, sites) = lower_noting(program, 1, Some(Sites::default()));
+    let lowered = lower_noting(program, 1, Some(Sites::default()), &UNASKED);
+    let (code, symbols, sites) = lowered.expect(NOT_ENDED);
     (code, symbols, sites.unwrap_or_default())
 }
+
+/// The message of a broken invariant.
+const NOT_ENDED: &str = "nothing ends a lowering without a time limit";
 
 fn lower_noting(
     program: &Program,
     window: usize,
     sites: Option<Sites>,
-) -> (engine::Program, Symbols, Option<Sites>) {
-    let mut assembler = Assembler::new(program, window);
+    progress: &Progress,
+) -> Option<(engine::Program, Symbols, Option<Sites>)> {
+    let mut assembler = Assembler::new(program, window, progress);
     assembler.sites = sites;
     let mut blocks = Vec::new();
     let mut stages = Vec::new();
@@ -76,6 +93,9 @@ fn lower_noting(
         }
         let range = first..stages.len() as u32;
         blocks.push(engine::BlockCode { role: role(block), own, stages: range });
+        if progress.is_over() {
+            return None;
+        }
     }
     let order = turns(program);
     let mut identity = std::mem::take(&mut assembler.identity);
@@ -83,7 +103,7 @@ fn lower_noting(
     let mut symbols = Symbols::new(program, assembler.layout.clone(), identity);
     symbols.maths = std::mem::take(&mut assembler.maths);
     let sites = assembler.sites.take();
-    (assembler.finish(blocks, stages, order), symbols, sites)
+    Some((assembler.finish(blocks, stages, order), symbols, sites))
 }
 
 fn role(block: &Block) -> BlockRole {
@@ -109,7 +129,7 @@ fn turns(program: &Program) -> Vec<crate::isa::BlockId> {
 }
 
 fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) -> ElementCode {
-    for (at, rung) in rungs.iter().enumerate() {
+    for (at, rung) in assembler.progress.during(rungs).enumerate() {
         let whole: Arc<str> = rungs::text(&assembler.identity, rung).into();
         assembler.identity.rung(element, rung, &whole);
         let place = place(assembler, element, (at, rung));

@@ -9,6 +9,7 @@ use super::ladder_view::LadderView;
 use super::message::{Look, MonitorOrder, MonitorWish};
 use super::watch_list::WatchList;
 use crate::operator::protocol::{ShownValue, Status};
+use crate::variants::all_variants;
 
 /// The panes of the first page, in the order of Tab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +77,7 @@ pub(super) struct MonitorState {
 }
 
 impl MonitorPane {
-    pub const ALL: [MonitorPane; 5] = [
+    pub const ALL: [MonitorPane; 5] = all_variants![
         MonitorPane::Watch,
         MonitorPane::Blocks,
         MonitorPane::Alarms,

@@ -8,7 +8,7 @@ use super::plan::{OldState, Pairs, ReloadPlan, Side, Start, element_of};
 use super::report::preset;
 use crate::engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, Stretch};
 use crate::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
-use crate::lower::identity::BlockName;
+use crate::lower::identity::{BlockName, Interval};
 use crate::resolve::program::BlockKind;
 use crate::resolve::program::Value;
 
@@ -146,9 +146,13 @@ fn restage(
 
 /// Reports and transfers the changed intervals of recurrent ENTASKs.
 fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
+    let mut first: HashMap<BlockId, &Interval> = HashMap::new();
+    for now in &names.new.intervals {
+        first.entry(now.task).or_insert(now);
+    }
     for before in &names.old.intervals {
         let Some(task) = names.block(before.task) else { continue };
-        let Some(now) = names.new.intervals.iter().find(|now| now.task == task) else { continue };
+        let Some(now) = first.get(&task) else { continue };
         if !names.same(before.every, now.every) {
             let name = &names.new.block(task).name;
             let was = preset(names.old, before.every, true);

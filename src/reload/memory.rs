@@ -1,11 +1,11 @@
 //! Compares structures and data: finds the state to keep and the state to reset. Called by
 //! `ReloadPlan::new`.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::plan::{Elsewhere, OldState, Pairs, ReloadPlan, Side};
 use super::report::preset;
-use crate::engine::{Cell, PassStep};
+use crate::engine::{BitCell, Cell, PassStep, WordCell};
 use crate::isa::{Address, Bit, BitSpace, ElementId, Mnemonic, Space, Structure, Word};
 use crate::lower::identity::{Identity, Owner};
 use crate::resolve::program::Value;
@@ -48,6 +48,7 @@ pub(super) fn structures(
     new: Side<'_>,
 ) -> Kept {
     let mut kept = Kept::default();
+    let initial = (InitialWords::of(old), InitialWords::of(new));
     let (before, now) = (by_structure(&names.old.owners), by_structure(&names.new.owners));
     for (structure, owners) in &now {
         let mut goes_on = false;
@@ -67,12 +68,12 @@ pub(super) fn structures(
             tell_kept(plan, names, old, (same, owner));
         }
         if let Some(was) = was.filter(|_| goes_on) {
-            sensaphone_preset(plan, (was, *structure), (old, new));
+            sensaphone_preset(plan, (was, *structure), (&initial.0, &initial.1));
             continue;
         }
         plan.transfer.fresh.push(new.symbols.layout.record(*structure));
         if let Structure::Sensaphone(_) = structure {
-            put_preset(plan, *structure, new);
+            put_preset(plan, *structure, &initial.1);
         }
         tell_new(plan, names, *structure, (before.and_then(|before| before.first()), owners[0]));
     }
@@ -100,22 +101,39 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
 fn sensaphone_preset(
     plan: &mut ReloadPlan,
     (was, structure): (Structure, Structure),
-    (old, new): (Side<'_>, Side<'_>),
+    (old, new): (&InitialWords<'_>, &InitialWords<'_>),
 ) {
     let Structure::Sensaphone(_) = structure else { return };
-    let constant = |side: Side<'_>, structure: Structure| {
-        let cell = side.symbols.layout.word(Word::Pre(structure.number()));
-        side.program.initial_words.iter().find(|(at, _)| *at == cell).map(|(_, value)| *value)
-    };
-    if constant(old, was) != constant(new, structure) {
+    if old.preset(was).1 != new.preset(structure).1 {
         put_preset(plan, structure, new);
     }
 }
 
-fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: Side<'_>) {
-    let cell = new.symbols.layout.word(Word::Pre(structure.number()));
-    let initial = new.program.initial_words.iter().find(|(at, _)| *at == cell);
-    plan.transfer.new_words.push((cell, initial.map_or(0, |(_, value)| *value)));
+fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: &InitialWords<'_>) {
+    let (cell, initial) = new.preset(structure);
+    plan.transfer.new_words.push((cell, initial.unwrap_or(0)));
+}
+
+/// The words of a program that do not begin with 0.
+struct InitialWords<'a> {
+    side: Side<'a>,
+    first: HashMap<WordCell, i32>,
+}
+
+impl<'a> InitialWords<'a> {
+    fn of(side: Side<'a>) -> InitialWords<'a> {
+        let mut first = HashMap::new();
+        for (cell, value) in &side.program.initial_words {
+            first.entry(*cell).or_insert(*value);
+        }
+        InitialWords { side, first }
+    }
+
+    /// The PRE of a Sensaphone counter, and its value after a cold start, if that is not 0.
+    fn preset(&self, structure: Structure) -> (WordCell, Option<i32>) {
+        let cell = self.side.symbols.layout.word(Word::Pre(structure.number()));
+        (cell, self.first.get(&cell).copied())
+    }
 }
 
 fn tell_kept(
@@ -253,18 +271,32 @@ fn tell_arrays(plan: &mut ReloadPlan, names: &Pairs<'_>, arrays: NewElements) {
     }
 }
 
-/// The value that a memory cell begins with; `None` if it keeps its value. Memory has the same
-/// cell numbers in both programs.
-pub(super) fn begins(plan: &ReloadPlan, cell: Cell) -> Option<i32> {
-    let transfer = &plan.transfer;
-    match cell {
-        Cell::Bit(_) => {
-            let of = transfer.new_bits.iter().find(|(bit, _)| Cell::Bit(*bit) == cell);
-            of.map(|(_, on)| i32::from(*on))
+/// The values that memory cells begin with. Memory has the same cell numbers in both programs.
+pub(super) struct NewValues {
+    bits: HashMap<BitCell, bool>,
+    words: HashMap<WordCell, i32>,
+    fresh: HashSet<u32>,
+}
+
+impl NewValues {
+    pub fn of(plan: &ReloadPlan) -> NewValues {
+        let transfer = &plan.transfer;
+        // The first value of a cell counts.
+        NewValues {
+            bits: transfer.new_bits.iter().rev().copied().collect(),
+            words: transfer.new_words.iter().rev().copied().collect(),
+            fresh: transfer.fresh.iter().copied().collect(),
         }
-        Cell::Word(at) => {
-            let of = transfer.new_words.iter().find(|(word, _)| *word == at).map(|(_, v)| *v);
-            of.or_else(|| transfer.fresh.contains(&at.0).then_some(0))
+    }
+
+    /// The value that a cell begins with; `None` if it keeps its value.
+    pub fn get(&self, cell: Cell) -> Option<i32> {
+        match cell {
+            Cell::Bit(at) => self.bits.get(&at).map(|on| i32::from(*on)),
+            Cell::Word(at) => {
+                let of = self.words.get(&at).copied();
+                of.or_else(|| self.fresh.contains(&at.0).then_some(0))
+            }
         }
     }
 }

@@ -25,8 +25,9 @@ fn resized(was: &TagPlace, now: &TagPlace) -> String {
     };
     match was.count.cmp(&now.count) {
         Ordering::Less => format!("{text}; new: {}", between(now, was.count)),
-        Ordering::Greater => format!("{text}; removed, with their values: \
-                                      {}", between(was, now.count)),
+        Ordering::Greater => {
+            format!("{text}; removed, with their values: {}", between(was, now.count))
+        }
         Ordering::Equal => text,
     }
 }

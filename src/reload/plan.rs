@@ -138,6 +138,7 @@ pub(super) struct Pairs<'a> {
     pub new: &'a Identity,
     pub(super) blocks: HashMap<BlockId, BlockId>,
     pub(super) stages: HashMap<StageId, StageId>,
+    stages_before: HashMap<StageId, StageId>,
     pub(super) moves: Moves,
 }
 
@@ -165,8 +166,9 @@ impl<'a> Pairs<'a> {
             let new = stage_ids.get(&(*block, stage.name.as_str()))?;
             Some((StageId(at as u32), *new))
         });
-        let stages = stages.collect();
-        Pairs { old, new, blocks, stages, moves }
+        let stages: HashMap<_, _> = stages.collect();
+        let stages_before = stages.iter().map(|(old, new)| (*new, *old)).collect();
+        Pairs { old, new, blocks, stages, stages_before, moves }
     }
 
     /// A structure's new number.
@@ -201,7 +203,7 @@ impl<'a> Pairs<'a> {
 
     /// A Stage's old number.
     pub(super) fn stage_before(&self, new: StageId) -> Option<StageId> {
-        self.stages.iter().find(|(_, to)| **to == new).map(|(from, _)| *from)
+        self.stages_before.get(&new).copied()
     }
 
     /// The same element in the new program, if it exists.

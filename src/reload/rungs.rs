@@ -5,7 +5,7 @@
 //! same text in the same block, then those with the same name in the same block, then those in the
 //! same element. Unpaired rungs of the old program were removed; those of the new one were added.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::plan::{Pairs, ReloadPlan, Side};
@@ -81,8 +81,9 @@ fn pair(
 /// Reports a changed scan order of the blocks that both programs have.
 fn order(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     let before: Vec<_> = old.program.order.iter().filter_map(|id| names.block(*id)).collect();
+    let both: HashSet<_> = before.iter().copied().collect();
     let now = new.program.order.iter().copied();
-    let now: Vec<_> = now.filter(|id| before.contains(id)).collect();
+    let now: Vec<_> = now.filter(|id| both.contains(id)).collect();
     if before != now {
         plan.say("the scan order of the blocks has changed");
     }

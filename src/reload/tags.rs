@@ -1,8 +1,8 @@
 //! Compares tags: reports changed addresses, names and limits. Called by `ReloadPlan::new`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, VecDeque};
 
-use super::memory::{array_of, begins};
+use super::memory::{NewValues, array_of};
 use super::plan::{MovedElement, OldState, Pairs, ReloadPlan, Side};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
@@ -17,7 +17,7 @@ fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
 
 /// Reports tags with a changed address. The value stays at the old address.
 pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
-    let layout = &old.symbols.layout;
+    let (layout, values) = (&old.symbols.layout, NewValues::of(plan));
     let mut arrays: BTreeMap<&str, Vec<(Address, Address, MovedElement)>> = BTreeMap::new();
     for (tag, to) in &names.new.tags {
         let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
@@ -30,7 +30,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
             plan.say(text);
             continue;
         };
-        let begins = begins(plan, to_cell);
+        let begins = values.get(to_cell);
         if let Some(array) = array_of(tag) {
             let element = MovedElement { tag: tag.clone(), from: from_cell, to: to_cell, begins };
             arrays.entry(array).or_default().push((*from, *to, element));
@@ -90,11 +90,13 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let lacks =
         |other: &Identity, tag: &String| !other.tags.contains_key(tag) && !is_placed(names, tag);
     let gone = names.old.tags.iter().filter(|(tag, _)| lacks(names.new, tag));
-    let mut new: Vec<_> = names.new.tags.iter().filter(|(tag, _)| lacks(names.old, tag)).collect();
+    let mut new: HashMap<&Address, VecDeque<&String>> = HashMap::new();
+    for (tag, address) in names.new.tags.iter().filter(|(tag, _)| lacks(names.old, tag)) {
+        new.entry(address).or_default().push_back(tag);
+    }
     let mut arrays: BTreeMap<(&str, &str), Vec<Address>> = BTreeMap::new();
     for (tag, address) in gone {
-        let Some(at) = new.iter().position(|(_, other)| *other == address) else { continue };
-        let (now, _) = new.remove(at);
+        let Some(now) = new.get_mut(address).and_then(VecDeque::pop_front) else { continue };
         if let (Some(from), Some(to)) = (array_of(tag), array_of(now)) {
             arrays.entry((from, to)).or_default().push(*address);
             continue;
@@ -104,8 +106,8 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         plan.say_of(text, OldState::Named { cells, force: "the force stays on it".to_owned() });
     }
     for ((from, to), addresses) in arrays {
-        let text = format!("array {from} ({}) was renamed to \
-                            {to}", span(addresses.iter().copied()));
+        let text =
+            format!("array {from} ({}) was renamed to {to}", span(addresses.iter().copied()));
         let cells = addresses.iter().flat_map(|address| cells(layout, *address)).collect();
         let force = "its forces stay".to_owned();
         plan.say_of(text, OldState::Named { cells, force });
@@ -138,6 +140,7 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
 
 /// Reports words with changed limits, if the value is beyond the new limits.
 pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    let values = NewValues::of(plan);
     for address in names.new.addresses.keys() {
         let Address::Word(word) = *address else { continue };
         let (min, max) = new.symbols.limits(word);
@@ -146,7 +149,7 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, ne
             continue;
         }
         let cell = Cell::Word(old.symbols.layout.word(was));
-        let begins = new.symbols.layout.cell(*address).and_then(|cell| begins(plan, cell));
+        let begins = new.symbols.layout.cell(*address).and_then(|cell| values.get(cell));
         let said = names.new.say(*address);
         plan.say_of(said, OldState::Limits { cell, begins, limits: (min, max) });
     }

@@ -41,6 +41,11 @@ impl Operands {
         let alike = numbered(self.first, 0) == numbered(address, 0);
         alike && (first..first + self.count).contains(&n)
     }
+
+    /// Whether two of them have an address in common.
+    pub(crate) fn overlap(&self, other: &Operands) -> bool {
+        self.hold(other.first) || other.hold(self.first)
+    }
 }
 
 impl std::fmt::Display for Operands {
@@ -141,6 +146,15 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
     }
 }
 
+/// The numbers of `count` addresses from `first` on, with their kind: the address with number 0. An
+/// address without a number is a kind of its own, with number 0.
+pub(crate) fn numbers(first: Address, count: u32) -> (Address, u32, u32) {
+    match number(first) {
+        Some(n) => (numbered(first, 0), n, n + count - 1),
+        None => (first, 0, 0),
+    }
+}
+
 /// The number of an address; `None` if it has none.
 fn number(address: Address) -> Option<u32> {
     match address {
@@ -154,7 +168,7 @@ fn number(address: Address) -> Option<u32> {
 }
 
 /// The address of the same kind with number `n`.
-fn numbered(address: Address, n: u32) -> Address {
+pub(crate) fn numbered(address: Address, n: u32) -> Address {
     match address {
         Address::Bit(Bit::Space(space, _)) => Address::Bit(Bit::Space(space, n)),
         Address::Bit(Bit::Flag(of, flag)) => Address::Bit(Bit::Flag(of.numbered(n), flag)),

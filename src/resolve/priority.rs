@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::variants::all_variants;
+
 /// How soon a person has to act on an alarm; the most urgent first.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
@@ -25,7 +27,7 @@ pub enum Priority {
 impl Priority {
     /// All priorities, the most urgent first.
     pub(crate) const ALL: [Priority; 4] =
-        [Priority::Critical, Priority::High, Priority::Medium, Priority::Low];
+        all_variants![Priority::Critical, Priority::High, Priority::Medium, Priority::Low];
 
     /// The word for it in files and answers.
     pub fn name(self) -> &'static str {

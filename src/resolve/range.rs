@@ -25,6 +25,11 @@ impl Range {
         self.last - self.first + 1
     }
 
+    /// Its numbers, with their space.
+    pub(crate) fn numbers(&self) -> (Space, u32, u32) {
+        (self.space, self.first, self.last)
+    }
+
     /// Its addresses, in order.
     pub(crate) fn addresses(&self) -> impl Iterator<Item = Address> {
         let space = self.space;

@@ -54,7 +54,8 @@ impl WordLimits {
         }
         let [value, min, max, initial] =
             [value, min, max, initial].map(|cell| content::text(element.space, cell));
-        Some(format!("it was {value}, but its limits are {min} to {max} now; it begins with \
-                      {initial}"))
+        Some(format!(
+            "it was {value}, but its limits are {min} to {max} now; it begins with {initial}"
+        ))
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn terminated(program: &Program) -> HashSet<RetainedElement> {
 /// counting instructions and the preset: `CTU in Main with PRE 10`.
 pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
     let mut owners: Vec<(String, RetainedElement)> = Vec::new();
-    let mut presets = HashMap::new();
+    let (mut places, mut presets) = (HashMap::new(), HashMap::new());
     for (block, instruction) in program.instructions() {
         let Some(at) = instruction.owned() else { continue };
         let Some(element) = element_of(Address::Structure(at)) else { continue };
@@ -46,7 +46,8 @@ pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
         if let Action::Sensaphone { preset: Some(preset), .. } = &instruction.action {
             presets.insert(element, preset.value);
         }
-        match owners.iter_mut().find(|(_, other)| *other == element) {
+        let at = *places.entry(element).or_insert(owners.len());
+        match owners.get_mut(at) {
             Some((text, _)) => *text = format!("{text}, {own}"),
             None => owners.push((own, element)),
         }

@@ -68,7 +68,7 @@ impl RetainPlan {
     /// The plan for the retained ranges of a program.
     pub fn new(ranges: &[Range], program: &Program, symbols: &Symbols) -> RetainPlan {
         let runs = runs(ranges, &terminated(program));
-        let is_kept = |element: &RetainedElement| runs.iter().any(|run| holds(run, *element));
+        let is_kept = |element: &RetainedElement| hold(&runs, *element);
         let mut tags = Vec::new();
         for tag in &program.tags {
             let TagMeaning::Address(at) = tag.meaning else { continue };
@@ -289,10 +289,12 @@ impl RetainPlan {
                 };
                 return format!("its type changed: `{tag}` was {was} and is {is}{at}");
             }
-            return format!("`{tag}` is {0} now, and {0} got its value from a different \
-                            tag", now.say(at));
+            return format!(
+                "`{tag}` is {0} now, and {0} got its value from a different tag",
+                now.say(at)
+            );
         }
-        let here = self.runs.iter().any(|run| holds(run, element));
+        let here = hold(&self.runs, element);
         match (then.tags_of(element).first(), now.tags_of(element).first()) {
             (Some(_), _) => "no tag of this name is retained any more".to_owned(),
             (None, Some(tag)) if here => format!("it had no tag, and is `{tag}` now"),
@@ -407,8 +409,11 @@ fn span(space: Space, first: u32, last: u32) -> String {
     if first == last { from } else { format!("{from}..{to}") }
 }
 
-fn holds(run: &Run, element: RetainedElement) -> bool {
-    run.space == element.space && (run.first..run.first + run.count).contains(&element.number)
+/// Whether an element is in one of the runs, which are in order and do not overlap.
+fn hold(runs: &[Run], element: RetainedElement) -> bool {
+    let begins = |run: &Run| (run.space, run.first) <= (element.space, element.number);
+    let run = runs[..runs.partition_point(begins)].last();
+    run.is_some_and(|run| run.space == element.space && element.number < run.first + run.count)
 }
 
 /// The ranges in order and without overlaps. Each run contains only elements that a stop

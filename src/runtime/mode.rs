@@ -88,9 +88,9 @@ impl fmt::Display for StopReason {
             StopReason::ScanLimit => "the requested number of scans is complete",
             StopReason::Operator => "an operator requested it",
             StopReason::CommandLine => "the command line requested it (`--stopped`)",
-            StopReason::RestartGuard => "too many restarts in a short time",
+            StopReason::RestartGuard => "it was restarted too often in a short time",
             StopReason::NothingRestored => {
-                "no saved memory was found, and memory is as after a cold start"
+                "nothing was found to restore, and memory is as after a cold start"
             }
         })
     }
@@ -109,8 +109,9 @@ impl fmt::Display for FaultReason {
                 f.write_str("a scan was due and has not begun within the watchdog's time")
             }
             FaultReason::EnginePanic => f.write_str("the engine panicked, which is a bug in rungd"),
-            FaultReason::ScanThreadGone => f.write_str("the scan thread has ended, which is a bug \
-                                                        in rungd"),
+            FaultReason::ScanThreadGone => {
+                f.write_str("the scan thread has ended, which is a bug in rungd")
+            }
         }
     }
 }

@@ -141,7 +141,9 @@ mod tests {
         set_timer_slack_ns(1).unwrap();
         assert!(pin_to_cpus(&[100_000]).is_err());
         let partly = std::thread::spawn(|| pin_to_cpus(&[0, 1023])).join().unwrap();
-        assert_eq!(partly.unwrap_err().to_string(), "CPU 1023 does not exist, or this process may \
-                                                     not use it");
+        assert_eq!(
+            partly.unwrap_err().to_string(),
+            "CPU 1023 does not exist, or this process may not use it"
+        );
     }
 }

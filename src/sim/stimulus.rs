@@ -8,8 +8,9 @@
 use std::fmt::Display;
 
 use crate::engine::{BitCell, WordCell};
+use crate::isa::address_text::{self, AddressError};
 use crate::isa::real::RealError;
-use crate::isa::{Address, Bit, BitSpace, MemorySizes, Real, Word, address_text, duration};
+use crate::isa::{Address, Bit, BitSpace, MemorySizes, Real, Word, duration};
 use crate::lower::Symbols;
 
 /// One change of an input, or one queued write.
@@ -82,9 +83,12 @@ pub(crate) type Lookup<'a> = &'a dyn Fn(&str) -> Result<StimulusTarget, String>;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stimulus {
     changes: Vec<(u64, Change)>,
-    /// The scan and line of every row.
-    rows: Vec<(u64, usize)>,
+    rows: StimulusRows,
 }
+
+/// The scan and line of every row, in order of scans.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct StimulusRows(Vec<(u64, usize)>);
 
 /// A mistake in a stimulus, with its line (from 1).
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -132,7 +136,7 @@ impl Stimulus {
             };
             let scan = scan.map_err(fail)?;
             last_scan = Some(scan);
-            stimulus.rows.push((scan, line));
+            stimulus.rows.0.push((scan, line));
             stimulus.parse_cells(row, scan, &targets).map_err(fail)?;
         }
         Ok(stimulus)
@@ -160,17 +164,9 @@ impl Stimulus {
         Ok(())
     }
 
-    /// An error for the first row at or after scan `scans`, which the simulation does not reach.
-    pub(crate) fn beyond(&self, scans: u64) -> Option<StimulusError> {
-        let at = self.rows.partition_point(|(scan, _)| *scan < scans);
-        let (scan, line) = *self.rows.get(at)?;
-        let rows = self.rows.len() - at;
-        let rows = if rows == 1 { "1 row is".to_owned() } else { format!("{rows} rows are") };
-        let message = format!(
-            "scan {scan} is not executed: the simulation has {scans} scans, from 0 on ({rows} left \
-             out)"
-        );
-        Some(StimulusError::new(line, message))
+    /// Moves the rows out, for [`StimulusRows::left_out`] after the run. The changes remain.
+    pub(crate) fn take_rows(&mut self) -> StimulusRows {
+        std::mem::take(&mut self.rows)
     }
 
     /// The changes of one scan. Call it for the scans in order, each time with the same variable
@@ -183,6 +179,25 @@ impl Stimulus {
     }
 }
 
+impl StimulusRows {
+    /// An error for the first row after the last executed scan. `executed` is the number of scans
+    /// that were executed, `planned` the number that the simulation was to have.
+    pub(crate) fn left_out(&self, executed: u64, planned: u64) -> Option<StimulusError> {
+        let at = self.0.partition_point(|(scan, _)| *scan < executed);
+        let (scan, line) = *self.0.get(at)?;
+        let rows = self.0.len() - at;
+        let rows = if rows == 1 { "1 row is".to_owned() } else { format!("{rows} rows are") };
+        let why = match executed.checked_sub(1) {
+            Some(last) if executed < planned => {
+                format!("a STOP instruction ended the simulation after scan {last}")
+            }
+            Some(_) | None => format!("the simulation has {planned} scans, from 0 on"),
+        };
+        let message = format!("scan {scan} is not executed: {why} ({rows} left out)");
+        Some(StimulusError::new(line, message))
+    }
+}
+
 impl StimulusError {
     fn new(line: usize, message: String) -> StimulusError {
         StimulusError { line, message }
@@ -191,14 +206,30 @@ impl StimulusError {
 
 /// A message about an operand like `N,3,6` in a list of operands separated by commas.
 pub(crate) fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
-    let number = |text: &&str| text.parse::<u32>().is_ok();
+    let number = |text: &&str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let mut behind = names.skip_while(|name| !name.eq_ignore_ascii_case("N")).skip(1);
     let counter = behind.next().filter(number)?;
     let element = behind.next().filter(number);
     let written = ["N", counter].into_iter().chain(element).collect::<Vec<_>>().join(",");
     let right = match address_text::parse(&written, &MemorySizes::default()) {
         Ok(address @ (Address::Bit(_) | Address::Word(_))) => address.to_string(),
-        _ => format!("N{counter}.ACC"),
+        Ok(Address::Structure(counter)) => format!("{counter}.ACC"),
+        Err(AddressError::BeyondMemory { space, first, last }) => {
+            return Some(format!("`{written}` lies beyond memory: {space}{first}..{space}{last}"));
+        }
+        Err(AddressError::SensaphoneElement) => {
+            return Some(format!(
+                "`{written}` has no meaning: a Sensaphone counter has the elements 0 to 6 (the \
+                 current value is `N{counter}.ACC`)"
+            ));
+        }
+        Err(
+            AddressError::NotAnAddress
+            | AddressError::Case(_)
+            | AddressError::LeadingZero(_)
+            | AddressError::UnknownMember(_)
+            | AddressError::UnknownNickname,
+        ) => return None,
     };
     Some(format!("commas separate operands here: instead of `{written}` write `{right}`"))
 }
@@ -359,7 +390,7 @@ mod tests {
     fn times_are_the_first_scans_at_or_after_them() {
         let scans = |text: &str| {
             let stimulus = Stimulus::parse_timed(text, 10, &lookup).unwrap();
-            stimulus.rows.iter().map(|(scan, _)| *scan).collect::<Vec<_>>()
+            stimulus.rows.0.iter().map(|(scan, _)| *scan).collect::<Vec<_>>()
         };
         let text = "time,X0\n0s,1\n0.005s,0\n0.02s,1\n0.020001s,0\n350ms,1\n1m30s,0\n";
         assert_eq!(scans(text), [0, 1, 2, 3, 35, 9000]);
@@ -373,14 +404,20 @@ mod tests {
 
     #[test]
     fn a_row_that_is_never_reached_is_told() {
-        let stimulus = Stimulus::parse("scan,X0\n0,1\n9,0\n10,1\n12,0\n", &lookup).unwrap();
-        let beyond = stimulus.beyond(10).unwrap();
-        assert_eq!(beyond.line, 4);
-        assert_eq!(
-            beyond.message,
-            "scan 10 is not executed: the simulation has 10 scans, from 0 on (2 rows are left out)"
-        );
-        assert_eq!(stimulus.beyond(13), None);
+        let text = "scan,X0\n0,1\n9,0\n10,1\n12,0\n";
+        let mut stimulus = Stimulus::parse(text, &lookup).unwrap();
+        let rows = stimulus.take_rows();
+        let left_out = |executed, planned| {
+            let StimulusError { line, message } = rows.left_out(executed, planned)?;
+            Some(format!("{line}: {message}"))
+        };
+        let short = "the simulation has 10 scans, from 0 on (2 rows are left out)";
+        assert_eq!(left_out(10, 10), Some(format!("4: scan 10 is not executed: {short}")));
+        let stopped = "a STOP instruction ended the simulation after scan 10 (1 row is left out)";
+        assert_eq!(left_out(11, 50), Some(format!("5: scan 12 is not executed: {stopped}")));
+        let none = "the simulation has 0 scans, from 0 on (4 rows are left out)";
+        assert_eq!(left_out(0, 0), Some(format!("2: scan 0 is not executed: {none}")));
+        assert_eq!((left_out(13, 13), left_out(13, 50)), (None, None));
     }
 
     #[test]
@@ -390,7 +427,17 @@ mod tests {
         assert_eq!(told("X0,N,3,6"), Some(format!("{said} `N,3,6` write `N3.ACC`")));
         assert_eq!(told("n,3"), Some(format!("{said} `N,3` write `N3.ACC`")));
         assert_eq!(told("N,3,0,X1"), Some(format!("{said} `N,3,0` write `N3.CU`")));
+        assert_eq!(told("N,03"), Some(format!("{said} `N,03` write `N3.ACC`")));
         assert_eq!((told("N3.ACC,X1"), told("N,X1")), (None, None));
+        let beyond = |text: &str| Some(format!("`{text}` lies beyond memory: N0..N63"));
+        for text in ["N,64", "N,99,1", "N,99999999999,9"] {
+            assert_eq!(told(text), beyond(text));
+        }
+        let elements = "a Sensaphone counter has the elements 0 to 6";
+        assert_eq!(
+            told("N,3,9"),
+            Some(format!("`N,3,9` has no meaning: {elements} (the current value is `N3.ACC`)"))
+        );
         assert!(error("scan,N,3,6").contains("write `N3.ACC`"));
     }
 

@@ -33,8 +33,8 @@ pub fn document<T>(
     document_within(&mut Room::default(), source, file, read)
 }
 
-/// As [`document`], for one of several files that share the `Room` of a load.
-pub(super) fn document_within<T>(
+/// As [`document`], with the `Room` and the progress of a load, which several files may share.
+pub(crate) fn document_within<T>(
     room: &mut Room,
     source: &str,
     file: FileId,

@@ -1,6 +1,7 @@
 //! The types of metrics, and their values.
 
 use super::payload::MetricContent;
+use crate::variants::all_variants;
 
 /// The types that rungd knows, with their numbers in the specification (6.4.16).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,7 +27,7 @@ pub enum DataType {
 }
 
 /// All types.
-const ALL: [DataType; 14] = [
+const ALL: [DataType; 14] = all_variants![
     DataType::Int8,
     DataType::Int16,
     DataType::Int32,

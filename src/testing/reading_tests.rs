@@ -249,7 +249,7 @@ steps = ["reload wrong.toml", "expect: nothing"]
               Reload(To(ProgramId(2)))
               Restore(DeviceId(0))
             refused:
-              refused: rungd2.toml: `[memory]` says other sizes than the running program has:
+              refused: rungd2.toml: the sizes in `[memory]` differ from those of the running program:
             refused too:
               refused: error[unknown-name]: nothing is called `missing`
         "#]],

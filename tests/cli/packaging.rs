@@ -5,8 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::sync::LazyLock;
 
 use serde_json::Value;
+
+/// The output of `third-party.sh`: several tests read it, and it takes seconds.
+static LICENCES: LazyLock<String> = LazyLock::new(|| printed_by("third-party.sh"));
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -49,13 +53,28 @@ fn the_bill_of_materials_names_what_the_licences_name_with_checksums_and_what_wa
     let all = components.iter().map(|c| c["bom-ref"].as_str().unwrap().to_owned()).collect();
     assert_eq!(wanted, all, "everything is wanted by something");
 
-    let licences = printed_by("third-party.sh");
+    let licences = &*LICENCES;
     let list = licences.split("\n\n").nth(1).unwrap();
     let listed = list.lines().map(|line| line.split_once(": ").unwrap().0.to_owned());
     assert_eq!(libraries(&bill), listed.collect());
     for library in libraries(&bill) {
         assert!(licences.contains(&format!("{library} (")), "no licence's text for {library}");
     }
+}
+
+#[test]
+fn the_libraries_without_a_licence_file_are_those_that_the_page_names() {
+    const NONE: &str = "(it ships none: taken under Apache-2.0)";
+    let owners = LICENCES.lines().filter(|line| line.contains(NONE));
+    let owners = owners.flat_map(|line| line.split(", ")).filter(|owner| owner.ends_with(NONE));
+    let found: BTreeSet<&str> = owners.filter_map(|owner| owner.split(' ').next()).collect();
+
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let page = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    let (before, _) = page.split_once(" ship no licence file;").unwrap();
+    let names = before.rsplit(". ").next().unwrap();
+    let named: BTreeSet<&str> = names.split('`').skip(1).step_by(2).collect();
+    assert_eq!(found, named, "ARCHITECTURE.md, *Dependencies*");
 }
 
 #[test]

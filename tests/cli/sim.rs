@@ -152,6 +152,8 @@ fn watch_chooses_operands_and_their_order() {
     place.refused("count.toml --watch Y9999", 2, "`Y9999`");
     place.refused("count.toml --watch X0..X3", 2, "a range is not taken here");
     place.refused("count.toml --watch N0", 2, "as `N0.DN`");
+    place.refused("count.toml --watch N,3,6", 2, "write `N3.ACC`");
+    place.refused("count.toml --watch N,99,1", 2, "`N,99,1` lies beyond memory: N0..N63");
     place.refused("count.toml --watch CT0", 2, "`CT0` is a structure: name its members");
 }
 
@@ -287,6 +289,31 @@ fn the_stop_instruction_ends_it_a_scan_later() {
                     4,40,0,1\nstop,40,0,1\n";
     assert_eq!(place.trace(args), expected);
     assert_eq!(place.trace(&format!("{args} --stop")), expected);
+}
+
+#[test]
+fn rows_of_a_stimulus_after_the_last_scan_are_warned_of() {
+    let place = Place::new("rows-left-out");
+    let ladder = LADDER.replace("do = [\"OUT full\"]", "do = [\"OUT full\", \"STOP\"]");
+    place.write("stops.toml", &ladder);
+    place.write("late.csv", "scan,X0\n1,1\n2,0\n3,1\n5,0\n50,1\n");
+    let warned = |args: &str, scan: &str, why: &str| {
+        let output = place.sim(&format!("{args} --stimulus late.csv --watch full"));
+        assert_eq!(output.status.code(), Some(0));
+        let said = format!("warning: late.csv:{scan} is not executed: {why}\n");
+        assert_eq!(text(&output.stderr), said, "{args}");
+        text(&output.stdout).lines().count()
+    };
+    let of_five = "the simulation has 5 scans, from 0 on (2 rows are left out)";
+    assert_eq!(warned("count.toml --scans 5", "5: scan 5", of_five), 6);
+    assert_eq!(warned("count.toml --scans 5 --stop", "5: scan 5", of_five), 7);
+    let of_ten = "the simulation has 10 scans, from 0 on (1 row is left out)";
+    assert_eq!(warned("count.toml --for 100ms", "6: scan 50", of_ten), 11);
+    // The rung of STOP is ON in scan 3, so scan 4 is the last one.
+    let stopped = "a STOP instruction ended the simulation after scan 4 (2 rows are left out)";
+    assert_eq!(warned("stops.toml --scans 60", "5: scan 5", stopped), 7);
+    assert_eq!(warned("stops.toml --scans 60 --changes", "5: scan 5", stopped), 4);
+    place.trace("count.toml --scans 51 --stimulus late.csv");
 }
 
 #[test]

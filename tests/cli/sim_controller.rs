@@ -57,3 +57,17 @@ fn a_stimulus_of_a_controller_moves_no_input_of_its_plant() {
     place.refused("controller.toml --period 10ms", 2, "a controller file has its own");
     place.refused("controller.toml --changes --trace x.svg", 2, "--changes is for CSV");
 }
+
+#[test]
+fn rows_after_a_controller_has_stopped_are_warned_of() {
+    let place = Place::new("loop-stop");
+    place.write("loop.toml", &LOOP_LADDER.replace("OUT Y1", "STOP"));
+    place.write("controller.toml", LOOP);
+    place.write("in.csv", "time,line.Ok\n0.1s,1\n2s,0\n");
+    let output = place.sim("controller.toml --for 10s --stimulus in.csv --watch Y0");
+    let why = "a STOP instruction ended the simulation after scan 3 (1 row is left out)";
+    let said = format!("warning: in.csv:3: scan 40 is not executed: {why}\n");
+    let errors = text(&output.stderr);
+    assert!(errors.ends_with(&said), "{errors}");
+    assert!(text(&output.stdout).ends_with("\n3,150,0\nstop,150,0\n"));
+}

@@ -79,7 +79,7 @@ fn stop_and_run_keep_memory_as_the_termination_table_says() {
 #[test]
 fn a_start_in_stop_is_left_by_run_with_memory_as_after_a_cold_start() {
     let live = Live::start(LADDER, "", &["--stopped"]);
-    live.line("STOP: the command line asked for it");
+    live.line("STOP: the command line requested it");
     live.await_values("D9 Main.Running", "0 OFF");
     assert!(live.ok("status").contains("STOP (the command line requested it (`--stopped`))"));
     let said = live.say("mode run --no-wait");

@@ -159,7 +159,7 @@ fn an_argument_that_cannot_be_meant_is_refused() {
     check("rungd.simulate", json!([ladder, -3]), scans);
     check("rungd.simulate", json!([ladder, "5"]), scans);
     check("rungd.simulate", json!([ladder, 5, "svg"]), "the third argument is \"csv\": `svg`");
-    check("rungd.test", json!([ladder]), "no test file; its name would end in `.test.toml`");
+    check("rungd.test", json!([ladder]), "the name of a test file ends in `.test.toml`");
     check("rungd.test", json!([test, 7]), "the second argument is the name of a test: `7`");
     check("rungd.test", json!(["untitled:1"]), "the first argument is the URI of a file");
     check("rungd.tset", json!([test]), "there is no command `rungd.tset`");
@@ -217,7 +217,7 @@ fn a_command_that_cannot_be_done_is_refused() {
         ("rungd.nothing", json!([]), "no command"),
         ("rungd.test", json!([]), "the URI of a file"),
         ("rungd.explain", json!([uri]), "a position"),
-        ("rungd.explain", json!([uri, place]), "nothing with an explanation"),
+        ("rungd.explain", json!([uri, place]), "nothing to explain"),
         ("rungd.why", json!([uri, place]), "no operand"),
         ("rungd.test.show", json!([uri, "no test"]), "has not failed"),
     ] {

@@ -328,7 +328,7 @@ fn half_of_what_a_test_joins_is_not_renamed() {
     for (name, wanted) in [("Seal", "Seal"), ("go", "go = {")] {
         let (line, column) = place(&editor, "a.toml", wanted, 0);
         let why = rename(&mut editor, ("a.toml", line, column), "renamed").unwrap_err();
-        assert!(why.contains("t.test.toml joins this ladder with"), "{name}: {why}");
+        assert!(why.contains("t.test.toml tests this ladder together with"), "{name}: {why}");
     }
     write("rungd.toml", "ladder = [\"a.toml\", \"b.toml\"]\n");
     editor.tell("workspace/didChangeWatchedFiles", json!({ "changes": [] }));

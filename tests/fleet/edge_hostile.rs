@@ -75,7 +75,7 @@ fn a_second_node_of_the_same_name_is_said() {
     run(async {
         let other = settings(&broker.url(), MqttVersion::V3, "rungd-plant-press");
         let _other = session(&other).await;
-        edge.await_line("another client came with the same client id", 1);
+        edge.await_line("another client connected with the same client id", 1);
     });
     edge.await_line("this client's id is `rungd-plant-press`", 1);
     await_more(&host, 5);

@@ -1,4 +1,5 @@
-//! The pages about the house say what is there: modules, dependencies, the files of the tests.
+//! The pages about the repository are complete: they name all modules, all dependencies and all
+//! files of the tests.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -32,7 +33,6 @@ fn first_column(text: &str) -> Vec<&str> {
 fn the_page_lists_the_modules_in_the_order_of_the_house() {
     let page = text("ARCHITECTURE.md");
     let listed = first_column(section(&page, "## The house"));
-    // `say` is listed with its one macro; the order below `io` is the same.
     assert_eq!(listed, ORDER, "ARCHITECTURE.md, The house");
 }
 
@@ -68,8 +68,7 @@ fn told_below(rows: &str, name: &str) -> BTreeSet<String> {
     let part = part.unwrap_or_else(|| panic!("tests/README.md has no table of {name}"));
     let is_table = |line: &&str| line.is_empty() || line.starts_with('|');
     let table: Vec<&str> = part.lines().take_while(is_table).collect();
-    let told = first_column(&table.join("\n")).into_iter().map(str::to_owned).collect();
-    told
+    first_column(&table.join("\n")).into_iter().map(str::to_owned).collect()
 }
 
 #[test]

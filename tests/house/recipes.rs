@@ -32,6 +32,13 @@ const BLIPS: Additions = &[
         "    /// SET: ",
         "    /// Blips.\n    Blip blip { leg: LegPowers, bit: BitWritten }\n    /// SET: ",
     ),
+    ("src/engine/control.rs", "    /// SGSET.\n", "    Blip,\n    /// SGSET.\n"),
+    (
+        "src/isa/instruction.rs",
+        "    /// The bit it drives goes OFF.\n",
+        "    Blip,\n    /// The bit it drives goes OFF.\n",
+    ),
+    ("src/isa/instruction.rs", "    /// A Program.\n", "    Blip,\n    /// A Program.\n"),
     ("src/operator/protocol.rs", "    RetainSave {},\n", "    RetainSave {},\n    Blip {},\n"),
     ("src/cli/mod.rs", "enum Command {\n", "enum Command {\n    Blip,\n"),
     (
@@ -61,6 +68,13 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
             "src/testing/mutants/values.rs",
         ],
     ),
+    (
+        "ControlKind",
+        "Adding an instruction",
+        &["src/engine/blocks.rs", "src/engine/slice.rs", "src/engine/written.rs"],
+    ),
+    ("Termination", "Adding an instruction", &["src/lower/instructions.rs"]),
+    ("OperandKind", "Adding an instruction", &["src/resolve/operand.rs"]),
     (
         "DriverSettings",
         "Adding a driver",

@@ -101,6 +101,6 @@ fn a_reload_names_what_of_a_device_needs_a_restart() {
     std::fs::write(&path, format!("{controller}{second}")).unwrap();
     let said = live.say("reload");
     assert_eq!(said.code, 78, "{said:?}");
-    live.line("its devices are others than the running ones");
+    live.line("its devices, or their order, differ from the running ones");
     live.await_values("Y0 line1.Stale", "ON ON");
 }

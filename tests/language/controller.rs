@@ -44,11 +44,8 @@ fn everything_but_the_ladder_has_a_default() {
     assert_eq!(controller.realtime, Posture::default());
 }
 
-#[test]
-fn what_is_said_is_taken() {
-    let controller = controller(
-        "said",
-        r#"
+/// Every section with keys that are not the defaults.
+const SAID: &str = r#"
 ladder = ["programs/bottling.toml"]
 order  = ["Main"]
 
@@ -98,8 +95,11 @@ invert  = true
 
 [log]
 statistics = "0s"
-"#,
-    );
+"#;
+
+#[test]
+fn what_is_said_is_taken() {
+    let controller = controller("said", SAID);
     assert_eq!((controller.period_ms, controller.watchdog_ms), (2, 50));
     let realtime = Posture {
         policy: Policy::Fifo(80),

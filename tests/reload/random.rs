@@ -240,19 +240,7 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
     let address = status["ok"]["devices"]["modbus"]["address"].as_str().unwrap().to_owned();
     let port: u16 = address.rsplit(':').next().unwrap().parse().unwrap();
     let (stop, requests) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
-    let clients: Vec<_> = (0..2)
-        .map(|at| {
-            let (stop, requests) = (Arc::clone(&stop), Arc::clone(&requests));
-            // The second client writes no registers: two writers would read each other's numbers.
-            match at {
-                0 => thread::spawn(move || modbus_load(port, &stop, &requests)),
-                _ => {
-                    let stream = live.connect();
-                    thread::spawn(move || watch(stream, &stop))
-                }
-            }
-        })
-        .collect();
+    let clients = clients(&live, port, &stop, &requests);
     let begin = Instant::now();
     let (mut running, mut bad_ones, mut swap_us_max) = (1, 0, 0.0_f64);
     let (mut sha256, mut last_acc) = (status["ok"]["ladder"]["sha256"].clone(), 0);
@@ -282,13 +270,7 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
             sha256 = answer["ok"]["sha256"].clone();
             // The image of the new program's first scan is published before the answer.
         }
-        let (scans, held) = operator.read(&["D0", "D1", "D2", "CT0.Acc", "scans", "parts.Acc"]);
-        assert_eq!((held[0], held[1]), (running as i64, running as i64), "turn {turn}");
-        assert_eq!(held[2], scans, "turn {turn}: a scan was missed, or made twice");
-        assert!(held[3] >= last_acc, "turn {turn}: the count went back");
-        assert!((held[3] - scans / 2).abs() <= 1, "turn {turn}: {} of {scans}", held[3]);
-        last_acc = held[3];
-        assert_eq!((held[4], held[5]), (held[2], held[3]), "turn {turn}: what has a name");
+        last_acc = count_of_one_image(&mut operator, (running as i64, last_acc), turn);
         uses.go_on(&mut operator, before, turn);
         let status = operator.ask(&json!({"do": "status"}));
         assert_eq!(status["ok"]["ladder"]["sha256"], sha256, "turn {turn}");
@@ -303,6 +285,32 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
         begin.elapsed(),
         requests.load(Ordering::Relaxed)
     );
+}
+
+/// A Modbus client that reads and writes, and a client of the operator's socket that watches. Only
+/// one client writes registers: two writers would read each other's numbers.
+fn clients(
+    live: &Live,
+    port: u16,
+    stop: &Arc<AtomicBool>,
+    requests: &Arc<AtomicU64>,
+) -> [thread::JoinHandle<()>; 2] {
+    let (ended, requests, stream) = (Arc::clone(stop), Arc::clone(requests), live.connect());
+    let modbus = thread::spawn(move || modbus_load(port, &ended, &requests));
+    let ended = Arc::clone(stop);
+    [modbus, thread::spawn(move || watch(stream, &ended))]
+}
+
+/// Reads the memory of one scan, and compares its operands with each other, with the number of the
+/// running program, and with the count of an earlier scan. The result is the count.
+fn count_of_one_image(operator: &mut Operator, (running, before): (i64, i64), turn: u64) -> i64 {
+    let (scans, held) = operator.read(&["D0", "D1", "D2", "CT0.Acc", "scans", "parts.Acc"]);
+    assert_eq!((held[0], held[1]), (running, running), "turn {turn}");
+    assert_eq!(held[2], scans, "turn {turn}: a scan was missed, or made twice");
+    assert!(held[3] >= before, "turn {turn}: the count went back");
+    assert!((held[3] - scans / 2).abs() <= 1, "turn {turn}: {} of {scans}", held[3]);
+    assert_eq!((held[4], held[5]), (held[2], held[3]), "turn {turn}: what has a name");
+    held[3]
 }
 
 /// The uses of the template in the running program.

@@ -1,9 +1,10 @@
-//! `docs/retain-format.md`: the reader on the page reads rungd's files.
+//! `docs/retain-format.md`: the reader on the page reads rungd's files. In damaged and irregular
+//! files it finds the same image as rungd.
 
 use crate::disk;
 use crate::support::needs::not_installed;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
 use rungd::isa::{BitSpace, Space};
 use rungd::retain::content::RetainedElement;
@@ -37,6 +38,42 @@ fn content() -> Vec<u8> {
     bytes
 }
 
+/// Runs the reader of the page on a file; `None` if Python is not installed.
+fn read_by_page(test: &str, bytes: &[u8]) -> Option<Output> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("retain-format").join(test);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("memory"), bytes).unwrap();
+    let page = include_str!("../../docs/retain-format.md");
+    let script = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
+    std::fs::write(folder.join("reader.py"), script).unwrap();
+    let mut python = Command::new("python3");
+    let output = python.args(["reader.py", "memory"]).current_dir(&folder).output();
+    if output.is_err() {
+        not_installed("python3");
+    }
+    output.ok()
+}
+
+/// Checks that the reader of the page prints the image that rungd finds on the disk.
+#[track_caller]
+fn page_agrees(test: &str, disk: &disk::Handle) {
+    let newest = survey(&mut disk.clone()).map(|survey| survey.newest);
+    let Some(output) = read_by_page(test, &disk.0.borrow().cache) else { return };
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let none = match newest {
+        Ok(Some(newest)) => {
+            let Stamp { sequence, scan, .. } = newest.stamp;
+            let image = format!("image {sequence} of scan {scan}");
+            assert_eq!(said.lines().next(), Some(image.as_str()), "{test}: {errors}");
+            return;
+        }
+        Ok(None) => "no whole image\n",
+        Err(_) => "no whole header\n",
+    };
+    assert_eq!((output.status.code(), said.as_str(), errors.as_str()), (Some(1), "", none));
+}
+
 #[test]
 fn the_reader_of_the_page_reads_what_is_written() {
     let content = content();
@@ -56,16 +93,7 @@ fn the_reader_of_the_page_reads_what_is_written() {
     // Damage the first copy of the header and the second newest image.
     bytes[3] ^= 1;
     bytes[geometry.slot_at(3) as usize + 70] ^= 1;
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("retain-format");
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("memory"), &bytes).unwrap();
-    let page = include_str!("../../docs/retain-format.md");
-    let script = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
-    std::fs::write(folder.join("reader.py"), script).unwrap();
-    let mut python = Command::new("python3");
-    let Ok(output) = python.args(["reader.py", "memory"]).current_dir(&folder).output() else {
-        return not_installed("python3");
-    };
+    let Some(output) = read_by_page("written", &bytes) else { return };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(
         String::from_utf8_lossy(&output.stdout),
@@ -106,14 +134,55 @@ fn of_two_images_with_one_number_the_first_in_the_file_counts() {
     put(&disk, &geometry, 3, (stamp(3, 40), &content()));
     let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
     assert_eq!((found.slot, found.stamp.scan), (2, 9));
+    page_agrees("same-number", &disk);
     put(&disk, &geometry, 1, (stamp(3, 50), &content()));
     let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
     assert_eq!((found.slot, found.stamp.scan), (1, 50));
+    page_agrees("same-number", &disk);
     // The next image is written to a different slot and has the next number.
     let (mut slots, _) = Slots::open(disk.clone()).unwrap();
     assert_eq!(slots.save(stamp(0, 60), &content()).unwrap().0.sequence, 4);
     let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
     assert_eq!((found.slot, found.stamp.scan), (0, 60));
+}
+
+/// A whole copy of the header with these fields.
+fn header(slot_bytes: u32, slots: u32, id: u64) -> Vec<u8> {
+    let mut copy = b"rungd retain\r\n\x1a\n".to_vec();
+    for number in [1, slot_bytes, slots, 0] {
+        copy.extend(u32::to_le_bytes(number));
+    }
+    copy.extend(id.to_le_bytes());
+    copy.resize(60, 0);
+    copy.extend(crc32fast::hash(&copy).to_le_bytes());
+    copy.resize(4096, 0);
+    copy
+}
+
+#[test]
+fn of_two_header_copies_the_first_with_fields_in_range_counts() {
+    let (disk, geometry) = three_images();
+    let put = |copy: usize, bytes: &[u8]| {
+        disk.0.borrow_mut().cache[copy * 4096..(copy + 1) * 4096].copy_from_slice(bytes);
+    };
+    let newest = || survey(&mut disk.clone()).unwrap().newest.map(|newest| newest.stamp.scan);
+    let Geometry { slot_bytes, slots, id } = geometry;
+    let out_of_range =
+        [(100, slots), (0, slots), (slot_bytes + 1, slots), (128 << 20, slots), (slot_bytes, 2)];
+    for (slot_bytes, slots) in out_of_range.into_iter().chain([(slot_bytes, 65)]) {
+        put(0, &header(slot_bytes, slots, id));
+        assert_eq!(newest(), Some(9), "{slot_bytes} bytes, {slots} slots");
+        page_agrees("header-out-of-range", &disk);
+    }
+    put(1, &header(100, slots, id));
+    assert!(survey(&mut disk.clone()).is_err());
+    page_agrees("header-out-of-range", &disk);
+    for ((first, second), scan) in [((id, id + 1), Some(9)), ((id + 1, id), None)] {
+        put(0, &header(slot_bytes, slots, first));
+        put(1, &header(slot_bytes, slots, second));
+        assert_eq!(newest(), scan);
+        page_agrees("headers-differ", &disk);
+    }
 }
 
 #[test]
@@ -122,7 +191,8 @@ fn slots_beyond_the_end_are_passed_over_and_the_others_count() {
     for (bytes, newest) in [
         (geometry.slot_at(3), Some(9)),
         (geometry.slot_at(3) - 1, Some(9)),
-        (geometry.slot_at(2) + 100, Some(6)),
+        (geometry.slot_at(2) + 101, Some(6)),
+        (geometry.slot_at(2) + 30, Some(6)),
         (geometry.slot_at(2), Some(6)),
         (geometry.slot_at(0), None),
     ] {
@@ -132,6 +202,7 @@ fn slots_beyond_the_end_are_passed_over_and_the_others_count() {
         assert!(!survey.whole, "{bytes} of {} bytes", geometry.file_bytes());
         assert_eq!(survey.slots.len(), geometry.slots as usize);
         assert_eq!(survey.newest.map(|newest| newest.stamp.scan), newest, "{bytes} bytes");
+        page_agrees("cut", &cut);
     }
     assert!(survey(&mut disk.clone()).unwrap().whole, "the control");
 }
@@ -157,6 +228,7 @@ fn a_whole_image_without_sense_is_the_newest_all_the_same() {
         put(&disk, &geometry, 3, (stamp(4, 40), &bad));
         let newest = survey(&mut disk.clone()).unwrap().newest.unwrap();
         assert_eq!((newest.stamp.scan, &newest.content), (40, &bad));
+        page_agrees("without-sense", &disk);
         assert!(rungd::retain::content::read(&newest.content).is_none(), "{bad:?}");
     }
     assert!(rungd::retain::content::read(&whole).is_some(), "the control");

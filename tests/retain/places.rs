@@ -236,7 +236,7 @@ fn cannot_grow(plant: &Plant, running: &Running) {
     assert!(message(&told).contains("memory.new is in the way: "), "{told}");
     // A second controller still finds the file in use.
     let mut second = Running::new(&mut plant.second());
-    second.line("another rungd keeps its memory in this file");
+    second.line("another rungd uses this file");
     assert_eq!(second.end().code(), Some(74));
 }
 

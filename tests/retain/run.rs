@@ -237,7 +237,7 @@ fn a_foreign_and_a_newer_file_are_kept_aside_and_never_written_over() {
     write(&plant, "memory", "my only copy of something else\n");
     let lines = run(&plant, "5");
     assert_eq!(events(&lines, "retain-aside").len(), 1);
-    assert!(events(&lines, "retain-cold")[0].contains("no file of retentive memory"));
+    assert!(events(&lines, "retain-cold")[0].contains("not a file of retentive memory"));
     assert_eq!(fs::read(aside(1)).unwrap(), b"my only copy of something else\n");
     let mut later = fs::read(file(&plant)).unwrap();
     (later[16], later[4096 + 16]) = (2, 2);
@@ -273,7 +273,7 @@ fn two_controllers_do_not_share_a_file() {
     let mut first = Running::new(&mut plant.command(&[] as &[&str]));
     first.line("RUN");
     let mut second = Running::new(&mut plant.second());
-    second.line("another rungd keeps its memory in this file");
+    second.line("another rungd uses this file");
     assert_eq!(second.end().code(), Some(74));
     first.stop();
 }

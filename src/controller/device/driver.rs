@@ -8,6 +8,7 @@ use std::fmt::Debug;
 
 use super::settings::DriverSettings;
 use crate::isa::Address;
+use crate::progress::Progress;
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
 use crate::source::reader::{Constant, Table, Text};
@@ -68,7 +69,7 @@ pub trait DriverKeys: Debug {
     fn resolve(
         &self,
         device: &WrittenDevice,
-        rows: &[ResolvedRow<'_>],
+        rows: ResolvedRows<'_>,
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings>;
 
@@ -106,6 +107,22 @@ pub struct ResolvedRow<'a> {
     pub addresses: Vec<Address>,
     /// The addresses as written.
     pub text: &'a Text,
+}
+
+/// The resolved rows of a device, and the progress of the load.
+#[derive(Clone, Copy)]
+pub struct ResolvedRows<'a> {
+    /// The rows, in file order. Rows with a mistake are left out.
+    pub all: &'a [ResolvedRow<'a>],
+    /// The progress of the load.
+    pub progress: &'a Progress,
+}
+
+impl<'a> ResolvedRows<'a> {
+    /// The rows, until the load must end.
+    pub fn each(self) -> impl Iterator<Item = &'a ResolvedRow<'a>> {
+        self.progress.during(self.all)
+    }
 }
 
 impl ResolvedRow<'_> {

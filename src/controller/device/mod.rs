@@ -17,10 +17,12 @@ pub(crate) mod simulated;
 mod wiring;
 
 use driver::{
-    DriverKeys, MapRow, ResolvedRow, RowDirection, WrittenDevice, at_least_one, one_word,
+    DriverKeys, MapRow, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, at_least_one,
+    one_word,
 };
 
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
+use crate::progress::Progress;
 use crate::resolve::operands::resolve_operands;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding, Severity};
@@ -38,30 +40,31 @@ pub(crate) const POINTS_MAX: usize = 65_536;
 pub(super) fn resolve(
     devices: &[WrittenDevice],
     scope: &Scope,
+    progress: &Progress,
     findings: &mut Vec<Finding>,
 ) -> Vec<Device> {
     // A device has the same number as its name had when the ladders were resolved.
-    let named = devices.iter().filter_map(|device| Some((device, device.name.as_ref()?)));
+    let named = progress.during(devices);
+    let named = named.filter_map(|device| Some((device, device.name.as_ref()?)));
     let numbered = named.enumerate();
     let resolved = numbered.filter_map(|(at, (device, name))| {
-        one(device, (DeviceId(at as u32), name), scope, findings)
+        one(device, (DeviceId(at as u32), name), (scope, progress), findings)
     });
     let resolved: Vec<Device> = resolved.collect();
-    findings.extend(modbus::at_odds(&resolved, devices));
+    findings.extend(modbus::at_odds(&resolved, devices, progress));
     resolved
 }
 
 fn one(
     device: &WrittenDevice,
     (id, name): (DeviceId, &Text),
-    scope: &Scope,
+    (scope, progress): (&Scope, &Progress),
     findings: &mut Vec<Finding>,
 ) -> Option<Device> {
     let driver = device.driver.as_deref()?;
     let before = findings.len();
-    let rows: Vec<ResolvedRow<'_>> = device
-        .map
-        .iter()
+    let rows: Vec<ResolvedRow<'_>> = progress
+        .during(&device.map)
         .enumerate()
         .filter_map(|(at, written)| row((device, at, written), scope, findings))
         .collect();
@@ -78,7 +81,8 @@ fn one(
     let on_loss = one_word("on-loss", device.on_loss.as_ref(), &OnLoss::NAMES, findings);
     let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
     let loss_after_ms = loss_after(device, poll_ms, findings);
-    let settings = driver.resolve(device, &rows, findings);
+    let of_driver = ResolvedRows { all: &rows, progress };
+    let settings = driver.resolve(device, of_driver, findings);
     let outputs = outputs(&rows, findings);
     let inputs = inputs(&rows, findings);
     if findings.len() > before

@@ -20,6 +20,7 @@ use super::keys as written;
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus::settings::{MappedOperands, Table};
 use crate::isa::{Address, MemorySizes};
+use crate::progress::Progress;
 use crate::resolve::operands::{Operands, resolve_operands};
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding};
@@ -33,10 +34,11 @@ const ADDRESSES: u32 = 65_536;
 pub(super) fn resolve(
     server: &written::ModbusServer,
     (scope, sizes): (&Scope, &MemorySizes),
+    progress: &Progress,
     findings: &mut Vec<Finding>,
 ) -> Vec<MappedOperands> {
     let mut entries: Vec<MappedOperands> = Vec::new();
-    for map in &server.maps {
+    for map in progress.during(&server.maps) {
         let Some(entry) = resolve_entry(map, scope, findings) else { continue };
         let lies_at = |table: Table, at| server.standard_map.then(|| standard(table, sizes) > at);
         if lies_at(entry.table, u32::from(entry.address)) == Some(true) {

@@ -14,6 +14,7 @@ use super::resolver::{AllowedSpaces, Resolver};
 use crate::io::modbus::clients::Network;
 use crate::io::modbus::settings::{LISTS_MAX, MappedOperands, Modbus, Table, WriteList};
 use crate::isa::{Address, Bit, BitSpace, MemorySizes, Space, Structure, Word, WordSpace};
+use crate::progress::Progress;
 use crate::resolve::operands::{Operands, resolve_operands};
 use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
@@ -23,7 +24,7 @@ use crate::source::span::Located;
 /// Loopback, and a port that needs no privilege, unlike 502.
 const LISTEN_DEFAULT: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 1502);
 
-impl Resolver {
+impl Resolver<'_> {
     pub(super) fn modbus(&mut self, server: &written::ModbusServer, sizes: &MemorySizes) -> Modbus {
         let listen = server.listen.as_ref().map_or(LISTEN_DEFAULT, |listen| self.listen(listen));
         let timeouts =
@@ -37,7 +38,12 @@ impl Resolver {
             listen,
             units: self.units(server),
             standard_map: server.standard_map,
-            entries: map::resolve(server, (&self.scope, sizes), &mut self.findings),
+            entries: map::resolve(
+                server,
+                (&self.scope, sizes),
+                self.progress,
+                &mut self.findings,
+            ),
             lists: Vec::new(),
             inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
             outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
@@ -72,10 +78,10 @@ impl Resolver {
     fn lists(&mut self, server: &written::ModbusServer, modbus: &Modbus) -> Vec<WriteList> {
         let writable = self.writable(&server.writable, modbus);
         let mut lists = vec![WriteList { ranges: writable, clients: None }];
-        for list in &server.writes {
+        for list in self.progress.during(&server.writes) {
             let ranges = self.writable(&list.ranges, modbus);
             let mut clients = Vec::new();
-            for text in &list.clients {
+            for text in self.progress.during(&list.clients) {
                 match Network::read(text) {
                     Ok(network) => clients.push(network),
                     Err(finding) => self.findings.push(finding),
@@ -93,7 +99,8 @@ impl Resolver {
 
     fn writable(&mut self, texts: &[Text], modbus: &Modbus) -> Vec<Operands> {
         let mut all = Vec::new();
-        for text in texts {
+        let progress = self.progress;
+        for text in progress.during(texts) {
             let operands = match resolve_operands(&self.scope, text) {
                 Ok(operands) => operands,
                 Err(finding) => {
@@ -101,7 +108,8 @@ impl Resolver {
                     continue;
                 }
             };
-            let wrong = may_be_listed(&operands).or_else(|| has_a_place(&operands, modbus));
+            let wrong = may_be_listed(&operands)
+                .or_else(|| has_a_place(&operands, modbus, progress));
             match wrong {
                 Some(finding) => self.findings.push(finding),
                 None => all.push(operands),
@@ -157,15 +165,15 @@ fn may_be_listed(operands: &Operands) -> Option<Finding> {
 }
 
 /// The finding for listed operands that have no coil or holding register.
-fn has_a_place(operands: &Operands, modbus: &Modbus) -> Option<Finding> {
+fn has_a_place(operands: &Operands, modbus: &Modbus, progress: &Progress) -> Option<Finding> {
     let standard = matches!(
         operands.first,
         Address::Bit(Bit::Space(BitSpace::Mc, _)) | Address::Word(Word::Space(WordSpace::Mhr, _))
     );
     let writes =
         |entry: &&MappedOperands| matches!(entry.table, Table::Coils | Table::HoldingRegisters);
-    let mut entries = modbus.entries.iter().filter(writes);
-    let mapped = entries.any(|entry| operands.addresses().any(|it| entry.operands.hold(it)));
+    let mut entries = progress.during(modbus.entries.iter().filter(writes));
+    let mapped = entries.any(|entry| operands.overlap(&entry.operands));
     if mapped || (standard && modbus.standard_map) {
         return None;
     }

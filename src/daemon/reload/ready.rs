@@ -4,6 +4,7 @@
 //! Called by `daemon::reload` on a thread where it may take long. Nothing here touches the running
 //! program.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -134,14 +135,15 @@ fn side(of: &Running) -> Side<'_> {
 
 /// Pairs the watched alarms and tags of both programs by the tags' names.
 fn carried(old: &Narration, new: &Narration) -> Carried {
-    let place = |of: &[String], name: &String| {
-        of.iter().position(|other| other == name).map(|at| at as u32)
+    let places = |old: Vec<String>, new: Vec<String>| -> Vec<Option<u32>> {
+        let mut first: HashMap<String, u32> = HashMap::new();
+        for (at, name) in (0..).zip(old) {
+            first.entry(name).or_insert(at);
+        }
+        new.iter().map(|name| first.get(name).copied()).collect()
     };
     let ((old_bits, old_words), (bits, words)) = (old.watched_names(), new.watched_names());
-    Carried {
-        bits: bits.iter().map(|name| place(&old_bits, name)).collect(),
-        words: words.iter().map(|name| place(&old_words, name)).collect(),
-    }
+    Carried { bits: places(old_bits, bits), words: places(old_words, words) }
 }
 
 /// The settings that differ from those of the start, and that a reload does not apply.

@@ -4,6 +4,7 @@
 //! registers of a peer. Numbers are not scaled here: the clients do that (`modbus_client::values`).
 
 use crate::isa::{Real, Structure, Word, WordSpace};
+use crate::variants::all_variants;
 
 /// The type of the number in a register or a pair of registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +29,7 @@ pub enum WordOrder {
 
 impl NumberType {
     /// All types with their names; the integers first.
-    pub(crate) const NAMES: [(&'static str, NumberType); 5] = [
+    pub(crate) const NAMES: [(&'static str, NumberType); 5] = all_variants![
         ("u16", NumberType::U16),
         ("i16", NumberType::I16),
         ("u32", NumberType::U32),
@@ -126,7 +127,7 @@ impl NumberType {
 impl WordOrder {
     /// Both orders with their names.
     pub(crate) const NAMES: [(&'static str, WordOrder); 2] =
-        [("high-first", WordOrder::HighFirst), ("low-first", WordOrder::LowFirst)];
+        all_variants![("high-first", WordOrder::HighFirst), ("low-first", WordOrder::LowFirst)];
 
     /// The bits of two registers.
     pub(crate) fn join(self, first: u16, second: u16) -> u32 {

@@ -8,6 +8,7 @@ use super::number::{NumberType, WordOrder};
 use crate::resolve::operands::Operands;
 use crate::resolve::range::Range;
 use crate::source::span::Span;
+use crate::variants::all_variants;
 
 /// A Modbus server.
 #[derive(Clone, Debug)]
@@ -89,8 +90,12 @@ impl Modbus {
 
 impl Table {
     /// All tables.
-    pub(crate) const ALL: [Table; 4] =
-        [Table::Coils, Table::DiscreteInputs, Table::HoldingRegisters, Table::InputRegisters];
+    pub(crate) const ALL: [Table; 4] = all_variants![
+        Table::Coils,
+        Table::DiscreteInputs,
+        Table::HoldingRegisters,
+        Table::InputRegisters
+    ];
 
     /// The table of a name in a controller file.
     pub(crate) fn named(text: &str) -> Option<Table> {

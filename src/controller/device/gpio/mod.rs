@@ -14,7 +14,9 @@ pub(crate) mod keys;
 
 use keys::{Keys, RowKeys};
 
-use super::driver::{DriverKeys, ResolvedRow, RowDirection, WrittenDevice, one_word};
+use super::driver::{
+    DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, one_word,
+};
 use super::settings::DriverSettings;
 use crate::io::gpio::settings::{Bias, Chip, Gpio, GpioLine, LineDrive, LineId, Setting};
 use crate::source::finding::{Code, Finding};
@@ -48,7 +50,7 @@ impl DriverKeys for Keys {
     fn resolve(
         &self,
         device: &WrittenDevice,
-        rows: &[ResolvedRow<'_>],
+        rows: ResolvedRows<'_>,
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings> {
         lines_of(self, device, rows, findings).map(DriverSettings::Gpio)
@@ -62,7 +64,7 @@ impl DriverKeys for Keys {
 fn lines_of(
     keys: &Keys,
     device: &WrittenDevice,
-    rows: &[ResolvedRow<'_>],
+    rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
 ) -> Option<Gpio> {
     let before = findings.len();
@@ -78,7 +80,7 @@ fn lines_of(
         outputs: Vec::new(),
     };
     let mut seen: Vec<(LineId, Span)> = Vec::new();
-    for row in rows {
+    for row in rows.each() {
         let lines = match lines(row) {
             Ok(lines) => lines,
             Err(finding) => {

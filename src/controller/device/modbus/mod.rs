@@ -9,7 +9,9 @@ mod points;
 
 use std::net::{IpAddr, SocketAddr};
 
-use super::driver::{DriverKeys, ResolvedRow, RowDirection, WrittenDevice, at_least_one, one_word};
+use super::driver::{
+    DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, at_least_one, one_word,
+};
 use super::settings::DriverSettings;
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus_client::settings::{
@@ -46,7 +48,7 @@ impl DriverKeys for Keys {
     fn resolve(
         &self,
         device: &WrittenDevice,
-        rows: &[ResolvedRow<'_>],
+        rows: ResolvedRows<'_>,
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings> {
         client(self, device, rows, findings).map(DriverSettings::Modbus)
@@ -60,7 +62,7 @@ impl DriverKeys for Keys {
 fn client(
     keys: &Keys,
     device: &WrittenDevice,
-    rows: &[ResolvedRow<'_>],
+    rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
 ) -> Option<ClientSettings> {
     let link = match keys.medium? {
@@ -73,7 +75,7 @@ fn client(
         .unwrap_or_default();
     let watchdog = keys.watchdog.as_ref().and_then(|watchdog| reader.watchdog(watchdog, unit));
     let mut points = [Vec::new(), Vec::new()];
-    for row in rows {
+    for row in rows.each() {
         let row_unit = reader.unit(keys.rows[row.at].unit.as_ref(), unit);
         let Some(found) = reader.row(row, row_unit) else { continue };
         let is_wide = found.first().is_some_and(|point| point.width() == 2);

@@ -21,6 +21,7 @@ use crate::io::modbus_client::settings::{
     ClientSettings, Link, ModbusPoint, PointForm, Serial, Table,
 };
 use crate::isa::DeviceId;
+use crate::progress::Progress;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
@@ -47,12 +48,13 @@ struct Writer {
 pub(in crate::controller::device) fn at_odds(
     devices: &[Device],
     written: &[WrittenDevice],
+    progress: &Progress,
 ) -> Vec<Finding> {
     let mut writers: HashMap<PeerElement, Vec<Writer>> = HashMap::new();
-    let mut findings = two_ways(devices);
-    findings.extend(asked_twice(devices));
-    for (device, client) in clients(devices) {
-        for (element, writer) in outputs(device, client, written) {
+    let mut findings = two_ways(devices, progress);
+    findings.extend(asked_twice(devices, progress));
+    for (device, client) in progress.during(clients(devices)) {
+        for (element, writer) in progress.during(outputs(device, client, written)) {
             let PeerElement { unit, table, at, .. } = element;
             let (bits, span) = (writer.bits, writer.span);
             let taken = writers.entry(element).or_default();
@@ -126,10 +128,10 @@ fn lines<'a>(devices: &'a [Device]) -> Vec<(&'a Device, &'a ClientSettings, &'a 
     clients(devices).filter_map(serial).collect()
 }
 
-fn asked_twice(devices: &[Device]) -> Vec<Finding> {
+fn asked_twice(devices: &[Device], progress: &Progress) -> Vec<Finding> {
     let mut first: HashMap<(&str, u8), &Device> = HashMap::new();
     let mut findings = Vec::new();
-    for (device, client, line) in lines(devices) {
+    for (device, client, line) in progress.during(lines(devices)) {
         let points = client.inputs.iter().chain(&client.outputs).map(|point| point.unit);
         let units: BTreeSet<u8> = points.chain(client.watchdog.map(|w| w.unit)).collect();
         for unit in units {
@@ -145,10 +147,10 @@ fn asked_twice(devices: &[Device]) -> Vec<Finding> {
     findings
 }
 
-fn two_ways(devices: &[Device]) -> Vec<Finding> {
+fn two_ways(devices: &[Device], progress: &Progress) -> Vec<Finding> {
     let lines = lines(devices);
     let mut findings = Vec::new();
-    for (at, (device, _, line)) in lines.iter().enumerate() {
+    for (at, (device, _, line)) in progress.during(lines.iter().enumerate()) {
         let others = lines[..at].iter();
         let is_other = |other: &Serial| other.port == line.port && other != *line;
         let mut differing = others.filter(|(_, _, other)| is_other(other));

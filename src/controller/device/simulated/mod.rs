@@ -23,7 +23,7 @@ pub(crate) use points::points_of;
 
 use keys::Keys;
 
-use super::driver::{DriverKeys, ResolvedRow, WrittenDevice};
+use super::driver::{DriverKeys, ResolvedRows, WrittenDevice};
 use super::scaling::ScalingKeys;
 use super::settings::DriverSettings;
 use crate::io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
@@ -55,7 +55,7 @@ impl DriverKeys for Keys {
     fn resolve(
         &self,
         device: &WrittenDevice,
-        rows: &[ResolvedRow<'_>],
+        rows: ResolvedRows<'_>,
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings> {
         plant(self, device, rows, findings).map(DriverSettings::Simulated)
@@ -73,10 +73,10 @@ fn is_point(text: &str) -> bool {
 fn plant(
     keys: &Keys,
     device: &WrittenDevice,
-    rows: &[ResolvedRow<'_>],
+    rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
 ) -> Option<Plant> {
-    let before = findings.len();
+    let (before, progress) = (findings.len(), rows.progress);
     if keys.parts.is_empty() {
         let finding = Finding::new(Code::Controller, device.span, "a plant without parts");
         let help = "add one: `part = [{ name = \"pump\", kind = \"motor\" }]`";
@@ -88,17 +88,18 @@ fn plant(
         findings.push(finding.help("write `poll = \"20ms\"`"));
     }
     let kinds: Vec<Option<PartSettings>> =
-        keys.parts.iter().map(|part| parts::resolve(part, findings)).collect();
+        progress.during(&keys.parts).map(|part| parts::resolve(part, findings)).collect();
     let points = points::Points::new(keys, findings);
     let (commands, undriven) = wires::commands(keys, rows, &points, findings);
-    if rows.len() == device.map.len() {
+    if rows.all.len() == device.map.len() {
         // If a row was left out, it may be the row that drives the command.
         findings.extend(undriven);
     }
     let inputs = wires::inputs(rows, &points, findings);
     let scaling = scaling(keys, rows, findings);
+    let faults = progress.during(&keys.faults);
     let faults: Vec<Option<FaultSettings>> =
-        keys.faults.iter().map(|fault| wires::fault(fault, &points, findings)).collect();
+        faults.map(|fault| wires::fault(fault, &points, findings)).collect();
     if findings.len() > before {
         return None;
     }
@@ -119,9 +120,9 @@ fn plant(
 }
 
 /// The scaling of each row, by its number in the map.
-fn scaling(keys: &Keys, rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<Scaling> {
+fn scaling(keys: &Keys, rows: ResolvedRows<'_>, findings: &mut Vec<Finding>) -> Vec<Scaling> {
     let mut found = vec![Scaling::none(false); keys.rows.len()];
-    for row in rows {
+    for row in rows.each() {
         let keys = &keys.rows[row.at];
         if row.is_words() {
             found[row.at] = keys.resolve(row.is_real(), findings);

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::super::driver::{ResolvedRow, RowDirection};
+use super::super::driver::{ResolvedRow, ResolvedRows, RowDirection};
 use super::keys::{self as written, FaultKind, Keys};
 use super::points::{FAULT, Holds, PlantPoint, PointRole, Points};
 use crate::io::plant::settings::{
@@ -26,20 +26,20 @@ struct Wires<'a> {
 }
 
 /// The rows of inputs.
-pub fn incoming<'a>(rows: &'a [ResolvedRow<'a>]) -> impl Iterator<Item = &'a ResolvedRow<'a>> {
-    rows.iter().filter(|row| row.direction == RowDirection::In)
+pub fn incoming(rows: ResolvedRows<'_>) -> impl Iterator<Item = &ResolvedRow<'_>> {
+    rows.each().filter(|row| row.direction == RowDirection::In)
 }
 
 /// The rows of outputs.
-pub fn outgoing<'a>(rows: &'a [ResolvedRow<'a>]) -> impl Iterator<Item = &'a ResolvedRow<'a>> {
-    rows.iter().filter(|row| row.direction == RowDirection::Out)
+pub fn outgoing(rows: ResolvedRows<'_>) -> impl Iterator<Item = &ResolvedRow<'_>> {
+    rows.each().filter(|row| row.direction == RowDirection::Out)
 }
 
 /// The driver of each command, in the order of the points, and the findings for commands without a
 /// driver. These findings are valid only if no row of the map was left out.
 pub fn commands(
     keys: &Keys,
-    rows: &[ResolvedRow<'_>],
+    rows: ResolvedRows<'_>,
     points: &Points,
     findings: &mut Vec<Finding>,
 ) -> (Vec<PlantCommand>, Vec<Finding>) {
@@ -47,13 +47,13 @@ pub fn commands(
     for (at, row) in outgoing(rows).enumerate() {
         wires.by_row(at, row);
     }
-    for part in &keys.parts {
+    for part in rows.progress.during(&keys.parts) {
         let Some(name) = &part.name else { continue };
         for (command, from) in &part.driven {
             wires.by_points(&format!("{}.{command}", name.text), from);
         }
     }
-    for fault in &keys.faults {
+    for fault in rows.progress.during(&keys.faults) {
         if let (Some(name), Some(from)) = (&fault.name, &fault.when) {
             wires.by_points(&format!("{FAULT}.{}", name.text), std::slice::from_ref(from));
         }
@@ -175,7 +175,7 @@ fn one_point<'a>(
 
 /// The points that are inputs, in the order of the rows.
 pub fn inputs(
-    rows: &[ResolvedRow<'_>],
+    rows: ResolvedRows<'_>,
     points: &Points,
     findings: &mut Vec<Finding>,
 ) -> Option<Vec<PointId>> {
