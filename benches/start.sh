@@ -29,7 +29,7 @@ while [ "$n" -lt "$times" ]; do
     begin=$(date +%s%N)
     { time "$rungd" run "$work/controller.toml" --scans 1 2>"$work/log"; } 2>>"$work/processor"
     end=$(date -d "$(grep -o '^[^ ]*' "$work/log" | tail -1)" +%s%N)
-    grep -q 'STOP: the number of scans' "$work/log" || { cat "$work/log" >&2; exit 1; }
+    grep -q 'STOP: the requested number of scans' "$work/log" || { cat "$work/log" >&2; exit 1; }
     echo $(((end - begin) / 1000)) >>"$work/times"
     n=$((n + 1))
 done

@@ -1,9 +1,10 @@
 //! The progress of a load: its current step, its longest step, and whether it must end early.
 //!
 //! A reload gives a [`Progress`] to its load and keeps a copy. The load names every step that it
-//! begins, and checks between files, rungs, rules and settings whether its time is over. If so, it skips the
-//! rest, and its result is dropped. A step within a system call is not ended by this. Commands that
-//! read files for their caller use [`Progress::default`], which nothing ends.
+//! begins. Between files, and within a step before each rung, row or other part, it looks whether
+//! its time is over. If so, it skips the rest, and its result is dropped. A step within a system
+//! call is not ended by this. Commands that read files for their caller use [`Progress::default`],
+//! which nothing ends.
 
 use std::fmt;
 #[cfg(test)]
@@ -115,7 +116,7 @@ impl Progress {
 
     /// The items, until the load must end. Looks before each item.
     pub fn during<I: IntoIterator>(&self, items: I) -> impl Iterator<Item = I::Item> {
-        items.into_iter().take_while(|_| !self.is_over())
+        items.into_iter().take_while(move |_| !self.is_over())
     }
 
     /// The current step.

@@ -353,7 +353,7 @@ test_crash_loop() {
         status_is '^STOP after 0 scans: .*restarted too often'
     check "crash loop: the log says so" \
         "$(log --since "$mark" | grep -o '10 restarts after unclean ends' | head -1)" \
-        logged '10 restarts after unclean ends.*rungd mode run'
+        eval 'logged "10 restarts after unclean ends" && logged "restarted too often.*rungd mode run"'
     check "crash loop: left by rungd mode run" "$(in_it rungd mode run 2>&1 | head -1)" \
         until_true 3 status_is '^RUN'
     in_it systemctl restart rungd

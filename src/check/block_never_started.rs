@@ -62,12 +62,12 @@ fn finding(program: &Program, block: &Block, sources: Option<&BTreeSet<BlockId>>
     };
     let (why, help) = match from.as_slice() {
         [] if sources.is_some_and(|from| from.contains(&block.id)) => {
-            (format!("the only {starters} of it stands in itself"), start)
+            (format!("the only {starters} of it is in its own rungs"), start)
         }
         [] => (format!("there is no {starters} of it"), start),
         _ => {
             let from = list(&from);
-            (format!("only {from} would start it, which is never started either"), start)
+            (format!("it would be started only by {from}, which is never started either"), start)
         }
     };
     let help = format!("start it in a block that runs: {help}");
@@ -131,12 +131,12 @@ mod tests {
                   program `Never` is never started: there is no RUN or RESTART of it
                     start it in a block that runs: `RUN Never`, or `autostart = true`
                 23:9 block-never-started
-                  program `Behind` is never started: only `Never` would start it, which is
-                  never started either
+                  program `Behind` is never started: it would be started only by `Never`,
+                  which is never started either
                     start it in a block that runs: `RUN Behind`, or `autostart = true`
                 27:9 block-never-started
-                  program `Self` is never started: the only RUN or RESTART of it stands in
-                  itself
+                  program `Self` is never started: the only RUN or RESTART of it is in its
+                  own rungs
                     start it in a block that runs: `RUN Self`, or `autostart = true`
                 35:9 block-never-started
                   task `NoEntask` is never started: there is no ENTASK of it

@@ -104,7 +104,8 @@ fn main_help(action: &Action) -> &'static str {
         return "to stop the controller in an orderly way: `STOP`";
     }
     if matches!(action, Action::Restart { .. }) {
-        return "put what must start anew into a program of its own, and `RESTART` that one";
+        return "put the rungs that must start again into a program of their own, and `RESTART` \
+                that program";
     }
     "delete it: `Main` runs from the first scan on"
 }
@@ -177,8 +178,8 @@ mod tests {
                     delete it: `Main` runs from the first scan on
                 4:37 block-rule
                   `RESTART` of `Main`, which always runs
-                    put what must start anew into a program of its own, and `RESTART` that
-                    one
+                    put the rungs that must start again into a program of their own, and
+                    `RESTART` that program
                 4:53 block-rule
                   `HALT` of `Main`, which always runs
                     to stop the controller in an orderly way: `STOP`

@@ -101,7 +101,7 @@ mod tests {
             expect![[r#"
             4:32 built-in-task
               `TopOfScan` is a built-in task: nothing starts or stops it
-                delete this; a task of your own has another name
+                delete this; a task of your own needs a different name
         "#]],
         );
     }

@@ -12,7 +12,7 @@ use super::context::{Context, RungPlace};
 const CONDITION_MAX: usize = 72;
 
 /// The maximum number of places in a condition in a help text.
-const PLACES_MAX: usize = 6;
+pub(super) const PLACES_MAX: usize = 6;
 
 /// The bit that is always ON.
 const ON: &str = status::BIT_NICKNAMES[status::st::ON as usize];

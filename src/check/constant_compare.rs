@@ -38,7 +38,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         }
         let judged = judge(context, *left, *comparison, *right)
             .or_else(|| judge_clock(context, (*left, *comparison, *right), *span));
-        let Some((always, why)) = judged else { continue };
+        let Some(ConstantResult { always, why }) = judged else { continue };
         let (word, bit) = if always { ("true", "$On") } else { ("false", "$Off") };
         let message = format!("`{}` is always {word}: {why}", context.contact(contact));
         findings.push(
@@ -71,19 +71,29 @@ fn remedy(left: Value, right: Value) -> &'static str {
     }
 }
 
+/// A compare with the same result in every scan.
+struct ConstantResult {
+    /// The result.
+    always: bool,
+    /// The reason.
+    why: String,
+}
+
 /// The constant result of the compare, and the reason.
 fn judge(
     context: &Context,
     left: Value,
     comparison: Comparison,
     right: Value,
-) -> Option<(bool, String)> {
+) -> Option<ConstantResult> {
     match (left.constant(), left, right.constant(), right) {
         (Some(a), _, Some(b), _) => {
-            Some((holds(a, comparison, b), "both sides are constants".to_owned()))
+            let always = holds(a, comparison, b);
+            Some(ConstantResult { always, why: "both sides are constants".to_owned() })
         }
         (_, Value::Word(a), _, Value::Word(b)) if a == b => {
-            Some((holds(0.0, comparison, 0.0), "both sides are the same location".to_owned()))
+            let always = holds(0.0, comparison, 0.0);
+            Some(ConstantResult { always, why: "both sides are the same location".to_owned() })
         }
         (_, Value::Word(word), Some(constant), _) => {
             judge_range(context, word, comparison, constant)
@@ -100,7 +110,7 @@ fn judge_clock(
     context: &Context,
     (left, comparison, right): (Value, Comparison, Value),
     span: Span,
-) -> Option<(bool, String)> {
+) -> Option<ConstantResult> {
     let (word, comparison, constant) = match (left, right) {
         (Value::Word(word), Value::Const(number, _)) => (word, comparison, number),
         (Value::Const(number, _), Value::Word(word)) => (word, mirrored(comparison), number),
@@ -117,7 +127,7 @@ fn judge_clock(
     }
     let always = constant_result((low.into(), high.into()), comparison, constant.into())?;
     let said = context.name(Address::Word(word));
-    Some((always, format!("`{said}` is {low} to {high}")))
+    Some(ConstantResult { always, why: format!("`{said}` is {low} to {high}") })
 }
 
 /// The range of a word of the time of day.
@@ -159,7 +169,7 @@ fn judge_range(
     word: Word,
     comparison: Comparison,
     constant: f64,
-) -> Option<(bool, String)> {
+) -> Option<ConstantResult> {
     let (low, high) = word.numbers();
     let held = (low..=high).contains(&constant) && (word.is_real() || constant.fract() == 0.0);
     let always = match comparison {
@@ -176,7 +186,7 @@ fn judge_range(
     let (low, high) = word.range();
     let whole = if constant.fract() == 0.0 { "" } else { "whole numbers, " };
     let why = format!("{said} holds {whole}{} to {}", word.text(low), word.text(high));
-    Some((always, why))
+    Some(ConstantResult { always, why })
 }
 
 fn holds(a: f64, comparison: Comparison, b: f64) -> bool {

@@ -24,18 +24,24 @@ use crate::source::finding::{Code, Finding};
 use super::context::{Context, Placed, WriteLimits};
 use super::stored::{Words, storing};
 
+/// Maximum number of array elements that are looked at. Each of many thousand instructions may name
+/// an array as long as memory; beyond this number, instructions with arrays have no findings.
+const ELEMENTS_MAX: usize = 10_000_000;
+
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    findings.extend(context.instructions().filter_map(|placed| judge(context, placed)));
+    let mut room = ELEMENTS_MAX;
+    findings.extend(context.instructions().filter_map(|placed| judge(context, placed, &mut room)));
 }
 
-fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
+fn judge(context: &Context, placed: &Placed, room: &mut usize) -> Option<Finding> {
     let storing = storing(placed.action())?;
     let word = storing.to.first()?;
     let limits = context.limits(word);
     // For an array, any element may be the target.
     let mut all = storing.to.each().map(|word| limit_of(word, context.limits(word), storing.range));
     let stored = all.next()??;
+    *room = room.checked_sub(storing.to.count())?;
     if all.any(|stored| stored.is_none()) {
         return None;
     }
@@ -43,8 +49,8 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let said = context.say(Address::Word(word));
     let name = context.name(Address::Word(word));
     let message = format!("{said} holds {least} to {most}: `{}` stores {stored}", placed.name());
-    let finding =
-        Finding::new(Code::ConstantSaturates, storing.place, message).label("never stored whole");
+    let finding = Finding::new(Code::ConstantSaturates, storing.place, message)
+        .label("never stored unchanged");
     let meant = match storing.to {
         Words::One(_) => format!("if it is meant, write `MOVE {stored} to={name}`"),
         Words::Of(_) => format!("if it is meant, write `{stored}`"),

@@ -1,10 +1,10 @@
 //! The input of every rule: the program, and every instruction and contact with its place.
 //!
 //! [`Context::new`] walks the program once, in file order. The rules then look up instructions, the
-//! drivers of a bit, the owners of a structure, or contacts. Each walk over them ends early if the
-//! load must end. This module makes no findings; the
-//! names in findings come from `names`. Drivers are compared by *element* (a block's own rungs, or
-//! one stage), because a termination pass acts on an element.
+//! drivers of a bit, the owners of a structure, or contacts. A walk over them ends early if the
+//! load must end. This module makes no findings; the names in findings come from `names`. Drivers
+//! are compared by *element* (a block's own rungs, or one stage), because a termination pass acts
+//! on an element.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -64,8 +64,8 @@ pub struct Context<'a> {
     owners: BTreeMap<Structure, Vec<Placed<'a>>>,
     /// The first tag of every address that has one.
     tags: NumberMap<Address, &'a Tag>,
-    /// The first tag of every array that has one. Made at the first question.
-    arrays: OnceCell<NumberMap<(Space, u32, u32), &'a Tag>>,
+    /// The index of the first tag of every array that has one. Made at the first look-up.
+    arrays: OnceCell<NumberMap<(Space, u32, u32), usize>>,
     /// For counters, timers and Sensaphone counters: the first that is free, if there is one.
     free: [OnceCell<Option<Structure>>; 3],
     /// The limits that tags set for words.
@@ -222,14 +222,11 @@ impl<'a> Context<'a> {
         self.progress.during(&self.drivers).map(|(bit, drivers)| (*bit, drivers.as_slice()))
     }
 
-    /// The drivers of a bit, in file order.
-    pub fn drivers_of(&self, bit: Bit) -> &[Driver<'a>] {
-        self.drivers.get(&bit).map_or(&[], Vec::as_slice)
-    }
-
     /// Every owned structure with its owners, in file order, until the load must end.
     pub fn owners(&self) -> impl Iterator<Item = (Structure, &[Placed<'a>])> {
-        self.progress.during(&self.owners).map(|(structure, owners)| (*structure, owners.as_slice()))
+        self.progress
+            .during(&self.owners)
+            .map(|(structure, owners)| (*structure, owners.as_slice()))
     }
 
     fn narrow(&mut self, address: Address, tag: &'a Tag) {
@@ -256,17 +253,16 @@ impl<'a> Context<'a> {
 
     /// The first tag of an array.
     pub fn array_tag(&self, array: Array) -> Option<&'a Tag> {
-        let key = |of: Array| (of.space, of.first, of.count);
         let arrays = self.arrays.get_or_init(|| {
             let mut arrays = NumberMap::default();
-            for tag in &self.program.tags {
+            for (at, tag) in self.program.tags.iter().enumerate() {
                 if let Some(of) = tag.of_array {
-                    arrays.entry(key(of.array)).or_insert(tag);
+                    arrays.entry(of.array.numbers()).or_insert(at);
                 }
             }
             arrays
         });
-        arrays.get(&key(array)).copied()
+        self.program.tags.get(*arrays.get(&array.numbers())?)
     }
 
     /// The retained range with an element; the first, if several have it.

@@ -39,7 +39,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             // The help contains the conditions of all drivers, so it is made only once.
             let help = help(context, bit, all);
             findings.push(finding(context, bit, (first, second)).help(help));
-            let more = again[1..].iter().map(|later| finding(context, bit, (first, later)));
+            let more = context.progress.during(&again[1..]);
+            let more = more.map(|later| finding(context, bit, (first, later)));
             findings.extend(more);
         }
     }

@@ -37,7 +37,7 @@ fn edges(context: &Context, contact: &Contact, findings: &mut Vec<Finding>) {
         Contact::Edge(edge, inner, span) => {
             let inner = context.contact(inner);
             let meant = if *edge == Edge::Rise { inner } else { format!("!({inner})") };
-            let message = "`clk` has an edge of its own";
+            let message = "`clk` detects the edge itself";
             findings.push(
                 Finding::new(Code::EdgeInClk, *span, message)
                     .label("an edge of an edge")
@@ -68,10 +68,10 @@ mod tests {
             "#,
             expect![[r#"
                 5:22 edge-in-clk
-                  `clk` has an edge of its own
+                  `clk` detects the edge itself
                     write `X1`: SR shifts when that comes ON
                 6:15 edge-in-clk
-                  `clk` has an edge of its own
+                  `clk` detects the edge itself
                     write `!(X1 | X2)`: SR shifts when that comes ON
             "#]],
         );

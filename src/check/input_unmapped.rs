@@ -22,7 +22,7 @@ use super::writers::is_writable;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let Some(devices) = context.outside.and_then(|outside| outside.wired) else { return };
-    for &(address, span) in reads(context) {
+    for &(address, span) in context.progress.during(reads(context)) {
         let is_x = matches!(address, Address::Bit(Bit::Space(BitSpace::X, _)));
         if !is_x || is_writable(context, address) {
             continue;
@@ -32,7 +32,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         findings.push(
             Finding::new(Code::InputUnmapped, span, message)
                 .label("always OFF")
-                .related(devices, "this device moves others")
+                .related(devices, "this device moves other inputs")
                 .help(format!("add a row to a map: `{{ from = \"…\", to = \"{name}\" }}`")),
         );
     }

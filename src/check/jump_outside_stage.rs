@@ -31,7 +31,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 fn finding(context: &Context, jump: &Placed) -> Finding {
     let block = jump.place.block;
     let message = format!(
-        "`{}` leaves the stage it stands in, but this is one of program `{}`'s own rungs",
+        "`{}` leaves the stage of its rung, and this rung of program `{}` is in no stage",
         jump.name(),
         block.name
     );
@@ -78,13 +78,13 @@ mod tests {
             "#,
             expect![[r#"
                 8:25 jump-outside-stage
-                  `JMP` leaves the stage it stands in, but this is one of program `Day`'s
-                  own rungs
+                  `JMP` leaves the stage of its rung, and this rung of program `Day` is in
+                  no stage
                     to turn a stage ON from here: `do = ["SGSET B"]`; SGRST turns the others
                     OFF
                 9:25 jump-outside-stage
-                  `SGDIVRG` leaves the stage it stands in, but this is one of program
-                  `Day`'s own rungs
+                  `SGDIVRG` leaves the stage of its rung, and this rung of program `Day`
+                  is in no stage
                     to turn a stage ON from here: `do = ["SGSET A", "SGSET B"]`; SGRST turns
                     the others OFF
             "#]],

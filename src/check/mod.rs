@@ -122,11 +122,9 @@ pub(crate) fn check_partial(program: &Program, around: Around, misplaced: bool) 
 fn apply(program: &Program, around: Around, most: Needs) -> Vec<Finding> {
     let context = context::Context::new(program, around, most == Needs::Whole);
     let mut findings = Vec::new();
-    for (_, code, rule) in RULES.iter().filter(|(needs, ..)| *needs <= most) {
+    let rules = RULES.iter().filter(|(needs, ..)| *needs <= most);
+    for (_, code, rule) in around.progress.during(rules) {
         around.progress.begin(Step::Rule(code.name()));
-        if around.progress.is_over() {
-            break;
-        }
         rule(&context, &mut findings);
     }
     findings.sort_by_key(|finding| (finding.span.file, finding.span.start, finding.code));

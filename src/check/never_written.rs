@@ -31,7 +31,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let (read, writes) = (reads(context), writes(context));
     let mut structures = NumberSet::default();
     let logged = logged(context, read);
-    for (address, span) in read.iter().copied().chain(logged) {
+    let all = read.iter().copied().chain(logged);
+    for (address, span) in context.progress.during(all) {
         let is_written = is_always_written(address) || writes.contains_key(&address);
         if is_written || is_writable(context, address) {
             continue;
@@ -80,7 +81,7 @@ fn finding(context: &Context, address: Address, span: Span) -> Finding {
     let label = format!("`{name}` is always {}", always(address).0);
     let finding = Finding::new(Code::NeverWritten, span, message).label(label);
     if let Address::Bit(Bit::Space(BitSpace::Y, _)) = address {
-        return finding.help(format!("`OUT {name}` in a rung that says when"));
+        return finding.help(format!("`OUT {name}` in a rung with its condition"));
     }
     let setting = setting(context, address);
     let elsewhere = match context.outside {
@@ -210,7 +211,7 @@ mod tests {
                     check the controller file to know what devices and Modbus clients write
                 6:18 never-written
                   nothing in the ladder writes `Y2`
-                    `OUT Y2` in a rung that says when
+                    `OUT Y2` in a rung with its condition
                 6:31 never-written
                   nothing in the ladder writes `MI1`
                     write it in the ladder; or if an operator sets it, say so by a tag:

@@ -39,7 +39,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     // A file may have thousands of rows, each with the same thousands of operands: an operand that
     // nothing writes is looked up only once.
     let mut unwritten = NumberRanges::default();
-    for read in &outside.reads {
+    for read in context.progress.during(&outside.reads) {
         let (kind, first, last) = numbers(read.first, read.count);
         let mut at = unwritten.next_new(kind, first);
         while at <= last {
@@ -73,7 +73,7 @@ fn finding(context: &Context, read: &Read) -> Finding {
     }
     match first {
         Address::Bit(Bit::Space(BitSpace::Y, _)) => {
-            finding.help(format!("`OUT {name}` in a rung that says when; or take this away"))
+            finding.help(format!("`OUT {name}` in a rung with its condition; or take this away"))
         }
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => finding.help(format!(
             "write it in the ladder; or if an operator sets it, say so {}",
@@ -95,8 +95,8 @@ mod tests {
             { when = ["C2"], do = ["RST C2", "MOVE D9 to=V0"], allow = ["never-written"] },
             "#;
         let reads = [
-            ("Y0", "device `rio` takes it"),
-            ("Y1", "device `rio` takes it"),
+            ("Y0", "device `rio` receives it"),
+            ("Y1", "device `rio` receives it"),
             ("Y2..Y3", "device `rio` takes them"),
             ("Y0..Y4", "device `rio` takes them"),
             ("C0..C2", "device `rio` takes them, and the ladder writes the last"),
@@ -107,7 +107,7 @@ mod tests {
             ("T0.Done", "X7 follows it"),
             ("T1.Done", "X8 follows it"),
             ("D9", "the ladder reads it too"),
-            ("V1", "device `rio` takes it"),
+            ("V1", "device `rio` receives it"),
             ("R2", "Modbus clients read it"),
         ];
         check_read_outside(
@@ -115,15 +115,15 @@ mod tests {
             &reads,
             expect![[r#"
                 1:1 never-written
-                  nothing writes `Y1`: device `rio` takes it
-                    `OUT Y1` in a rung that says when; or take this away
+                  nothing writes `Y1`: device `rio` receives it
+                    `OUT Y1` in a rung with its condition; or take this away
                 1:1 never-written
                   nothing writes any of `Y2` to `Y3`: device `rio` takes them
-                    `OUT Y2` in a rung that says when; or take this away
+                    `OUT Y2` in a rung with its condition; or take this away
                 1:1 never-written
                   nothing writes any of `Y1` to `Y3`: device `rio` takes them, and each
                   has a finding already
-                    `OUT Y1` in a rung that says when; or take this away
+                    `OUT Y1` in a rung with its condition; or take this away
                 1:1 never-written
                   nothing writes `C3`: X6 follows it
                     write it in the ladder; or if an operator sets it, say so by a tag:
@@ -132,7 +132,7 @@ mod tests {
                   nothing writes `T1.Done`: X8 follows it
                     add the instruction, such as `TMR T1 preset=1s`
                 1:1 never-written
-                  nothing writes `V1`: device `rio` takes it
+                  nothing writes `V1`: device `rio` receives it
                     write it in the ladder; or if an operator sets it, say so by a tag:
                     `setting = { at = "V1", initial = 0 }`, with its name `setting` here
                 1:1 never-written

@@ -38,7 +38,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for (bit, drivers) in context.drivers() {
         let help = OnceCell::new();
         let mut firsts = Firsts::default();
-        for second in drivers {
+        for second in context.progress.during(drivers) {
             if let Some(first) = firsts.competitor(second) {
                 let help = help.get_or_init(|| self::help(context, bit, drivers));
                 findings.push(finding(context, bit, (first, second)).help(help));

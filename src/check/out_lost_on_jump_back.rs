@@ -30,14 +30,15 @@
 //! ]
 //! ```
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId};
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{Action, Block};
-use crate::source::finding::{Code, Finding};
+use crate::source::finding::{Code, Finding, RELATED_MAX};
 use crate::source::span::Span;
 
+use super::conditions::PLACES_MAX;
 use super::context::{Context, Placed};
 use super::names::list;
 
@@ -49,13 +50,29 @@ const STAGES_MAX: usize = 16;
 /// The stage that a jump leaves, and the stage that it enters.
 type Pair = (StageId, StageId);
 
-/// The bits that each stage writes.
+/// The bits that each stage writes, and the names that a help needs.
 #[derive(Default)]
-struct Stages {
-    /// The bits that each stage drives.
+struct Stages<'a> {
+    /// The bits that each stage drives, each with the first places that drive it.
     driven: BTreeMap<StageId, BTreeMap<Bit, Vec<Span>>>,
     /// The bits that each stage SETs.
     set: BTreeMap<StageId, BTreeSet<Bit>>,
+    /// The bits that the stages of each block write.
+    of_blocks: HashMap<(BlockId, Bit), BitOfStages<'a>>,
+    /// The names of all blocks.
+    block_names: HashSet<&'a str>,
+}
+
+/// The instructions in the stages of a block that write a bit. A list of all would be long for each
+/// of many thousand helps, so it has only the first.
+#[derive(Default)]
+struct BitOfStages<'a> {
+    /// The first drivers, one more than a condition has places.
+    drivers: Vec<Placed<'a>>,
+    /// Whether one of the instructions is not an OUT.
+    has_non_out: bool,
+    /// The first stages that drive or SET the bit, as many as a condition names.
+    stages: Vec<StageId>,
 }
 
 /// The rule.
@@ -64,10 +81,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut helps: HashMap<(BlockId, Vec<Bit>), String> = HashMap::new();
     let mut losses: HashMap<Pair, Vec<Bit>> = HashMap::new();
     for jump in context.instructions() {
-        if context.progress.is_over() {
-            return;
-        }
-        for pair in jumps_back(context, jump) {
+        for pair in context.progress.during(jumps_back(context, jump)) {
             let lost = losses.entry(pair).or_insert_with(|| stages.lost(pair));
             if !lost.is_empty() {
                 let block = jump.place.block;
@@ -80,19 +94,38 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-impl Stages {
-    fn of(context: &Context) -> Stages {
-        let mut stages = Stages::default();
+impl<'a> Stages<'a> {
+    fn of(context: &Context<'a>) -> Stages<'a> {
+        let names = context.program.blocks.iter().map(|block| block.name.as_str());
+        let mut stages = Stages { block_names: names.collect(), ..Stages::default() };
         for placed in context.instructions() {
             let Some(stage) = placed.place.stage else { continue };
             if let Some(bit) = placed.driven() {
                 let driven = stages.driven.entry(stage.id).or_default();
                 driven.entry(bit.value).or_default().push(bit.span);
+                stages.note(placed, (stage.id, bit.value));
             } else if let Action::Coil { coil: Coil::Set, bit } = placed.action() {
                 stages.set.entry(stage.id).or_default().insert(bit.value);
+                stages.note(placed, (stage.id, bit.value));
             }
         }
+        for places in stages.driven.values_mut().flat_map(BTreeMap::values_mut) {
+            places.sort_unstable();
+            places.truncate(RELATED_MAX);
+        }
         stages
+    }
+
+    /// Adds an instruction that drives or SETs a bit to those of its block.
+    fn note(&mut self, placed: &Placed<'a>, (stage, bit): (StageId, Bit)) {
+        let of = self.of_blocks.entry((placed.place.block.id, bit)).or_default();
+        of.has_non_out |= placed.mnemonic() != Mnemonic::Out;
+        if placed.driven().is_some() && of.drivers.len() <= PLACES_MAX {
+            of.drivers.push(*placed);
+        }
+        if of.stages.last() != Some(&stage) && of.stages.len() < STAGES_MAX {
+            of.stages.push(stage);
+        }
     }
 
     fn drives(&self, stage: StageId, bit: Bit) -> bool {
@@ -103,9 +136,21 @@ impl Stages {
         self.set.get(&stage).is_some_and(|bits| bits.contains(&bit))
     }
 
-    /// The bits that the left stage drives and that the target drives or SETs.
+    /// The bits that the left stage drives and that the target drives or SETs. Goes through the
+    /// bits of the stage that has fewer.
     fn lost(&self, (left, target): Pair) -> Vec<Bit> {
-        let bits = self.driven.get(&left).into_iter().flat_map(BTreeMap::keys).copied();
+        let Some(bits) = self.driven.get(&left) else { return Vec::new() };
+        let (driven, set) = (self.driven.get(&target), self.set.get(&target));
+        if driven.map_or(0, BTreeMap::len) + set.map_or(0, BTreeSet::len) < bits.len() {
+            let driven = driven.into_iter().flat_map(BTreeMap::keys);
+            let written: BTreeSet<Bit> = driven.chain(set.into_iter().flatten()).copied().collect();
+            return written
+                .into_iter()
+                .filter(|bit| bits.contains_key(bit))
+                .take(LOST_MAX)
+                .collect();
+        }
+        let bits = bits.keys().copied();
         bits.filter(|bit| self.drives(target, *bit) || self.sets(target, *bit))
             .take(LOST_MAX)
             .collect()
@@ -162,9 +207,9 @@ fn finding(
 }
 
 /// The help: a program to paste, which drives the bits from the bits of the stages.
-fn help(context: &Context, stages: &Stages, block: &Block, lost: &[Bit]) -> String {
+fn help<'a>(context: &Context<'a>, stages: &Stages<'a>, block: &Block, lost: &[Bit]) -> String {
     let mut name = format!("{}Outputs", block.name);
-    while context.program.blocks.iter().any(|b| b.name == name) {
+    while stages.block_names.contains(name.as_str()) {
         name.push('2');
     }
     let bits: Vec<String> = lost.iter().map(|b| context.name(Address::Bit(*b))).collect();
@@ -184,17 +229,12 @@ fn help(context: &Context, stages: &Stages, block: &Block, lost: &[Bit]) -> Stri
 }
 
 /// The stages that turn the bit ON, with the conditions of their OUTs if they can be printed.
-fn condition(context: &Context, stages: &Stages, block: &Block, bit: Bit) -> String {
-    let in_stages = |p: &Placed| p.place.block.id == block.id && p.place.stage.is_some();
-    let drivers: Vec<&Placed> =
-        context.drivers_of(bit).iter().map(|d| &d.placed).filter(|p| in_stages(p)).collect();
-    let outs = drivers.iter().all(|p| p.mnemonic() == Mnemonic::Out)
-        && !block.stages.iter().any(|stage| stages.sets(stage.id, bit));
-    let powers = drivers.iter().map(|p| context.power_from_outside(&p.place).filter(|_| outs));
+fn condition<'a>(context: &Context<'a>, stages: &Stages<'a>, block: &Block, bit: Bit) -> String {
+    let Some(of) = stages.of_blocks.get(&(block.id, bit)) else { return String::new() };
+    let power = |placed: &Placed<'a>| context.power_from_outside(&placed.place);
+    let powers = of.drivers.iter().map(|placed| power(placed).filter(|_| !of.has_non_out));
     context.any_of(powers).unwrap_or_else(|| {
-        let ids = block.stages.iter().map(|stage| stage.id);
-        let ids = ids.filter(|id| stages.drives(*id, bit) || stages.sets(*id, bit));
-        let names = ids.take(STAGES_MAX).map(|id| context.name(Address::Bit(Bit::Stage(id))));
+        let names = of.stages.iter().map(|id| context.name(Address::Bit(Bit::Stage(*id))));
         names.collect::<Vec<_>>().join(" | ")
     })
 }
@@ -312,7 +352,7 @@ mod tests {
                 21:9 stage-never-entered
                   stage `D` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or
                   SGCONVRG leads to it
-                    enter it, from stage `C` say: `do = ["JMP D"]`
+                    enter it, for example from stage `C`: `do = ["JMP D"]`
                 22:44 out-lost-on-jump-back
                   this jump back turns `Y1` OFF for a scan: stage `D` terminates after
                   stage `B`, which drives it too

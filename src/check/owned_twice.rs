@@ -69,7 +69,7 @@ fn finding(
     let share = match structure {
         Structure::Sensaphone(_) => format!("one CTU and one CTD may share `{name}`"),
         Structure::Counter(_) | Structure::Timer(_) => {
-            format!("`{name}` can be read anywhere, but one instruction alone executes it")
+            format!("`{name}` can be read anywhere, but only one instruction may execute it")
         }
     };
     let help = match free.filter(|_| context.whole) {
@@ -100,12 +100,12 @@ mod tests {
                 5:25 owned-twice
                   timer `T0` is owned twice: by `TMR` in program `Main`, rung 1, and by
                   `ONDTMR` in program `Main`, rung 2
-                    `T0` can be read anywhere, but one instruction alone executes it
+                    `T0` can be read anywhere, but only one instruction may execute it
                     give this one a structure that is free: `T1`
                 6:41 owned-twice
                   timer `T0` is owned twice: by `TMR` in program `Main`, rung 1, and by
                   `TMR` in program `Main`, rung `third`
-                    `T0` can be read anywhere, but one instruction alone executes it
+                    `T0` can be read anywhere, but only one instruction may execute it
                     give this one a structure that is free: `T1`
             "#]],
         );
@@ -135,7 +135,7 @@ mod tests {
                 15:54 owned-twice
                   counter `bottles` (CT0) is owned twice: by `CNT` in program `Main`, rung
                   1, and by `CNTDN` in task `Report`, rung 1
-                    `bottles` can be read anywhere, but one instruction alone executes it
+                    `bottles` can be read anywhere, but only one instruction may execute it
                     give this one a structure that is free: `CT2`
             "#]],
         );

@@ -39,7 +39,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         }
         let message = format!("{} is RST, and nothing ever turns it ON", context.say(address));
         let help = format!(
-            "`SET {}` in a rung that says when; or take the RST out",
+            "`SET {}` in a rung with its condition; or take the RST out",
             context.name(address)
         );
         let finding = Finding::new(Code::ResetNeverSet, bit.span, message);
@@ -66,10 +66,10 @@ mod tests {
             expect![[r#"
                 5:29 reset-never-set
                   `C4` is RST, and nothing ever turns it ON
-                    `SET C4` in a rung that says when; or take the RST out
+                    `SET C4` in a rung with its condition; or take the RST out
                 5:50 reset-never-set
                   `Y0` is RST, and nothing ever turns it ON
-                    `SET Y0` in a rung that says when; or take the RST out
+                    `SET Y0` in a rung with its condition; or take the RST out
             "#]],
         );
     }
@@ -90,7 +90,7 @@ mod tests {
             expect![[r#"
                 7:42 reset-never-set
                   `C1` is RST, and nothing ever turns it ON
-                    `SET C1` in a rung that says when; or take the RST out
+                    `SET C1` in a rung with its condition; or take the RST out
             "#]],
         );
     }

@@ -45,7 +45,10 @@ fn finding(context: &Context, reset: &Placed, structure: Structure) -> Finding {
     let help = if owned.is_empty() {
         format!("add the instruction that it resets, such as {add}")
     } else {
-        format!("owned are {}; or add the instruction that it resets, such as {add}", list(&owned))
+        format!(
+            "structures with an owner are {}; or add the instruction that it resets, such as {add}",
+            list(&owned)
+        )
     };
     Finding::new(Code::ResetWithoutOwner, reset.instruction.span, message)
         .label("nothing to reset")
@@ -69,8 +72,8 @@ mod tests {
             expect![[r#"
                 5:36 reset-without-owner
                   `RSTT` resets `T1`, which no instruction owns
-                    owned are `T0`; or add the instruction that it resets, such as `TMR T1
-                    preset=1s`
+                    structures with an owner are `T0`; or add the instruction that it
+                    resets, such as `TMR T1 preset=1s`
                 6:25 reset-without-owner
                   `RSTCT` resets `CT3`, which no instruction owns
                     add the instruction that it resets, such as `UDCG CT3`

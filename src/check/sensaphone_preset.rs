@@ -86,7 +86,7 @@ fn different(context: &Context, structure: Structure, first: Stated, second: Sta
         second.0.name()
     );
     Finding::new(Code::SensaphonePreset, second.1.span, message)
-        .label("another preset")
+        .label("a different preset")
         .related(first.1.span, "the first")
         .help(format!("leave it out here: `{} {name}`", second.0.name()))
 }

@@ -16,7 +16,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::isa::{Address, Bit, BitSpace};
+use crate::isa::{Address, Bit, BitSpace, NumberRanges};
 use crate::resolve::instruction::{Coil, Target};
 use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
@@ -40,7 +40,15 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }));
     let is_set = |action: &Action| matches!(action, Action::SetElement { on: true, .. });
     let others = context.instructions().filter(|placed| !is_set(placed.action()));
-    off.extend(others.flat_map(|placed| placed.action().written_bits()));
+    let mut arrays = NumberRanges::default();
+    for placed in others {
+        let Some(array) = placed.action().written_array() else { continue };
+        let new = arrays.add(array.numbers(), 0).into_iter().flat_map(|(first, last)| first..=last);
+        off.extend(new.filter_map(|n| match array.space.address(n) {
+            Address::Bit(bit) => Some(bit),
+            Address::Word(_) | Address::Structure(_) => None,
+        }));
+    }
     for placed in context.instructions() {
         let Action::Coil { coil: Coil::Set, bit } = placed.action() else { continue };
         let Located { value: bit, span } = *bit;
@@ -52,8 +60,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         let name = context.name(Address::Bit(bit));
         findings.push(Finding::new(Code::SetNeverReset, span, message).label("stays ON").help(
             format!(
-                "`RST {name}` in a rung that says when, or `OUT {name}` if the bit is to follow \
-                 this rung"
+                "`RST {name}` in a rung with its condition, or `OUT {name}` if the bit is to \
+                 follow this rung"
             ),
         ));
     }
@@ -77,12 +85,12 @@ mod tests {
             expect![[r#"
                 5:29 set-never-reset
                   `C4` is SET, and nothing ever turns it OFF
-                    `RST C4` in a rung that says when, or `OUT C4` if the bit is to follow
-                    this rung
+                    `RST C4` in a rung with its condition, or `OUT C4` if the bit is to
+                    follow this rung
                 5:50 set-never-reset
                   `Y0` is SET, and nothing ever turns it OFF
-                    `RST Y0` in a rung that says when, or `OUT Y0` if the bit is to follow
-                    this rung
+                    `RST Y0` in a rung with its condition, or `OUT Y0` if the bit is to
+                    follow this rung
             "#]],
         );
     }

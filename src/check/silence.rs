@@ -7,7 +7,7 @@
 
 use std::collections::HashSet;
 
-use crate::resolve::program::{Program, Rung};
+use crate::resolve::program::Program;
 use crate::source::finding::{Finding, Severity};
 use crate::source::span::{FileId, Span};
 
@@ -35,11 +35,12 @@ pub fn silence(
 /// The `allow` lists of rungs, in order of place. Rungs do not overlap.
 struct Allows<'a>(Vec<(Span, HashSet<&'a str>)>);
 
-fn rung_allows<'a>(program: &'a Program) -> Allows<'a> {
+fn rung_allows(program: &Program) -> Allows<'_> {
     let rungs = program.parts().flat_map(|part| part.rungs);
     let allowing = rungs.filter(|rung| !rung.allow.is_empty());
-    let names = |rung: &'a Rung| rung.allow.iter().map(String::as_str).collect();
-    let mut allows: Vec<_> = allowing.map(|rung| (rung.extent, names(rung))).collect();
+    let names = allowing
+        .map(|rung| (rung.extent, rung.allow.iter().map(String::as_str).collect::<HashSet<_>>()));
+    let mut allows: Vec<_> = names.collect();
     allows.sort_by_key(|(extent, _)| (extent.file, extent.start));
     Allows(allows)
 }
@@ -85,8 +86,8 @@ mod tests {
             expect![[r#"
                 11:31 set-never-reset
                   `C0` is SET, and nothing ever turns it OFF
-                    `RST C0` in a rung that says when, or `OUT C0` if the bit is to follow
-                    this rung
+                    `RST C0` in a rung with its condition, or `OUT C0` if the bit is to
+                    follow this rung
                 15:22 bare-timer-value
                   `preset=5` of `TMR` has no unit: ms or s?
                     `preset=5ms`, as it is read now, or `preset=5s`

@@ -62,12 +62,16 @@ fn finding(
         others.map(|from| format!("`{}`", context.program.stage(*from).name)).collect();
     let why = match from.as_slice() {
         [] => "no JMP, SGSET, SGDIVRG or SGCONVRG leads to it".to_owned(),
-        _ => format!("only {} leads to it, which is never entered either", list(&from)),
+        _ => {
+            format!("it would be entered only from {}, which is never entered either", list(&from))
+        }
     };
     let before = &block.stages[at.saturating_sub(1)].name;
     let help = match from.as_slice() {
-        [] => format!("enter it, from stage `{before}` say: `do = [\"JMP {}\"]`", stage.name),
-        _ => format!("enter {} from a stage that is", list(&from)),
+        [] => {
+            format!("enter it, for example from stage `{before}`: `do = [\"JMP {}\"]`", stage.name)
+        }
+        _ => format!("enter {} from a stage that is entered", list(&from)),
     };
     let message =
         format!("stage `{}` of program `{}` is never entered: {why}", stage.name, block.name);
@@ -111,11 +115,11 @@ mod tests {
                 17:9 stage-never-entered
                   stage `Alone` of program `Day` is never entered: no JMP, SGSET, SGDIVRG
                   or SGCONVRG leads to it
-                    enter it, from stage `B` say: `do = ["JMP Alone"]`
+                    enter it, for example from stage `B`: `do = ["JMP Alone"]`
                 21:9 stage-never-entered
-                  stage `Behind` of program `Day` is never entered: only `Alone` leads to
-                  it, which is never entered either
-                    enter `Alone` from a stage that is
+                  stage `Behind` of program `Day` is never entered: it would be entered
+                  only from `Alone`, which is never entered either
+                    enter `Alone` from a stage that is entered
             "#]],
         );
     }
@@ -161,7 +165,7 @@ mod tests {
                 31:9 stage-never-entered
                   stage `F` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or
                   SGCONVRG leads to it
-                    enter it, from stage `E` say: `do = ["JMP F"]`
+                    enter it, for example from stage `E`: `do = ["JMP F"]`
             "#]],
         );
     }

@@ -38,6 +38,14 @@ impl Words {
         }
     }
 
+    /// The number of words.
+    pub fn count(self) -> usize {
+        match self {
+            Words::One(_) => 1,
+            Words::Of(array) => array.count as usize,
+        }
+    }
+
     /// All words.
     pub fn each(self) -> impl Iterator<Item = Word> {
         let (one, array) = match self {

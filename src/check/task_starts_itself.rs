@@ -78,7 +78,7 @@ mod tests {
                   task `A` starts itself: `ENTASK` of a task that runs has no effect
                     to run it again and again, in `Main`: `ENTASK A every=1s`
                 10:9 block-never-started
-                  task `B` is never started: the only ENTASK of it stands in itself
+                  task `B` is never started: the only ENTASK of it is in its own rungs
                     start it in a block that runs: `ENTASK B`, or `ENTASK B every=1s`
                 11:34 task-starts-itself
                   task `B` starts itself: it can only be enabled while it runs

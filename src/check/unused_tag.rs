@@ -80,8 +80,7 @@ fn finding(named: &NumberSet<Address>, tag: &Tag) -> Finding {
 /// addresses of the structure.
 fn named(context: &Context) -> NumberSet<Address> {
     let mut named: NumberSet<Address> = context
-        .instructions
-        .iter()
+        .instructions()
         .filter_map(|p| p.action().structure().map(Address::Structure))
         .collect();
     for operand in &context.program.operands {

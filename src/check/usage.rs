@@ -4,7 +4,7 @@
 //! compare, or an operand that an instruction reads. For a MATH, the place is the whole
 //! instruction.
 
-use crate::isa::{Address, Bit, NumberMap, NumberSet, Structure, Word};
+use crate::isa::{Address, Bit, NumberMap, NumberRanges, NumberSet, Structure, Word};
 use crate::resolve::formula::Part;
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{Action, Contact, Tag, Value};
@@ -83,6 +83,7 @@ pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, Effect> {
 
 fn effects(context: &Context) -> NumberMap<Address, Effect> {
     let mut writes = NumberMap::default();
+    let mut arrays = NumberRanges::default();
     for placed in context.instructions() {
         let action = placed.action();
         let only_off = matches!(action, Action::Coil { coil: Coil::Rst, .. });
@@ -91,8 +92,10 @@ fn effects(context: &Context) -> NumberMap<Address, Effect> {
             Some(WrittenOperand::Bit(bit)) => note(&mut writes, Address::Bit(bit), effect),
             Some(WrittenOperand::Word(word)) => note(&mut writes, Address::Word(word), effect),
             Some(WrittenOperand::Array(array)) => {
-                let addresses = array.addresses();
-                addresses.for_each(|address| note(&mut writes, address, Effect::Any));
+                for (first, last) in arrays.add(array.numbers(), 0) {
+                    let addresses = (first..=last).map(|n| array.space.address(n));
+                    addresses.for_each(|address| note(&mut writes, address, Effect::Any));
+                }
             }
             None => {}
         }

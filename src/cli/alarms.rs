@@ -118,7 +118,7 @@ fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, Stri
         .at
         .try_ask(&Request::Recording { from_section: None })
         .map_err(|failure| failure.to_string())?;
-    let bytes = answer.bytes().ok_or("the controller's answer is no recording")?;
+    let bytes = answer.bytes().ok_or("the controller's answer is not a recording")?;
     let recording = Recording::of_bytes(bytes.clone());
     let last = recording.count().checked_sub(1).ok_or("the recording is empty")?;
     let subject = subject(recording.program(last))?;

@@ -40,7 +40,7 @@ enum FleetCommand {
     Alarms(FleetAlarmsArgs),
 }
 
-/// Lists the nodes: state, mode, ladder, forces, overruns, alarms, age of the last word
+/// Lists the nodes: state, mode, ladder, forces, overruns, alarms, age of the last message
 #[derive(Args, Debug)]
 struct FleetStatusArgs {
     #[command(flatten)]
@@ -163,7 +163,9 @@ fn watch(args: &FleetWatchArgs) -> Result<Exit> {
             io::stdout().flush().map_err(Into::into)
         }
         FleetWord::LeftOut(what) => {
-            say_line(&format!("rungd fleet: leaves out messages {what}; the end says how many"));
+            say_line(&format!(
+                "rungd fleet: leaves out messages {what}; their number is printed at the end"
+            ));
             Ok(())
         }
     })?;

@@ -106,7 +106,7 @@ impl BrokerArgs {
             Some(failure) => exit_of(failure),
             None if heard.was_connected => Exit::Ok,
             None => {
-                say_line("rungd fleet: no broker answered by the end: allow more by `--wait`");
+                say_line("rungd fleet: no broker answered in time: allow more time with `--wait`");
                 Exit::Unavailable
             }
         }

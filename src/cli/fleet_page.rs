@@ -30,7 +30,7 @@ const VALUE_CHARS: usize = 200;
 const STATES: [&str; 5] = ["online", "silent", "stale", "offline", "unborn"];
 
 const HEAD: [&str; 8] =
-    ["node", "state", "mode", "ladder", "forces", "overruns", "alarms", "last word"];
+    ["node", "state", "mode", "ladder", "forces", "overruns", "alarms", "last message"];
 
 /// The table of nodes, remarks on some of them, and a list of the parts that were left out.
 pub(super) fn status_page(report: &FleetReport, listened: Duration) -> String {
@@ -70,8 +70,8 @@ fn headline(report: &FleetReport, listened: Duration) -> String {
 /// The text if no message was received. Usually there is a node, so the text names likely causes.
 fn nothing(listened: String) -> String {
     format!(
-        "no edge node was heard in {listened}, and one of rungd says a word every 10s: does it \
-         publish at this broker, may this user read `spBv1.0/#`, is `--group` right?"
+        "no edge node was heard in {listened}; an edge node of rungd sends a message every 10s: \
+         does it publish at this broker, may this user read `spBv1.0/#`, is `--group` right?"
     )
 }
 
@@ -123,7 +123,7 @@ fn remarks(node: &NodeReport) -> Vec<String> {
         say(format!("values may be old: {why}"));
     }
     if node.state == "silent" {
-        say(format!("no word for {}, where one is due every 10s", age(node.age_ms)));
+        say(format!("no message for {}; one is due every 10s", age(node.age_ms)));
     }
     if told.controller == Some(false) {
         say("its controller does not answer its edge node".to_owned());
@@ -136,10 +136,10 @@ fn remarks(node: &NodeReport) -> Vec<String> {
         say(format!("its clock is {} {side} this one", age(ahead.unsigned_abs())));
     }
     if told.history_replaying == Some(true) {
-        say("it sends values of the past now".to_owned());
+        say("it is sending past values".to_owned());
     }
     if let Some(lost) = told.history_lost.filter(|lost| *lost > 0) {
-        say(format!("the changes of {lost} scans are lost: its scan log had them no more"));
+        say(format!("the changes of {lost} scans are lost: its scan log no longer had them"));
     }
     if node.metrics_refused > 0 {
         let count = node.metrics_refused;
@@ -163,10 +163,14 @@ fn verdict(verdict: &LadderVerdict) -> Option<String> {
             let expected: String = expected.chars().take(HASH_CHARS).collect();
             format!("runs ANOTHER ladder than {file} ({expected})")
         }
-        LadderVerdict::Unlisted => "no file says what it should run".to_owned(),
+        LadderVerdict::Unlisted => "no file gives its expected ladder".to_owned(),
         LadderVerdict::Unreadable { file, why } => format!("{file}: {why}"),
-        LadderVerdict::Untold { file } => format!("does not tell what it runs; {file} says it"),
-        LadderVerdict::Missing { file } => format!("was not heard; {file} says what it should run"),
+        LadderVerdict::Untold { file } => {
+            format!("does not report its ladder; {file} gives the expected one")
+        }
+        LadderVerdict::Missing { file } => {
+            format!("was not heard; {file} gives its expected ladder")
+        }
     })
 }
 
@@ -176,13 +180,13 @@ fn foot(report: &FleetReport) -> Vec<String> {
     let (asked, unasked): (Vec<&NodeReport>, _) = unborn.partition(|it| it.asked_ms.is_some());
     match unasked.len() {
         0 => {}
-        1 => lines.push("1 node needs a birth to be known: `--rebirth` asks for it".to_owned()),
-        count => lines.push(format!("{count} nodes need a birth to be known: `--rebirth` asks")),
+        1 => lines.push("1 node needs a birth: `--rebirth` requests it".to_owned()),
+        count => lines.push(format!("{count} nodes need a birth: `--rebirth` requests it")),
     }
     if !asked.is_empty() {
         lines.push(format!(
-            "{} asked for a birth, and none came: allow more by `--wait`, or see whether this \
-             user may publish to `spBv1.0/+/NCMD/+`",
+            "{} got a request for a birth, and sent none: allow more time with `--wait`, or check \
+             that this user may publish to `spBv1.0/+/NCMD/+`",
             nodes(asked.len())
         ));
     }
@@ -207,7 +211,7 @@ pub(super) fn alarms_page(list: &FleetAlarmList, listened: Duration, clock: &Loc
     let mut node = None;
     for row in &list.alarms {
         if node != Some(&row.node) {
-            let state = if row.state == "online" { "" } else { ": its last word" };
+            let state = if row.state == "online" { "" } else { ": as of its last message" };
             lines.push(format!("{} ({}{state})", row.node, row.state));
             node = Some(&row.node);
         }
@@ -239,7 +243,7 @@ fn alarms_headline(list: &FleetAlarmList, listened: Duration) -> String {
         line += &format!(", {gone} went away unacknowledged");
     }
     if !list.unknown.is_empty() {
-        line += &format!("; of {} the alarms are not known", nodes(list.unknown.len()));
+        line += &format!("; the alarms of {} are not known", nodes(list.unknown.len()));
     }
     line
 }
@@ -382,9 +386,9 @@ mod tests {
     #[test]
     fn nothing_heard_is_said() {
         let page = status_page(&FleetView::default().report(0), Duration::from_secs(12));
-        assert!(page.starts_with("no edge node was heard in 12s, and one of rungd"), "{page}");
+        assert!(page.starts_with("no edge node was heard in 12s; an edge node of rungd"), "{page}");
         let alarms = FleetView::default().alarms(0);
         let page = alarms_page(&alarms, Duration::from_secs(12), &LocalClock::here());
-        assert!(page.starts_with("no edge node was heard in 12s, and one of rungd"), "{page}");
+        assert!(page.starts_with("no edge node was heard in 12s; an edge node of rungd"), "{page}");
     }
 }

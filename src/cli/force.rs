@@ -13,7 +13,8 @@ use crate::operator::protocol::{Request, Values};
 /// Forces a bit or word of a running controller: it keeps this value until `unforce`
 ///
 /// A force stays through STOP, RUN and a reload. While it lasts, changes of the value by inputs,
-/// writes and instructions are discarded. `rungd status` lists forces.
+/// writes and instructions are discarded. After `unforce` the value stays until the ladder, a
+/// device or an operator writes it. `rungd status` lists forces.
 #[derive(Args, Debug)]
 pub struct ForceArgs {
     #[command(flatten)]

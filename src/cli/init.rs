@@ -12,6 +12,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 
 use super::exit::Exit;
+use super::terminal::{one_line, print};
 use crate::source::wording::shell_word;
 
 /// Writes a first project: a controller file, a ladder with its tests, a simulated device
@@ -46,14 +47,17 @@ pub fn init(args: &InitArgs) -> Result<Exit> {
         let text = text.replace(SOCKET_OFF, SOCKET_ON);
         write_new(&path, &text).with_context(|| format!("cannot write {}", path.display()))?;
     }
-    let mut out = io::stdout().lock();
+    let mut text = String::new();
     for (name, _) in FILES {
-        writeln!(out, "{}", directory.join(name).display())?;
+        text += &format!("{}\n", one_line(&directory.join(name).display().to_string()));
     }
     let directory = shell_word(&directory.display().to_string());
-    writeln!(out, "\nRun it with `cd {directory} && rungd run controller.toml`; Ctrl-C stops it.")?;
-    writeln!(out, "In a second shell there, `rungd status` tells how it is.")?;
-    writeln!(out, "`rungd test` runs the tests of its ladder.")?;
+    text += &format!(
+        "\nRun it with `cd {directory} && rungd run controller.toml`; Ctrl-C stops it.\nIn a \
+         second shell there, `rungd status` prints its state.\n`rungd test` runs the tests of its \
+         ladder.\n"
+    );
+    print(&text)?;
     Ok(Exit::Ok)
 }
 

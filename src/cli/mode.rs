@@ -40,9 +40,12 @@ pub fn mode(args: &ModeArgs) -> Result<Exit> {
     };
     args.at.print(&change, || text(&change))?;
     let after = &change.after;
-    let wanted = if args.to == ModeWanted::Run { "RUN" } else { "STOP" };
+    let wanted = args.to.name();
     if after != wanted {
-        say_line(&format!("rungd: {wanted} was asked for, and it is in {after}: the log says why"));
+        say_line(&format!(
+            "rungd: {wanted} was requested, but the controller is in {after}: the log has the \
+             reason"
+        ));
         return Ok(Exit::Refused);
     }
     if let Some(why) = &change.not_kept {

@@ -65,23 +65,24 @@ impl OperatorArgs {
     pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
         let socket = client::socket(self.socket.clone());
         let waits = |why: &str| say_line(&format!("rungd: {why}"));
-        client::ask_and_tell(&socket, request, &waits).map_err(|failure| {
-            let exit = exit_of(&failure);
-            if self.json {
-                let kind = kind_of(&failure);
-                let message = failure.to_string();
-                let error = serde_json::json!({ "error": { "kind": kind, "message": message } });
-                let _ = writeln!(io::stdout(), "{}", plain_json(&error.to_string()));
-            } else if let CallFailure::Refused(Refusal { kind: RefusalKind::BadFiles, message }) =
-                &failure
-            {
-                say(&format!("{}\n", message.trim_end()));
-                say("rungd: the files cannot be run as they are; nothing is changed\n");
-            } else {
-                say_line(&format!("rungd: {failure}"));
-            }
-            exit
-        })
+        client::ask_and_tell(&socket, request, &waits).map_err(|failure| self.tell(&failure))
+    }
+
+    /// Prints a refusal or failure, and returns its exit code.
+    pub fn tell(&self, failure: &CallFailure) -> Exit {
+        if self.json {
+            let (kind, message) = (kind_of(failure), failure.to_string());
+            let error = serde_json::json!({ "error": { "kind": kind, "message": message } });
+            let _ = writeln!(io::stdout(), "{}", plain_json(&error.to_string()));
+        } else if let CallFailure::Refused(Refusal { kind: RefusalKind::BadFiles, message }) =
+            failure
+        {
+            say(&format!("{}\n", message.trim_end()));
+            say("rungd: the files cannot be run as they are; nothing is changed\n");
+        } else {
+            say_line(&format!("rungd: {failure}"));
+        }
+        exit_of(failure)
     }
 
     /// Prints an answer as JSON or as text.

@@ -193,7 +193,7 @@ impl RecordInfo {
 
     fn proof(&self) -> &'static str {
         if self.begins_run {
-            "with RUN: every hash is computed from its beginning"
+            "with the start of RUN: every hash can be computed from there"
         } else {
             "within RUN or STOP: with a recorded image of memory"
         }

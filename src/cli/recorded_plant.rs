@@ -93,7 +93,7 @@ impl RecordedPlants {
         match plant {
             Some(Ok(plant)) => Ok(Engine::new(plant.engine.clone())),
             Some(Err(why)) => Err(why.clone()),
-            None => Err("it is outside of the part that was asked for".to_owned()),
+            None => Err("it is outside of the requested part".to_owned()),
         }
     }
 

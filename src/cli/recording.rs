@@ -22,7 +22,7 @@ use crate::runtime::{NumberedCall, scan_begins};
 pub(super) fn live(at: &OperatorArgs) -> Result<Recording, Exit> {
     let answer: RecordingBytes = at.ask(&Request::Recording { from_section: None })?;
     let Some(bytes) = answer.bytes() else {
-        say_line("rungd: the controller's answer is no recording");
+        say_line("rungd: the controller's answer is not a recording");
         return Err(Exit::Unavailable);
     };
     Ok(Recording::of_bytes(bytes))
@@ -96,7 +96,7 @@ impl RecordedStretch {
         }
         let process = |at: usize| recording.program(at).process_start_ns;
         if process(first) != process(first - 1) {
-            return Some("rungd started anew".to_owned());
+            return Some("rungd was restarted".to_owned());
         }
         let read = recording.read(first).ok().flatten();
         Some(match read.map_or(0, |(_, body)| body.lost) {

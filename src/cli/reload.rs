@@ -1,8 +1,7 @@
 //! `rungd reload` and `rungd rollback`: change the running program without a stop, and return to
 //! the previous one.
 
-use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
@@ -12,8 +11,11 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, say, say_line};
-use crate::daemon;
-use crate::operator::protocol::{Reloaded, Request};
+use crate::daemon::{self, SocketPlace, config};
+use crate::operator::client::{self, CallFailure};
+use crate::operator::protocol::{Refusal, RefusalKind, Reloaded, Request, is_run};
+use crate::progress::Progress;
+use crate::source::render::Style;
 
 /// Makes the running controller read its files again and continue with the program in them
 ///
@@ -28,7 +30,8 @@ pub struct ReloadArgs {
     /// Use the socket that this controller file names, or that systemd's environment names
     #[arg(long, value_name = "CONTROLLER.toml")]
     controller: Option<PathBuf>,
-    /// If no controller answers there, send SIGHUP to this process; the log has the outcome
+    /// The controller's process: if no controller answers there, it receives SIGHUP, and the log
+    /// has the outcome; a different process that answers there is refused
     #[arg(long, value_name = "PID", requires = "controller", conflicts_with = "dry_run")]
     pid: Option<i32>,
 }
@@ -51,18 +54,73 @@ pub struct RollbackArgs {
 pub fn reload(args: &ReloadArgs) -> Result<Exit> {
     let request = Request::Reload { dry_run: args.dry_run };
     let Some(controller) = &args.controller else { return ask(&args.at, &request) };
-    let socket = daemon::operator_socket(controller);
-    if let Some(pid) = args.pid
-        && socket.as_ref().is_none_or(|socket| UnixStream::connect(socket).is_err())
-    {
-        return hang_up(pid);
+    let place = daemon::operator_socket(controller);
+    if let Some(pid) = args.pid {
+        return reload_process(args, controller, (place, pid));
     }
-    let Some(socket) = socket else {
+    if !place.is_certain
+        && let Some(exit) = refused_files(&args.at, controller)
+    {
+        return Ok(exit);
+    }
+    let Some(socket) = place.path else {
         let file = controller.display();
         say_line(&format!("rungd: {file}: there is no operator's socket; SIGHUP makes it reload"));
         return Ok(Exit::Unavailable);
     };
     ask(&OperatorArgs { socket: socket.into(), ..args.at.clone() }, &request)
+}
+
+/// Reloads the controller of this process: at the socket if the process answers there, else by
+/// SIGHUP. Before SIGHUP the files are checked here, because a signal has no answer.
+fn reload_process(
+    args: &ReloadArgs,
+    controller: &Path,
+    (place, pid): (SocketPlace, i32),
+) -> Result<Exit> {
+    let SocketPlace { path, is_certain } = place;
+    let listener = match path.as_deref().map(client::listener) {
+        None | Some(Err(CallFailure::NotRunning(..) | CallFailure::NotAllowed(..))) => None,
+        Some(Ok(process)) => Some(process),
+        Some(Err(failure)) => return Ok(args.at.tell(&failure)),
+    };
+    let is_own = listener == Some(Some(pid));
+    if !is_own
+        && (listener.is_none() || !is_certain)
+        && let Some(exit) = refused_files(&args.at, controller)
+    {
+        return Ok(exit);
+    }
+    match (path, listener) {
+        (Some(socket), Some(_)) if is_own => {
+            let at = OperatorArgs { socket: socket.into(), ..args.at.clone() };
+            ask(&at, &Request::Reload { dry_run: false })
+        }
+        (Some(socket), Some(process)) => Ok(different_process(&socket, process, pid)),
+        (Some(_), None) | (None, _) => hang_up(pid),
+    }
+}
+
+/// Prints the findings if the files cannot be run as they are; returns the exit code.
+fn refused_files(at: &OperatorArgs, controller: &Path) -> Option<Exit> {
+    let style = Style { color: false, deny_warnings: false };
+    let findings = match config::load(controller, style, &Progress::default()) {
+        Ok(Ok(_)) => return None,
+        Ok(Err(findings)) => findings,
+        Err(failure) => format!("{failure:#}"),
+    };
+    Some(at.tell(&CallFailure::Refused(Refusal::new(RefusalKind::BadFiles, findings))))
+}
+
+/// Refuses to reload the controller of a different process than the named one.
+fn different_process(socket: &Path, process: Option<i32>, pid: i32) -> Exit {
+    let process = process.map_or("a different process".to_owned(), |pid| format!("process {pid}"));
+    say_line(&format!(
+        "rungd: {process} answers at {}, not process {pid}: nothing is reloaded; does `[operator] \
+         socket` name the socket of a different controller?",
+        socket.display()
+    ));
+    Exit::Unavailable
 }
 
 /// Makes a process without a socket reload, by SIGHUP. The result is only in the log.
@@ -119,8 +177,10 @@ fn text(done: &Reloaded) -> String {
 fn end(done: &Reloaded) -> String {
     let (ladder, mode) = (one_line(&done.ladder), &done.mode);
     match done.swap_us {
-        _ if done.same => "nothing changed: the files are those that run already\n".to_owned(),
-        Some(us) if mode == "RUN" => {
+        _ if done.same => {
+            "nothing changed: the files are those of the running program\n".to_owned()
+        }
+        Some(us) if is_run(mode) => {
             format!("`{ladder}` runs now: the swap between two scans took {us} us\n")
         }
         Some(us) => format!(

@@ -26,8 +26,8 @@ use crate::source::span::SourceFile;
 use crate::source::wording::{counted, thousands};
 
 /// The last sentence of every report.
-const OPEN_LOOP: &str = "open loop: the inputs are as they were recorded; where the plant would \
-    have answered to other outputs, it does not here\n";
+const OPEN_LOOP: &str = "open loop: the inputs are the recorded ones; the reaction of the plant to \
+                         different outputs is not simulated\n";
 
 /// Replays with different ladder files.
 ///
@@ -101,8 +101,8 @@ fn remarks(
     let mut text = String::new();
     if twin.carried > 1 {
         text.push_str(&format!(
-            "the recording has gaps: behind each of {} the new program began from the old one's \
-             memory again\n",
+            "the recording has gaps ({}): after each, the new program started again from the old \
+             program's memory\n",
             thousands(twin.carried - 1)
         ));
     }

@@ -51,8 +51,8 @@ pub struct RunArgs {
     /// Count restarts after unclean ends in FILE (default: in systemd's RUNTIME_DIRECTORY)
     #[arg(long, value_name = "FILE")]
     restart_guard: Option<PathBuf>,
-    /// Record what comes in, scan by scan, in the folder DIR (default: `[record] dir`; without both
-    /// the last minute is kept in memory alone)
+    /// Record the inputs and writes of each scan in the folder DIR (default: `[record] dir`;
+    /// without both, only the last minute is kept, in memory)
     #[arg(long, value_name = "DIR", env = "RUNGD_RECORD")]
     record: Option<PathBuf>,
     /// The time in RUN after which the count of restarts begins again
@@ -118,7 +118,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
     else {
         return Ok(Exit::Ok);
     };
-    let (program, setup) = match loaded? {
+    let settled = match loaded? {
         Ok(settled) => settled,
         Err(why) => return Ok(refuse(args, &why)),
     };
@@ -134,7 +134,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
             (false, false) => None,
         },
     };
-    match daemon::run(host, program, setup, &options, guard) {
+    match daemon::run(host, settled, &options, guard) {
         Ok(Ending::Orderly) => Ok(Exit::Ok),
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
         Ok(Ending::MemoryLost) => Ok(Exit::Io),

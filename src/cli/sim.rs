@@ -142,7 +142,7 @@ fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -
     let run = |trace: &mut dyn Trace| -> Result<()> {
         let mut counted = CountedTrace { trace, scans: 0 };
         lowered.run(program, (simulation, stimulus), &mut counted)?;
-        warn_of_rows(args, &rows, (counted.scans, planned));
+        warn_of_rows(args, &rows, counted.scans, planned);
         Ok(())
     };
     let mut trace = TraceFile::create(&args.trace, &watched)?;
@@ -169,7 +169,7 @@ impl Trace for CountedTrace<'_> {
 }
 
 /// Warns of the rows of the stimulus after the last executed scan.
-fn warn_of_rows(args: &SimArgs, rows: &StimulusRows, (executed, planned): (u64, u64)) {
+fn warn_of_rows(args: &SimArgs, rows: &StimulusRows, executed: u64, planned: u64) {
     let (Some(path), Some(row)) = (&args.stimulus, rows.left_out(executed, planned)) else {
         return;
     };

@@ -10,7 +10,7 @@ use super::terminal::one_line;
 use crate::daemon::span;
 use crate::operator::protocol::{
     Alarm, AlarmState, BlockStatus, LogState, Posture, Record, Request, Retain, Scan, Spread,
-    Status,
+    Status, is_run,
 };
 
 /// The width of the longest bar, in characters.
@@ -39,8 +39,7 @@ pub fn status(args: &StatusArgs) -> Result<Exit> {
         Err(exit) => return Ok(exit),
     };
     args.at.print(&status, || page(&status, args.histogram))?;
-    let runs = status.mode == "RUN";
-    Ok(if args.require_run && !runs { Exit::Refused } else { Exit::Ok })
+    Ok(if args.require_run && !is_run(&status.mode) { Exit::Refused } else { Exit::Ok })
 }
 
 /// The text. The most important lines come first: the mode, the program, alarms, forces.
@@ -66,7 +65,7 @@ fn page(status: &Status, histogram: bool) -> String {
     ];
     lines.extend(rows("alarms", status.alarms.iter().map(alarm_line).collect()));
     lines.extend(rows("forces", table(&status.forces).lines().map(str::to_owned).collect()));
-    if status.mode != "RUN" {
+    if !is_run(&status.mode) {
         lines.extend(rows("outputs", outputs(status)));
     }
     lines.extend(rows("devices", devices(status)));
@@ -89,7 +88,7 @@ fn outputs(status: &Status) -> Vec<String> {
         true => vec!["at their safe values, as in memory".to_owned()],
         false => {
             let rows = table(&status.outputs);
-            let head = "at their safe values; memory holds something else of these:".to_owned();
+            let head = "at their safe values; these differ from memory:".to_owned();
             [head].into_iter().chain(rows.lines().map(str::to_owned)).collect()
         }
     }
@@ -199,7 +198,7 @@ fn retain_lines(retain: &Retain) -> Vec<String> {
     lines.push(format!("{writes} written, the last in {flush}, the longest {longest}"));
     let budget = retain.budget_per_day / 1_000_000;
     lines.push(match retain.bytes_per_day {
-        Some(bytes) => format!("{} MB a day as it goes, budget {budget}", bytes / 1_000_000),
+        Some(bytes) => format!("{} MB a day at this rate, budget {budget}", bytes / 1_000_000),
         None => format!("wear not measured yet, budget {budget} MB a day"),
     });
     lines.extend(retain.failing.iter().map(|why| format!("NOT WRITTEN at present: {why}")));

@@ -147,7 +147,7 @@ fn finish(args: &TestArgs, files: &[FileVerdicts], coverage: &Coverage) -> Resul
         if args.coverage {
             print(&coverage.text())?;
         }
-        print(&summary(files, (tests, failed)))?;
+        print(&summary(files, tests, failed))?;
     }
     if tests == 0 && args.filter.is_some() {
         say("warning: no test's name contains the text of --filter\n");
@@ -204,7 +204,7 @@ fn counts(tests: usize, failed: usize) -> String {
     }
 }
 
-fn summary(files: &[FileVerdicts], (tests, failed): (usize, usize)) -> String {
+fn summary(files: &[FileVerdicts], tests: usize, failed: usize) -> String {
     if files.len() == 1 {
         return String::new();
     }

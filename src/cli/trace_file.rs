@@ -75,9 +75,10 @@ impl ValueTrace for TraceFile<'_> {
 /// The command line is wrong.
 pub(super) fn refuse_changes(changes: bool, trace: &Path) -> Result<()> {
     match extension(trace) {
-        Some(form @ ("svg" | "vcd")) if changes => {
-            Err(CommandLine(format!("--changes is for CSV: a .{form} shows changes alone")).into())
-        }
+        Some(form @ ("svg" | "vcd")) if changes => Err(CommandLine(format!(
+            "--changes is for CSV: a .{form} file shows only changes anyway"
+        ))
+        .into()),
         Some(_) | None => Ok(()),
     }
 }
@@ -92,9 +93,7 @@ pub(super) fn refuse_other_forms(option: &str, trace: &Path) -> Result<()> {
         _ if trace == Path::new("-") || trace.starts_with("/dev") => Ok(()),
         Some("csv" | "svg" | "vcd") => Ok(()),
         _ => {
-            let words = format!(
-                "{option} {name}: the ending says the form, and is `.csv`, `.svg` or `.vcd`"
-            );
+            let words = format!("{option} {name}: the ending must be `.csv`, `.svg` or `.vcd`");
             Err(CommandLine(words).into())
         }
     }

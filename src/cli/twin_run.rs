@@ -141,13 +141,14 @@ impl<'a> TwinRun<'a> {
         let goes_on = self.at.take() == Some(at) && self.recording.follows(at);
         let read = self.recording.read(at).map_err(|error| error.to_string())?;
         let (base, body) = read.ok_or("its bytes are damaged")?;
-        self.prepare((at, goes_on), base.as_ref(), &body)?;
+        self.prepare(at, goes_on, base.as_ref(), &body)?;
         Ok(body)
     }
 
     fn prepare(
         &mut self,
-        (at, goes_on): (usize, bool),
+        at: usize,
+        goes_on: bool,
         base: Option<&EngineState>,
         body: &SectionBody,
     ) -> Result<(), String> {

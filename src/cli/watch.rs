@@ -109,7 +109,7 @@ fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String
     if lines.len() > room {
         let hidden = lines.len() - (room - 1);
         lines.truncate(room - 1);
-        lines.push(format!("… {hidden} more: the window is too low"));
+        lines.push(format!("… {hidden} more: the window has too few lines"));
     }
     for line in lines {
         // The last column stays empty too: the sequence that clears the rest of the line would

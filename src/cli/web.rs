@@ -115,7 +115,7 @@ fn asked() -> Result<String> {
     say("\n");
     let first = first?;
     if first != second? {
-        bail!("these are two passwords: nothing is changed");
+        bail!("the two passwords differ: nothing is changed");
     }
     Ok(first)
 }

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use super::settings::Controller;
 use super::written::WrittenController;
-use crate::isa::{Address, Bit, BitSpace, Space};
+use crate::isa::{Address, Bit, BitSpace, NumberRanges, Space};
 use crate::progress::Progress;
 use crate::resolve::program::{Instruction, Program};
 use crate::source::finding::{Code, Finding};
@@ -37,15 +37,11 @@ fn long_period(written: &WrittenController, controller: &Controller) -> Option<F
     let message = format!("scans are {seconds} s apart");
     let finding = Finding::new(Code::LongPeriod, written.scan.period_ms.span, message);
     let finding = finding.label("an input must last longer than this to be seen");
-    Some(finding.help("most plants want milliseconds: `period = \"10ms\"`"))
+    Some(finding.help("most plants need milliseconds: `period = \"10ms\"`"))
 }
 
 /// The warnings for outputs whose `hold` a termination pass overrides.
-fn held_but_reset(
-    controller: &Controller,
-    program: &Program,
-    progress: &Progress,
-) -> Vec<Finding> {
+fn held_but_reset(controller: &Controller, program: &Program, progress: &Progress) -> Vec<Finding> {
     let mut found = Vec::new();
     if controller.outputs_hold.is_empty() {
         return found;
@@ -55,19 +51,25 @@ fn held_but_reset(
     for named in &program.operands {
         names.entry(named.address).or_insert(&named.name);
     }
+    let mut outputs = NumberRanges::default();
     for held in &controller.outputs_hold {
-        for y in progress.during(held.first..=held.last) {
+        let new = outputs.add(held.numbers(), 0).into_iter();
+        for y in progress.during(new.flat_map(|(first, last)| first..=last)) {
             let output = Bit::Space(BitSpace::Y, y);
             let Some(driver) = drivers.get(&output) else { continue };
             let name = driver.mnemonic.spec().name;
             let called = names.get(&Address::Bit(output));
             let called = called.map_or_else(|| output.to_string(), |name| (*name).to_owned());
-            let message =
-                format!("`{called}` is to be held, but a stop turns OFF what `{name}` drives");
+            let message = format!(
+                "`{called}` is in `hold`, but a stop turns OFF every output that `{name}` drives"
+            );
             let finding = Finding::new(Code::HeldButReset, driver.span, message)
-                .label("OFF at every stop; held in FAULT alone")
+                .label("OFF at every stop; held only in FAULT")
                 .related(held.span, "held here")
-                .help("drive a held output by SET and RST; or say `on`, or nothing, which is OFF");
+                .help(
+                    "drive a held output with SET and RST; or list it in `on`; or remove it from \
+                     `hold`, then it is OFF",
+                );
             found.push(finding);
         }
     }
@@ -106,7 +108,7 @@ fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option
         .label("without an operator's socket")
         .related(range, "retained here");
     Some(finding.help(
-        "write `[retain] cold-start = \"run\"`; or start it the first time by `rungd run \
-         --cold-start run FILE`; or let it have its socket",
+        "write `[retain] cold-start = \"run\"`; or start it the first time with `rungd run \
+         --cold-start run FILE`; or enable the socket",
     ))
 }

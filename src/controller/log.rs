@@ -201,7 +201,7 @@ fn kept(event: &Event, text: &Text) -> Finding {
         event.level.name()
     );
     Finding::new(Code::KeptEvent, text.span, message)
-        .label("a fault, mode, alarm, loss or change is told at info, warn or error")
+        .label("a fault, mode, alarm, loss or change is logged at info, warn or error")
         .help(help)
 }
 

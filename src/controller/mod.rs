@@ -32,7 +32,7 @@ use written::WrittenController;
 pub use written::read;
 pub(crate) use written::{read_within, shape};
 
-use crate::isa::{BitSpace, Space};
+use crate::isa::{BitSpace, NumberRanges, Space};
 use crate::progress::{Progress, UNASKED};
 use crate::resolve::program::Program;
 use crate::resolve::range::Range;
@@ -109,8 +109,12 @@ pub(crate) fn resolve_controller_within(
 impl Resolver<'_> {
     /// Reports ranges of outputs that are to be held and to be ON.
     fn held_and_on(&mut self, held: &[Range], on: &[Range]) {
+        let mut outputs = NumberRanges::default();
+        for (at, on) in self.progress.during(on).enumerate() {
+            outputs.add(on.numbers(), at);
+        }
         for held in self.progress.during(held) {
-            if let Some(on) = on.iter().find(|on| on.overlaps(held)) {
+            if let Some(on) = outputs.first_in(held.numbers()).map(|at| &on[at]) {
                 let message = format!("`{held}` is to be held, and `{on}` to be ON");
                 let finding = Finding::new(Code::Controller, held.span, message);
                 self.findings.push(finding.related(on.span, "ON here"));

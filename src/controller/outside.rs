@@ -6,7 +6,8 @@
 use super::device::{Device, DriverSettings, Output};
 use super::settings::Controller;
 use crate::check::{Outside, Read};
-use crate::isa::{Address, Bit, BitSpace};
+use crate::isa::{Address, Bit, BitSpace, NumberRanges};
+use crate::resolve::operands::numbers;
 
 impl Controller {
     /// The bits and words that are written from outside, and the reads from outside.
@@ -18,9 +19,11 @@ impl Controller {
         let moved = moved.chain(self.rules.iter().map(|rule| x(rule.input)));
         let moved = moved.chain(self.web.write.iter().map(|(_, address)| *address));
         let moves_x = |device: &&Device| device.inputs.iter().any(|input| is_x(input.address));
-        let (mut listed, mut image) = (Vec::new(), Vec::new());
+        let (mut listed, mut image) = (NumberRanges::default(), Vec::new());
         if let Some(server) = &self.modbus {
-            listed.extend(server.lists.iter().flat_map(|list| list.ranges.iter().cloned()));
+            for operands in server.lists.iter().flat_map(|list| &list.ranges) {
+                listed.add(numbers(operands.first, operands.count), 0);
+            }
             image.extend(server.inputs.iter().flat_map(|(coils, inputs)| [*coils, *inputs]));
         }
         Outside {
@@ -43,26 +46,25 @@ impl Controller {
             let is_simulated = matches!(device.driver, DriverSettings::Simulated(_));
             let is_judged = |output: &&Output| !is_simulated || is_y(output.address);
             for output in device.outputs.iter().filter(is_judged) {
-                // All outputs of a row have the row's place.
+                // All outputs of a row have the row's place, and consecutive addresses.
                 match reads[first..].last_mut().filter(|read| read.span == output.span) {
-                    Some(read) => read.addresses.push(output.address),
+                    Some(read) => read.count += 1,
                     None => {
-                        let reader = format!("device `{}` takes it", device.name);
-                        reads.push(Read::new(vec![output.address], output.span, reader));
+                        let reader = format!("device `{}` receives it", device.name);
+                        reads.push(Read::new((output.address, 1), output.span, reader));
                     }
                 }
             }
         }
         for rule in &self.rules {
-            let reader = format!("`X{}` moves by it", rule.input);
+            let reader = format!("`X{}` depends on it", rule.input);
             let of_rule = rule.reads();
-            reads.extend(
-                of_rule.map(|(bit, at)| Read::new(vec![Address::Bit(bit)], at, reader.clone())),
-            );
+            let read = |(bit, at)| Read::new((Address::Bit(bit), 1), at, reader.clone());
+            reads.extend(of_rule.map(read));
         }
         for entry in self.modbus.iter().flat_map(|server| &server.entries) {
-            let addresses = entry.operands.addresses().collect();
-            reads.push(Read::new(addresses, entry.span, "Modbus clients read it".to_owned()));
+            let operands = (entry.operands.first, entry.operands.count);
+            reads.push(Read::new(operands, entry.span, "Modbus clients read it".to_owned()));
         }
         reads
     }

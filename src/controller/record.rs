@@ -58,7 +58,7 @@ impl Default for RecordSettings {
 
 /// Reads `[record]`, if there is one.
 pub(super) fn read_in(root: &mut Table<'_>) -> WrittenRecord {
-    let explained = key("record", "The scan log: what came in, scan by scan, for `rungd why`.");
+    let explained = key("record", "The scan log: the inputs of each scan, for `rungd why`.");
     root.table(explained, "`[record]`").map_or_else(WrittenRecord::default, read)
 }
 

@@ -3,10 +3,10 @@
 use crate::isa::{Address, Bit, BitSpace, Space};
 use crate::progress::Progress;
 use crate::resolve::range::{Range, resolve_range};
-use crate::resolve::scope::Scope;
+use crate::resolve::scope::{LookUp, Scope, Thing};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
-use crate::source::span::Located;
+use crate::source::span::{Located, Span};
 
 /// The spaces that a key's ranges may name.
 pub struct AllowedSpaces<'a> {
@@ -32,14 +32,14 @@ impl Resolver<'_> {
         let range = match resolve_range(&self.scope, text) {
             Ok(range) => range,
             Err(finding) => {
-                let help = || format!("it is in no ladder; here stand {}", wanted.words);
+                let help = || format!("no ladder declares it; this key accepts {}", wanted.words);
                 self.findings.push(finding.declared_as(help));
                 return None;
             }
         };
         if !wanted.spaces.contains(&range.space) {
             let (name, words) = (text.text.trim(), wanted.words);
-            let message = format!("`{name}`: only {words} can stand here");
+            let message = format!("`{name}`: this key accepts only {words}");
             let finding = Finding::new(wanted.code, text.span, message);
             self.findings.push(match wanted.spaces {
                 [Space::Bit(BitSpace::Y)] => {
@@ -61,18 +61,24 @@ impl Resolver<'_> {
         ms.value.max(1).unsigned_abs()
     }
 
+    /// The address of a name, or the reason why it has none. `None` after a finding about the name.
+    pub fn address(&mut self, name: &str, span: Span) -> Option<Result<Address, String>> {
+        match self.scope.look_up(name) {
+            Ok(LookUp { thing: Thing::Address(address), .. }) => Some(Ok(address)),
+            Ok(_) => Some(self.scope.address(name)),
+            Err(mistake) => {
+                self.findings.extend(mistake.finding(span));
+                None
+            }
+        }
+    }
+
     pub fn bit(&mut self, name: Option<&Text>) -> Option<Bit> {
         let name = name?;
-        let message = match self.scope.address(&name.text) {
+        let message = match self.address(&name.text, name.span)? {
             Ok(Address::Bit(bit)) => return Some(bit),
             Ok(_) => format!("`{}` is not a bit", name.text),
-            Err(message) => match self.scope.look_up(&name.text) {
-                Ok(_) => message,
-                Err(mistake) => {
-                    self.findings.extend(mistake.finding(name.span));
-                    return None;
-                }
-            },
+            Err(message) => message,
         };
         self.findings.push(Finding::new(Code::Controller, name.span, message));
         None

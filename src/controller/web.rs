@@ -2,6 +2,8 @@
 //! panels that the owner of the controller lays out. The daemon does not use them: `rungd web`
 //! reads them from the controller file of the running program.
 
+use std::collections::{HashMap, HashSet};
+
 use super::resolver::Resolver;
 use crate::isa::{Address, Bit, BitSpace};
 use crate::source::finding::{Code, Finding};
@@ -159,7 +161,7 @@ fn read_widget(mut table: Table<'_>) -> WrittenWidget {
     let widget = WrittenWidget {
         span,
         shows,
-        text: table.string(key("text", "What stands at it; the operand if not given.")),
+        text: table.string(key("text", "Its label; the operand if not given.")),
         min: table.integer(key("min", "The value at the left end of a bar."), ENDS),
         max: table.integer(key("max", "The value at the right end of a bar."), ENDS),
     };
@@ -182,17 +184,19 @@ pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver<'_>) -> WebS
             resolver.findings.push(finding.help(help));
         }
     }
+    let writable: HashSet<Address> = web.write.iter().map(|(_, address)| *address).collect();
+    let mut firsts: HashMap<&str, Span> = HashMap::new();
     for panel in progress.during(&written.panels) {
         let Some(name) = &panel.name else { continue };
-        if let Some(other) = web.panels.iter().position(|known| known.name == name.text) {
+        if let Some(first) = firsts.get(name.text.as_str()) {
             let message = format!("a second panel `{}`", name.text);
             let finding = Finding::new(Code::Controller, name.span, message);
-            let first = written.panels[other].span;
-            resolver.findings.push(finding.related(first, "the first one"));
+            resolver.findings.push(finding.related(*first, "the first one"));
             continue;
         }
+        firsts.insert(&name.text, panel.span);
         let widgets = progress.during(&panel.show);
-        let show = widgets.filter_map(|of| widget(of, &web.write, resolver)).collect();
+        let show = widgets.filter_map(|of| widget(of, &writable, resolver)).collect();
         web.panels.push(Panel { name: name.text.clone(), show });
     }
     web
@@ -212,28 +216,22 @@ fn may_write(address: Address) -> bool {
 /// The bit or word of a name.
 fn operand(text: &Text, resolver: &mut Resolver<'_>) -> Option<Address> {
     let name = text.text.trim();
-    match resolver.scope.address(name) {
+    let finding = match resolver.address(name, text.span)? {
         Ok(Address::Structure(_)) => {
             let message = format!("`{name}` is a structure");
             let finding = Finding::new(Code::Controller, text.span, message);
-            resolver.findings.push(finding.help(format!("name a member, as `{name}.Acc`")));
-            None
+            finding.help(format!("name a member, as `{name}.Acc`"))
         }
-        Ok(address) => Some(address),
-        Err(message) => {
-            let finding = match resolver.scope.look_up(name) {
-                Ok(_) => Some(Finding::new(Code::Controller, text.span, message)),
-                Err(mistake) => mistake.finding(text.span),
-            };
-            resolver.findings.extend(finding);
-            None
-        }
-    }
+        Ok(address @ (Address::Bit(_) | Address::Word(_))) => return Some(address),
+        Err(message) => Finding::new(Code::Controller, text.span, message),
+    };
+    resolver.findings.push(finding);
+    None
 }
 
 fn widget(
     written: &WrittenWidget,
-    write: &[(String, Address)],
+    writable: &HashSet<Address>,
     resolver: &mut Resolver<'_>,
 ) -> Option<Widget> {
     let mut wrong = |span: Span, message: String, help: String| {
@@ -282,7 +280,7 @@ fn widget(
         WidgetKind::Bar if is_bit => {
             return wrong(format!("`{name}` is a bit"), "write a `lamp`".into());
         }
-        WidgetKind::Button if !write.iter().any(|(_, of)| *of == address) => {
+        WidgetKind::Button if !writable.contains(&address) => {
             let message = format!("nobody may write `{name}`: this button would do nothing");
             return wrong(message, format!("list it: `[web]` with `write = [\"{name}\"]`"));
         }

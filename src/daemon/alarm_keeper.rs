@@ -34,13 +34,21 @@ pub(super) struct BookKeeper {
     lost: bool,
 }
 
+/// The time of a change: its scan.
+#[derive(Clone, Copy)]
+pub(super) struct EdgeTime {
+    pub scan: u64,
+    /// The time of the scan (CLOCK_MONOTONIC).
+    pub at_ns: u64,
+}
+
 impl BookKeeper {
     pub fn new(book: SharedBook) -> BookKeeper {
         BookKeeper { book, waiting: Vec::new(), lost: false }
     }
 
-    /// Notes that an alarm went ON or OFF, in a scan of this time (CLOCK_MONOTONIC).
-    pub fn edge(&mut self, number: u32, on: bool, (scan, at_ns): (u64, u64)) {
+    /// Notes that an alarm went ON or OFF.
+    pub fn edge(&mut self, number: u32, on: bool, EdgeTime { scan, at_ns }: EdgeTime) {
         if self.waiting.len() >= WAITING_MAX {
             self.lost = true;
             return;
@@ -123,7 +131,7 @@ mod tests {
         };
         let book: SharedBook = Arc::new(Mutex::new(AlarmBook::new(&[alarm])));
         let mut keeper = BookKeeper::new(Arc::clone(&book));
-        keeper.edge(0, true, (4, 4));
+        keeper.edge(0, true, EdgeTime { scan: 4, at_ns: 4 });
         {
             let read = book.lock().unwrap();
             keeper.turn(&image(4, true));

@@ -27,7 +27,7 @@ use crate::retain::RetainPlan;
 use crate::runtime::exchange::Tempo;
 use crate::runtime::wiring::Wiring;
 use crate::runtime::{Memory, Pace, Posture, Watched};
-use crate::source::render::{Style, refuses, render};
+use crate::source::render::{Style, refuses, render_within};
 use crate::source::span::SourceFile;
 
 use super::narration::Narration;
@@ -48,8 +48,8 @@ pub struct Setup {
     pub warnings: usize,
     pub(super) symbols: Symbols,
     pub(super) names: Arc<Names>,
-    /// The name of each block, by `BlockId`, and whether it is a Task.
-    pub(super) blocks: Vec<(String, bool)>,
+    /// The name and kind of each block, by `BlockId`.
+    pub(super) blocks: Vec<(String, BlockKind)>,
     pub(super) operator: Operator,
     pub(super) narration: Narration,
     pub(super) watched: Watched,
@@ -164,7 +164,7 @@ pub fn load(
     }
     if refuses(&loaded.findings, style) {
         progress.begin(Step::Findings);
-        return Ok(Err(render(&loaded.findings, &loaded.files, style)));
+        return Ok(Err(render_within(&loaded.findings, &loaded.files, style, progress)));
     }
     Ok(settle(&loaded, progress))
 }
@@ -199,9 +199,8 @@ fn recorded(file: &SourceFile) -> RecordedFile {
     RecordedFile { name: file.name.clone(), text: file.text.clone() }
 }
 
-fn blocks(program: &Program) -> Vec<(String, bool)> {
-    let is_task = |kind| kind != BlockKind::Program;
-    program.blocks.iter().map(|block| (block.name.clone(), is_task(block.kind))).collect()
+fn blocks(program: &Program) -> Vec<(String, BlockKind)> {
+    program.blocks.iter().map(|block| (block.name.clone(), block.kind)).collect()
 }
 
 fn pace(controller: &Controller) -> Pace {
@@ -251,6 +250,38 @@ fn source(files: &[SourceFile]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A program with a number of rungs, and the settings of a controller file.
+    fn loaded(rungs: usize) -> Loaded {
+        let file = |name: &str, text: String| SourceFile { name: name.into(), text };
+        let rung = |at: usize| format!("{{ when = [\"X0\"], do = [\"OUT C{at}\"] }}, ");
+        let rungs: String = (0..rungs).map(rung).collect();
+        let ladder = format!("[[program]]\nname = \"Main\"\nrung = [{rungs}]\n");
+        let controller = "ladder = [\"no-such-ladder.toml\"]\n".to_owned();
+        let files =
+            [file("no-such-controller.toml", controller), file("no-such-ladder.toml", ladder)];
+        load::recorded_files(&files)
+    }
+
+    /// The number of looks while a program is lowered.
+    fn looks(loaded: &Loaded) -> usize {
+        let progress = Progress::over_within(Step::Lowering, usize::MAX);
+        assert!(settle(loaded, &progress).is_ok(), "{:?}", loaded.findings);
+        usize::MAX - progress.looks_left()
+    }
+
+    #[test]
+    fn a_load_whose_time_is_over_ends_while_it_lowers_the_program() {
+        let (some, more) = (loaded(20), loaded(40));
+        let looks = (looks(&some), looks(&more));
+        assert!(looks.1 >= looks.0 + 20, "{looks:?}");
+        for before in 0..looks.0 {
+            let progress = Progress::over_within(Step::Lowering, before);
+            let settled = settle(&some, &progress);
+            assert_eq!(settled.err().as_deref(), Some(TIME_OVER), "after {before} looks");
+            assert_eq!(progress.current(), Some(Step::Lowering));
+        }
+    }
 
     #[test]
     fn the_hash_is_that_of_the_bytes_one_behind_the_other() {

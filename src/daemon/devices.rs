@@ -164,7 +164,7 @@ impl Starter<'_> {
         let health = self.healths[device.id.0 as usize].clone();
         tasks.spawn(async move {
             if caught(task).await.is_none() {
-                health.end("its task is gone, by the bug that a line before tells: restart rungd");
+                health.end("its task ended because of the bug that is logged above: restart rungd");
             }
         });
     }

@@ -90,7 +90,7 @@ impl Guard {
             let file = file.display();
             say!(
                 RESTART_GUARD_FILE,
-                "the count of restarts in {file} is lost: {why}; it begins anew"
+                "the count of restarts in {file} is lost: {why}; it starts again at 0"
             );
             Count::default()
         });
@@ -125,8 +125,8 @@ impl Guard {
                 RESTART_COUNTED,
                 restarts,
                 "the process before this one was killed or crashed: restart {restarts} of \
-                 {RESTARTS_MAX} without {healthy} in RUN between them, upon which it would start \
-                 in STOP"
+                 {RESTARTS_MAX} without {healthy} in RUN between them; at restart {RESTARTS_MAX}, \
+                 rungd starts in STOP"
             );
         }
     }
@@ -139,7 +139,7 @@ impl Guard {
         }
         self.restarts = 0;
         let healthy = span(self.healthy.enough.as_nanos() as u64);
-        say!(RESTART_GUARD_RESET, "{healthy} in RUN: restarts are counted anew");
+        say!(RESTART_GUARD_RESET, "{healthy} in RUN: the count of restarts starts again at 0");
         let file = file.clone();
         // A separate thread writes: the caller also feeds systemd's watchdog and must not wait.
         let named = thread::Builder::new().name("rungd-guard".into());

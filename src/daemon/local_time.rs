@@ -78,7 +78,7 @@ impl ZoneKeeper {
                 if !self.failing {
                     let name =
                         self.tz.as_deref().map_or("/etc/localtime".into(), |tz| format!("TZ={tz}"));
-                    let instead = if self.zone.is_some() { "the zone before it" } else { "UTC" };
+                    let instead = if self.zone.is_some() { "the previous zone" } else { "UTC" };
                     say!(TIME_ZONE, "{name} gives no time zone ({error}): local time is {instead}");
                 }
                 self.failing = true;

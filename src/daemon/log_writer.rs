@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use super::alarm_keeper::{BookKeeper, SharedBook};
+use super::alarm_keeper::{BookKeeper, EdgeTime, SharedBook};
 use super::allowance::Alarms;
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Facts, Narration, WordNews, reason, span, us};
@@ -164,7 +164,7 @@ impl LogWriter {
     fn bit(&mut self, watch: u32, on: bool, after_ns: u64, record: &Record) {
         let Some(news) = self.narration.bit(watch) else { return };
         if news.alarm.is_some() {
-            self.book.edge(watch, on, (record.scan, record.at_ns));
+            self.book.edge(watch, on, EdgeTime { scan: record.scan, at_ns: record.at_ns });
         }
         let (tag, scan, was) = (&news.tag, record.scan, span(after_ns));
         let lasted_ms = after_ns / 1_000_000;
@@ -224,12 +224,13 @@ impl LogWriter {
         }
     }
 
-    fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
+    fn overruns(&self, scan: u64, overruns: &ToldOverruns) {
+        let ToldOverruns { count, skipped, scan_ns_max, late_ns_max } = *overruns;
         let (period, scan_us_max, late_us_max) =
-            (span(self.narration.tempo.period_ns), us(scan_ns), us(late_ns));
+            (span(self.narration.tempo.period_ns), us(scan_ns_max), us(late_ns_max));
         // The cause of a long scan may be the ladder or a busy machine. This line cannot
         // distinguish them; the mean of the scan times in the statistics can.
-        let cause = if scan_ns >= self.narration.tempo.period_ns {
+        let cause = if scan_ns_max >= self.narration.tempo.period_ns {
             "a scan took longer than the period"
         } else {
             "the machine woke the scan thread too late"
@@ -308,6 +309,16 @@ impl LogWriter {
     }
 }
 
+/// The overruns of one line.
+struct ToldOverruns {
+    count: u32,
+    skipped: u64,
+    /// The longest scan.
+    scan_ns_max: u64,
+    /// The latest start of a scan.
+    late_ns_max: u64,
+}
+
 impl Observer for LogWriter {
     fn record(&mut self, record: &Record) {
         let scan = record.scan;
@@ -359,7 +370,8 @@ impl Observer for LogWriter {
                 }
             }
             RecordEvent::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
-                self.overruns(count, skipped, (scan_ns_max, late_ns_max), scan);
+                let overruns = ToldOverruns { count, skipped, scan_ns_max, late_ns_max };
+                self.overruns(scan, &overruns);
             }
         }
     }

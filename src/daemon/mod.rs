@@ -34,6 +34,6 @@ mod systemd;
 
 pub use failure::StartFailure;
 pub use narration::span;
-pub use operator::operator_socket;
+pub use operator::{SocketPlace, operator_socket};
 pub use shell::{Ending, Options, run};
 pub use signals::Host;

@@ -46,6 +46,14 @@ pub(super) struct BlockNews<'a> {
     pub news: bool,
 }
 
+/// Kind and name of a block or Stage.
+struct ElementTitle<'a> {
+    kind: &'static str,
+    name: &'a str,
+    /// False if its events are details.
+    is_news: bool,
+}
+
 /// A bit whose changes are logged.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct BitNews {
@@ -55,9 +63,9 @@ pub(super) struct BitNews {
 }
 
 /// As [`COLD_BY_HAND`], for a controller that was started with `--stopped`.
-const COLD_AND_NOT_STOPPED: &str = "stop this process, then start it without `--stopped`, once by \
-    `rungd run --cold-start run FILE`, or with `[retain] cold-start = \"run\"`: there is nothing to \
-    restore, and no operator's socket for `rungd mode run`";
+const COLD_AND_NOT_STOPPED: &str = "stop this process, then start it without `--stopped`, once \
+    with `rungd run --cold-start run FILE`, or with `[retain] cold-start = \"run\"`: there is \
+    nothing to restore, and no operator's socket for `rungd mode run`";
 
 /// The time before a fault that its log line shows.
 const BLACK_BOX_NS: u64 = 10_000_000_000;
@@ -86,10 +94,12 @@ impl Facts {
         match &self.record {
             Some(dir) => format!("`rungd replay {dir} {span} --trace -` shows what came before it"),
             None if self.has_operator => format!(
-                "`rungd record cut {span} -o fault.rungd-log` keeps what came before it, as long \
-                 as this process runs"
+                "while this process runs, `rungd record cut {span} -o fault.rungd-log` saves what \
+                 came before it"
             ),
-            None => "the scan log is in memory alone: `[record] dir` keeps the next fault".into(),
+            None => {
+                "the scan log is only in memory: with `[record] dir` the next fault is kept".into()
+            }
         }
     }
 
@@ -227,9 +237,11 @@ impl Narration {
         if !is_told {
             return None;
         }
-        let (kind, name, news) = match of {
+        let ElementTitle { kind, name, is_news: news } = match of {
             Element::Block(id) => self.block(id),
-            Element::Stage(id) => ("Stage", self.stage(id), true),
+            Element::Stage(id) => {
+                ElementTitle { kind: "Stage", name: self.stage(id), is_news: true }
+            }
         };
         Some(BlockNews { event, kind, name, what, news })
     }
@@ -267,13 +279,14 @@ impl Narration {
         self.words.get(watch as usize)
     }
 
-    /// Kind and name of a block, and whether its events are news.
-    fn block(&self, id: BlockId) -> (&'static str, &str, bool) {
+    fn block(&self, id: BlockId) -> ElementTitle<'_> {
         match self.blocks.get(id.0 as usize) {
-            Some((BlockKind::Program, name)) => ("Program", name, true),
-            Some((BlockKind::Task, name)) => ("Task", name, true),
-            Some((_, name)) => ("Task", name, false),
-            None => ("?", "?", true),
+            Some((BlockKind::Program, name)) => {
+                ElementTitle { kind: "Program", name, is_news: true }
+            }
+            Some((BlockKind::Task, name)) => ElementTitle { kind: "Task", name, is_news: true },
+            Some((_, name)) => ElementTitle { kind: "Task", name, is_news: false },
+            None => ElementTitle { kind: "?", name: "?", is_news: true },
         }
     }
 

@@ -220,7 +220,7 @@ fn tell_failure(dir: &str, why: &str) {
     say!(
         RECORD_FAILED,
         dir,
-        "the scan log cannot be written: {why}. Control goes on; rungd tries again by itself"
+        "the scan log cannot be written: {why}. Control continues; rungd tries again by itself"
     );
 }
 

@@ -127,7 +127,8 @@ impl Recording {
                 let waited = span(END_MAX.as_nanos() as u64);
                 say!(
                     RECORD_LOST,
-                    "the scan log may lack the last scans: its thread was not done after {waited}"
+                    "the scan log may lack the last scans: its thread had not finished after \
+                     {waited}"
                 );
             }
         }
@@ -240,7 +241,7 @@ impl Worker {
         say!(
             RECORD_LOST,
             steps,
-            "the scan log lacks {steps} scans: its thread was late; control was not touched"
+            "the scan log lacks {steps} scans: its thread was late; control was not affected"
         );
     }
 

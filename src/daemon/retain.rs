@@ -20,12 +20,12 @@ use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
 /// How to run a controller without an operator's socket if nothing was restored.
-pub(super) const COLD_BY_HAND: &str = "stop this process, then start it once by `rungd run \
-    --cold-start run FILE`, or with `[retain] cold-start = \"run\"`: no operator's socket is there \
+pub(super) const COLD_BY_HAND: &str = "stop this process, then start it once with `rungd run \
+    --cold-start run FILE`, or with `[retain] cold-start = \"run\"`: there is no operator's socket \
     for `rungd mode run`";
 /// The greatest number of log lines about elements that were not restored.
 const DROPPED_LINES_MAX: usize = 100;
-const NO_STOP: &str = "and no orderly stop followed, so that all that has termination logic is \
+const NO_STOP: &str = "and no orderly stop followed, so everything with termination logic is \
                        terminated";
 /// The file's name in systemd's state directory, and its extension beside a controller file.
 const FILE_NAME: &str = "retain";
@@ -117,7 +117,7 @@ pub(super) fn begin(
     let opened = Keeper::open(&wanted.path, wanted.plan.clone(), new_id());
     let (keeper, Start { image, news }) = opened.map_err(|error| {
         StartFailure::Environment(anyhow::anyhow!(
-            "{path}: {error}: each controller keeps its own, `[retain] file` says where"
+            "{path}: {error}: each controller needs its own file: set `[retain] file`"
         ))
     })?;
     news.iter().for_each(|news| tell_news(&wanted.path, news));
@@ -126,7 +126,8 @@ pub(super) fn begin(
             tell_dropped(&restoration);
             let (image, scan) = (stamp.sequence, stamp.scan);
             let why = format!(
-                "image {image} of scan {scan} is whole, and nothing of it fits what is retained now"
+                "image {image} of scan {scan} is whole, but nothing in it matches what is retained \
+                 now"
             );
             (tell_cold(wanted, &why), Some(StopReason::NothingRestored))
         }
@@ -152,7 +153,9 @@ fn restore(
     let end = match what.terminated {
         _ if is_final => "after an orderly stop".to_owned(),
         0 => NO_STOP.to_owned(),
-        count => format!("{NO_STOP}: {count} of them are OFF or 0 by the program of that time"),
+        count => format!(
+            "{NO_STOP}: {count} of them are OFF or 0, according to the program of that time"
+        ),
     };
     let text = format!(
         "{} of {} elements restored: image {} of scan {}, kept at {} {end}",
@@ -240,13 +243,13 @@ fn tell_news(path: &Path, news: &News) {
             file = %path,
             slot,
             why = %bad,
-            "retentive memory: slot {slot} of {path} is passed over: {bad}"
+            "retentive memory: slot {slot} of {path} is skipped: {bad}"
         ),
         News::Aside(aside) => say!(
             RETAIN_ASIDE,
             file = %path,
             aside = %aside.display(),
-            "retentive memory: {path} is not written over; it is {} now",
+            "retentive memory: {path} is kept: it was renamed to {}",
             aside.display()
         ),
         News::Made(geometry) => say!(

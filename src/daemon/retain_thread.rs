@@ -311,7 +311,6 @@ impl Worker {
                 Ok(Durable { kept, flush: begin.elapsed() })
             }
             Err(error) => {
-                self.nothing_kept.failed();
                 self.tell_failure(&error);
                 Err(NotSaved::Failed(error.to_string()))
             }
@@ -368,6 +367,7 @@ impl Worker {
     }
 
     fn tell_failure(&mut self, error: &io::Error) {
+        self.nothing_kept.failed();
         locked(&self.figures).failing = Some(error.to_string());
         if due(&mut self.failed, REPEAT) {
             let path = self.wanted.path.display();

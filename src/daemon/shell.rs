@@ -104,8 +104,7 @@ const DRIVERS_END_MAX: Duration = Duration::from_secs(3);
 /// The controller cannot start.
 pub fn run(
     host: &mut Host,
-    program: engine::Program,
-    setup: Setup,
+    (program, setup): (engine::Program, Setup),
     options: &Options,
     guard: &mut Guard,
 ) -> Result<Ending, StartFailure> {

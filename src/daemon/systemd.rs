@@ -98,7 +98,7 @@ pub(super) fn fault_too_late(watchdog_ns: u64, limit: Option<Duration>) -> Optio
         format!(
             "`[scan] watchdog` is {}, and systemd ends rungd after {} without a scan \
              (`WatchdogSec=`): a scan of that length ends rungd before it is a fault, and no \
-             output is made safe; let `[scan] watchdog` be at most {}, or raise `WatchdogSec=`",
+             output is made safe; lower `[scan] watchdog` to at most {}, or raise `WatchdogSec=`",
             span(watchdog_ns),
             span(limit.as_nanos() as u64),
             span(most.as_nanos() as u64),

@@ -25,7 +25,7 @@ impl CoverageMarks {
     /// # Errors
     /// A sentence for people: the text is not such a report.
     pub fn read(report: &str) -> Result<CoverageMarks, String> {
-        let what = "this is no report of `rungd test --coverage --json`";
+        let what = "this is not a report of `rungd test --coverage --json`";
         let report: Value =
             serde_json::from_str(report).map_err(|error| format!("{what}: {error}"))?;
         let files = report["coverage"].as_array().ok_or(what)?;
@@ -65,9 +65,9 @@ impl CoverageMarks {
                 if *place != (own_name(file).to_owned(), u64::from(*line)) {
                     let (their_file, their_line) = place;
                     return Err(format!(
-                        "the report is of another text: {element}, rung {} is at {file}:{line}, \
-                         and was at {their_file}:{their_line}; run `rungd test --coverage --json` \
-                         again",
+                        "the report belongs to a different version of the ladder: {element}, rung \
+                         {} is at {file}:{line}, and was at {their_file}:{their_line}; run `rungd \
+                         test --coverage --json` again",
                         rung.number
                     ));
                 }

@@ -188,7 +188,7 @@ impl Looker {
 /// else from the environment.
 pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> PathBuf {
     let named = || client::socket(socket_of_environment());
-    said.cloned().or_else(|| operator_socket(root)).unwrap_or_else(named)
+    said.cloned().or_else(|| operator_socket(root).path).unwrap_or_else(named)
 }
 
 impl Known {

@@ -30,7 +30,7 @@ pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Opti
 fn answer(operand: &str, socket: &Path) -> Result<String> {
     let answer: RecordingBytes = client::ask(socket, &Request::Recording { from_section: None })
         .map_err(|failure| anyhow!("{failure}"))?;
-    let bytes = answer.bytes().context("the controller's answer is no recording")?;
+    let bytes = answer.bytes().context("the controller's answer is not a recording")?;
     let recording = Recording::of_bytes(bytes);
     let Some(last) = recording.count().checked_sub(1) else { bail!("nothing is recorded yet") };
     let subject = subject(recording.program(last)).map_err(anyhow::Error::msg)?;

@@ -166,9 +166,9 @@ impl WordReader<'_> {
 
     /// The names in contacts, conditions and operands.
     fn contacts(&mut self, place: Range<usize>, role: Role) {
-        for (span, called) in names(&self.text[place.clone()], true) {
+        for NameInText { place: span, is_called } in names(&self.text[place.clone()], true) {
             let span = place.start + span.start..place.start + span.end;
-            if !(called && matches!(&self.text[span.clone()], "rise" | "fall")) {
+            if !(is_called && matches!(&self.text[span.clone()], "rise" | "fall")) {
                 self.push(span, role);
             }
         }
@@ -190,9 +190,9 @@ impl WordReader<'_> {
 
     /// The names of an expression.
     fn expression(&mut self, place: Range<usize>, role: Role) {
-        for (span, called) in names(&self.text[place.clone()], false) {
+        for NameInText { place: span, is_called } in names(&self.text[place.clone()], false) {
             let span = place.start + span.start..place.start + span.end;
-            match Function::from_name(&self.text[span.clone()]).filter(|_| called) {
+            match Function::from_name(&self.text[span.clone()]).filter(|_| is_called) {
                 Some(function) => self.push(span, Role::Function(function)),
                 None => self.push(span, role),
             }
@@ -296,9 +296,16 @@ fn split(text: &str) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// The names in a text, each with whether a parenthesis follows it. An index is a name of its own,
-/// after the name of its array. `hyphens`: whether `-` may be part of a name.
-pub(super) fn names(text: &str, hyphens: bool) -> Vec<(Range<usize>, bool)> {
+/// A name in a text.
+pub(super) struct NameInText {
+    pub place: Range<usize>,
+    /// Whether a parenthesis follows it.
+    pub is_called: bool,
+}
+
+/// The names in a text. An index is a name of its own, after the name of its array. `hyphens`:
+/// whether `-` may be part of a name.
+pub(super) fn names(text: &str, hyphens: bool) -> Vec<NameInText> {
     let bytes = text.as_bytes();
     let begins = |b: u8| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$');
     let is_part = |at: usize| match bytes.get(at) {
@@ -331,8 +338,8 @@ pub(super) fn names(text: &str, hyphens: bool) -> Vec<(Range<usize>, bool)> {
                 at += 1;
             }
         }
-        let called = text[at..].trim_start_matches([' ', '\t']).starts_with('(');
-        found.push((start..at, called));
+        let is_called = text[at..].trim_start_matches([' ', '\t']).starts_with('(');
+        found.push(NameInText { place: start..at, is_called });
     }
     found
 }

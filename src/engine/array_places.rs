@@ -105,11 +105,11 @@ impl PutAt {
                     Stored::Integer(n) => n as f64,
                     Stored::Real(x) => x,
                 };
-                let (nearest, beyond) = Real::stored(x);
-                if beyond {
+                let nearest = Real::stored(x);
+                if nearest.is_beyond {
                     noted.note(Mishap::Overflow);
                 }
-                i64::from(nearest.cell())
+                i64::from(nearest.real.cell())
             }
         };
         let limits = ArrayLimits { first: self.limits, each: self.each };

@@ -22,6 +22,15 @@ enum ReadRule {
     UpDown(Option<i32>, Option<i32>),
 }
 
+/// The presets that `.Acc` has reached.
+#[derive(Clone, Copy)]
+struct Reached {
+    /// The value of `.Done`.
+    done: bool,
+    /// The value of `.DnDone`.
+    dn_done: bool,
+}
+
 impl ReadRule {
     /// The value of `.Acc` after a reset.
     #[inline(always)]
@@ -34,13 +43,14 @@ impl ReadRule {
 
     /// The values of `.Done` and `.DnDone`.
     #[inline(always)]
-    fn done(self, acc: i32) -> (bool, bool) {
+    fn reached(self, acc: i32) -> Reached {
         match self {
-            ReadRule::Up(preset) => (acc >= preset, false),
-            ReadRule::Down(_) => (acc <= 0, false),
-            ReadRule::UpDown(up, dn) => {
-                (up.is_some_and(|p| acc >= p), dn.is_some_and(|p| acc <= p))
-            }
+            ReadRule::Up(preset) => Reached { done: acc >= preset, dn_done: false },
+            ReadRule::Down(_) => Reached { done: acc <= 0, dn_done: false },
+            ReadRule::UpDown(up, dn) => Reached {
+                done: up.is_some_and(|p| acc >= p),
+                dn_done: dn.is_some_and(|p| acc <= p),
+            },
         }
     }
 }
@@ -69,7 +79,7 @@ impl Counter {
     #[inline(always)]
     fn put<R: Reach>(&self, view: &mut View<R>, rule: ReadRule, acc: i32, reset: u8) {
         let acc = view.put_word(self.acc(), acc);
-        let (done, dn_done) = rule.done(acc);
+        let Reached { done, dn_done } = rule.reached(acc);
         let flags = [u8::from(done), reset, u8::from(acc == 0), u8::from(dn_done)];
         view.put_flags(self.at, flags);
     }

@@ -163,7 +163,7 @@ impl AnyTarget {
     /// nearest in a real.
     #[inline(always)]
     fn put<R: Reach>(&self, view: &mut View<R>, leg: u8, value: f64) {
-        let cell = if self.real { Real::stored(value).0.cell().into() } else { value as i64 };
+        let cell = if self.real { Real::stored(value).real.cell().into() } else { value as i64 };
         self.target.put(view, leg, cell);
     }
 }

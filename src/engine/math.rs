@@ -169,11 +169,11 @@ impl Math {
         match self.put {
             Put::Word { .. } => unreachable!("`store` stores in words of integers"),
             Put::Real(to) => {
-                let (nearest, beyond) = Real::stored(if is_real { real } else { integer as f64 });
-                if beyond {
+                let nearest = Real::stored(if is_real { real } else { integer as f64 });
+                if nearest.is_beyond {
                     noted.note(Mishap::Overflow);
                 }
-                view.put_word(to.word, nearest.cell().max(to.min).min(to.max));
+                view.put_word(to.word, nearest.real.cell().max(to.min).min(to.max));
             }
             Put::Bit(bit) => {
                 let is_on = if is_real { real != 0.0 } else { integer != 0 };

@@ -160,6 +160,13 @@ enum SliceStep {
     Turn(u32),
 }
 
+/// The numbers of cells, sorted.
+struct CellNumbers {
+    numbers: Vec<u32>,
+    /// Whether a timer is among the cells.
+    has_timer: bool,
+}
+
 /// The known cells and the kept steps, while they are being searched.
 struct Cone<'p> {
     program: &'p Program,
@@ -266,9 +273,8 @@ impl<'p> Cone<'p> {
         bits.chain([acc])
     }
 
-    /// The numbers of cells, with all cells of each structure; and whether a timer is among the
-    /// cells.
-    fn numbers(&self, of: &Stretches) -> (Vec<u32>, bool) {
+    /// The numbers of cells, with all cells of each structure.
+    fn numbers(&self, of: &Stretches) -> CellNumbers {
         let (mut numbers, mut has_timer) = (Vec::new(), false);
         for cell in cells(of) {
             let structure = self.structure(cell);
@@ -280,7 +286,7 @@ impl<'p> Cone<'p> {
         }
         numbers.sort_unstable();
         numbers.dedup();
-        (numbers, has_timer)
+        CellNumbers { numbers, has_timer }
     }
 
     fn number(&self, cell: Cell) -> u32 {
@@ -295,12 +301,13 @@ impl<'p> Cone<'p> {
             let at = place.end - 1;
             let (read, written) = self.touched(SliceStep::Batch(at));
             let is_control = tables.batches[at as usize].kind == OpKind::Control;
-            let ((written, is_timer), (read, _)) = (self.numbers(&written), self.numbers(&read));
-            wiring.batch(&read, &written, is_control || is_timer);
+            let (written, read) = (self.numbers(&written), self.numbers(&read));
+            wiring.batch(&read.numbers, &written.numbers, is_control || written.has_timer);
         }
         let passes = (0..tables.terminations.len() as u32).map(SliceStep::Pass);
         let turns = (0..self.program.blocks.len() as u32).map(SliceStep::Turn);
-        passes.chain(turns).for_each(|step| wiring.step(&self.numbers(&self.touched(step).1).0));
+        let written = |step| self.numbers(&self.touched(step).1).numbers;
+        passes.chain(turns).for_each(|step| wiring.step(&written(step)));
         wiring.wired()
     }
 

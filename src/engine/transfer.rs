@@ -105,14 +105,8 @@ impl Transfer {
     /// The transfer of the public memory that two layouts share, address by address. Stage and
     /// block bits are not in it, because they have names instead of addresses.
     pub fn memory(old: &Layout, new: &Layout) -> Transfer {
-        let mut transfer = Transfer::default();
-        for (space, from, to) in old.shared_bits(new) {
-            transfer.bits.push(Stretch { from: space.0, to: space.1, count: from.min(to) });
-        }
-        for (space, from, to) in old.shared_words(new) {
-            transfer.words.push(Stretch { from: space.0, to: space.1, count: from.min(to) });
-        }
-        transfer
+        let (bits, words) = (old.shared_bits(new), old.shared_words(new));
+        Transfer { bits, words, ..Transfer::default() }
     }
 
     /// The new cell of a public cell of the old program.
@@ -132,56 +126,58 @@ impl Transfer {
 }
 
 impl Layout {
-    /// For each space of bits: its first cells and its sizes, in the old and the new layout.
-    fn shared_bits(&self, new: &Layout) -> Vec<((u32, u32), u32, u32)> {
+    /// The bits that the old and the new layout share, by space.
+    fn shared_bits(&self, new: &Layout) -> Vec<Stretch> {
         let first =
             |layout: &Layout, space: BitSpace| layout.bit(Bit::Space(space, space.first())).0;
         let mut shared = Vec::new();
         for space in BitSpace::SIZED {
-            let firsts = (first(self, space), first(new, space));
-            shared.push((firsts, space.count(self.sizes()), space.count(new.sizes())));
+            let count = space.count(self.sizes()).min(space.count(new.sizes()));
+            shared.push(Stretch { from: first(self, space), to: first(new, space), count });
         }
-        shared.push(((first(self, BitSpace::St), first(new, BitSpace::St)), ST_COUNT, ST_COUNT));
+        let (from, to) = (first(self, BitSpace::St), first(new, BitSpace::St));
+        shared.push(Stretch { from, to, count: ST_COUNT });
         let devices = |layout: &Layout| {
             let first = layout.bit(Bit::Device(DeviceId(0), Health::Ok)).0;
             (first, layout.sizes().devices * Health::ALL.len() as u32)
         };
-        let ((from, count), (to, new_count)) = (devices(self), devices(new));
-        shared.push(((from, to), count, new_count));
-        for (structure, old_count, new_count) in self.structures(new) {
+        let ((from, old_count), (to, new_count)) = (devices(self), devices(new));
+        shared.push(Stretch { from, to, count: old_count.min(new_count) });
+        for (structure, count) in self.structures(new) {
             let record = |layout: &Layout| layout.record(structure) * RECORD as u32;
-            let (from, to) = (old_count * RECORD as u32, new_count * RECORD as u32);
-            shared.push(((record(self), record(new)), from, to));
+            let count = count * RECORD as u32;
+            shared.push(Stretch { from: record(self), to: record(new), count });
         }
         shared
     }
 
-    fn shared_words(&self, new: &Layout) -> Vec<((u32, u32), u32, u32)> {
+    /// The words that the old and the new layout share, by space.
+    fn shared_words(&self, new: &Layout) -> Vec<Stretch> {
         let first =
             |layout: &Layout, space: WordSpace| layout.word(Word::Space(space, space.first())).0;
         let mut shared = Vec::new();
         for space in WordSpace::SIZED {
-            let firsts = (first(self, space), first(new, space));
-            shared.push((firsts, space.count(self.sizes()), space.count(new.sizes())));
+            let count = space.count(self.sizes()).min(space.count(new.sizes()));
+            shared.push(Stretch { from: first(self, space), to: first(new, space), count });
         }
-        let status = (first(self, WordSpace::Dst), first(new, WordSpace::Dst));
-        shared.push((status, DST_COUNT, DST_COUNT));
-        let presets = (self.word(Word::Pre(0)).0, new.word(Word::Pre(0)).0);
-        shared.push((presets, SENSAPHONE_COUNT, SENSAPHONE_COUNT));
-        for (structure, old_count, new_count) in self.structures(new) {
+        let (from, to) = (first(self, WordSpace::Dst), first(new, WordSpace::Dst));
+        shared.push(Stretch { from, to, count: DST_COUNT });
+        let (from, to) = (self.word(Word::Pre(0)).0, new.word(Word::Pre(0)).0);
+        shared.push(Stretch { from, to, count: SENSAPHONE_COUNT });
+        for (structure, count) in self.structures(new) {
             let acc = |layout: &Layout| layout.word(Word::Acc(structure)).0;
-            shared.push(((acc(self), acc(new)), old_count, new_count));
+            shared.push(Stretch { from: acc(self), to: acc(new), count });
         }
         shared
     }
 
-    /// For each kind of structure: the first one, and their numbers in the old and the new program.
-    fn structures(&self, new: &Layout) -> [(Structure, u32, u32); 3] {
+    /// For each kind of structure: the first one, and the number that both programs have.
+    fn structures(&self, new: &Layout) -> [(Structure, u32); 3] {
         let (old, new) = (self.sizes(), new.sizes());
         [
-            (Structure::Counter(0), old.ct, new.ct),
-            (Structure::Timer(0), old.t, new.t),
-            (Structure::Sensaphone(0), SENSAPHONE_COUNT, SENSAPHONE_COUNT),
+            (Structure::Counter(0), old.ct.min(new.ct)),
+            (Structure::Timer(0), old.t.min(new.t)),
+            (Structure::Sensaphone(0), SENSAPHONE_COUNT),
         ]
     }
 }

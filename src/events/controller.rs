@@ -16,7 +16,7 @@ rows! {
     LADDER_WARNINGS = 3, "ladder-warnings", Warn, NONE, ByName:
         "8a2bcbed1eb346efa818db97b660c9be",
         "The check of the ladder has warnings. rungd runs the ladder all the same.",
-        "Show the warnings with `rungd check` and the controller file. Mend or allow each.";
+        "Show the warnings with `rungd check` and the controller file. Correct or allow each.";
 
     SIMULATED_DEVICE = 4, "simulated-device", Info, NONE, Never:
         "1cf973db919f48e8810b922fbf72a8ad",
@@ -32,8 +32,8 @@ rows! {
     START_REFUSED = 6, "start-refused", Error, NONE, Never:
         "9dc8041a8e7540beb064d85df311782a",
         "rungd does not start, for the reason in the line. Nothing was scanned.",
-        "Mend what the line names, then start rungd again. `rungd check` tells beforehand whether \
-         rungd can run a controller file.";
+        "Correct what the line names, then start rungd again. `rungd check` reports beforehand \
+         whether rungd can run a controller file.";
 
     FINDING = 7, "finding", Error, NONE, Never:
         "5c6a8c016f8949fa88f2e0b59727966b",
@@ -56,8 +56,8 @@ rows! {
 
     DRIVERS_LATE = 10, "drivers-late", Warn, NONE, Never:
         "9ca0d2e0f6b5493ca4d3e47c87690373",
-        "A driver did not end in time after the last scan, and rungd ended without it. The \
-         outputs of its device may be as they were.",
+        "A driver did not end in time after the last scan, and rungd ended without it. The outputs \
+         of its device may be unchanged.",
         "Look at the outputs of each device that has a `device-trouble` line before this one. \
          Only the device's own watchdog makes them safe now.";
 
@@ -69,7 +69,7 @@ rows! {
 
     BUG = 12, "bug", Error, NONE, Never:
         "24bb4febea72457ea4c03cb4b11d2d81",
-        "rungd met a state that cannot be: a bug in rungd, not in the ladder. If the bug was in \
+        "rungd reached an impossible state: a bug in rungd, not in the ladder. If the bug was in \
          the scan thread, outputs are safe and a mode-fault line follows.",
         "Restart rungd. Report the line with the lines around it.";
 
@@ -78,7 +78,8 @@ rows! {
         "rungd crashed or was killed several times, and never ran long enough in between to count \
          as healthy. It starts in STOP, and drives nothing.",
         "Find the cause in the lines before each start, and in what systemd says there. Then \
-         `rungd mode run`, or `systemctl restart rungd`.";
+         `rungd mode run`, or `systemctl restart rungd`. If `cold-start = \"stop\"` finds nothing \
+         to restore, a restart waits in STOP as well.";
 
     RESTART_COUNTED = 14, "restart-counted", Warn, NONE, Never:
         "d2f8388cd0ca4718b7b27e502a28298c",
@@ -95,28 +96,29 @@ rows! {
     RESTART_GUARD_FILE = 16, "restart-guard-file", Warn, NONE, ByName:
         "cb51828f845748b4a21b5d107a95ec07",
         "rungd cannot read or write the file that counts restarts. Restarts are not counted, or \
-         the count is wrong. Nothing else suffers.",
-        "Mend what the line names: `RuntimeDirectory=` in the unit, or the folder and its rights.";
+         the count is wrong. Nothing else is affected.",
+        "Correct what the line names: `RuntimeDirectory=` in the unit, or the folder and its \
+         rights.";
 
     TIME_ZONE = 17, "time-zone", Warn, NONE, ByName:
         "14ed3928923b4640abfa469118e2be6f",
         "The time zone of TZ, or of /etc/localtime, cannot be read. The ladder's time of day \
          ($Year to $Second), and the log's time if that is local, keep the zone that was read \
          before, or are UTC. Nothing else depends on it.",
-        "Set TZ to a name as Europe/Berlin whose file is in /usr/share/zoneinfo, or let \
+        "Set TZ to a name such as Europe/Berlin whose file is in /usr/share/zoneinfo, or let \
          /etc/localtime be such a file. rungd looks again every second.";
 
     POSTURE = 101, "posture", Info, NONE, ByName:
         "eba8e506e61546feb13242e4443b1887",
-        "What rungd asked of the machine for punctual scans, and what the machine granted.",
-        "Nothing. Where the machine granted less, posture-refused lines say why.";
+        "What rungd requested from the machine for punctual scans, and what the machine granted.",
+        "Nothing. If the machine granted less, posture-refused lines say why.";
 
     POSTURE_REFUSED = 102, "posture-refused", Warn, NONE, ByName:
         "0a02aac7760e4e26956532e6b32dd2b0",
         "The machine refused a part of the real-time posture. The line says which part and why. \
          Scans run, and may be less punctual.",
         "Grant it as docs/running.md says (limits in the unit, access to the device), or do not \
-         ask for it in the controller file.";
+         request it in the controller file.";
 
     FAULT_TOO_LATE = 103, "fault-too-late", Warn, NONE, Never:
         "20eacd9e80e545009f211e0da7143f66",
@@ -136,7 +138,8 @@ rows! {
         "The mode is STOP: every block had its termination pass, nothing is scanned, outputs are \
          at their safe values. The line says what caused the STOP.",
         "If the ladder executed STOP, find out which condition caused it before you run the \
-         controller again: `rungd mode run`, or restart rungd.";
+         controller again: `rungd mode run`, or restart rungd. If `cold-start = \"stop\"` finds \
+         nothing to restore, a restart waits in STOP as well.";
 
     MODE_FAULT = 203, "mode-fault", Error, PLANT, Never:
         "dade74f34ec04033844951228232d428",

@@ -6,7 +6,7 @@ rows! {
         "A bit that the ladder declares as an alarm went ON. The text is the alarm's text in the \
          ladder.",
         "Do what the plant's instructions say for this alarm. An alarm-off line with the same tag \
-         tells the end of the alarm.";
+         reports the end of the alarm.";
 
     ALARM_OFF = 302, "alarm-off", Info, NONE, Never:
         "50a22ea57cb7432995254fcf6c4e3728",
@@ -62,11 +62,11 @@ rows! {
     MATH_MISHAP = 407, "math-mishap", Warn, PLANT, ByName:
         "ff392c16e7b4435ebc100217196062d9",
         "A MATH divided by 0, had a result at a limit or called a function outside its domain, or \
-         an instruction had an index outside of its array. bits names the status bits that are \
-         ON for the rest of the scan, rung has the instruction. At most 16 instructions of a \
-         scan are told.",
-        "Look at the operands of the rung: `rungd watch` shows them. If it is meant, limit them \
-         before, by clamp(), max() or if().";
+         an instruction had an index outside of its array. bits names the status bits that are ON \
+         for the rest of the scan, rung has the instruction. At most 16 instructions of a scan are \
+         logged.",
+        "Look at the operands of the rung: `rungd watch` shows them. If it is intended, limit them \
+         first with clamp(), max() or if().";
 
     OVERRUN = 501, "overrun", Warn, NONE, Never:
         "78491505164848b0b17a011d48673fdd",

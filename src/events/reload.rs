@@ -15,10 +15,10 @@ rows! {
 
     RELOAD_REFUSED = 1003, "reload-refused", Error, NONE, Never:
         "92b5cbad520a444eb4e445544a6a0d6b",
-        "A reload or rollback was refused: the program that ran goes on untouched. Where the \
-         files are wrong, the line has the first error, and the reload-finding lines after it have \
-         all findings.",
-        "Mend what the lines name (`rungd check`), and reload again.";
+        "A reload or rollback was refused: the running program continues unchanged. If the files \
+         are wrong, the line has the first error, and the reload-finding lines after it have all \
+         findings.",
+        "Correct what the lines name (`rungd check`), and reload again.";
 
     RELOAD_RESTART = 1004, "reload-restart", Warn, NONE, Never:
         "7e005d8a475545f28d893e7c5bf1b951",
@@ -35,11 +35,11 @@ rows! {
     ROLLED_BACK = 1006, "rolled-back", Warn, NONE, Never:
         "7903d68a24644c03892b8cf735bf8eb5",
         "The last program before the running one that passed its probation is back, with memory as \
-         it is. Either the new program faulted within its probation: then the controller goes on \
+         it is. Either the new program faulted within its probation: then the controller continues \
          in RUN. Or an operator requested it: then the mode stays, and `rungd mode run` leaves \
          FAULT.",
-        "Mend the files: they still hold the program that was taken back, and a restart would run \
-         it.";
+        "Correct the files: they still contain the program that was taken back, and a restart \
+         would run it.";
 
     ROLLBACK_FAILED = 1007, "rollback-failed", Error, NONE, Never:
         "6856386cfd10417481ad22b0b25a7d7d",
@@ -56,7 +56,7 @@ rows! {
     RELOAD_SAME = 1009, "reload-same", Info, NONE, ByName:
         "ba15168d27024a8bbfe54a83c5f7c210",
         "A reload was asked for, and the files are unchanged. Nothing was swapped, and a rollback \
-         would lead where it led before.",
+         has the same target as before.",
         "Nothing. If you expected a change, check that the files you edited are those that the \
          controller file names.";
 
@@ -71,5 +71,5 @@ rows! {
         "65a7d5150e824638a1fdb4d9372094ce",
         "One line of the findings about the files of a refused reload, as `rungd check` prints \
          them. It follows a reload-refused line.",
-        "Mend what the line names; `rungd explain NAME` says more about a finding by its name.";
+        "Correct what the line names; `rungd explain NAME` says more about a finding by its name.";
 }

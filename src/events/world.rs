@@ -24,9 +24,9 @@ rows! {
 
     MODBUS_CLOSED = 705, "modbus-closed", Warn, CLIENTS, ByName:
         "7ea08f62ba1a4bff85ab507a5cf51ae7",
-        "rungd closed a Modbus client's connection: the client sent bytes that are no Modbus TCP, \
-         or did not finish a frame or take a reply in time; or it had asked nothing yet, and a new \
-         client needed its place.",
+        "rungd closed a Modbus client's connection: the client sent bytes that are not Modbus TCP, \
+         or did not finish a frame or take a reply in time; or it had sent no request yet, and a \
+         new client needed its place.",
         "Find out which program runs at that address.";
 
     MODBUS_FULL = 706, "modbus-full", Warn, CLIENTS, ByName:
@@ -37,7 +37,7 @@ rows! {
 
     MODBUS_ACCEPT_FAILED = 707, "modbus-accept-failed", Warn, CLIENTS, ByName:
         "cb78e8e8c4fa41148a02b4099c10b1ab",
-        "The Modbus server could not accept a client. It tries again. Scans go on.",
+        "The Modbus server could not accept a client. It tries again. Scans continue.",
         "See the error: if too many files are open, raise `LimitNOFILE=` in the unit.";
 
     MODBUS_READ_REFUSED = 708, "modbus-read-refused", Debug, CLIENTS, ByName:
@@ -59,7 +59,8 @@ rows! {
 
     MODBUS_BUG = 711, "modbus-bug", Error, CLIENTS, Never:
         "175c63d8a54b4079b4b4a4a4c9d0c90b",
-        "A bug in rungd ended a Modbus client's connection. The other clients and the scan go on.",
+        "A bug in rungd ended a Modbus client's connection. The other clients and the scan \
+         continue.",
         "Report the line with the lines around it, and what the client sent.";
 
     OPERATOR_WRITE = 801, "operator-write", Info, NONE, Never:
@@ -70,19 +71,20 @@ rows! {
     OPERATOR_FORCE = 802, "operator-force", Info, NONE, Never:
         "25c1f14a671540558f6ff0f2d58757be",
         "An operator forced a bit or word. It keeps this value, whatever the ladder or the plant \
-         says, until the force is released. $ForcesActive is ON.",
+         writes, until the force is released. $ForcesActive is ON.",
         "Release the force with `rungd unforce` as soon as it has served its purpose.";
 
     OPERATOR_UNFORCE = 803, "operator-unforce", Info, NONE, Never:
         "944467982f994297a06939f3d9bc5b3a",
-        "An operator released a force: the ladder and the plant decide again.",
+        "An operator released a force. The value stays until the ladder, a device or an operator \
+         writes it.",
         "Nothing.";
 
     OPERATOR_MODE = 804, "operator-mode", Info, NONE, Never:
         "a3317009e0394e38a095d0eaaba52d2f",
         "An operator asked for a change of mode: user, old mode, new mode.",
-        "Nothing, if you know the user. The mode-run or mode-stop line has the scan; it stands \
-         before or after this line, because two threads write them.";
+        "Nothing, if you know the user. The mode-run or mode-stop line has the scan; it is before \
+         or after this line, because two threads write them.";
 
     OPERATOR_LOG_LEVEL = 805, "operator-log-level", Info, NONE, Never:
         "962be9f0526e4795834299b7abc06f27",
@@ -108,7 +110,7 @@ rows! {
 
     OPERATOR_ACCEPT_FAILED = 809, "operator-accept-failed", Warn, CLIENTS, ByName:
         "518fe21455194e5fa6e90b3baf40851c",
-        "The operator's socket could not accept a client. It tries again. Scans go on.",
+        "The operator's socket could not accept a client. It tries again. Scans continue.",
         "See the error: if too many files are open, raise `LimitNOFILE=` in the unit.";
 
     OPERATOR_READ_REFUSED = 810, "operator-read-refused", Debug, CLIENTS, ByName:
@@ -119,7 +121,7 @@ rows! {
 
     OPERATOR_BUG = 811, "operator-bug", Error, CLIENTS, Never:
         "7761a560e91b4504a197cee4e095ca6b",
-        "A bug in rungd ended an operator's connection. The other clients and the scan go on.",
+        "A bug in rungd ended an operator's connection. The other clients and the scan continue.",
         "Report the line with the lines around it, and what the operator asked.";
 
     OPERATOR_GONE = 812, "operator-gone", Debug, CLIENTS, ByName:
@@ -136,8 +138,8 @@ rows! {
     OPERATOR_SOCKET_LOST = 814, "operator-socket-lost", Warn, CLIENTS, ByName:
         "c39c417f96cf477fac0b592658e6e77f",
         "Something removed the operator's socket while the controller ran. rungd makes it again; \
-         until then, no operator's command reaches the controller. Scans go on.",
-        "Find out which program clears the folder, or mend what the line names.";
+         until then, no operator's command reaches the controller. Scans continue.",
+        "Find out which program clears the folder, or correct what the line names.";
 
     OPERATOR_ACK = 815, "operator-ack", Info, NONE, Never:
         "23854393a6dd4c85a3bcaee0260974f1",

@@ -11,6 +11,7 @@ use super::heard::NodeName;
 use super::limits::{FleetCounts, cut};
 use super::node::{NodeView, Standing};
 use super::view::FleetView;
+use crate::operator::protocol::is_run;
 use crate::sparkplug::{HostState, MetricValue, vocabulary};
 
 /// An edge node of rungd publishes its scan every 10 s. It is silent if three of these messages are
@@ -214,7 +215,7 @@ impl FleetReport {
         let runs = |node: &NodeReport| {
             let is_there = node.state == "online" && node.told.controller != Some(false);
             let mode = node.told.mode.as_deref();
-            is_there && (mode == Some("RUN") || (mode.is_none() && !node.is_rungd))
+            is_there && mode.map_or(!node.is_rungd, is_run)
         };
         !self.nodes.is_empty() && self.is_whole() && self.nodes.iter().all(runs)
     }

@@ -41,7 +41,7 @@ impl Scaling {
         let scaled = number * f64::from(self.multiply) / f64::from(self.divide);
         let scaled = scaled + f64::from(self.offset);
         // For a number beyond an i32, `as` returns the nearest i32.
-        if self.real { Real::stored(scaled).0.cell() } else { scaled.round() as i32 }
+        if self.real { Real::stored(scaled).real.cell() } else { scaled.round() as i32 }
     }
 
     /// The device's number for a content of memory, rounded to the nearest integer; halves are

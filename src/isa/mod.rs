@@ -25,5 +25,5 @@ pub use instruction::Spec;
 pub(crate) use instruction::{LegName, Mnemonic, OperandKind, OperandSpec};
 pub(crate) use maps::{NumberMap, NumberSet};
 pub(crate) use number_ranges::NumberRanges;
-pub use real::Real;
+pub use real::{NearestReal, Real};
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

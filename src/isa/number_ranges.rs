@@ -50,8 +50,7 @@ impl<K: Copy + Ord> NumberRanges<K> {
     fn touching(&self, (kind, first, last): (K, u32, u32)) -> Vec<(u32, u32)> {
         let below = self.covered.range((kind, 0)..=(kind, last + 1)).rev();
         let touching = below.take_while(|(_, end)| **end + 1 >= first);
-        let mut found: Vec<(u32, u32)> =
-            touching.map(|((_, begin), end)| (*begin, *end)).collect();
+        let mut found: Vec<(u32, u32)> = touching.map(|((_, begin), end)| (*begin, *end)).collect();
         found.reverse();
         found
     }

@@ -20,6 +20,15 @@ use serde::{Deserialize, Serialize};
 #[serde(into = "f32", try_from = "f32")]
 pub struct Real(i32);
 
+/// The real that is nearest to a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NearestReal {
+    /// The real.
+    pub real: Real,
+    /// Whether the number is beyond the largest real.
+    pub is_beyond: bool,
+}
+
 /// Why a text is no real constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RealError {
@@ -58,18 +67,18 @@ impl Real {
         number.is_finite().then(|| Real::of(number))
     }
 
-    /// The nearest real of a number (ties to even), and whether the number is beyond the largest
-    /// real: then the result is the largest or the least real.
+    /// The nearest real of a number (ties to even). For a number beyond the largest real it is the
+    /// largest or the least real.
     #[inline(always)]
-    pub fn stored(number: f64) -> (Real, bool) {
+    pub fn stored(number: f64) -> NearestReal {
         let nearest = number as f32;
-        let beyond = !nearest.is_finite();
-        (Real::of(nearest.clamp(-f32::MAX, f32::MAX)), beyond)
+        let is_beyond = !nearest.is_finite();
+        NearestReal { real: Real::of(nearest.clamp(-f32::MAX, f32::MAX)), is_beyond }
     }
 
     /// The nearest real of an integer.
     pub fn nearest(integer: i32) -> Real {
-        Real::stored(f64::from(integer)).0
+        Real::stored(f64::from(integer)).real
     }
 
     /// The real of a finite number.
@@ -176,8 +185,8 @@ mod tests {
     #[test]
     fn what_is_stored_is_rounded_to_even_and_limited() {
         let stored = |number: f64| {
-            let (real, beyond) = Real::stored(number);
-            (real.number(), beyond)
+            let NearestReal { real, is_beyond } = Real::stored(number);
+            (real.number(), is_beyond)
         };
         assert_eq!(stored(16_777_217.0), (16_777_216.0, false));
         assert_eq!(stored(16_777_219.0), (16_777_220.0, false));

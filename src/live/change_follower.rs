@@ -156,6 +156,6 @@ pub(super) fn asked(socket: &Path, from_section: u64) -> Result<Vec<u8>, LookFai
     let request = Request::Recording { from_section: Some(from_section) };
     let answer: RecordingBytes =
         client::ask_within(socket, &request, ANSWER_MAX).map_err(LookFailure::Call)?;
-    let unusable = || LookFailure::Unusable("the controller's answer is no recording".into());
+    let unusable = || LookFailure::Unusable("the controller's answer is not a recording".into());
     answer.bytes().ok_or_else(unusable)
 }

@@ -215,9 +215,9 @@ impl ChangeHistory {
         }
         let scans = is_same.then(|| begin.scan - told.scan);
         let why = trouble.unwrap_or_else(|| match is_same {
-            true => "the scan log does not have them any more".to_owned(),
-            false => "the controller was started anew, and the end of its log before is missing \
-                      or not known to be whole"
+            true => "the scan log no longer has them".to_owned(),
+            false => "the controller was restarted, and the end of the previous log is missing or \
+                      may be incomplete"
                 .to_owned(),
         });
         Some(LogGap { scans, from_ns: told.unix_ns, to_ns: begin.unix_ns, why })

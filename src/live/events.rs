@@ -132,9 +132,9 @@ fn outside(program: &LiveProgram, section: &TapeSection, all: &mut Vec<LiveEvent
 
 fn mode_text(mode: Mode) -> String {
     match mode {
-        Mode::Run => "RUN".to_owned(),
-        Mode::Stop(reason) => format!("STOP: {reason}"),
-        Mode::Fault(reason) => format!("FAULT: {reason}"),
+        Mode::Run => mode.name().to_owned(),
+        Mode::Stop(reason) => format!("{}: {reason}", mode.name()),
+        Mode::Fault(reason) => format!("{}: {reason}", mode.name()),
     }
 }
 

@@ -118,7 +118,8 @@ impl Follower {
         let request = Request::Recording { from_section: Some(from_section) };
         let answer: RecordingBytes =
             client::ask_within(&self.socket, &request, ANSWER_MAX).map_err(LookFailure::Call)?;
-        let unusable = || LookFailure::Unusable("the controller's answer is no recording".into());
+        let unusable =
+            || LookFailure::Unusable("the controller's answer is not a recording".into());
         Ok(Recording::newest(answer.bytes().ok_or_else(unusable)?, &mut self.last))
     }
 }
@@ -135,7 +136,7 @@ fn running(recording: &Recording) -> Result<Arc<RecordedProgram>, LookFailure> {
 }
 
 fn exchanged() -> LookFailure {
-    LookFailure::Unusable("the program was exchanged just now".to_owned())
+    LookFailure::Unusable("the program has just been exchanged".to_owned())
 }
 
 impl KnownProgram {

@@ -64,7 +64,7 @@ impl LiveView {
         found.and_then(|section| run.of_scan(section, scan)).ok_or_else(|| match self.scans() {
             Some(known) => {
                 let (first, last) = (known.start(), known.end());
-                format!("scan {scan} is not there any more: there are {first} to {last}")
+                format!("scan {scan} is no longer recorded: there are scans {first} to {last}")
             }
             None => "no scan is recorded yet".to_owned(),
         })

@@ -28,7 +28,7 @@ pub(crate) fn bench(
     let mut loaded = Loaded { files: vec![file], texts: texts.clone(), ..Loaded::default() };
     loaded.lost.add_settings(FileId(0), settings.lost.clone());
     if loaded.named_files((naming, "test file"), &settings.ladder) {
-        loaded.with_settings(settings, (1, kind == InputKind::Controller));
+        loaded.with_settings(settings, 1, kind == InputKind::Controller);
     }
     loaded.settings(settings);
     loaded.judge();

@@ -12,6 +12,8 @@ mod broken;
 mod ended;
 pub(crate) mod files;
 #[cfg(test)]
+mod growth;
+#[cfg(test)]
 mod large;
 pub(crate) mod library;
 mod own_files;
@@ -205,8 +207,7 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
         loaded.findings.push(finding.help(help));
         return loaded;
     }
-    let (written, found) =
-        controller::read_within(&loaded.files[0].text, id, &loaded.progress);
+    let (written, found) = controller::read_within(&loaded.files[0].text, id, &loaded.progress);
     loaded.findings.extend(found);
     let Some(written) = written.filter(|_| !loaded.progress.is_over()) else { return loaded };
     loaded.lost.add_settings(id, written.lost.clone());
@@ -348,16 +349,12 @@ impl Loaded {
 
     /// Resolves the ladder files of a controller file: all files from `first` on.
     fn controlled(&mut self, written: &WrittenController, first: usize) {
-        self.with_settings(written, (first, true));
+        self.with_settings(written, first, true);
     }
 
     /// Resolves the ladder files of these settings: all files from `first` on. Without a controller
     /// file, every device that the ladders name is accepted.
-    fn with_settings(
-        &mut self,
-        written: &WrittenController,
-        (first, has_controller): (usize, bool),
-    ) {
+    fn with_settings(&mut self, written: &WrittenController, first: usize, has_controller: bool) {
         let first_file = FileId(first as u32);
         let (sizes, order) = (written.memory.clone(), written.order.clone());
         let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
@@ -395,8 +392,7 @@ impl Loaded {
             && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
         let bare = Program { sizes: written.memory.clone(), ..Program::default() };
         let program = self.program.as_ref().unwrap_or(&bare);
-        let (controller, mut found) =
-            resolve_controller_within(written, program, &self.progress);
+        let (controller, mut found) = resolve_controller_within(written, program, &self.progress);
         // A tag that is itself wrong, or in a file that could not be read, already has a finding.
         found.retain(|finding| whole || finding.code != Code::UnknownName);
         self.findings.extend(found);

@@ -1,6 +1,6 @@
 //! Turns a resolved program into an engine program and symbols. Cannot fail: the resolver and the
 //! checks have found every mistake before. Only a load whose time is over ends it early
-//! ([`lower_within`]).
+//! (`lower_within`).
 //!
 //! `contacts` and `instructions` turn rungs into operations in file order; `schedule` puts
 //! operations of one kind together. `symbols` keeps the names, limits and texts that the engine

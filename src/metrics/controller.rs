@@ -7,9 +7,10 @@ use super::family::{MetricFamily, MetricKind, MetricSample, flag};
 use super::scraped::Scraped;
 use super::text::number;
 use crate::operator::protocol::{Scan, Spread, Status};
+use crate::runtime::exchange::Mode;
 
 /// The modes.
-const MODES: [&str; 3] = ["RUN", "STOP", "FAULT"];
+const MODES: [&str; 3] = [Mode::RUN, Mode::STOP, Mode::FAULT];
 
 /// The first and the last edge of the buckets: 2^10 ns and 2^30 ns, about 1 us and 1 s. Each scrape
 /// has all buckets, since a new bucket would look like a jump.
@@ -87,12 +88,12 @@ fn scans(status: &Status) -> Vec<MetricFamily> {
         ),
         histogram(
             "rungd_scan_execution_seconds",
-            "From the begin of a scan to its end, since the start of RUN.",
+            "From the beginning of a scan to its end, since the start of RUN.",
             execution,
         ),
         histogram(
             "rungd_scan_lateness_seconds",
-            "From a scan's time to its begin, since the start of RUN.",
+            "From a scan's due time to its beginning, since the start of RUN.",
             lateness,
         ),
     ]

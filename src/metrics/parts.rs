@@ -116,12 +116,12 @@ fn retain(retain: &Retain) -> Vec<MetricFamily> {
         MetricFamily::counter("rungd_retain_written_bytes", "Bytes written.", retain.bytes),
         MetricFamily::gauge(
             "rungd_retain_flush_seconds",
-            "From the begin of the last write until it was durable.",
+            "From the beginning of the last write until it was durable.",
             retain.flush_us as f64 / US,
         ),
         MetricFamily::gauge(
             "rungd_retain_flush_max_seconds",
-            "The same of the slowest write.",
+            "The same for the slowest write.",
             retain.flush_max_us as f64 / US,
         ),
     ]

@@ -53,7 +53,7 @@ struct Looks {
 /// The address cannot be used.
 pub(super) fn serve(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    runtime.context("the system starts no event loop")?.block_on(run(listen, socket))
+    runtime.context("the system cannot start an event loop")?.block_on(run(listen, socket))
 }
 
 async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
@@ -118,7 +118,7 @@ async fn page(request: &Request<Incoming>, looks: Arc<Mutex<Looks>>) -> Page {
             answer(StatusCode::OK, form.content_type(), text(&families, form))
         }
         "/metrics" => {
-            let why = "the metrics are only read: GET\n".to_owned();
+            let why = "the metrics are read-only: use GET\n".to_owned();
             let mut page = answer(StatusCode::METHOD_NOT_ALLOWED, PLAIN, why);
             page.headers_mut().insert(ALLOW, HeaderValue::from_static("GET, HEAD"));
             page

@@ -58,7 +58,7 @@ fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
         MonitorNews::Found(Ok(values)) => {
             let last = values.last().map(|of| of.operand.clone());
             if !state.watch.add(values) {
-                state.said = "the watch list is full: remove an operand by d".to_owned();
+                state.said = "the watch list is full: remove an operand with d".to_owned();
             }
             let at = state.watch.rows.iter().position(|row| Some(&row.operand) == last.as_ref());
             state.chosen[0] = at.unwrap_or(state.chosen[0]);
@@ -217,11 +217,11 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: Press) -> Vec
         return Vec::new();
     }
     let Some(operand) = operand else {
-        state.said = "no operand is chosen: choose one by the arrows".to_owned();
+        state.said = "no operand is chosen: choose one with the arrows".to_owned();
         return Vec::new();
     };
     let Some(wanted) = wanted else {
-        let (heading, text) = (format!("Why: {operand}"), "the controller is asked".to_owned());
+        let (heading, text) = (format!("Why: {operand}"), "waiting for the controller".to_owned());
         state.why = LongText { heading, text, top: 0 };
         open(state, MonitorPage::Why);
         return ask(MonitorOrder::Why(operand));

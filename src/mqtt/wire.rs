@@ -316,13 +316,13 @@ impl Wire {
             Packet::V5_0Connack(packet) => self.welcome_5(&packet),
             Packet::V3_1_1Publish(packet) => {
                 let (topic, payload) = (packet.topic_name(), packet.payload().as_slice());
-                let word = message(topic, payload, (packet.qos(), packet.retain()))?;
+                let word = message(topic, payload, packet.qos(), packet.retain())?;
                 self.acknowledge(packet.packet_id())?;
                 Ok(Some(word))
             }
             Packet::V5_0Publish(packet) => {
                 let (topic, payload) = (packet.topic_name(), packet.payload().as_slice());
-                let word = message(topic, payload, (packet.qos(), packet.retain()))?;
+                let word = message(topic, payload, packet.qos(), packet.retain())?;
                 self.acknowledge(packet.packet_id())?;
                 Ok(Some(word))
             }
@@ -437,7 +437,8 @@ impl Wire {
 fn message(
     topic: &str,
     payload: &[u8],
-    (qos, retained): (packet::Qos, bool),
+    qos: packet::Qos,
+    retained: bool,
 ) -> Result<BrokerWord, MqttCause> {
     let qos = match qos {
         packet::Qos::AtMostOnce => Qos::AtMostOnce,

@@ -34,6 +34,16 @@ enum Try {
     Run(BlockId),
 }
 
+/// The start of a scan, as the tape has it.
+#[derive(Clone, Copy)]
+struct SeenBegin {
+    at: Moment,
+    now_ns: u64,
+    times: ScanTimes,
+    /// Local time.
+    local_s: i64,
+}
+
 /// A copy of the engine, and the next scan to execute on it.
 struct TrialScan<'a> {
     subject: &'a Subject,
@@ -222,16 +232,17 @@ impl Inquiry<'_> {
             return None;
         }
         let last = self.begin_before(at);
-        let before = last.and_then(|(at, ..)| self.begin_before(at));
+        let before = last.and_then(|last| self.begin_before(last.at));
         let section = self.replay.section(at.section)?;
-        let cold = (at, section.state.now_ns(), ScanTimes::default(), 0);
-        let (_, last_ns, times, local_s) = last.unwrap_or(cold);
-        let period_ns = before.map_or(PERIOD_NS, |(_, ns, ..)| last_ns.saturating_sub(ns));
+        let now_ns = section.state.now_ns();
+        let cold = SeenBegin { at, now_ns, times: ScanTimes::default(), local_s: 0 };
+        let SeenBegin { now_ns: last_ns, times, local_s, .. } = last.unwrap_or(cold);
+        let period_ns = before.map_or(PERIOD_NS, |of| last_ns.saturating_sub(of.now_ns));
         Some(EngineCall::Begin { now_ns: last_ns.saturating_add(period_ns), times, local_s })
     }
 
     /// The last scan that began before a moment.
-    fn begin_before(&mut self, at: Moment) -> Option<(Moment, u64, ScanTimes, i64)> {
+    fn begin_before(&mut self, at: Moment) -> Option<SeenBegin> {
         let (section, entry) = self.replay.last_begin(at)?;
         let of = self.replay.section(section)?;
         let Some(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s })) =
@@ -239,7 +250,8 @@ impl Inquiry<'_> {
         else {
             return None;
         };
-        Some((Moment { section, entry, step: 0 }, *now_ns, *times, *local_s))
+        let at = Moment { section, entry, step: 0 };
+        Some(SeenBegin { at, now_ns: *now_ns, times: *times, local_s: *local_s })
     }
 
     /// Whether the controller scans at a moment.

@@ -45,25 +45,27 @@ impl Subject {
             if !(goes_on && section.start.follows) {
                 run.resume(&section.state);
                 let image = run.engine().image();
-                let at = (section.start.number.saturating_sub(1), section.begin_ns());
+                let scan = section.start.number.saturating_sub(1);
+                let at = ChangeTime::of(section, scan, section.begin_ns());
                 let values = cells.iter().map(|cell| (*cell, content(image, *cell)));
                 let values = values.collect::<Vec<_>>();
-                all.extend(news(&mut known, values, time(section, at)));
+                all.extend(news(&mut known, values, at));
             }
             goes_on = true;
             let mut numbers = numbered_calls(&section.entries, section.start.number).peekable();
-            let (mut scan, mut changes) = ((section.start.number.saturating_sub(1), 0), Vec::new());
+            let mut changes = Vec::new();
+            let mut time = ChangeTime::of(section, section.start.number.saturating_sub(1), 0);
             for (at, entry) in (0..).zip(&section.entries) {
                 let TapeEntry::Call(call) = entry else { continue };
                 if let Some(of) = numbers.next_if(|of| of.entry == at as usize) {
-                    scan = (of.number, of.now_ns);
+                    time = ChangeTime::of(section, of.number, of.now_ns);
                 }
                 run.call(at, *call, Some(&mut changes));
                 if matches!(call, EngineCall::Execute | EngineCall::Terminate) {
                     let values = changes.drain(..).map(|change| (change.cell, change.after));
                     let values = values.filter(|(cell, _)| known.contains_key(cell));
                     let values = last_of_each(values);
-                    all.extend(news(&mut known, values, time(section, scan)));
+                    all.extend(news(&mut known, values, time));
                 }
             }
         }
@@ -71,9 +73,21 @@ impl Subject {
     }
 }
 
-/// The scan, and its time since 1970.
-fn time(section: &TapeSection, (scan, now_ns): (u64, u64)) -> (u64, i64) {
-    (scan, section.start.unix_offset_ns.saturating_add_unsigned(now_ns))
+/// The time of a change.
+#[derive(Clone, Copy)]
+struct ChangeTime {
+    /// The scan of the change.
+    scan: u64,
+    /// The time of the scan, ns since 1970 (UTC).
+    unix_ns: i64,
+}
+
+impl ChangeTime {
+    /// The time of a scan that began at `now_ns` on the clock of the section.
+    fn of(section: &TapeSection, scan: u64, now_ns: u64) -> ChangeTime {
+        let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
+        ChangeTime { scan, unix_ns }
+    }
 }
 
 /// The last value of each cell, in the order of the first changes of the cells.
@@ -92,7 +106,7 @@ fn last_of_each(values: impl Iterator<Item = (Cell, i32)>) -> Vec<(Cell, i32)> {
 fn news(
     known: &mut HashMap<Cell, Option<i32>>,
     values: Vec<(Cell, i32)>,
-    (scan, unix_ns): (u64, i64),
+    ChangeTime { scan, unix_ns }: ChangeTime,
 ) -> Vec<CellChanged> {
     let change = |(cell, after): (Cell, i32)| {
         let before = known.insert(cell, Some(after)).flatten();

@@ -70,6 +70,14 @@ pub(super) struct Found {
     pub writer: FoundWriter,
 }
 
+/// The place of a change from the log.
+pub(super) struct ChangePlace {
+    /// The moment right before the write.
+    pub at: Moment,
+    /// Whether it happened in the last scan before the question.
+    pub in_last_scan: bool,
+}
+
 /// The writer of a value.
 #[derive(Debug)]
 pub(super) enum FoundWriter {
@@ -114,14 +122,16 @@ impl<'a> Inquiry<'a> {
                 return found;
             }
             return match self.replay.last_change(cell, until, most) {
-                Changed::At(change, at) if at > found.at => self.changed(cell, change, (at, true)),
+                Changed::At(change, at) if at > found.at => {
+                    self.changed(cell, change, ChangePlace { at, in_last_scan: true })
+                }
                 Changed::At(..) | Changed::Never(..) => found,
             };
         }
         match self.replay.last_change(cell, until, most) {
             Changed::At(change, at) => {
                 let in_last_scan = begin.is_some_and(|begin| at >= begin);
-                self.changed(cell, change, (at, in_last_scan))
+                self.changed(cell, change, ChangePlace { at, in_last_scan })
             }
             Changed::Never(end, section) => Found {
                 at: Moment { section, entry: 0, step: 0 },
@@ -189,7 +199,8 @@ impl<'a> Inquiry<'a> {
     }
 
     /// The write of a change from the log, with the contacts and operands that its rung saw.
-    pub fn changed(&mut self, cell: Cell, change: CellChange, (at, last): (Moment, bool)) -> Found {
+    pub fn changed(&mut self, cell: Cell, change: CellChange, place: ChangePlace) -> Found {
+        let ChangePlace { at, in_last_scan } = place;
         let writer = match change.by {
             None => FoundWriter::Call,
             Some(Deed::Turn(block)) => FoundWriter::Turn(block),
@@ -204,6 +215,6 @@ impl<'a> Inquiry<'a> {
                 }
             }
         };
-        Found { at, before: Some(change.before), in_last_scan: last, writer }
+        Found { at, before: Some(change.before), in_last_scan, writer }
     }
 }

@@ -220,20 +220,28 @@ pub(super) fn value_text(operand: &OperandName, value: i32) -> String {
     }
 }
 
+/// A side of a compare.
+pub(super) struct ComparedSide<'a> {
+    /// The value that the compare read: a cell's content.
+    pub value: i32,
+    pub operand: Option<&'a OperandName>,
+    pub is_real: bool,
+}
+
 /// The sides of a compare with their values: `level = 80, least = 100`. A side that is a number is
 /// left out.
-pub(super) fn sides_text(text: &str, sides: [(i32, Option<&OperandName>, bool); 2]) -> String {
+pub(super) fn sides_text(text: &str, sides: [ComparedSide; 2]) -> String {
     let is_sign = |char: char| "<>=!".contains(char);
     let (left, right) = text.split_once(is_sign).unwrap_or((text, ""));
     let written = [left, right.trim_start_matches(is_sign)].map(str::trim);
     let is_number =
         |text: &str| text.starts_with(|char: char| char.is_ascii_digit() || char == '-');
     let mut all = Vec::new();
-    for (written, (value, operand, real)) in written.into_iter().zip(sides) {
+    for (written, ComparedSide { value, operand, is_real }) in written.into_iter().zip(sides) {
         match operand {
             Some(operand) => all.push(format!("{} = {}", operand.name, value_text(operand, value))),
             None if written.is_empty() || is_number(written) => {}
-            None if real => all.push(format!("{written} = {}", Real::of_cell(value))),
+            None if is_real => all.push(format!("{written} = {}", Real::of_cell(value))),
             None => all.push(format!("{written} = {value}")),
         }
     }

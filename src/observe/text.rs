@@ -6,7 +6,8 @@ use super::answer::{
     LastChange, LegSeen, Node, Remedy, Restart, Since, Stop,
 };
 use super::phrases::{
-    Telling, Written, edit_text, ms, operand_text, rung_text, sides_text, state, value_text,
+    ComparedSide, Telling, Written, edit_text, ms, operand_text, rung_text, sides_text, state,
+    value_text,
 };
 use crate::runtime::exchange::Mode;
 
@@ -218,8 +219,12 @@ impl Lines {
             }
             ContactDetail::Compare { sides, real } => {
                 let text = &contact.place.text;
-                let values = [0, 1].map(|at| (sides[at].0, sides[at].1.as_ref(), real[at]));
-                let values = sides_text(text, values);
+                let side = |at: usize| ComparedSide {
+                    value: sides[at].0,
+                    operand: sides[at].1.as_ref(),
+                    is_real: real[at],
+                };
+                let values = sides_text(text, [side(0), side(1)]);
                 let colon = if values.is_empty() { "" } else { ": " };
                 self.add(line.indent, &format!("{}{colon}{values}", head(text)));
                 for (value, operand, followed) in sides {

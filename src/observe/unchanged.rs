@@ -5,7 +5,7 @@
 use super::answer::{
     Cause, ContactDetail, ContactSeen, Followed, LastChange, LegSeen, Node, Remedy, Since, Write,
 };
-use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
+use super::inquiry::{ChangePlace, Found, FoundWriter, Inquiry, Shown};
 use super::past::Moment;
 use super::replay::{Changed, SEARCHED_MAX};
 use crate::engine::Cell;
@@ -59,7 +59,7 @@ impl Inquiry<'_> {
         let cell = root.operand.cell;
         match self.replay.last_change(cell, at, most) {
             Changed::At(change, when) if when < begin && change.after == root.value => {
-                Some(self.changed(cell, change, (when, false)))
+                Some(self.changed(cell, change, ChangePlace { at: when, in_last_scan: false }))
             }
             Changed::At(..) => None,
             Changed::Never(end, section) => Some(Found {

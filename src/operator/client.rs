@@ -99,12 +99,16 @@ pub(crate) fn ask_within<T: DeserializeOwned>(
     exchanged(socket, request, (limit, &|_| ()))
 }
 
-fn exchanged<T: DeserializeOwned>(
-    socket: &Path,
-    request: &Request,
-    (limit, tell): (Duration, &dyn Fn(&str)),
-) -> Result<T, CallFailure> {
-    let stream = connected(socket).map_err(|error| {
+/// The process that listens at a socket; `None` if the system does not report it.
+///
+/// # Errors
+/// [`CallFailure`].
+pub(crate) fn listener(socket: &Path) -> Result<Option<i32>, CallFailure> {
+    Ok(Process::of(&opened(socket)?).0)
+}
+
+fn opened(socket: &Path) -> Result<UnixStream, CallFailure> {
+    connected(socket).map_err(|error| {
         let failure = if error.kind() == io::ErrorKind::PermissionDenied {
             CallFailure::NotAllowed
         } else if error.kind() == io::ErrorKind::TimedOut {
@@ -113,7 +117,15 @@ fn exchanged<T: DeserializeOwned>(
             CallFailure::NotRunning
         };
         failure(socket.into(), error)
-    })?;
+    })
+}
+
+fn exchanged<T: DeserializeOwned>(
+    socket: &Path,
+    request: &Request,
+    (limit, tell): (Duration, &dyn Fn(&str)),
+) -> Result<T, CallFailure> {
+    let stream = opened(socket)?;
     let wait = Wait { request, limit, began: Instant::now(), tell };
     let line = wait.exchange(stream).map_err(|error| CallFailure::Broken(socket.into(), error))?;
     match serde_json::from_slice(&line) {
@@ -137,7 +149,9 @@ fn connected(socket: &Path) -> io::Result<UnixStream> {
         }
         if began.elapsed() > SEND_MAX {
             let limit = SEND_MAX.as_secs();
-            let why = format!("no client was let in for {limit} s: it hangs, or a crowd asks it");
+            let why = format!(
+                "no client was accepted for {limit} s: it hangs, or too many clients ask it"
+            );
             return Err(io::Error::new(io::ErrorKind::TimedOut, why));
         }
         sleep(CONNECT_EVERY);
@@ -230,7 +244,7 @@ impl Wait<'_> {
 
     fn no_answer(&self, process: Process) -> String {
         let limit = self.limit.as_secs();
-        let yet = if self.request.only_looks() { "" } else { "; the command may yet be done" };
+        let yet = if self.request.only_looks() { "" } else { "; the command may still be done" };
         format!("{process} gave no answer in {limit} s: it hangs{yet}{}", process.hint())
     }
 }
@@ -272,7 +286,7 @@ impl fmt::Display for CallFailure {
             CallFailure::NotRunning(path, error) => write!(
                 f,
                 "no rungd answers at {}: {error}; is it running? (`[operator] socket` of its \
-                 controller file says where its socket is: stand in that folder, or name the \
+                 controller file says where its socket is: change to that folder, or name the \
                  socket by `--socket` or RUNGD_SOCKET. A controller started by hand without that \
                  key has no socket: write the key, or set RUNGD_SOCKET for both)",
                 path.display()

@@ -182,7 +182,7 @@ impl Names {
     pub fn find_one(&self, text: &str) -> Result<Variable, Refusal> {
         let written = written(text);
         let range = || {
-            let message = format!("`{}` is a range: name one of it", written.text);
+            let message = format!("`{}` is a range: name one element of it", written.text);
             Refusal::new(RefusalKind::BadOperand, message)
         };
         if is_range(&written.text) {

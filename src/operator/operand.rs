@@ -5,7 +5,7 @@
 
 use super::protocol::{GivenValue, Held, Refusal, RefusalKind, ShownValue};
 use crate::engine::Cell;
-use crate::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, NearestReal, Real, Word, WordSpace};
 use crate::runtime::exchange::{Mode, Snapshot};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::Code;
@@ -133,7 +133,7 @@ impl Variable {
             let message = "it takes a number, as 12.5, 12 or 2e-3";
             return Err(bad(format!("`{}` is a real: {message}", self.operand)));
         };
-        let (real, is_beyond) = Real::stored(number);
+        let NearestReal { real, is_beyond } = Real::stored(number);
         if is_beyond {
             return Err(beyond(&format!("{number:?}")));
         }
@@ -206,12 +206,12 @@ fn read_only(operand: &Variable, done: &str) -> Refusal {
     let name = &operand.operand;
     let why = match operand.what {
         Address::Bit(Bit::Space(BitSpace::St, _))
-        | Address::Word(Word::Space(WordSpace::Dst, _)) => "it says how the controller is",
+        | Address::Word(Word::Space(WordSpace::Dst, _)) => "it shows the state of the controller",
         Address::Bit(Bit::Stage(_)) => "a Stage is switched by the ladder",
         Address::Bit(Bit::Running(_) | Bit::Done(_)) => {
             "a block is started and stopped by the ladder"
         }
-        Address::Bit(Bit::Device(..)) => "it says how the device is; it can be forced",
+        Address::Bit(Bit::Device(..)) => "it shows the state of the device; it can be forced",
         Address::Bit(Bit::Flag(..)) => {
             "its instruction writes it at every execution; it can be forced"
         }

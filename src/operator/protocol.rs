@@ -19,6 +19,7 @@ pub use super::state::{Posture, Status};
 pub use super::value::GivenValue;
 pub(crate) use super::value::{Held, ShownValue};
 use crate::events::Level;
+use crate::runtime::exchange::Mode;
 
 /// The version of this protocol, as sent in [`Status`].
 pub(crate) const PROTOCOL: u32 = 1;
@@ -121,6 +122,21 @@ pub enum Request {
 pub enum ModeWanted {
     Run,
     Stop,
+}
+
+impl ModeWanted {
+    /// The mode's name in answers.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            ModeWanted::Run => Mode::RUN,
+            ModeWanted::Stop => Mode::STOP,
+        }
+    }
+}
+
+/// Whether the mode of this name is RUN.
+pub(crate) fn is_run(mode: &str) -> bool {
+    mode == Mode::RUN
 }
 
 /// The answer to a request.

@@ -18,8 +18,11 @@ use super::segment::SegmentStart;
 
 const SECOND_NS: u64 = 1_000_000_000;
 
-/// The pauses before the store tries again: the first pause, and the longest.
-const PAUSES_NS: (u64, u64) = (SECOND_NS, 60 * SECOND_NS);
+/// The first pause before the store tries again.
+const FIRST_PAUSE_NS: u64 = SECOND_NS;
+
+/// The longest pause before the store tries again.
+const LONGEST_PAUSE_NS: u64 = 60 * SECOND_NS;
 
 /// The time between two base images in a file.
 const BASE_EVERY_NS: u64 = 60 * SECOND_NS;
@@ -79,9 +82,17 @@ pub struct Store<F> {
     is_known: bool,
     open: Option<OpenFile>,
     trouble: Option<Trouble>,
-    /// The pause after the last failure, and the time at which the store worked again.
-    last_trouble: (u64, u64),
+    last_trouble: LastTrouble,
     lost_blocks: u64,
+}
+
+/// The last failure that is over.
+#[derive(Clone, Copy, Default)]
+struct LastTrouble {
+    /// The last pause before the store worked again.
+    pause_ns: u64,
+    /// The time at which the store worked again.
+    worked_ns: u64,
 }
 
 struct StoredFile {
@@ -127,7 +138,7 @@ impl<F: Folder> Store<F> {
             is_known: false,
             open: None,
             trouble: None,
-            last_trouble: (0, 0),
+            last_trouble: LastTrouble::default(),
             lost_blocks: 0,
         }
     }
@@ -189,7 +200,7 @@ impl<F: Folder> Store<F> {
 
     fn works(&mut self, now_ns: u64) -> Option<StoreNews> {
         let Trouble { lost_before, pause_ns, .. } = self.trouble.take()?;
-        self.last_trouble = (pause_ns, now_ns);
+        self.last_trouble = LastTrouble { pause_ns, worked_ns: now_ns };
         Some(StoreNews::Resumed { lost_blocks: self.lost_blocks - lost_before })
     }
 
@@ -201,15 +212,14 @@ impl<F: Folder> Store<F> {
             let _ = self.folder.remove(&open.name);
         }
         let before = self.trouble.take();
-        let (first, longest) = PAUSES_NS;
-        let (last_pause_ns, worked_ns) = self.last_trouble;
+        let last = self.last_trouble;
         let pause_ns = match &before {
             Some(before) => before.pause_ns * 2,
             // A disk that fails again soon gets longer pauses.
-            None if now_ns < worked_ns.saturating_add(longest) => last_pause_ns * 2,
-            None => first,
+            None if now_ns < last.worked_ns.saturating_add(LONGEST_PAUSE_NS) => last.pause_ns * 2,
+            None => FIRST_PAUSE_NS,
         };
-        let pause_ns = pause_ns.clamp(first, longest);
+        let pause_ns = pause_ns.clamp(FIRST_PAUSE_NS, LONGEST_PAUSE_NS);
         let retry_ns = now_ns.saturating_add(pause_ns);
         let lost_before = before.as_ref().map_or(self.lost_blocks, |before| before.lost_before);
         self.trouble = Some(Trouble { error: error.to_string(), lost_before, retry_ns, pause_ns });

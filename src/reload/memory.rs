@@ -48,7 +48,6 @@ pub(super) fn structures(
     new: Side<'_>,
 ) -> Kept {
     let mut kept = Kept::default();
-    let initial = (InitialWords::of(old), InitialWords::of(new));
     let (before, now) = (by_structure(&names.old.owners), by_structure(&names.new.owners));
     for (structure, owners) in &now {
         let mut goes_on = false;
@@ -68,12 +67,12 @@ pub(super) fn structures(
             tell_kept(plan, names, old, (same, owner));
         }
         if let Some(was) = was.filter(|_| goes_on) {
-            sensaphone_preset(plan, (was, *structure), (&initial.0, &initial.1));
+            sensaphone_preset(plan, (was, *structure), (old, new));
             continue;
         }
         plan.transfer.fresh.push(new.symbols.layout.record(*structure));
         if let Structure::Sensaphone(_) = structure {
-            put_preset(plan, *structure, &initial.1);
+            put_preset(plan, *structure, new);
         }
         tell_new(plan, names, *structure, (before.and_then(|before| before.first()), owners[0]));
     }
@@ -101,39 +100,22 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
 fn sensaphone_preset(
     plan: &mut ReloadPlan,
     (was, structure): (Structure, Structure),
-    (old, new): (&InitialWords<'_>, &InitialWords<'_>),
+    (old, new): (Side<'_>, Side<'_>),
 ) {
     let Structure::Sensaphone(_) = structure else { return };
-    if old.preset(was).1 != new.preset(structure).1 {
+    let constant = |side: Side<'_>, structure: Structure| {
+        let cell = side.symbols.layout.word(Word::Pre(structure.number()));
+        side.program.initial_words.iter().find(|(at, _)| *at == cell).map(|(_, value)| *value)
+    };
+    if constant(old, was) != constant(new, structure) {
         put_preset(plan, structure, new);
     }
 }
 
-fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: &InitialWords<'_>) {
-    let (cell, initial) = new.preset(structure);
-    plan.transfer.new_words.push((cell, initial.unwrap_or(0)));
-}
-
-/// The words of a program that do not begin with 0.
-struct InitialWords<'a> {
-    side: Side<'a>,
-    first: HashMap<WordCell, i32>,
-}
-
-impl<'a> InitialWords<'a> {
-    fn of(side: Side<'a>) -> InitialWords<'a> {
-        let mut first = HashMap::new();
-        for (cell, value) in &side.program.initial_words {
-            first.entry(*cell).or_insert(*value);
-        }
-        InitialWords { side, first }
-    }
-
-    /// The PRE of a Sensaphone counter, and its value after a cold start, if that is not 0.
-    fn preset(&self, structure: Structure) -> (WordCell, Option<i32>) {
-        let cell = self.side.symbols.layout.word(Word::Pre(structure.number()));
-        (cell, self.first.get(&cell).copied())
-    }
+fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: Side<'_>) {
+    let cell = new.symbols.layout.word(Word::Pre(structure.number()));
+    let initial = new.program.initial_words.iter().find(|(at, _)| *at == cell);
+    plan.transfer.new_words.push((cell, initial.map_or(0, |(_, value)| *value)));
 }
 
 fn tell_kept(

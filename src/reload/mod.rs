@@ -27,8 +27,8 @@ pub(crate) use report::WARNING;
 pub(crate) const OTHER_DEVICES: &str = "its devices, or their order, differ from the running ones: \
                                         restart rungd; nothing is reloaded until then";
 /// The reason why files with different memory sizes are not reloaded.
-pub(crate) const OTHER_SIZES: &str = "the sizes in `[memory]` differ from those of the running \
-                                      program: restart rungd; nothing is reloaded until then";
+pub(crate) const OTHER_SIZES: &str = "the sizes in `[memory]` differ from the running program's: \
+                                      restart rungd; nothing is reloaded until then";
 
 impl ReloadPlan {
     /// Compares `old` and `new`.

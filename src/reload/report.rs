@@ -210,7 +210,11 @@ fn line(difference: &Difference, seen: &OldMemory<'_>) -> Option<String> {
         OldState::Keeps { .. } => return keeps(text, state, seen),
         OldState::Moved { .. } => moved(text, state, seen),
         OldState::MovedArray { elements, input, force } => {
-            moved_array(text, elements, (*input, force), seen)
+            let force = left_forces(elements, force, seen);
+            match *input && force.is_empty() {
+                true => text.clone(),
+                false => moved_array(text, elements, &force, seen),
+            }
         }
         OldState::Named { cells, force } => {
             let forced = cells.iter().any(|cell| seen.is_forced(*cell));
@@ -265,22 +269,18 @@ fn moved(text: &str, state: &OldState, seen: &OldMemory<'_>) -> String {
     format!("{WARNING}{text}: {is}; {old}'s was {was}{force}")
 }
 
-/// The line about an array whose addresses have changed: the number of values that differ, and the
-/// first of them.
-fn moved_array(
-    text: &str,
-    elements: &[MovedElement],
-    (input, force): (bool, &str),
-    seen: &OldMemory<'_>,
-) -> String {
+/// The words about forces that stay on the old addresses of an array; empty without such forces.
+fn left_forces(elements: &[MovedElement], force: &str, seen: &OldMemory<'_>) -> String {
     let is_left = |of: &MovedElement| seen.is_forced(of.from) && !seen.is_forced(of.to);
-    let force = match elements.iter().any(is_left) {
+    match elements.iter().any(is_left) {
         true => format!("; {force}"),
         false => String::new(),
-    };
-    if input && force.is_empty() {
-        return text.to_owned();
     }
+}
+
+/// The line about an array whose addresses have changed: the number of values that differ, and the
+/// first of them.
+fn moved_array(text: &str, elements: &[MovedElement], force: &str, seen: &OldMemory<'_>) -> String {
     let differs = |of: &&MovedElement| now(of, seen) != seen.say(of.from);
     let count = elements.iter().filter(differs).count();
     match elements.iter().find(differs) {

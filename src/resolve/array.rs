@@ -43,6 +43,11 @@ impl Array {
         self.space.address(self.first + at)
     }
 
+    /// Its numbers as written, with their space.
+    pub fn numbers(&self) -> (Space, u32, u32) {
+        (self.space, self.first, self.first + self.count - 1)
+    }
+
     /// All addresses, element 0 first.
     pub fn addresses(&self) -> impl Iterator<Item = Address> + use<> {
         let Array { space, first, count } = *self;

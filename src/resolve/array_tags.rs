@@ -15,6 +15,9 @@ use crate::source::finding::{Code, Finding};
 use crate::source::ladder;
 use crate::source::span::{Located, Span};
 
+/// Maximum number of elements of the arrays of all tags together: more than all memory has.
+const ELEMENTS_MAX: usize = 1_000_000;
+
 type Cell = Option<(i32, Span)>;
 
 impl Resolver<'_> {
@@ -27,6 +30,7 @@ impl Resolver<'_> {
     ) -> Option<TagMeaning> {
         let meaning = self.meaning(tag)?;
         let array = self.array(tag, meaning, count)?;
+        self.take_elements(array.count, count.span)?;
         self.misfits(tag, meaning);
         if let Some(alarm) = &tag.alarm {
             let message = "`alarm` does not go with `count`";
@@ -65,6 +69,22 @@ impl Resolver<'_> {
             }
         }
         Some(TagMeaning::Array(array))
+    }
+
+    /// Takes room for the elements of an array; reports once if there is too little.
+    fn take_elements(&mut self, count: u32, span: Span) -> Option<()> {
+        let had_room = self.tag_elements <= ELEMENTS_MAX;
+        self.tag_elements = self.tag_elements.saturating_add(count as usize);
+        if self.tag_elements <= ELEMENTS_MAX {
+            return Some(());
+        }
+        if had_room {
+            let message = format!("the arrays of all tags have more than {ELEMENTS_MAX} elements");
+            let finding = Finding::new(Code::TagKey, span, message);
+            let help = "take arrays away that have the same addresses: all memory has fewer";
+            self.find(finding.label("no room from here on").help(help));
+        }
+        None
     }
 
     fn array(

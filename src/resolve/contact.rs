@@ -3,7 +3,7 @@
 use super::Resolver;
 use super::array::Array;
 use super::program::{Contact, Value, Written};
-use super::scope::Thing;
+use super::scope::{Misplaced, Thing};
 use crate::isa::Address;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact as written;
@@ -65,7 +65,7 @@ impl Resolver<'_> {
             Thing::Device(_) => format!("`{name}.Ok` is ON while it exchanges"),
             Thing::Block(_) => format!("`{name}.Running` is ON while it runs"),
         };
-        self.wrong_kind(name, span, thing, "a bit", &help);
+        self.wrong_kind(Misplaced { name, span, thing }, "a bit", &help);
         None
     }
 
@@ -106,7 +106,7 @@ impl Resolver<'_> {
                 "a number, a duration, or a word as `D0` belongs here".to_owned()
             }
         };
-        self.wrong_kind(name, atom.span, thing, "a number", &help);
+        self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a number", &help);
         None
     }
 
@@ -117,14 +117,8 @@ impl Resolver<'_> {
     }
 
     /// Adds the finding for a thing of the wrong kind.
-    pub(super) fn wrong_kind(
-        &mut self,
-        name: &str,
-        span: Span,
-        thing: Thing,
-        wanted: &str,
-        help: &str,
-    ) {
+    pub(super) fn wrong_kind(&mut self, of: Misplaced, wanted: &str, help: &str) {
+        let Misplaced { name, span, thing } = of;
         let message = format!("`{name}` is {}, not {wanted}", self.kind_words(thing));
         self.find(
             Finding::new(Code::OperandType, span, message)
@@ -157,8 +151,13 @@ impl Resolver<'_> {
 /// The help for an array in the place of one element.
 pub(super) fn of_array(name: &str, array: Array) -> String {
     if let Some((array, _)) = name.split_once('[') {
-        return format!("name one element: `{array}[3]`, or `{array}[step]` by a word");
+        return format!(
+            "name one element: `{array}[3]`, or `{array}[step]` with a word as the index"
+        );
     }
     let last = array.count - 1;
-    format!("name one element, `{name}[0]` to `{name}[{last}]`, or `{name}[step]` by a word")
+    format!(
+        "name one element, `{name}[0]` to `{name}[{last}]`, or `{name}[step]` with a word as the \
+         index"
+    )
 }

@@ -60,7 +60,8 @@ impl Resolver<'_> {
         let mut names: HashMap<String, Span> = HashMap::new();
         self.place_typed(ladders);
         let ladders = || ladders.iter().map(|(_, ladder)| ladder);
-        for tag in ladders().flat_map(|ladder| &ladder.tags) {
+        let tags = ladders().flat_map(|ladder| &ladder.tags);
+        for tag in self.options.progress.during(tags) {
             // The names of a use's own tags are checked in its template.
             if !Layers::is_layered(tag.name.span) {
                 self.declare_name(&tag.name, NameRole::Tag, &mut names);
@@ -145,8 +146,8 @@ impl Resolver<'_> {
         }
         let start = Span { file: self.options.first_file, start: 0, end: 0 };
         self.find(find(start).help(
-            "Main is the program that always runs; without it nothing would:\n\
-             [[program]]\nname = \"Main\"",
+            "Main is the program that always runs; without it nothing runs:\n[[program]]\nname = \
+             \"Main\"",
         ));
     }
 
@@ -266,7 +267,7 @@ impl Resolver<'_> {
 }
 
 /// Maximum number of characters of a name; records with a name have room for this number.
-pub(super) const NAME_MAX: usize = 128;
+pub(crate) const NAME_MAX: usize = 128;
 
 /// A name as the program keeps it: cut to [`NAME_MAX`] characters.
 pub(super) fn kept(name: &str) -> String {

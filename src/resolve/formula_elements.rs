@@ -112,7 +112,7 @@ impl Resolver<'_> {
             return true;
         }
         if had_room {
-            let message = "the whole arrays in all MATHs stand for more than 1000000 elements";
+            let message = "the whole arrays in all MATHs have more than 1000000 elements together";
             let finding = Finding::new(Code::FunctionArguments, span, message);
             let help = "calculate each `sum`, `min` or `max` once, in a MATH of its own, and name \
                         the word with its result elsewhere";

@@ -9,7 +9,7 @@ use super::array::{Array, Element};
 use super::contact::of_array;
 use super::formula::{Binary, Formula, NumberType, Part, Unary, type_of};
 use super::instruction::{Action, Instruction, Target};
-use super::scope::Thing;
+use super::scope::{Misplaced, Thing};
 use crate::isa::function::{FUNCTIONS, ResultType};
 use crate::isa::{Address, Function, Spec};
 use crate::source::atom::{Atom, AtomKind};
@@ -183,7 +183,7 @@ impl Resolver<'_> {
             Thing::Block(_) => format!("its bit is `{name}.Running`"),
             Thing::Device(_) => format!("its bits are `{name}.Ok` and `{name}.Stale`"),
         };
-        self.wrong_kind(name, span, thing, "a value", &help);
+        self.wrong_kind(Misplaced { name, span, thing }, "a value", &help);
         None
     }
 

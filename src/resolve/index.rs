@@ -7,7 +7,7 @@ use super::array::{Array, Element};
 use super::mistake::{Mistake, mistake};
 use super::program::TagMeaning;
 use super::scope::{LookUp, Scope, Thing};
-use crate::isa::Address;
+use crate::isa::{Address, Space};
 use crate::source::finding::Code;
 
 /// An index: a constant, or the name of a word.
@@ -92,7 +92,8 @@ impl Scope {
     pub(super) fn element_name(&self, name: &str, element: Address) -> Option<String> {
         let (base, _) = name.split_once('[').filter(|_| name.contains("]["))?;
         let (_, array) = self.array(base).ok()?;
-        let at = array.addresses().position(|address| address == element)?;
+        let (_, number) = Space::of(element).filter(|(space, _)| *space == array.space)?;
+        let at = number.checked_sub(array.first).filter(|at| *at < array.count)?;
         Some(format!("{base}[{at}]"))
     }
 

@@ -53,6 +53,7 @@ use crate::source::reader::Text;
 use crate::source::room::Room;
 use crate::source::span::{FileId, Located, SourceFile, Span};
 use array::{Array, Element};
+pub(crate) use declare::NAME_MAX;
 use layers::Layers;
 use program::{NamedArray, NamedOperand, Program};
 use scope::{Scope, Thing};
@@ -182,6 +183,8 @@ struct Resolver<'a> {
     trials: Vec<Trial>,
     /// The number of elements of whole arrays in formulas, so far.
     elements: usize,
+    /// The number of elements of the arrays of all tags, so far.
+    tag_elements: usize,
 }
 
 impl<'a> Resolver<'a> {
@@ -204,6 +207,7 @@ impl<'a> Resolver<'a> {
             arguments: Vec::new(),
             trials: Vec::new(),
             elements: 0,
+            tag_elements: 0,
         }
     }
 

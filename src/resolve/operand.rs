@@ -6,7 +6,7 @@ use super::declare::BUILT_IN;
 use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
 use super::places::type_of;
 use super::program::BlockKind;
-use super::scope::Thing;
+use super::scope::{Misplaced, Thing};
 use crate::isa::duration;
 use crate::isa::{
     Address, Bit, BitSpace, BlockId, LegName, Mnemonic, OperandKind, OperandSpec, Spec, Structure,
@@ -204,7 +204,7 @@ impl Resolver<'_> {
                     format!("`{}` writes a bit: `Y0`, `C0`, or a tag of one", spec.name)
                 }
             };
-            self.wrong_kind(name, atom.span, thing, "a bit", &help);
+            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a bit", &help);
             return None;
         };
         if bit.writable_by_ladder() {
@@ -223,7 +223,7 @@ impl Resolver<'_> {
             }
             Bit::Stage(_) => "SGSET, SGRST and JMP turn stages ON and OFF",
             Bit::Running(_) | Bit::Done(_) => "RUN, HALT and ENTASK start and stop blocks",
-            Bit::Device(..) => "it says how the device is; nothing writes it",
+            Bit::Device(..) => "it shows the state of the device; nothing writes it",
             Bit::Flag(..) => "the owning instruction writes it; RSTCT, RSTT and RES reset it",
             Bit::Space(..) => "status bits are the controller's; use a C bit",
         };
@@ -258,7 +258,7 @@ impl Resolver<'_> {
                 | Thing::Device(_)
                 | Thing::Element(_) => format!("`{}` writes to a word: `to=D0`", spec.name),
             };
-            self.wrong_kind(name, atom.span, thing, "a word", &help);
+            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a word", &help);
             return None;
         };
         if !word.writable() {
@@ -303,7 +303,7 @@ impl Resolver<'_> {
                 format!("`{}` works on {wanted}: `{like}`, or a tag of one", spec.name)
             }
         };
-        self.wrong_kind(name, atom.span, thing, wanted, &help);
+        self.wrong_kind(Misplaced { name, span: atom.span, thing }, wanted, &help);
         None
     }
 
@@ -352,7 +352,8 @@ impl Resolver<'_> {
         if BUILT_IN.iter().any(|(built_in, _)| *built_in == name) {
             let message = format!("`{name}` is a built-in task: nothing starts or stops it");
             let finding = Finding::new(Code::BuiltInTask, atom.span, message);
-            return self.find(finding.help("delete this; a task of your own has another name"));
+            return self
+                .find(finding.help("delete this; a task of your own needs a different name"));
         }
         let header = if wanted == "a task" { "task" } else { "program" };
         let declare = format!("declare it: a `[[{header}]]` with `name = \"{name}\"`");

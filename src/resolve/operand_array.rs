@@ -90,7 +90,7 @@ impl Resolver<'_> {
         }
         let down = first.1 > last.1;
         if down && up {
-            let message = format!("`{name}` runs down");
+            let message = format!("`{name}` goes from high to low");
             let finding = Finding::new(Code::OutOfRange, atom.span, message);
             self.find(finding.help(format!("write `{high}..{low}`")));
             return None;

@@ -41,11 +41,6 @@ impl Operands {
         let alike = numbered(self.first, 0) == numbered(address, 0);
         alike && (first..first + self.count).contains(&n)
     }
-
-    /// Whether two of them have an address in common.
-    pub(crate) fn overlap(&self, other: &Operands) -> bool {
-        self.hold(other.first) || other.hold(self.first)
-    }
 }
 
 impl std::fmt::Display for Operands {

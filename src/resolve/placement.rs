@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::places::TagPlace;
-use crate::isa::{MemorySizes, Space};
+use crate::isa::{MemorySizes, NumberRanges, Space};
 
 /// A tag that needs a place.
 #[derive(Clone, Debug)]
@@ -26,7 +26,14 @@ pub(super) struct Wish {
 
 /// The elements that the files name by their addresses.
 #[derive(Debug, Default)]
-pub(super) struct Used(BTreeMap<Space, Vec<bool>>);
+pub(super) struct Used {
+    spaces: BTreeMap<Space, Vec<bool>>,
+    /// The long ranges so far: a file may name one range of thousands of elements again and again.
+    long: NumberRanges<Space>,
+}
+
+/// Number of elements from which a range is long.
+const LONG: u32 = 64;
 
 /// The result of a placement.
 #[derive(Debug, Default)]
@@ -44,19 +51,24 @@ impl Used {
     pub fn add(&mut self, (space, first): (Space, u32), count: u32) {
         let begin = first.saturating_sub(space.first()).min(SIZE_MAX);
         let end = begin.saturating_add(count).min(SIZE_MAX) as usize;
-        let used = self.0.entry(space).or_default();
+        let used = self.spaces.entry(space).or_default();
         used.resize(used.len().max(end), false);
-        used[begin as usize..end].fill(true);
+        if end < (begin + LONG) as usize {
+            return used[begin as usize..end].fill(true);
+        }
+        for (first, last) in self.long.add((space, begin, end as u32 - 1), 0) {
+            used[first as usize..=last as usize].fill(true);
+        }
     }
 
     /// Whether an element is in use; `at` is its number, counted from 0.
     pub fn has(&self, space: Space, at: u32) -> bool {
-        self.0.get(&space).and_then(|used| used.get(at as usize)).is_some_and(|used| *used)
+        self.spaces.get(&space).and_then(|used| used.get(at as usize)).is_some_and(|used| *used)
     }
 
     /// The number of elements of a space that are in use.
     pub fn count(&self, space: Space) -> u32 {
-        self.0.get(&space).map_or(0, |used| used.iter().filter(|used| **used).count() as u32)
+        self.spaces.get(&space).map_or(0, |used| used.iter().filter(|used| **used).count() as u32)
     }
 
     /// The stretches of free elements, from the top downward. Each has the number of its first
@@ -102,21 +114,34 @@ pub(super) fn place(mut wishes: Vec<Wish>, used: &Used, sizes: &MemorySizes) -> 
 struct Free {
     /// The stretches of free elements, from the top downward.
     stretches: Vec<(u32, u32)>,
-    /// For each number of elements: the index of the stretch at which the next search for that
-    /// number begins. No stretch before it is long enough, since stretches only get shorter.
+    /// For some numbers of elements: the index of the stretch at which the next search for that
+    /// number or a greater one begins. No stretch before it is long enough, since stretches only
+    /// get shorter. The indices increase with the numbers.
     from: BTreeMap<u32, usize>,
 }
 
 impl Free {
     fn take(&mut self, count: u32) -> Option<u32> {
-        let begin = self.from.range(..=count).map(|(_, at)| *at).max().unwrap_or(0);
+        let begin = self.from.range(..=count).next_back().map_or(0, |(_, at)| *at);
         let fits = |(first, end): &(u32, u32)| end - first >= count;
         let at = self.stretches[begin..].iter().position(fits);
         let at = at.map_or(self.stretches.len(), |at| begin + at);
-        self.from.insert(count, at);
+        self.begin_at(count, at);
         let (_, end) = self.stretches.get_mut(at)?;
         *end -= count;
         Some(*end)
+    }
+
+    /// Enters the place where searches for `count` begin. Removes the entries of greater numbers
+    /// that say no more.
+    fn begin_at(&mut self, count: u32, at: usize) {
+        while let Some((greater, begin)) = self.from.range(count..).next()
+            && *begin <= at
+        {
+            let greater = *greater;
+            self.from.remove(&greater);
+        }
+        self.from.insert(count, at);
     }
 }
 

@@ -50,11 +50,6 @@ impl Range {
         element
             .is_some_and(|(space, n)| space == self.space && (self.first..=self.last).contains(&n))
     }
-
-    /// Whether two ranges have an element in common.
-    pub(crate) fn overlaps(&self, other: &Range) -> bool {
-        self.space == other.space && self.first <= other.last && other.first <= self.last
-    }
 }
 
 impl std::fmt::Display for Range {
@@ -129,7 +124,7 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
 /// The finding for a range that contains a tag with a `type`.
 pub(super) fn placed_in(scope: &Scope, range: &Range) -> Option<Finding> {
     let name = &scope.places().in_range(range.space, range.first, range.last)?.name;
-    let message = format!("`{name}` lies in this range, and is known by its name alone");
+    let message = format!("`{name}` is in this range, and can be used only by its name");
     let finding = Finding::new(Code::Controller, range.span, message);
     Some(finding.help(format!("name it alone: `{name}`; ranges are of addresses")))
 }
@@ -161,7 +156,11 @@ pub(super) fn look_up(scope: &Scope, name: &str, span: Span) -> Result<Thing, Fi
     match scope.look_up(name) {
         Ok(found) => Ok(found.thing),
         Err(mistake) => Err(mistake.finding(span).unwrap_or_else(|| {
-            Finding::new(Code::UnknownName, span, format!("`{name}` is a broken tag"))
+            Finding::new(
+                Code::UnknownName,
+                span,
+                format!("the declaration of `{name}` has a mistake"),
+            )
         })),
     }
 }

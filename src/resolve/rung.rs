@@ -224,7 +224,7 @@ impl Resolver<'_> {
             }
             if let Some(branch) = rung.branches.first() {
                 let finding = legs_not_alone(spec, &rung.body[at]);
-                self.find(finding.related(branch.span, "this branch hangs on it"));
+                self.find(finding.related(branch.span, "this branch is in the same rung"));
             }
             return self.match_legs(rung, spec, &rung.body[at]);
         }
@@ -325,16 +325,17 @@ fn reset_elsewhere(spec: &Spec, instruction: &Instruction, key: &str) -> Option<
 
 fn missing_leg(spec: &Spec, instruction: &Instruction, leg: LegName) -> Finding {
     let message =
-        format!("`{}` has a leg `{}`, and the rung does not give it", spec.name, leg.key());
+        format!("`{}` has a leg `{}`, which is missing in the rung", spec.name, leg.key());
     Finding::new(Code::MissingLeg, instruction.mnemonic.span, message)
         .label(format!("`leg.{}` is missing", leg.key()))
-        .help(format!("if nothing drives it, say so:\nleg.{} = [\"$Off\"]", leg.key()))
+        .help(format!("if nothing drives it, write:\nleg.{} = [\"$Off\"]", leg.key()))
 }
 
 fn legs_not_alone(spec: &Spec, instruction: &Instruction) -> Finding {
     let message = format!("`{}` has legs, and so stands alone in its rung", spec.name);
-    Finding::new(Code::LegsShared, instruction.span, message)
-        .help("move the other into a rung of its own, which reads the flags in its `when`")
+    Finding::new(Code::LegsShared, instruction.span, message).help(
+        "move the other part into a rung of its own, with this instruction's flags in its `when`",
+    )
 }
 
 fn one_leg(spec: &Spec, leg: &ladder::Leg, array: &str) -> Finding {

@@ -80,6 +80,13 @@ impl BlockNames {
 /// The bits of a task.
 const BLOCK_BITS: [&str; 2] = ["Running", "Done"];
 
+/// A name at a place where the thing that it names does not belong.
+pub(crate) struct Misplaced<'a> {
+    pub name: &'a str,
+    pub span: Span,
+    pub thing: Thing,
+}
+
 /// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Thing {
@@ -280,7 +287,7 @@ impl Scope {
             }
             Err(mistake) => Err(match mistake.finding(Span::default()) {
                 Some(finding) => sentence(&finding),
-                None => format!("`{name}` stands for nothing"),
+                None => format!("the declaration of `{name}` has a mistake"),
             }),
         }
     }
@@ -300,8 +307,9 @@ impl Scope {
                 let Some(name) = self.places.name(address) else {
                     return Ok(LookUp::new(Thing::Address(address)));
                 };
-                let message =
-                    format!("`{name}` lies at `{address}`, and is known by its name alone");
+                let message = format!(
+                    "`{address}` is the place of `{name}`, which can be used only by its name"
+                );
                 return Err(new(Code::UnknownName, message, Some(format!("write `{name}`"))));
             }
             Err(AddressError::NotAnAddress) => {}

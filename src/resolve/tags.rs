@@ -74,7 +74,7 @@ impl Resolver<'_> {
     fn priority_misfits(&mut self, tag: &ladder::Tag) {
         let Some(written) = &tag.priority else { return };
         if Priority::named(&written.text).is_none() {
-            let message = format!("`priority` knows no `{}`", kept(&written.text));
+            let message = format!("`priority` has no value `{}`", kept(&written.text));
             let help = match Priority::named(&written.text.to_lowercase()) {
                 Some(meant) => format!("write `priority = \"{}\"`", meant.name()),
                 None => {
@@ -183,7 +183,7 @@ impl Resolver<'_> {
             let message = format!("`{key}` does not fit {what}");
             let help = match key {
                 "alarm" => "an alarm watches a bit: OUT a C bit from the compare, and watch that",
-                "min" | "max" => "limits stand on a word: `D0`, `V0`, `CT0.Acc`",
+                "min" | "max" => "only a word has limits: `D0`, `V0`, `CT0.Acc`",
                 _ if constant => "a constant never changes",
                 "unit" if bit => "a bit is ON or OFF; `doc` has room for what that means",
                 "log" | "unit" => "name a member: `at = \"CT0.Acc\"`",
@@ -192,7 +192,7 @@ impl Resolver<'_> {
             self.find(Finding::new(Code::TagKey, span, message).help(help));
         }
         if let Some(log) = tag.log.as_ref().filter(|log| log.text != "change") {
-            let message = format!("`log` knows no `{}`", log.text);
+            let message = format!("`log` has no value `{}`", log.text);
             let finding = Finding::new(Code::TagKey, log.span, message);
             self.find(finding.help("write `log = \"change\"`"));
         }
@@ -277,7 +277,7 @@ impl Resolver<'_> {
                 if other != n && found.insert((key, tag.span, of)) {
                     let message = format!("`{key}` of `{address}` is given twice, differently");
                     let finding = Finding::new(Code::TagKey, span, message);
-                    let finding = finding.related(place, "another tag of this address says this");
+                    let finding = finding.related(place, "another tag of this address gives this");
                     self.find(finding.help(format!("leave `{key}` to one of the two tags")));
                 }
             }

@@ -65,10 +65,11 @@ impl Resolver<'_> {
             used.add(element, count_of(tag));
             tags.insert(tag.name.text.as_str(), element);
         }
-        for rung in ladders.iter().flat_map(|(_, ladder)| rungs(ladder)) {
+        let progress = &self.options.progress;
+        for rung in progress.during(ladders.iter().flat_map(|(_, ladder)| rungs(ladder))) {
             self.spans(rung).for_each(|text| add_words(&mut used, text, sizes));
         }
-        for text in &self.options.addresses {
+        for text in progress.during(&self.options.addresses) {
             add_words(&mut used, text, sizes);
             let end = |text: &str| {
                 let tag = || tags.get(text.trim().split('.').next()?).copied();
@@ -117,7 +118,7 @@ impl Resolver<'_> {
             };
             let message = format!(
                 "no room for `{first}`{beside}: the tags with `type = \"{kind}\"` need {wanted} \
-                 {name}, and of {size} {name} {in_use} have addresses in these files"
+                 {name}, and {in_use} of {size} {name} have addresses in these files"
             );
             let finding = Finding::new(Code::MemoryFull, place(first), message);
             let missing = short.map(|wish| wish.count).sum();
@@ -136,8 +137,10 @@ fn enough(
     let name = space.name();
     let of: Vec<Wish> = of(wishes, space).cloned().collect();
     let mut size = space.count(sizes);
+    // After some steps, the steps get longer: each places all tags.
+    let mut steps = (0..).map(|step: u32| missing.max(1).saturating_mul(1 << (step / 8).min(16)));
     while size < SIZE_MAX && space != Space::Sensaphone {
-        size = size.saturating_add(missing.max(1)).min(SIZE_MAX);
+        size = size.saturating_add(steps.next().unwrap_or(SIZE_MAX)).min(SIZE_MAX);
         let sizes = space.sized(sizes, size);
         if placement::place(of.clone(), used, &sizes).short.is_empty() {
             return format!("write `{name} = {size}` under `[memory]` of the controller file");

@@ -25,7 +25,7 @@ impl Resolver<'_> {
         let count = unit.text.chars().count();
         let name = kept(&tag.name.text);
         let (message, help) = if unit.text.trim().is_empty() {
-            (format!("the `unit` of `{name}` is empty"), "leave `unit` out where there is none")
+            (format!("the `unit` of `{name}` is empty"), "leave `unit` out if the tag has no unit")
         } else if count > UNIT_CHARS_MAX {
             let help = "a unit has at most 16, as `bar` or `m³/h`; `doc` has room for more";
             (format!("the `unit` of `{name}` has {count} characters"), help)
@@ -51,7 +51,7 @@ impl Resolver<'_> {
             if other.text != unit.text && found.insert(pair) {
                 let message = format!("`unit` of `{address}` is given twice, differently");
                 let finding = Finding::new(Code::TagKey, unit.span, message);
-                let finding = finding.related(other.span, "another tag of this address says this");
+                let finding = finding.related(other.span, "another tag of this address gives this");
                 self.find(finding.help("leave `unit` to one of the two tags"));
             }
         }

@@ -16,14 +16,22 @@ pub(super) struct Uses {
     known: HashSet<String>,
     /// The uses of unknown templates: names of their tags cause no findings.
     unknown: HashSet<String>,
+    /// The length of the longest name of a use, at most [`LOOKED_UP_MAX`].
+    longest: usize,
 }
+
+/// Maximum length of a part of a name that is looked up as a use. A text may be one name with
+/// thousands of dots.
+const LOOKED_UP_MAX: usize = 512;
 
 impl Uses {
     pub fn add(&mut self, name: String) {
+        self.longest = self.longest.max(name.len()).min(LOOKED_UP_MAX);
         self.known.insert(name);
     }
 
     pub fn add_unknown(&mut self, name: String) {
+        self.longest = self.longest.max(name.len()).min(LOOKED_UP_MAX);
         self.unknown.insert(name);
     }
 
@@ -38,18 +46,18 @@ impl Uses {
             let of = &name[..end];
             of.contains('.') && self.has(of)
         };
-        ends(name).any(is_inner)
+        self.ends(name).any(is_inner)
     }
 
     /// The mistake in a name that is that of a use, or begins with it. `names` are all names of the
     /// program.
     pub fn mistake(&self, name: &str, names: &KnownNames) -> Option<Mistake> {
-        if ends(name).any(|end| self.unknown.contains(&name[..end])) {
+        if self.ends(name).any(|end| self.unknown.contains(&name[..end])) {
             return Some(Mistake::Reported);
         }
         let is_use = |end: &usize| self.known.contains(&name[..*end]);
         // A scope made from a resolved program has the tags of the uses, but no list of the uses.
-        let end = ends(name).find(is_use).or_else(|| name.find('.'))?;
+        let end = self.ends(name).find(is_use).or_else(|| name.find('.'))?;
         let (of, member) = (&name[..end], name.get(end + 1..));
         let prefix = format!("{of}.");
         let own = KnownNames::new(names.beginning_with(&prefix).take(LISTED_MAX));
@@ -68,9 +76,12 @@ impl Uses {
         });
         Some(Mistake::New { code: Code::UnknownName, message, help: Some(help), near: None })
     }
-}
 
-/// The ends of the whole name and of its parts before a dot, the longest first.
-fn ends(name: &str) -> impl Iterator<Item = usize> {
-    std::iter::once(name.len()).chain(name.rmatch_indices('.').map(|(at, _)| at))
+    /// The ends of the whole name and of its parts before a dot, the longest first. Leaves out
+    /// parts that are longer than any use's name.
+    fn ends(&self, name: &str) -> impl Iterator<Item = usize> {
+        let longest = self.longest;
+        let ends = name.rmatch_indices('.').map(|(at, _)| at);
+        std::iter::once(name.len()).chain(ends).filter(move |end| *end <= longest)
+    }
 }

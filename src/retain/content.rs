@@ -152,7 +152,7 @@ pub(super) fn put_word(bytes: &mut Vec<u8>, space: Space, cell: i32) {
 /// The cell of a real from the file. An infinity becomes the nearest real, a NaN becomes 0.
 fn cell_of(number: f32) -> i32 {
     let number = if number.is_nan() { 0.0 } else { f64::from(number) };
-    Real::stored(number).0.cell()
+    Real::stored(number).real.cell()
 }
 
 fn number_of(space: Space) -> u8 {

@@ -26,8 +26,26 @@ pub struct FileDevice {
 /// The file's metadata: it changes if a different process writes, shortens or replaces the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trace {
-    file: (u64, u64, u64),
-    changed: (i64, i64, i64, i64),
+    identity: FileIdentity,
+    length: u64,
+    /// The last change of the content.
+    modified: FileTime,
+    /// The last change of the content or of the metadata.
+    changed: FileTime,
+}
+
+/// The device and inode: they stay the same when the file is renamed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FileIdentity {
+    device: u64,
+    inode: u64,
+}
+
+/// A time in the metadata.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct FileTime {
+    s: i64,
+    ns: i64,
 }
 
 /// The access of a process to the file.
@@ -59,20 +77,24 @@ impl FileDevice {
         Ok(FileDevice { path: path.to_owned(), file })
     }
 
-    /// The device and inode: they stay the same when the file is renamed.
+    /// The identity of the file.
     ///
     /// # Errors
     /// The error of the system.
-    pub(crate) fn identity(&self) -> io::Result<(u64, u64)> {
-        identity(&self.file.metadata()?)
+    pub(crate) fn identity(&self) -> io::Result<FileIdentity> {
+        Ok(identity(&self.file.metadata()?))
     }
 
     /// The metadata of the file that has this name now. Every change of the file changes it; a read
     /// does not.
     pub(crate) fn trace(&self) -> Option<Trace> {
         let named = fs::metadata(&self.path).ok()?;
-        let changed = (named.mtime(), named.mtime_nsec(), named.ctime(), named.ctime_nsec());
-        Some(Trace { file: (named.dev(), named.ino(), named.len()), changed })
+        Some(Trace {
+            identity: identity(&named),
+            length: named.len(),
+            modified: FileTime { s: named.mtime(), ns: named.mtime_nsec() },
+            changed: FileTime { s: named.ctime(), ns: named.ctime_nsec() },
+        })
     }
 
     /// Makes an empty file beside the path, for [`FileDevice::put_in_place`].
@@ -159,14 +181,16 @@ fn busy() -> io::Error {
     )
 }
 
-fn identity(of: &fs::Metadata) -> io::Result<(u64, u64)> {
-    Ok((of.dev(), of.ino()))
+fn identity(of: &fs::Metadata) -> FileIdentity {
+    FileIdentity { device: of.dev(), inode: of.ino() }
 }
 
 /// Whether a path is the path of an open file.
 pub(crate) fn is_named(file: &File, path: &Path) -> bool {
-    let named = fs::symlink_metadata(path).and_then(|named| identity(&named));
-    matches!((file.metadata().and_then(|own| identity(&own)), named), (Ok(a), Ok(b)) if a == b)
+    match (file.metadata(), fs::symlink_metadata(path)) {
+        (Ok(own), Ok(named)) => identity(&own) == identity(&named),
+        (Ok(_) | Err(_), Ok(_) | Err(_)) => false,
+    }
 }
 
 /// Renames a file to a name that no file has.
@@ -233,7 +257,7 @@ impl Storage for FileDevice {
 ///
 /// # Errors
 /// The error of the system; `ResourceBusy` if a different process owns or has replaced the file.
-pub(crate) fn keep_aside(path: &Path, seen: (u64, u64)) -> io::Result<PathBuf> {
+pub(crate) fn keep_aside(path: &Path, seen: FileIdentity) -> io::Result<PathBuf> {
     let held = FileDevice::open(path, Access::Own)?;
     if held.identity()? != seen {
         return Err(busy());

@@ -32,7 +32,7 @@ use crate::runtime::exchange::{Mode, StopReason, Ticket};
 use crate::runtime::{Machine, Origin, ScanStart, TapeSection, Taped};
 use field::{Driven, RigField};
 use mode::MS_NS;
-use retained::Retained;
+use retained::{ImageTime, Retained};
 use tape::RigTape;
 
 const S_NS: u64 = 1_000_000_000;
@@ -180,7 +180,8 @@ impl Rig {
         self.scans += 1;
         self.drive(self.next_ns);
         if is_last && let Some(retained) = &mut self.retained {
-            retained.keep(self.machine.engine().image(), (self.next_ns, true));
+            let end = ImageTime { ns: self.next_ns, is_final: true };
+            retained.keep(self.machine.engine().image(), end);
         }
         self.settle();
         self.next_ns += self.period_ns;
@@ -215,7 +216,7 @@ impl Rig {
     /// Sets the level of an input, from the next scan on.
     pub fn set_input(&mut self, x: u32, on: bool) {
         self.field.set(x, i32::from(on), self.next_ns);
-        put_level(&mut self.levels, (x, on));
+        put_level(&mut self.levels, x, on);
     }
 
     /// Adds a queued write to the next scan. `ticket`: the number of its origin in
@@ -344,7 +345,7 @@ impl Rig {
         };
         while *rules_ms <= now_ms {
             let moved = rules.step(*rules_ms, read).into_iter();
-            moved.for_each(|level| put_level(levels, level));
+            moved.for_each(|(x, on)| put_level(levels, x, on));
             *rules_ms += 1;
         }
     }
@@ -356,7 +357,8 @@ impl Rig {
         }
         let is_final = self.mode == RigMode::Stop;
         if let Some(retained) = &mut self.retained {
-            retained.settle(self.machine.engine().image(), (self.next_ns, is_final));
+            let next = ImageTime { ns: self.next_ns, is_final };
+            retained.settle(self.machine.engine().image(), next);
         }
     }
 
@@ -377,7 +379,7 @@ fn put(machine: &mut Taped, cell: Cell, value: i32) {
 }
 
 /// Sets the level of an input, by its X.
-fn put_level(levels: &mut Vec<(u32, bool)>, (x, on): (u32, bool)) {
+fn put_level(levels: &mut Vec<(u32, bool)>, x: u32, on: bool) {
     match levels.iter_mut().find(|(of, _)| *of == x) {
         Some(level) => level.1 = on,
         None => levels.push((x, on)),

@@ -5,7 +5,7 @@
 
 use super::Rig;
 use super::mode::{MS_NS, RigMode};
-use super::retained::FoundMemory;
+use super::retained::{FoundMemory, ImageTime};
 use crate::engine::Engine;
 use crate::runtime::Taped;
 
@@ -15,7 +15,8 @@ impl Rig {
         if self.scans > 0
             && let Some(retained) = &mut self.retained
         {
-            retained.keep(self.machine.engine().image(), (self.next_ns, true));
+            let end = ImageTime { ns: self.next_ns, is_final: true };
+            retained.keep(self.machine.engine().image(), end);
         }
         self.begin_process(0);
     }

@@ -24,10 +24,16 @@ pub(super) struct Retained {
 /// An image that is durable.
 struct KeptImage {
     /// The time at which it was due.
-    at_ns: u64,
-    /// Whether the passes of a stop had been executed.
-    is_final: bool,
+    at: ImageTime,
     content: Vec<u8>,
+}
+
+/// The time of an image.
+#[derive(Clone, Copy)]
+pub(super) struct ImageTime {
+    pub ns: u64,
+    /// Whether the passes of a stop had been executed.
+    pub is_final: bool,
 }
 
 /// The memory that a new process finds.
@@ -58,24 +64,24 @@ impl Retained {
     }
 
     /// Keeps the image that was due before the next scan, if an image was due.
-    pub fn settle(&mut self, image: &Image, (next_ns, is_final): (u64, bool)) {
-        if self.due_ns >= next_ns {
+    pub fn settle(&mut self, image: &Image, next: ImageTime) {
+        if self.due_ns >= next.ns {
             return;
         }
-        let intervals = (next_ns - 1 - self.due_ns) / self.interval_ns;
+        let intervals = (next.ns - 1 - self.due_ns) / self.interval_ns;
         let last_due_ns = self.due_ns + intervals * self.interval_ns;
-        self.keep(image, (last_due_ns, is_final));
+        self.keep(image, ImageTime { ns: last_due_ns, ..next });
         self.due_ns = last_due_ns + self.interval_ns;
     }
 
     /// Keeps an image at once.
-    pub fn keep(&mut self, image: &Image, (at_ns, is_final): (u64, bool)) {
+    pub fn keep(&mut self, image: &Image, at: ImageTime) {
         if self.plan.is_empty() {
             return;
         }
         let mut content = Vec::new();
         self.plan.gather(image.bits(), image.words(), &mut content);
-        self.images.push_back(KeptImage { at_ns, is_final, content });
+        self.images.push_back(KeptImage { at, content });
     }
 
     /// Begins a new process of a program, with the settings of that program. The process finds the
@@ -86,16 +92,16 @@ impl Retained {
         if self.plan.is_empty() {
             return FoundMemory::Nothing;
         }
-        let newest_ns = self.images.back().map_or(0, |image| image.at_ns);
+        let newest_ns = self.images.back().map_or(0, |image| image.at.ns);
         if lost_ns > 0 {
-            self.images.retain(|image| image.at_ns + lost_ns <= newest_ns);
+            self.images.retain(|image| image.at.ns + lost_ns <= newest_ns);
         }
         let found = self.images.back().and_then(|image| {
             let content = content::read(&image.content)?;
-            let restoration = self.plan.restore(&content, image.is_final);
+            let restoration = self.plan.restore(&content, image.at.is_final);
             let puts = restoration.puts;
             (restoration.restored > 0)
-                .then_some(FoundMemory::Image { puts, is_final: image.is_final })
+                .then_some(FoundMemory::Image { puts, is_final: image.at.is_final })
         });
         let cold = if self.runs_cold { FoundMemory::Nothing } else { FoundMemory::NothingInStop };
         found.unwrap_or(cold)

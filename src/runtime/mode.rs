@@ -69,12 +69,19 @@ impl StopReason {
 }
 
 impl Mode {
+    /// The name of RUN.
+    pub(crate) const RUN: &'static str = "RUN";
+    /// The name of STOP, for every reason.
+    pub(crate) const STOP: &'static str = "STOP";
+    /// The name of FAULT, for every reason.
+    pub(crate) const FAULT: &'static str = "FAULT";
+
     /// `RUN`, `STOP` or `FAULT`.
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Mode::Run => "RUN",
-            Mode::Stop(_) => "STOP",
-            Mode::Fault(_) => "FAULT",
+            Mode::Run => Mode::RUN,
+            Mode::Stop(_) => Mode::STOP,
+            Mode::Fault(_) => Mode::FAULT,
         }
     }
 }

@@ -103,7 +103,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
                 self.swap(package, resume, now_ns);
             }
             Command::Force { cell, value } => {
-                (before.value, before.forced) = self.state(cell);
+                before = self.before(cell);
                 if !self.forces.add(cell) {
                     return Answer::Denied(Denial::TooManyForces);
                 }
@@ -111,7 +111,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
                 self.show(now_ns);
             }
             Command::Release(cell) => {
-                (before.value, before.forced) = self.state(cell);
+                before = self.before(cell);
                 self.forces.remove(cell);
                 self.machine.release(cell);
                 self.show(now_ns);
@@ -148,14 +148,14 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// The value of a bit or word, and whether it is forced.
-    fn state(&self, cell: Cell) -> (i32, bool) {
+    /// The state before a command for a bit or word.
+    fn before(&self, cell: Cell) -> Before {
         let (bits, words) = self.machine.image();
         let value = match cell {
             Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),
             Cell::Word(word) => words[word.0 as usize],
         };
-        (value, self.forces.has(cell))
+        Before { mode: self.mode, value, forced: self.forces.has(cell) }
     }
 
     /// Sends the answers, unless the image with their effects is still to be published.

@@ -60,7 +60,7 @@ pub(super) fn of_test_root(root: &Table<'_>, wanted: &str) -> Option<Finding> {
         return None;
     }
     let finding = Finding::new(Code::TestFile, place, format!("this is a test file, not {wanted}"));
-    Some(finding.help("`rungd test` runs it, and says its mistakes"))
+    Some(finding.help("`rungd test` runs it, and reports its mistakes"))
 }
 
 /// Whether the root is of a controller file: `ladder` is not a table, or, without `ladder`, it has

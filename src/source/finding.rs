@@ -42,7 +42,7 @@ pub struct Finding {
 }
 
 /// Maximum number of related places of one finding.
-const RELATED_MAX: usize = 16;
+pub(crate) const RELATED_MAX: usize = 16;
 
 impl Finding {
     /// A finding with no related place and no help yet.
@@ -78,6 +78,11 @@ impl Finding {
         }
     }
 
+    /// The same finding with the help of a different finding.
+    pub(crate) fn with_help_of(self, other: Finding) -> Finding {
+        Finding { help: other.help, near: other.near, ..self }
+    }
+
     /// If one of the known names is near to `name`, it replaces the help.
     pub(crate) fn near(mut self, name: &str, known: &KnownNames) -> Finding {
         self.near = Some(Box::new(Near::new(name, known)));
@@ -90,12 +95,12 @@ impl Finding {
         self
     }
 
-    /// As [`Finding::near`], if one of these names is near; otherwise changes nothing.
-    pub(crate) fn near_first(self, name: &str, known: &KnownNames) -> Finding {
-        match Near::new(name, known).help() {
-            Some(_) => self.near(name, known),
-            None => self,
-        }
+    /// As [`Finding::near`], before the search that the finding has already: if one of these names
+    /// is near, the other names are not searched.
+    pub(crate) fn near_first(mut self, name: &str, known: &KnownNames) -> Finding {
+        let near = Near::new(name, known).or(self.near.take());
+        self.near = Some(Box::new(near));
+        self
     }
 
     /// The help: what to write instead. Searches for the nearest name, so call it only for findings
@@ -175,7 +180,7 @@ findings! {
     ContactSyntax "contact-syntax" Error "A contact does not follow the grammar.";
     InstructionSyntax "instruction-syntax" Error "An instruction does not follow its form.";
     ExpressionSyntax "expression-syntax" Error "An expression of MATH does not follow the grammar.";
-    EmptyLeg "empty-leg" Error "A series of contacts is empty; a rung that is always ON says $On.";
+    EmptyLeg "empty-leg" Error "A series of contacts is empty; a rung that is always ON has $On.";
     NoInstruction "no-instruction" Error "A rung or branch drives nothing.";
     MixedLegs "mixed-legs" Error "A rung has both `when` and `leg.*`, or neither.";
     ForbiddenName "forbidden-name" Error "A name is invalid, or already means something else.";
@@ -185,7 +190,7 @@ findings! {
     UnknownInstruction "unknown-instruction" Error "There is no such instruction.";
     UnknownOperand "unknown-operand" Error "The instruction has no such operand, or too many.";
     MissingOperand "missing-operand" Error "The instruction lacks an operand.";
-    UnknownName "unknown-name" Error "No tag, address or nickname of this name.";
+    UnknownName "unknown-name" Error "There is no tag, address or nickname of this name.";
     UnknownMember "unknown-member" Error "The structure or block has no such member.";
     UnknownBlock "unknown-block" Error "There is no program or task of this name.";
     UnknownStage "unknown-stage" Error "The program has no stage of this name.";
@@ -199,20 +204,21 @@ findings! {
     WriteToInput "write-to-input" Error "X bits are written by inputs only.";
     ReadOnly "read-only" Error "A program cannot write this bit, word or member.";
     UnknownLeg "unknown-leg" Error "The instruction has no such leg.";
-    MissingLeg "missing-leg" Error "The instruction has a leg that the rung does not give.";
+    MissingLeg "missing-leg" Error "The instruction has a leg that is missing in the rung.";
     LegsShared "legs-shared" Error
         "An instruction with legs stands alone in its rung, without branches.";
     Order "order" Error "`order` names every block once.";
     // templates
     UnknownTemplate "unknown-template" Error "There is no template of this name.";
     TemplateArgument "template-argument" Error
-        "A use does not give what the parameters of its template ask for.";
+        "An argument of a use is missing, unknown or of the wrong type.";
     TemplateParameter "template-parameter" Error
-        "A parameter stands where its type does not belong, or its default does not fit.";
+        "A parameter is at a place that does not accept its type, or its default does not fit.";
     TemplateRule "template-rule" Error "A template or a use breaks a rule of templates.";
     TemplateRecursion "template-recursion" Error "A template uses itself.";
-    TemplateSize "template-size" Error "Templates stand for too much, or are nested too deeply.";
-    TagKey "tag-key" Error "A key of a tag does not fit what the tag stands for.";
+    TemplateSize "template-size" Error "The uses of templates expand to too much, or templates are \
+                                        nested too deeply.";
+    TagKey "tag-key" Error "A key of a tag does not fit the meaning of the tag.";
     // rules over the whole program
     OwnedTwice "owned-twice" Error "A structure has exactly one owning instruction.";
     ResetWithoutOwner "reset-without-owner" Error "A reset of a structure without an owner.";
@@ -223,18 +229,19 @@ findings! {
     StageInTask "stage-in-task" Error "A task contains no stages.";
     BlockRule "block-rule" Error "EXIT, RUN, RESTART or HALT where the block does not allow it.";
     EntaskConflict "entask-conflict" Error
-        "A task is enabled once recurrently, or run once from anywhere, never both.";
+        "A task is enabled by one recurrent ENTASK, or run once by any number of ENTASKs, never \
+         both.";
     DuplicateOut "duplicate-out" Error
         "Two OUTs drive one bit within one block's own rungs or one stage.";
     RetainRange "retain-range" Error "A retained range is not data or structures.";
     NoMain "no-main" Error "A program has a block `Main`.";
-    Controller "controller" Error "A controller file asks for something that cannot be.";
-    Edge "edge-file" Error "The file of an edge node asks for something that cannot be.";
+    Controller "controller" Error "A controller file contains a setting that is impossible.";
+    Edge "edge-file" Error "The file of an edge node contains a setting that is impossible.";
     UnknownEvent "unknown-event" Error "The log has no event of this name.";
     KeptEvent "kept-event" Error "A controller file silences an event that must stay in the log.";
-    TestFile "test-file" Error "A test file asks for something that cannot be.";
+    TestFile "test-file" Error "A test file contains a setting that is impossible.";
     TestStep "test-step" Error
-        "A step of a test has the wrong form, or asks for something that cannot be.";
+        "A step of a test has the wrong form, or is impossible.";
     // warnings
     OutElsewhere "out-elsewhere" Warning "Two OUTs in different places drive one bit.";
     OutLostOnJumpBack "out-lost-on-jump-back" Warning
@@ -243,11 +250,11 @@ findings! {
     BlockNeverStarted "block-never-started" Warning "Nothing ever starts this block.";
     SetNeverReset "set-never-reset" Warning "A bit is SET and never RST.";
     ResetNeverSet "reset-never-set" Warning "A bit is RST and never SET.";
-    NeverWritten "never-written" Warning "The ladder reads what nothing writes.";
+    NeverWritten "never-written" Warning "The ladder reads a bit or word that nothing writes.";
     MultiScanInTask "multi-scan-in-task" Warning
         "An instruction that works over several scans stands in a run-once task.";
     TaskStartsItself "task-starts-itself" Warning "A task holds the ENTASK that starts it.";
-    ConstantCompare "constant-compare" Warning "A compare always gives the same.";
+    ConstantCompare "constant-compare" Warning "A compare always gives the same result.";
     BareTimerValue "bare-timer-value" Warning "A timer value without a unit: ms or s?";
     DurationAsCount "duration-as-count" Warning
         "A duration where a counter wants a number of counts.";

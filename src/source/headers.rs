@@ -89,7 +89,7 @@ pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
             return Some(
                 finding
                     .label("out of place")
-                    .related(doc.span(place), "this is its parent, or another's")
+                    .related(doc.span(place), "this is its parent, or the parent of another header")
                     .help(move_help(other, name, before)),
             );
         }
@@ -109,7 +109,7 @@ fn move_help(header: &str, parent: &str, before: &str) -> String {
     if !PARENTS.iter().any(stands) {
         return below;
     }
-    format!("write `[[{before}.{own}]]` to go on in the place above, or {below}")
+    format!("write `[[{before}.{own}]]` to continue in the table above, or {below}")
 }
 
 /// The name in a line, if the line is a header.
@@ -207,7 +207,7 @@ fn out_of_place(header: &Header<'_>, before: &Header<'_>) -> Finding {
         .related(before.span, closer);
     match meant(header, before) {
         Some(meant) => finding.help(format!(
-            "write `[[{meant}]]` to go on in the place above, or a new `[[{parent}]]` first"
+            "write `[[{meant}]]` to continue in the table above, or a new `[[{parent}]]` first"
         )),
         None => finding.help(format!("move it up to its `[[{parent}]]`, or begin a new one")),
     }

@@ -174,7 +174,7 @@ fn comma_help(word: &str, mnemonic: &str) -> String {
     let names: Vec<&str> = word.split(',').filter(|name| !name.is_empty()).collect();
     let number = word.rsplit('=').next().unwrap_or(word).trim_start_matches('-');
     if names.len() == 2 && number.bytes().all(|b| b.is_ascii_digit() || b == b',') {
-        return format!("of a number with a fraction, write a point: `{}`", names.join("."));
+        return format!("in a number with a fraction, write a point: `{}`", names.join("."));
     }
     let spec = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec);
     let positional = || spec.iter().flat_map(|s| s.operands.iter()).filter(|o| o.key.is_none());

@@ -136,14 +136,14 @@ fn controller_file(root: &mut Table<'_>) -> Finding {
     match names.len() {
         1 => finding.help(format!("give the ladder that it names: `{all}`")),
         2.. => finding.help(format!("give the ladders that it names: `{all}`")),
-        0 => finding.help("`rungd run` and `rungd check` take it"),
+        0 => finding.help("`rungd run` and `rungd check` read it"),
     }
 }
 
 fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
     let mut ladder = Ladder { lost: root.doc().lost(), ..Ladder::default() };
     if let Some(mut head) = root.table(key("ladder", "What the file is."), "`[ladder]`") {
-        ladder.name = head.string(key("name", "Shown in the log; else the file's name."));
+        ladder.name = head.string(key("name", "Shown in the log; the file's name if not given."));
         ladder.doc = head.string(key("doc", "What the program is for.")).map(|doc| doc.text);
         ladder.order = head.strings(key("order", "The scan order: every Program and Task once."));
         ladder.allow = head
@@ -224,7 +224,7 @@ fn read_body(table: &mut Table<'_>, name: Option<&Text>) -> Option<Use> {
         return None;
     }
     if let Some(span) = table.key_span("rung").or(table.key_span("stage")) {
-        let message = "a program with `use` has no rungs and stages but the template's";
+        let message = "a program with `use` has only the rungs and stages of the template";
         let finding = Finding::new(Code::TemplateRule, span, message);
         table.find(finding.help("put them into the template, or into a program of their own"));
     }

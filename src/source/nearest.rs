@@ -30,6 +30,11 @@ impl KnownNames {
         self.0.iter().map(|name| &**name)
     }
 
+    /// Whether a name is among them.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.0.binary_search_by(|known| (**known).cmp(name)).is_ok()
+    }
+
     /// The names that begin with a text, in order.
     pub(crate) fn beginning_with<'n>(&'n self, text: &'n str) -> impl Iterator<Item = &'n str> {
         let first = self.0.partition_point(|known| **known < *text);
@@ -58,16 +63,25 @@ pub struct Near {
     name: Box<str>,
     known: KnownNames,
     searched_max: usize,
-    /// The text before a name in the help.
+    /// The texts before and after a name in the help.
     before: Box<str>,
+    after: Box<str>,
+    /// The search among other names, if none of these is near.
+    otherwise: Option<Box<Near>>,
 }
 
 impl Near {
     /// For the help of a finding about `name`.
     pub fn new(name: &str, known: &KnownNames) -> Near {
         let end = name.char_indices().nth(COMPARED_MAX).map_or(name.len(), |(at, _)| at);
-        let (name, before) = (name[..end].into(), "".into());
-        Near { name, known: known.clone(), searched_max: usize::MAX, before }
+        Near {
+            name: name[..end].into(),
+            known: known.clone(),
+            searched_max: usize::MAX,
+            before: "".into(),
+            after: "".into(),
+            otherwise: None,
+        }
     }
 
     /// Searches at most this number of names: those next to the unknown name in the order. Such a
@@ -82,10 +96,25 @@ impl Near {
         Near { before: before.into(), ..self }
     }
 
+    /// For names with members: the help also has the text after a name (`.run`), which is cut like
+    /// the name.
+    pub(crate) fn followed_by(self, after: &str) -> Near {
+        let end = after.char_indices().nth(COMPARED_MAX).map_or(after.len(), |(at, _)| at);
+        Near { after: after[..end].into(), ..self }
+    }
+
+    /// If no name is near: the result of a different search.
+    pub(crate) fn or(self, otherwise: Option<Box<Near>>) -> Near {
+        Near { otherwise, ..self }
+    }
+
     /// `did you mean …?`, if a name is near.
     pub fn help(&self) -> Option<String> {
-        let near = nearest(&self.name, self.known.around(&self.name, self.searched_max))?;
-        Some(bounded(format!("did you mean `{}{near}`?", self.before)))
+        let Some(near) = nearest(&self.name, self.known.around(&self.name, self.searched_max))
+        else {
+            return self.otherwise.as_ref()?.help();
+        };
+        Some(bounded(format!("did you mean `{}{near}{}`?", self.before, self.after)))
     }
 }
 
@@ -235,6 +264,20 @@ mod tests {
         assert_eq!(known.around("pump_500", usize::MAX).count(), 1000);
         assert_eq!(known.around("a", 2).collect::<Vec<_>>(), ["pump_000", "pump_001"]);
         assert_eq!(known.around("z", 2).collect::<Vec<_>>(), ["pump_998", "pump_999"]);
+    }
+
+    #[test]
+    fn a_second_search_runs_only_if_the_first_finds_nothing() {
+        let (own, all) = (KnownNames::new(["level"]), KnownNames::new(["lever", "pump_1"]));
+        let near = |name: &str| {
+            counted::take_candidates();
+            let second = Near::new(name, &all).followed_by(".run");
+            let help = Near::new(name, &own).or(Some(Box::new(second))).help();
+            (help.unwrap_or_default(), counted::take_candidates())
+        };
+        assert_eq!(near("leved"), ("did you mean `level`?".to_owned(), 1));
+        assert_eq!(near("pmup_1"), ("did you mean `pump_1.run`?".to_owned(), 3));
+        assert_eq!(near("conveyor"), (String::new(), 3));
     }
 
     #[test]

@@ -14,6 +14,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snip
 use super::finding::{Finding, Severity};
 use super::span::{FileId, SourceFile, Span};
 use super::wording::shown_name;
+use crate::progress::{Progress, UNASKED};
 
 /// How findings are printed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,6 +39,16 @@ const EXCERPT: char = '\u{1}';
 /// The findings in the order given, and a last line with their count. If there are more than
 /// `SHOWN_MAX`, only the first ones are shown, and warnings only if there is room after all errors.
 pub fn render(findings: &[Finding], files: &[SourceFile], style: Style) -> String {
+    render_within(findings, files, style, &UNASKED)
+}
+
+/// As [`render`], for a load that its caller may end. If the load must end, findings are missing.
+pub(crate) fn render_within(
+    findings: &[Finding],
+    files: &[SourceFile],
+    style: Style,
+    progress: &Progress,
+) -> String {
     let renderer = if style.color { Renderer::styled() } else { Renderer::plain() };
     let mut ends = vec![0; files.len()];
     let own = findings.iter().map(|finding| finding.span);
@@ -56,7 +67,7 @@ pub fn render(findings: &[Finding], files: &[SourceFile], style: Style) -> Strin
     let errors = findings.iter().filter(is_error).count();
     let mut room = [SHOWN_MAX.min(errors), SHOWN_MAX.saturating_sub(errors)];
     let (mut text, mut left_out) = (String::new(), Vec::new());
-    for finding in findings {
+    for finding in progress.during(findings) {
         let room = &mut room[usize::from(!is_error(&finding))];
         if *room == 0 {
             left_out.push(finding);
@@ -194,7 +205,7 @@ fn snippets<'a>(
         let (text, lines) = (&source.text, lines.get(file.0 as usize)?);
         let spans: Vec<Range<usize>> =
             places(part).map(|(span, ..)| clamp(span, text, lines)).collect();
-        let (window, is_cut) = window(&spans, text, lines);
+        let ExcerptLines { range: window, is_cut } = window(&spans, text, lines);
         let excerpt = &text[window.clone()];
         let mut snippet = Snippet::source(with_unix_line_ends(excerpt))
             .line_start(lines.number(window.start))
@@ -249,16 +260,22 @@ fn boundary(at: usize, text: &str) -> usize {
     (0..=at).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
 }
 
-/// The range of the lines with the places; of a long line, only the text around the places. So the
-/// drawing library need not read the rest of a large file. Also returns whether the front of a line
-/// was cut off.
-fn window(spans: &[Range<usize>], text: &str, lines: &LineStarts) -> (Range<usize>, bool) {
+/// The lines with the places of a finding.
+struct ExcerptLines {
+    range: Range<usize>,
+    /// Whether the front of the first line was cut off.
+    is_cut: bool,
+}
+
+/// The lines with the places; of a long line, only the text around the places. So the drawing
+/// library need not read the rest of a large file.
+fn window(spans: &[Range<usize>], text: &str, lines: &LineStarts) -> ExcerptLines {
     let start = spans.iter().map(|s| s.start).min().unwrap_or(0);
     let end = spans.iter().map(|s| s.end).max().unwrap_or(0);
     let (first, last) = (lines.bounds(start, text), lines.bounds(end, text));
     let from = first.start.max(boundary(start.saturating_sub(AROUND_BYTES), text));
     let to = last.end.min(boundary(end + AROUND_BYTES, text));
-    (from..to, from > first.start)
+    ExcerptLines { range: from..to, is_cut: from > first.start }
 }
 
 /// A file's name with the finding's place in the whole file. The drawing library has only the

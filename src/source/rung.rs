@@ -101,10 +101,13 @@ const LEGS: &str =
 const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]},
             {"required":["use","name"]}],
             "anyOf":[{"required":["do"]},{"required":["branch"]},{"required":["use"]}]}"#;
-pub(super) const USE: Key = key("use", "The name of a template, whose rungs stand here.");
-pub(super) const WITH: Key = key("with", "What the template gets, by the names of its parameters.");
-const ARGUMENT: Key =
-    key("*", "What a parameter stands for here: contacts, a name or a constant, as its type says.");
+pub(super) const USE: Key = key("use", "The name of a template; its rungs are inserted here.");
+pub(super) const WITH: Key =
+    key("with", "The arguments of the template, by the names of its parameters.");
+const ARGUMENT: Key = key(
+    "*",
+    "An argument: contacts, a name or a constant, depending on the type of the parameter.",
+);
 
 /// Reads the rungs and uses of a table.
 pub(super) fn read_entries(table: &mut Table<'_>, rung: Key) -> Vec<Entry> {
@@ -154,7 +157,7 @@ fn read_use(mut table: Table<'_>) -> Use {
         Some((key, span)) => {
             let message = format!("a use has no `{key}`: its rungs are the template's");
             let finding = Finding::new(Code::TemplateRule, span, message);
-            table.find(finding.help("what it is to get stands in `with`; or write a rung"));
+            table.find(finding.help("its arguments belong in `with`; or write a rung"));
         }
         None => table.finish(),
     }
@@ -262,7 +265,7 @@ fn read_when(table: &mut Table<'_>, when: Key) -> Option<Leg> {
 fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
     if texts.value.is_empty() && !table.doc().has_finding_in(texts.span) {
         let finding = Finding::new(Code::EmptyLeg, texts.span, "a leg without contacts");
-        table.find(finding.help("always ON is `[\"$On\"]`, never is `[\"$Off\"]`"));
+        table.find(finding.help("always ON is `[\"$On\"]`, always OFF is `[\"$Off\"]`"));
     }
     let mut contacts = Vec::new();
     for text in &texts.value {

@@ -62,7 +62,7 @@ fn help(message: &str, rest: &str) -> Option<&'static str> {
         return Some("names are of the letters A to Z and a to z, digits and `_`: `groesse`");
     }
     if message.starts_with("duplicate key") {
-        return Some("a key, and a table's header, stand once; `[[…]]` headers may repeat");
+        return Some("a key or a table's header is written once; `[[…]]` headers may repeat");
     }
     if message.contains("missing comma between") {
         return Some("a comma is missing, or the `]` or `}` of something further up");

@@ -93,10 +93,12 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
         r#"{"oneOf":[{"required":["at"]},{"required":["type"]},{"required":["value"]}]}"#,
     );
     let at = table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`."));
-    let count = table.integer(key("count", "An array of so many neighbours from `at` on."), COUNT);
+    let count = table
+        .integer(key("count", "The number of elements of an array that begins at `at`."), COUNT);
     let initial = key(
         "initial",
-        "Its value after a cold start; else 0, OFF. An array takes a list too, one for each.",
+        "Its value after a cold start; 0 or OFF if not given. An array takes a list too, a value \
+         for each element.",
     );
     let (initial, initials) = table.constants(initial);
     let tag = Tag {
@@ -104,8 +106,11 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
         at,
         count,
         kind: table.string(
-            key("type", "What it is; rungd gives it a place in memory, and it has no address.")
-                .limited(TAG_TYPES),
+            key(
+                "type",
+                "Its type; rungd gives the tag a place in memory, and the tag has no address.",
+            )
+            .limited(TAG_TYPES),
         ),
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
@@ -126,13 +131,13 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
         )),
         alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
         priority: table.string(
-            key("priority", "How soon a person has to act on the alarm; else `medium`.")
+            key("priority", "How soon a person has to act on the alarm; `medium` if not given.")
                 .limited(PRIORITIES),
         ),
         log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
         metric: table.boolean(key(
             "metric",
-            "Its value is a metric of `rungd metrics`; of a structure all.",
+            "Its value is a metric of `rungd metrics`; for a structure, all its members.",
         )),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
         has_meaning: ["at", "type", "value"].iter().any(|key| table.has(key)),

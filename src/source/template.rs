@@ -52,7 +52,7 @@ pub(super) fn read(mut table: Table<'_>) -> Template {
         span: table.span(),
         name: table.required_string(key("name", "Its name.").limited(BLOCK_NAME)),
         parameters: read_parameters(&mut table),
-        tags: tag::read_all(&mut table, key("tags", "Tags of which each use has its own.")),
+        tags: tag::read_all(&mut table, key("tags", "Tags; each use has its own.")),
         rungs: rung::read_entries(&mut table, key("rung", "Its rungs, in the place of a use.")),
         stages: {
             let stages = key("stage", "Its stages: then it is the body of a program.");
@@ -65,11 +65,12 @@ pub(super) fn read(mut table: Table<'_>) -> Template {
 }
 
 fn read_parameters(table: &mut Table<'_>) -> Vec<Parameter> {
-    let parameters = key("parameters", "What a use gives it.").limited(NAME);
+    let parameters =
+        key("parameters", "Its parameters: names for the arguments of a use.").limited(NAME);
     let Some(mut parameters) = table.table(parameters, "`[template.parameters]`") else {
         return Vec::new();
     };
-    let any = key("*", "A parameter: a name for what a use gives.");
+    let any = key("*", "A parameter: a name for an argument.");
     let help = |name: &str, value: &str| match value.as_bytes() {
         [b'[', ..] => tag::above(name),
         [b'"', ..] => format!("write `{name} = {{ type = {value} }}`"),
@@ -83,11 +84,11 @@ fn read_parameter(NamedTable { name, table }: NamedTable<'_>) -> Parameter {
     let Some(mut table) = table else {
         return Parameter { name, kind: None, default: None, doc: None };
     };
-    let kind = key("type", "What may be given for it.").limited(TYPES);
+    let kind = key("type", "The kind of argument that it accepts.").limited(TYPES);
     let parameter = Parameter {
         name,
         kind: table.required_string(kind),
-        default: table.scalar(key("default", "What it is where a use does not give it.")),
+        default: table.scalar(key("default", "Its value if a use does not give it.")),
         doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
     };
     table.finish();

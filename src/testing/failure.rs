@@ -125,8 +125,8 @@ pub(super) fn failure_of_run(
         let failed = play(stage, &run.scenario, false, &mut Nobody).0.failed?;
         matches!(failed.why, FailedWhy::Always(_)).then_some((run, Some(failed)))
     };
-    let short = breaks(pasted(stage, test, (broken, true)));
-    let plain = || pasted(stage, test, (broken, false));
+    let short = breaks(pasted(stage, test, broken, true));
+    let plain = || pasted(stage, test, broken, false);
     let (run_as_scenario, failed) =
         short.or_else(|| breaks(plain())).unwrap_or_else(|| (plain(), None));
     let PastedRun { scenario, text } = run_as_scenario;

@@ -17,7 +17,8 @@ pub(super) struct PastedRun {
 pub(super) fn pasted(
     stage: LoweredSuite,
     test: &RandomTest,
-    (broken, has_pulses): (&BrokenRun, bool),
+    broken: &BrokenRun,
+    has_pulses: bool,
 ) -> PastedRun {
     let layout = &stage.programs[0].symbols.layout;
     let mut steps: Vec<TestStep> = Vec::new();
@@ -58,12 +59,13 @@ fn pulses(steps: Vec<TestStep>, period_ms: u32) -> Vec<TestStep> {
     let mut short = Vec::new();
     let mut rest = &steps[..];
     while let Some(first) = rest.first() {
-        let Some((operand, on, off)) = pulse(rest) else {
+        let Some(SetPulse { operand, on, off }) = pulse(rest) else {
             short.push(first.clone());
             rest = &rest[1..];
             continue;
         };
-        let times = rest.chunks(4).take_while(|next| pulse(next) == Some((operand, on, off)));
+        let times =
+            rest.chunks(4).take_while(|next| pulse(next) == Some(SetPulse { operand, on, off }));
         let times = times.count();
         let ms = |scans: u64| u32::try_from(scans * u64::from(period_ms)).ok();
         match (ms(on), ms(on + off)) {
@@ -80,9 +82,18 @@ fn pulses(steps: Vec<TestStep>, period_ms: u32) -> Vec<TestStep> {
     short
 }
 
-/// A pulse at the beginning of steps: its bit, the number of scans for which it is ON, and then
-/// OFF.
-fn pulse(steps: &[TestStep]) -> Option<(&TestOperand, u64, u64)> {
+/// A bit that goes ON and OFF again.
+#[derive(PartialEq)]
+struct SetPulse<'a> {
+    operand: &'a TestOperand,
+    /// The scans for which it is ON.
+    on: u64,
+    /// The scans for which it is OFF then.
+    off: u64,
+}
+
+/// The pulse at the beginning of steps.
+fn pulse(steps: &[TestStep]) -> Option<SetPulse<'_>> {
     match steps {
         [
             TestStep::Set(up, 1),
@@ -90,7 +101,9 @@ fn pulse(steps: &[TestStep]) -> Option<(&TestOperand, u64, u64)> {
             TestStep::Set(down, 0),
             TestStep::Run(TestTime::Scans(off)),
             ..,
-        ] if up == down && matches!(up.cell, Cell::Bit(_)) => Some((up, *on, *off)),
+        ] if up == down && matches!(up.cell, Cell::Bit(_)) => {
+            Some(SetPulse { operand: up, on: *on, off: *off })
+        }
         _ => None,
     }
 }

@@ -114,7 +114,7 @@ struct EdgedStep {
     now: Vec<bool>,
 }
 
-/// A pulse in the background.
+/// A pulse, as a step or in the background.
 struct Beat<'a> {
     operand: &'a TestOperand,
     on: u64,
@@ -231,7 +231,8 @@ impl<'a, S: Spectator> Player<'a, S> {
                 false => Err(FailedWhy::NotForced(operand.clone())),
             },
             TestStep::Pulse { operand, on, every, times } => {
-                self.pulse(operand, (self.scans_of(*on), self.scans_of(*every), *times), ticket)
+                let (on, every) = (self.scans_of(*on), self.scans_of(*every));
+                self.pulse(Beat { operand, on, every, passed: 0, ticket }, *times)
             }
             TestStep::Beat { operand, on, every } => {
                 let (on, every) = (self.scans_of(*on), self.scans_of(*every));
@@ -315,12 +316,8 @@ impl<'a, S: Spectator> Player<'a, S> {
         }
     }
 
-    fn pulse(
-        &mut self,
-        operand: &'a TestOperand,
-        (on, every, times): (u64, u64, u32),
-        ticket: Ticket,
-    ) -> Result<(), FailedWhy> {
+    fn pulse(&mut self, of: Beat<'a>, times: u32) -> Result<(), FailedWhy> {
+        let Beat { operand, on, every, ticket, .. } = of;
         self.needs(RigMode::Run)?;
         let is_on = |image: &Image| match operand.cell {
             Cell::Bit(bit) => image.bit(bit),

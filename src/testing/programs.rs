@@ -4,7 +4,7 @@
 //! Called by `reading`. Each list of files is loaded once. Files that a reload of the daemon
 //! refuses are refused here too (`daemon::reload::ready`).
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -122,6 +122,7 @@ impl<'a> Programs<'a> {
     /// The identity of a list of files.
     fn list(&mut self, files: &[StepWord]) -> Result<FileList, Finding> {
         let mut identities: Vec<PathBuf> = Vec::new();
+        let mut seen: HashSet<PathBuf> = HashSet::new();
         let mut controller = None;
         for file in files {
             let finding = |message: String| Finding::new(Code::TestStep, file.span, message);
@@ -137,7 +138,7 @@ impl<'a> Programs<'a> {
             if kind == InputKind::Controller {
                 controller = Some(file);
             }
-            if identities.contains(&identity) {
+            if !seen.insert(identity.clone()) {
                 let finding = finding(format!("`{}` is named twice", file.value));
                 return Err(finding.help("remove one of the two"));
             }

@@ -34,6 +34,15 @@ pub(super) struct BrokenRun {
     pub always: usize,
 }
 
+/// A line of `always` that broke.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BrokenLine {
+    /// The scan in which it broke, from 0.
+    pub scan: u64,
+    /// The index of the line.
+    pub always: usize,
+}
+
 /// The generator of a run. Runs count from 0.
 fn generator(seed: u64, run: u32) -> SplitMix64 {
     let mut seeds =
@@ -56,16 +65,16 @@ pub(super) fn run(stage: LoweredSuite, test: &RandomTest, run: u32) -> (u64, Opt
             changes.push((at, value));
         }
     });
-    let scans = broken.map_or(test.scans, |(scan, _)| scan + 1);
-    (scans, broken.map(|(scan, always)| BrokenRun { events, scan, always }))
+    let scans = broken.map_or(test.scans, |of| of.scan + 1);
+    (scans, broken.map(|BrokenLine { scan, always }| BrokenRun { events, scan, always }))
 }
 
-/// Plays events. Returns the first scan in which a line of `always` breaks, and the line.
+/// Plays events. Returns the first line of `always` that breaks.
 pub(super) fn replay(
     stage: LoweredSuite,
     test: &RandomTest,
     (events, scans): (&[RandomEvent], u64),
-) -> Option<(u64, usize)> {
+) -> Option<BrokenLine> {
     let mut next = 0;
     drive(stage, test, scans, |scan, _, changes| {
         while let Some(event) = events.get(next).filter(|event| event.scan <= scan) {
@@ -82,7 +91,7 @@ fn drive(
     test: &RandomTest,
     scans: u64,
     mut changes: impl FnMut(u64, &Image, &mut Vec<(usize, i32)>),
-) -> Option<(u64, usize)> {
+) -> Option<BrokenLine> {
     let inputs = test.set.iter().filter_map(|(of, value)| Some((of.input?, *value != 0)));
     let others = test.set.iter().filter(|(of, _)| of.input.is_none());
     let setup = RigSetup {
@@ -108,7 +117,7 @@ fn drive(
         let is_last = rig.scan();
         for (at, (condition, edges)) in always.iter().zip(&mut edges).enumerate() {
             if !condition.is_true(rig.image(), edges) {
-                return Some((scan, at));
+                return Some(BrokenLine { scan, always: at });
             }
         }
         rig.end_scan(is_last);
@@ -152,7 +161,7 @@ fn moved(
         }
     };
     match is_real {
-        true => Real::stored(next).0.cell(),
+        true => Real::stored(next).real.cell(),
         false => next as i32,
     }
 }

@@ -285,13 +285,14 @@ impl Resolution {
     ) {
         for id in self.always.len()..programs.programs.len() {
             let mut conditions = Vec::new();
+            let reload = steps.and_then(|steps| reload_of(steps, id));
             for (span, written) in always {
-                match programs.names[id].condition(written) {
-                    Ok(condition) => conditions.push(condition),
-                    Err(found) => match steps {
-                        None => self.findings.extend(found),
-                        Some(steps) => self.findings.extend(behind_reload(steps, id, *span, found)),
-                    },
+                match (programs.names[id].condition(written), reload) {
+                    (Ok(condition), _) => conditions.push(condition),
+                    (Err(found), None) => self.findings.extend(found),
+                    (Err(found), Some(step)) => {
+                        self.findings.extend(behind_reload(step, *span, found));
+                    }
                 }
             }
             self.always.push(conditions);
@@ -299,26 +300,22 @@ impl Resolution {
     }
 }
 
-/// The findings about a line of `always` in the program of a `reload` step, placed at that step.
-fn behind_reload(
-    steps: &[Located<super::suite::TestStep>],
-    id: usize,
-    line: Span,
-    found: Vec<Finding>,
-) -> Vec<Finding> {
+/// The place of the `reload` step that loads a program.
+fn reload_of(steps: &[Located<super::suite::TestStep>], id: usize) -> Option<Span> {
     use super::suite::{ProgramId, Reload, TestStep};
     let to = ProgramId(id);
     let is_to = |load: &Reload| matches!(load, Reload::To(of) if *of == to);
     let loads =
         |step: &&Located<TestStep>| matches!(&step.value, TestStep::Reload(load) if is_to(load));
-    let Some(step) = steps.iter().find(loads) else { return found };
+    steps.iter().find(loads).map(|step| step.span)
+}
+
+/// The findings about a line of `always` in the program of a `reload` step, placed at that step.
+fn behind_reload(step: Span, line: Span, found: Vec<Finding>) -> Vec<Finding> {
     let at_step = |finding: Finding| {
         let message = format!("an `always` line does not fit this program: {}", finding.message);
-        let told = Finding::new(Code::TestStep, step.span, message).related(line, "this line");
-        match finding.help_text() {
-            Some(help) => told.help(help.into_owned()),
-            None => told,
-        }
+        let told = Finding::new(Code::TestStep, step, message).related(line, "this line");
+        told.with_help_of(finding)
     };
     found.into_iter().map(at_step).collect()
 }

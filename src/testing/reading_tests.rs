@@ -249,7 +249,7 @@ steps = ["reload wrong.toml", "expect: nothing"]
               Reload(To(ProgramId(2)))
               Restore(DeviceId(0))
             refused:
-              refused: rungd2.toml: the sizes in `[memory]` differ from those of the running program:
+              refused: rungd2.toml: the sizes in `[memory]` differ from the running program's
             refused too:
               refused: error[unknown-name]: nothing is called `missing`
         "#]],
@@ -379,7 +379,7 @@ fn files_of_other_kinds_and_with_errors_are_told() {
             write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
         crates.test.toml4:1 test-file
           this is a test file, not a controller file
-            `rungd test` runs it, and says its mistakes
+            `rungd test` runs it, and reports its mistakes
     "#]],
     );
     check_file(
@@ -390,7 +390,7 @@ fn files_of_other_kinds_and_with_errors_are_told() {
             write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
         crates.test.toml4:1 test-file
           this is a test file, not a ladder file
-            `rungd test` runs it, and says its mistakes
+            `rungd test` runs it, and reports its mistakes
     "#]],
     );
     check_file(

@@ -6,7 +6,7 @@
 //! limited.
 
 use super::player::LoweredSuite;
-use super::random_run::{BrokenRun, RandomEvent, replay};
+use super::random_run::{BrokenLine, BrokenRun, RandomEvent, replay};
 use super::suite::RandomTest;
 
 /// The maximum number of scans of all attempts together.
@@ -41,8 +41,8 @@ impl Shrinking<'_> {
             return false;
         }
         let broken = replay(self.stage, self.test, (&events, scans));
-        self.scans_left -= broken.map_or(scans, |(scan, _)| scan + 1);
-        let Some((scan, always)) = broken else { return false };
+        self.scans_left -= broken.map_or(scans, |of| of.scan + 1);
+        let Some(BrokenLine { scan, always }) = broken else { return false };
         let events = events.into_iter().filter(|event| event.scan <= scan).collect();
         self.best = BrokenRun { events, scan, always };
         true

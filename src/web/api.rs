@@ -245,7 +245,7 @@ fn operand(query: &Query) -> Result<&str, WebFailure> {
     let operand = query.get("operand").map(str::trim).filter(|of| !of.is_empty());
     let operand = operand.ok_or_else(|| bad("name an operand"))?;
     match operand.len() > OPERAND_BYTES_MAX {
-        true => Err(bad("this is too long for an operand")),
+        true => Err(bad("the operand is too long")),
         false => Ok(operand),
     }
 }
@@ -294,7 +294,7 @@ async fn write(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
     let listed = settings(&view.program).map_or(&[][..], |web| &web.write);
     let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
     let Some((operand, _)) = listed.iter().find(|of| is_listed(of)).cloned() else {
-        let why = format!("`{operand}` is not written here: `[web] write` does not list it");
+        let why = format!("`{operand}` cannot be written here: `[web] write` does not list it");
         return Err(WebFailure(StatusCode::FORBIDDEN, why));
     };
     let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());

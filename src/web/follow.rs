@@ -63,7 +63,8 @@ impl Follow {
     /// The system cannot start a thread.
     pub fn start(named: Option<PathBuf>) -> std::io::Result<Follow> {
         let began = Instant::now();
-        let none = Seen { at: began, view: Err("not looked yet".into()), status: None };
+        let view = Err("the controller has not been contacted yet".into());
+        let none = Seen { at: began, view, status: None };
         let (tell, seen) = watch::channel(Arc::new(none));
         let viewed_ms = Arc::new(AtomicU64::new(0));
         let asked = Arc::clone(&viewed_ms);
@@ -80,7 +81,7 @@ impl Follow {
     /// A `Follow` without a controller.
     pub fn of_nothing() -> Follow {
         let began = Instant::now();
-        let none = Seen { at: began, view: Err("there is nothing".into()), status: None };
+        let none = Seen { at: began, view: Err("there is no controller".into()), status: None };
         let (_, seen) = watch::channel(Arc::new(none));
         let viewed_ms = Arc::new(AtomicU64::new(0));
         Follow { seen, began, viewed_ms, thread: thread::current() }
@@ -157,7 +158,7 @@ fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &
             was_seen = looked.is_ok();
             say(&match &looked {
                 Ok(_) => format!("the controller at {} answers", socket.display()),
-                Err(failure) => format!("the controller is not seen: {failure}"),
+                Err(failure) => format!("the controller cannot be shown: {failure}"),
             });
         }
         let pause = match &looked {

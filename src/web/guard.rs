@@ -46,8 +46,8 @@ impl Guard {
         let mut origins = headers.get_all(ORIGIN).iter();
         match (origins.next(), origins.next()) {
             (None, _) if *method == Method::GET || *method == Method::HEAD => Ok(()),
-            (None, _) => Err("a change comes from a page: the request has no Origin".to_owned()),
-            (Some(_), Some(_)) => Err("a request has one Origin".to_owned()),
+            (None, _) => Err("a change needs an Origin header".to_owned()),
+            (Some(_), Some(_)) => Err("a request must have exactly one Origin header".to_owned()),
             (Some(origin), None) => {
                 let scheme = if self.is_tls { "https" } else { "http" };
                 let own = format!("{scheme}://{host}");
@@ -62,11 +62,11 @@ impl Guard {
 
     fn host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, String> {
         if uri.authority().is_some() {
-            return Err("this is no proxy".to_owned());
+            return Err("this server is not a proxy".to_owned());
         }
         let mut hosts = headers.get_all(HOST).iter();
         let (Some(host), None) = (hosts.next(), hosts.next()) else {
-            return Err("a request has one Host".to_owned());
+            return Err("a request must have exactly one Host header".to_owned());
         };
         let host = host.to_str().unwrap_or_default().to_ascii_lowercase();
         if self.hosts.contains(&host) {

@@ -85,11 +85,11 @@ async fn free(path: &Path) -> Result<()> {
     match fs::symlink_metadata(path) {
         Ok(facts) if facts.file_type().is_socket() => {
             if UnixStream::connect(path).await.is_ok() {
-                bail!("another process answers there");
+                bail!("another process listens there");
             }
             fs::remove_file(path)?;
         }
-        Ok(_) => bail!("there is a file that is no socket"),
+        Ok(_) => bail!("a file that is not a socket is there"),
         Err(_) => {}
     }
     Ok(())

@@ -64,15 +64,15 @@ impl WebOptions {
         let is_local = self.listen.is_local();
         if !is_local && self.tls.is_none() && !self.behind_proxy {
             bail!(
-                "beyond this machine passwords need TLS: name `--tls-cert` and `--tls-key`, or \
-                 say `--behind-proxy` if a proxy that speaks TLS stands before it"
+                "an address that other machines can reach needs TLS: give `--tls-cert` and \
+                 `--tls-key`, or `--behind-proxy` if a proxy provides TLS"
             );
         }
         let is_open = !is_local || self.behind_proxy;
         if is_open && self.users.is_none() {
             bail!(
-                "whoever reaches it from another machine must sign in: make users with `rungd web \
-                 passwd NAME`, and name their file with `--users-file FILE`"
+                "users of other machines must sign in: make users with `rungd web passwd NAME`, \
+                 and name their file with `--users-file FILE`"
             );
         }
         if is_open && self.hosts.is_empty() && self.fixed_ip().is_none() {

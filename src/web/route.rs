@@ -96,19 +96,19 @@ fn cookie(headers: &HeaderMap) -> Option<&str> {
 fn signed_out(site: &WebSite) -> WebFailure {
     let why = match site.has_users() {
         true => "sign in",
-        false => "open the link that `rungd web` has printed: it lets in once",
+        false => "open the link that `rungd web` has printed: it is valid once",
     };
     WebFailure(StatusCode::UNAUTHORIZED, why.to_owned())
 }
 
 fn wrong_method() -> WebFailure {
-    WebFailure(StatusCode::METHOD_NOT_ALLOWED, "this is not asked for in this way".to_owned())
+    WebFailure(StatusCode::METHOD_NOT_ALLOWED, "this path does not accept this method".to_owned())
 }
 
 /// Signs a visitor in by the one-time link.
 fn enter(site: &WebSite, query: &Query) -> WebResult {
     if site.has_users() || !site.sessions().use_link(query.get("key").unwrap_or_default()) {
-        let why = "this link does not let in: it was used, or a newer one was printed";
+        let why = "this link is not valid: it was used, or a newer one was printed";
         return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
     }
     let cookie = site.sessions().begin(None, Instant::now());
@@ -137,7 +137,7 @@ async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     let place = Arc::clone(&site.passwords).acquire_owned().await;
     let users = site.users().map_err(|failure| {
         say(&failure.to_string());
-        let why = "the file of users cannot be read: the log of `rungd web` says why";
+        let why = "the file of users cannot be read: see the log of `rungd web`";
         WebFailure(StatusCode::INTERNAL_SERVER_ERROR, why.to_owned())
     })?;
     let tried = name.clone();
@@ -167,10 +167,11 @@ async fn body(request: Request<Incoming>) -> Result<Value, WebFailure> {
     let bad = |why: &str| WebFailure(StatusCode::BAD_REQUEST, why.to_owned());
     let kind = request.headers().get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok());
     if !kind.unwrap_or_default().starts_with("application/json") {
-        return Err(bad("a change is JSON"));
+        return Err(bad("the body of a change must be JSON"));
     }
     let limited = Limited::new(request.into_body(), BODY_BYTES_MAX).collect();
-    let read = timeout(BODY_MAX, limited).await.map_err(|_| bad("the request did not come"))?;
+    let late = |_| bad("the request was not received in time");
+    let read = timeout(BODY_MAX, limited).await.map_err(late)?;
     let bytes = read.map_err(|_| bad("the request broke off, or is too long"))?.to_bytes();
-    serde_json::from_slice(&bytes).map_err(|_| bad("a change is JSON"))
+    serde_json::from_slice(&bytes).map_err(|_| bad("the body of a change must be JSON"))
 }

@@ -39,14 +39,15 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 pub fn serve(options: &WebOptions) -> Result<()> {
     options.judge()?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    runtime.context("the system starts no event loop")?.block_on(run(options))
+    runtime.context("the system cannot start an event loop")?.block_on(run(options))
 }
 
 async fn run(options: &WebOptions) -> Result<()> {
     let acceptor = options.tls.as_ref().map(|(chain, key)| tls(chain, key)).transpose()?;
     let listener = Listener::open(&options.listen).await?;
     let port = listener.address().map(|address| address.port());
-    let follow = Follow::start(options.socket.clone()).context("the system starts no thread")?;
+    let follow = Follow::start(options.socket.clone());
+    let follow = follow.context("the system cannot start a thread")?;
     let site = Arc::new(WebSite::new(WebSiteParts {
         follow,
         guard: Guard::new(options.host_values(port), options.is_tls()),

@@ -156,6 +156,6 @@ impl WebSite {
     /// Prints a new one-time link for the person who started the process.
     pub fn tell_link(&self) {
         let secret = self.sessions().new_link();
-        say(&format!("open {}/in?key={secret} (it lets in once)", self.address));
+        say(&format!("open {}/in?key={secret} (it is valid once)", self.address));
     }
 }

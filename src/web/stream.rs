@@ -67,7 +67,7 @@ impl Window {
 /// The events of a viewer, until its session ends.
 pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebResult {
     let place = Arc::clone(&site.streams).try_acquire_owned().map_err(|_| {
-        let why = "too many pages look at this controller: close one";
+        let why = "too many pages show this controller: close one";
         WebFailure(StatusCode::SERVICE_UNAVAILABLE, why.to_owned())
     })?;
     let (site, window, cookie) = (Arc::clone(site), Window::of(query), cookie.to_owned());

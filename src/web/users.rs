@@ -142,7 +142,7 @@ pub fn set_password(path: &Path, name: &str, password: Option<&str>) -> Result<(
 fn hashed(password: &str) -> Result<String, UserFailure> {
     let (least, most) = PASSWORD_BYTES;
     if !(least..=most).contains(&password.len()) {
-        let why = format!("a password has {least} to {most} bytes");
+        let why = format!("a password must have {least} to {most} bytes");
         return Err(UserFailure::Refused(why));
     }
     let salt = SaltString::generate(&mut OsRng);

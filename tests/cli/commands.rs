@@ -123,6 +123,15 @@ fn explanations_go_to_standard_output() {
 }
 
 #[test]
+fn the_help_of_force_says_that_its_value_stays() {
+    let help = text(&rungd(&["help", "force"]).stdout);
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    let words =
+        "After `unforce` the value stays until the ladder, a device or an operator writes it";
+    assert!(help.contains(words), "{help}");
+}
+
+#[test]
 fn the_help_of_rollback_names_the_program_that_it_goes_back_to() {
     let help = text(&rungd(&["rollback", "--help"]).stdout);
     let words = help.split("\n\nUsage:").next().unwrap();

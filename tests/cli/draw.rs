@@ -216,7 +216,8 @@ fn what_tests_have_not_seen_is_marked() {
     fs::write(folder.join("plant.toml"), format!("\n{LADDER}")).expect("written");
     let output = rungd(&args, &folder);
     let said = String::from_utf8(output.stderr).expect("text");
-    assert!(said.contains("report.json: the report is of another text: Main, rung 1"), "{said}");
+    let why = "report.json: the report belongs to a different version of the ladder: Main, rung 1";
+    assert!(said.contains(why), "{said}");
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -232,7 +233,7 @@ fn what_cannot_be_drawn_is_refused() {
         assert_eq!(output.status.code(), Some(code), "{said}");
     };
     check(&["draw", "plant.toml", "-o", "plant.pdf"], 2, "a drawing is .svg, .html or .txt");
-    check(&["draw", "plant.toml", "--coverage", "no.json"], 2, "this is no report of");
+    check(&["draw", "plant.toml", "--coverage", "no.json"], 2, "this is not a report of");
     check(&["draw", "none.toml"], 74, "none.toml: No such file");
     check(&["draw", "bad.toml"], 78, "error[unknown-name]");
     check(&["draw"], 2, "required");

@@ -45,11 +45,10 @@ fn a_first_project_passes_the_check_and_runs() {
     assert_eq!(output.status.code(), Some(0), "{}", said(&output.stderr));
     assert_eq!(
         said(&output.stdout),
-        "plant/line1/controller.toml\nplant/line1/programs/main.toml\n\
-         plant/line1/tests/main.test.toml\nplant/line1/README.md\n\n\
-         Run it with `cd plant/line1 && rungd run controller.toml`; Ctrl-C stops it.\n\
-         In a second shell there, `rungd status` tells how it is.\n\
-         `rungd test` runs the tests of its ladder.\n"
+        "plant/line1/controller.toml\nplant/line1/programs/main.toml\nplant/line1/tests/main.test.toml\nplant/line1/README.md\n\nRun \
+         it with `cd plant/line1 && rungd run controller.toml`; Ctrl-C stops it.\nIn a second \
+         shell there, `rungd status` prints its state.\n`rungd test` runs the tests of its \
+         ladder.\n"
     );
     let tests = rungd(&["test"], &folder.join("plant/line1"));
     assert_eq!(said(&tests.stdout), "tests/main.test.toml: 8 passed\n", "{}", said(&tests.stderr));
@@ -86,6 +85,16 @@ fn the_command_that_it_prints_can_be_pasted() {
             .unwrap();
         assert_eq!(ran.status.code(), Some(0), "{command}: {}", said(&ran.stderr));
     }
+}
+
+#[test]
+fn the_name_of_its_directory_does_not_command_the_terminal() {
+    let folder = folder("init-escape");
+    let output = rungd(&["init", "dir\u{1b}[31m/pp"], &folder);
+    let text = said(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{text:?}");
+    assert!(!text.contains('\u{1b}'), "{text:?}");
+    assert!(text.starts_with("dir\\u{1b}[31m/pp/controller.toml\n"), "{text:?}");
 }
 
 /// `rungd status` finds the socket without a variable or an option that names it.

@@ -5,6 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use crate::support::needs::not_installed;
+
 fn rungd(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rungd")).args(args).output().expect("rungd runs")
 }
@@ -43,18 +45,20 @@ fn every_subcommand_has_a_page() {
         assert!(page.contains(&format!("rungd\\-{name}(1)")), "{name}: {page}");
     }
     assert!(!page.contains("man(1)\n"), "hidden: {page}");
-    if Command::new("man").arg("--version").output().is_ok() {
-        for entry in fs::read_dir(&folder).expect("pages") {
-            let path = entry.expect("a page").path();
-            let man = Command::new("man")
-                .args(["--warnings", "-l"])
-                .arg(&path)
-                .env("LC_ALL", "C.UTF-8")
-                .output();
-            let man = man.expect("man runs");
-            assert!(man.status.success() && man.stderr.is_empty(), "{}", text(man.stderr));
-        }
+    if !is_installed("man") {
+        return not_installed("man");
     }
+    for entry in fs::read_dir(&folder).expect("pages") {
+        let path = entry.expect("a page").path();
+        let mut man = Command::new("man");
+        man.args(["--warnings", "-l"]).arg(&path).env("LC_ALL", "C.UTF-8");
+        let man = man.output().expect("man runs");
+        assert!(man.status.success() && man.stderr.is_empty(), "{}", text(man.stderr));
+    }
+}
+
+fn is_installed(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok()
 }
 
 /// Writes a shell's script to a file for this test; returns its path.
@@ -70,10 +74,12 @@ fn completions(shell: &str, test: &str) -> PathBuf {
 fn shells_read_their_completions() {
     for shell in ["bash", "zsh", "fish"] {
         let file = completions(shell, "read");
-        if Command::new(shell).arg("--version").output().is_ok() {
-            let status = Command::new(shell).arg("-n").arg(&file).stdout(Stdio::null()).status();
-            assert!(status.expect("it runs").success(), "{shell} does not read it");
+        if !is_installed(shell) {
+            not_installed(shell);
+            continue;
         }
+        let status = Command::new(shell).arg("-n").arg(&file).stdout(Stdio::null()).status();
+        assert!(status.expect("it runs").success(), "{shell} does not read it");
     }
     // The script calls rungd itself.
     let mut asked = Command::new(env!("CARGO_BIN_EXE_rungd"));

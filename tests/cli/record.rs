@@ -20,15 +20,11 @@ fn info_tells_what_a_recording_is() {
     let place = Place::new("info");
     shown(
         &said(&place.rungd(&["record", "info", "plant.rungd-log"]), 0),
-        "controller  plant.toml\n\
-         program      (start, rungd …): plant.toml main.toml\n\
-         recorded    2026-11-22 10:00:00.000 to 2026-11-22 10:00:19.990\n\
-         scans       2,000, from 1 to 2000; one every 10.000 ms (median)\n\
-         held as     … sections with … base images\n\
-         size        … bytes; … MB a day at this rate\n\
-         begins      with RUN: every hash is computed from its beginning\n\
-         changes     2026-11-22 10:00:00.000 RUN\n\
-         gaps        none\n",
+        "controller  plant.toml\nprogram      (start, rungd …): plant.toml main.toml\nrecorded    \
+         2026-11-22 10:00:00.000 to 2026-11-22 10:00:19.990\nscans       2,000, from 1 to 2000; \
+         one every 10.000 ms (median)\nheld as     … sections with … base images\nsize        … \
+         bytes; … MB a day at this rate\nbegins      with the start of RUN: every hash can be \
+         computed from there\nchanges     2026-11-22 10:00:00.000 RUN\ngaps        none\n",
     );
     let json = said(&place.rungd(&["record", "info", "plant.rungd-log", "--json"]), 0);
     let json: Value = serde_json::from_str(&json).unwrap();

@@ -285,15 +285,14 @@ fn another_ladder_is_compared_with_the_recorded_one() {
     let arguments = ["plant.rungd-log", "--ladder", "new.toml", "--watch", "parts.Acc,wait.Done"];
     shown(
         &place.replay(0, &arguments),
-        "feeder (Y0): old ON, new OFF first at 2026-11-22 10:00:07.000 (scan 701); 2 times, 1.500 s and 150 scans in all\n\
-         alarm jam: old OFF, new ON first at 2026-11-22 10:00:07.000 (scan 701); 2 times, 1.500 s and 150 scans in all\n\
-         wait.Done: old OFF, new ON first at 2026-11-22 10:00:07.000 (scan 701); 2 times, 1.500 s and 150 scans in all\n\
-         1 of 1 output, 1 of 1 alarm, 1 of 2 watched operands differ\n\
-         …\n\
-         \x20       jam (C0) is ON\n\
-         …\n\
-         2,000 scans replayed in … s, … × real time; … of … hashes of the old program equal\n\
-         open loop: the inputs are as they were recorded; where the plant would have answered to other outputs, it does not here\n",
+        "feeder (Y0): old ON, new OFF first at 2026-11-22 10:00:07.000 (scan 701); 2 times, 1.500 \
+         s and 150 scans in all\nalarm jam: old OFF, new ON first at 2026-11-22 10:00:07.000 (scan \
+         701); 2 times, 1.500 s and 150 scans in all\nwait.Done: old OFF, new ON first at \
+         2026-11-22 10:00:07.000 (scan 701); 2 times, 1.500 s and 150 scans in all\n1 of 1 output, \
+         1 of 1 alarm, 1 of 2 watched operands differ\n…\n\x20       jam (C0) is ON\n…\n2,000 \
+         scans replayed in … s, … × real time; … of … hashes of the old program equal\nopen loop: \
+         the inputs are the recorded ones; the reaction of the plant to different outputs is not \
+         simulated\n",
     );
     place.replay(0, &[&arguments[..3], &["--trace", "both.csv", "--from", "scan 701"]].concat());
     let csv = place.read("both.csv");

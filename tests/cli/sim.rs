@@ -366,7 +366,7 @@ fn a_trace_never_overwrites_what_is_read() {
 #[test]
 fn another_ending_is_refused_before_anything_is_written() {
     let place = Place::new("vcd");
-    let said = "--trace out.xyz: the ending says the form, and is `.csv`, `.svg` or `.vcd`";
+    let said = "--trace out.xyz: the ending must be `.csv`, `.svg` or `.vcd`";
     place.refused("count.toml --trace out.xyz", 2, said);
     assert!(!place.0.join("out.xyz").exists());
 }

@@ -171,7 +171,7 @@ fn a_controller_that_is_gone_comes_back() {
     let mut live = Live::of(folder.clone(), run(&folder, &[]));
     tmux.awaits(&["RUN for", "alarms: 0"]);
     live.end();
-    tmux.awaits(&["NO ANSWER for", "what is shown is old"]);
+    tmux.awaits(&["NO ANSWER for", "the values shown are old"]);
     let again = Live::of(folder.clone(), run(&folder, &[]));
     tmux.until("an answer", |screen| !screen.contains("NO ANSWER"));
     tmux.keys(&["C-c"]);

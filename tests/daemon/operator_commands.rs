@@ -47,8 +47,7 @@ fn a_range_stands_for_all_in_it_where_it_is_read() {
     let live = live();
     assert_eq!(
         live.ok("read D0..D2 Y0..Y1"),
-        "\
-D0    D0  0
+        "D0    D0  0
 size  D1  12
 D2    D2  0
 lamp  Y0  OFF
@@ -69,8 +68,8 @@ Y1    Y1  OFF
         ("read jam..", "`jam..` is no range (write both ends"),
         ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),
         ("read D0,D5", "(write `D0..D5` for all of them; or `D0` and `D5`, each on its own)"),
-        ("write D0..D5 1", "`D0..D5` is a range: name one of it"),
-        ("force X0..X5 ON", "`X0..X5` is a range: name one of it"),
+        ("write D0..D5 1", "`D0..D5` is a range: name one element of it"),
+        ("force X0..X5 ON", "`X0..X5` is a range: name one element of it"),
     ] {
         let said = live.say(asked);
         assert!(said.code != 0 && said.err.contains(words), "{asked}: {said:?}");
@@ -82,8 +81,7 @@ fn read_by_tag_and_by_address() {
     let live = live();
     assert_eq!(
         live.ok("read jam D1 parts.Acc"),
-        "\
-jam        C0       OFF
+        "jam        C0       OFF
 size       D1       12
 parts.Acc  CT0.Acc  0
 "
@@ -127,7 +125,7 @@ fn a_write_that_does_not_hold_says_why() {
     let live = live();
     let said = live.say("write C7 off");
     assert_eq!(said.code, 0);
-    assert!(said.err.contains("was written again in the same scan"), "{said:?}");
+    assert!(said.err.contains("but the same scan overwrote it"), "{said:?}");
     live.ok("force size 9");
     let said = live.say("write size 10");
     assert_eq!(said.code, 1);
@@ -145,7 +143,7 @@ fn what_cannot_be_done_is_refused_with_its_reason_and_code() {
         ("force size 0", 2, "`size` takes 1 to 500, not 0"),
         ("write jam 2", 2, "takes ON or OFF"),
         ("write size ON", 2, "takes a whole number"),
-        ("write $FirstScan on", 2, "it says how the controller is"),
+        ("write $FirstScan on", 2, "it shows the state of the controller"),
         ("write parts.Done on", 2, "it can be forced"),
         ("write Drain.Open on", 2, "switched by the ladder"),
         ("force Drain.Running on", 2, "started and stopped by the ladder"),
@@ -406,7 +404,7 @@ fn a_name_with_a_dash_is_an_operand_and_no_range() {
         ("read drain-pmup.Running", "nothing is called `drain-pmup` (did you mean `drain-pump`?)"),
         ("force drain-pump.half-opne ON", "has no stage `half-opne`"),
         ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),
-        ("force D0-D5 1", "`D0-D5` is a range: name one of it"),
+        ("force D0-D5 1", "`D0-D5` is a range: name one element of it"),
     ] {
         let said = live.say(asked);
         assert!(said.code == 2 && said.err.contains(words), "{asked}: {said:?}");
@@ -443,7 +441,8 @@ fn forces_are_shown_and_ended_by_what_their_addresses_are_called_now() {
     assert_eq!(forces(), is(None));
     let said = live.say("unforce size");
     assert_eq!(said.out, "size (D2): not forced, 12, was 12\n");
-    let note = "it was not forced; D1 is forced, and was called `size` then: `rungd unforce D1`";
+    let note = "it was not forced; D1 is forced; it was called `size` when it was forced: \
+                `rungd unforce D1`";
     assert!(said.err.contains(note), "{said:?}");
 
     let said = reload("size", "width");
@@ -457,7 +456,8 @@ fn forces_are_shown_and_ended_by_what_their_addresses_are_called_now() {
     assert!(said.err.contains("forced now: girth (D1) (`rungd unforce --all`"), "{said:?}");
     let said = live.say("unforce size");
     assert!(said.code == 2 && said.err.contains("nothing is called `size`"), "{said:?}");
-    assert!(said.err.contains("D1 is forced, and was called `size` then: `rungd unforce D1`"));
+    let note = "D1 is forced; it was called `size` when it was forced: `rungd unforce D1`";
+    assert!(said.err.contains(note), "{said:?}");
     let without = LADDER.replace("preset=size", "preset=12");
     let without: String = without
         .lines()

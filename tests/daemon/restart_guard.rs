@@ -45,8 +45,8 @@ fn ten_kills_end_in_stop_that_is_ready_and_says_why() {
     let mut running = Running::new(&mut tenth);
     let guard = running.line("10 restarts after unclean ends, without 10m in RUN between them");
     assert_eq!((&guard["event"], &guard["level"]), (&"restart-guard".into(), &"WARN".into()));
-    assert!(message(&guard).contains("`rungd mode run`, or an orderly restart"), "{guard}");
-    running.line("STOP: it was restarted too often");
+    let stop = running.line("STOP: it was restarted too often");
+    assert!(message(&stop).contains("`rungd mode run`, or an orderly restart"), "{stop}");
     running.line("still in STOP after");
     running.line("still in STOP after");
     let mut bytes = [0; 512];
@@ -74,7 +74,7 @@ fn a_healthy_time_in_run_begins_the_count_anew() {
     let running = Running::new(healthy.args(["--healthy-after", "200ms"]));
     let counted = running.line("restart 9 of 10");
     assert_eq!((&counted["event"], &counted["restarts"]), (&"restart-counted".into(), &9.into()));
-    let reset = running.line("200ms in RUN: restarts are counted anew");
+    let reset = running.line("200ms in RUN: the count of restarts starts again at 0");
     assert_eq!(reset["event"], "restart-guard-reset");
     let file = plant.0.join("run/restarts");
     let written = || fs::read_to_string(&file).unwrap() == "restarts=0 process=running\n";

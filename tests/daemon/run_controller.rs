@@ -78,7 +78,7 @@ fn a_hangup_reads_the_files_anew() {
     let mut running = plant.start(&[]);
     running.line("lamp is ON");
     running.signal("HUP");
-    let same = running.line("SIGHUP asked for a reload: the files are those that run already");
+    let same = running.line("SIGHUP asked for a reload: the files are those of the running");
     assert_eq!(same["event"], "reload-same");
     std::fs::write(plant.0.join("ladder.toml"), bottling::ladder(&format!("{ALIVE}# edited\n")))
         .unwrap();

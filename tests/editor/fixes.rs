@@ -242,7 +242,7 @@ fn a_repaired_warning_leaves_the_program_as_it_was() {
           - Allow `bare-timer-value` in this rung
           - Allow `bare-timer-value` in this file
         a.toml:20 set-never-reset
-          no repair: `RST Y0` in a rung that says when, or `OUT Y0` if the bit is to follow this rung
+          no repair: `RST Y0` in a rung with its condition, or `OUT Y0` if the bit is to follow this rung
           - Allow `set-never-reset` in this rung
           - Allow `set-never-reset` in this file
     "#]].assert_eq(&told);

@@ -66,7 +66,7 @@ fn what_is_left_out_is_said() {
     let (code, out, errors) = fleet.stop();
     assert_eq!((code, out.as_str()), (0, ""));
     let begun = "leaves out messages without a payload of Sparkplug (of at most 50,000 metrics); \
-                 the end says how many";
+                 their number is printed at the end";
     assert_eq!(errors.matches(begun).count(), 1, "{errors}");
     assert!(errors.contains("left out: 2 messages without a payload of Sparkplug"), "{errors}");
 
@@ -79,7 +79,8 @@ fn what_is_left_out_is_said() {
     let (code, out, errors) = fleet.stop();
     assert_eq!((code, errors.as_str()), (0, ""));
     for told in [
-        "1 alarm stands; of 1 node the alarms are not known\nplant/press (online)\n  jam: Belt jammed\\u{1b}[2J\n",
+        "1 alarm stands; the alarms of 1 node are not known\nplant/press (online)\n  jam: Belt \
+         jammed\\u{1b}[2J\n",
         "plant/deep: its alarms are not known: its alarm list cannot be read\n",
         "plant/press: left out: 1 of its alarms",
         "left out: 1 message without a payload of Sparkplug",

@@ -6,6 +6,7 @@
 mod cycles;
 mod names;
 mod pages;
+mod parameters;
 mod recipes;
 
 use std::fs;

@@ -171,7 +171,7 @@ fn libmodbus_reads_and_writes_the_pages_map() {
     let mut controller = Controller::of(&page, "libmodbus", "mixer");
     let output = Command::new(program).arg(&controller.port).output().unwrap();
     assert_eq!(String::from_utf8_lossy(&output.stdout), "ok\n", "{}", everything(&output));
-    controller.expect("write refused: CT0.Acc is written by both of its registers");
+    controller.expect("write refused: CT0.Acc needs a write to both of its registers");
 }
 
 #[test]

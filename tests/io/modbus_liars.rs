@@ -40,8 +40,8 @@ const TCP_LIES: [(&str, Answer, bool); 22] = [
     ("no whole answer in 400 ms", |_, right| Lie::Say(with(right, 5, 100)), false),
     ("unit 7's, not unit 1's", |_, right| Lie::Say(with(right, 6, 7)), false),
     ("of function 3", |_, right| Lie::Say(with(right, 7, 3)), false),
-    ("2 bytes of data where 4", |ask, _| Lie::Say(tcp_frame(ask, &[4, 2, 0, 1])), false),
-    ("not as long as it says", |ask, _| Lie::Say(tcp_frame(ask, &[4, 4, 0, 1])), false),
+    ("2 bytes of data instead of 4", |ask, _| Lie::Say(tcp_frame(ask, &[4, 2, 0, 1])), false),
+    ("has a wrong length", |ask, _| Lie::Say(tcp_frame(ask, &[4, 4, 0, 1])), false),
     ("not Modbus TCP", |_, _| Lie::Say(b"HTTP/1.1 400 Bad Request".to_vec()), false),
     ("more bytes after", |_, right| Lie::Say([right, right].concat()), false),
     ("no answer in 400 ms", |_, _| Lie::Silence, false),
@@ -106,7 +106,7 @@ async fn a_write_that_is_confirmed_wrongly_is_written_again() {
     client.connect().await.unwrap();
     lie(&script, |_, right| Lie::Say(with(right, 9, right[9] + 1)));
     let trouble = exchange(&mut client).await.unwrap_err();
-    let words = "writing coil 0 of unit 1: the answer confirms another write";
+    let words = "writing coil 0 of unit 1: the answer confirms a different write";
     assert_eq!(trouble.reason, words);
     client.connect().await.unwrap();
     let written = Arc::new(Mutex::new(Vec::new()));

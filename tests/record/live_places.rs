@@ -215,7 +215,7 @@ fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
         let said = why_as_nobody(&live);
         let told = format!("{ladder:o} {controller:o}: {said:?}");
         assert_eq!(said.code, if is_public { 0 } else { 77 }, "{told}");
-        let refusal = "may only look, and a recording holds the ladder's files";
+        let refusal = "may only look, and a recording contains the ladder's files";
         assert_eq!(said.err.contains(refusal), !is_public, "{told}");
         // A user with full access always receives the recording.
         let answer = Operator::new(&live).ask(&json!({"do": "recording"}));

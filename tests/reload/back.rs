@@ -57,7 +57,7 @@ fn behind_a_probation_what_was_replaced_within_its_own_is_skipped() {
     let short = std::fs::read_to_string(&controller).unwrap().replace("\"1h\"", "\"50ms\"");
     std::fs::write(&controller, short).unwrap();
     load(&live, &says(3));
-    live.line("the new program has stood its probation");
+    live.line("the new program has passed its probation");
     live.ok("rollback");
     live.await_values("D0", "1");
 }
@@ -79,7 +79,7 @@ fn behind_its_probation_a_program_is_the_way_back() {
     let live = Live::start(&says(1), "reload.probation = \"50ms\"\n", &[]);
     live.await_values("D0", "1");
     load(&live, &says(2));
-    live.line("the new program has stood its probation");
+    live.line("the new program has passed its probation");
     load(&live, &says(3));
     live.ok("rollback");
     live.await_values("D0", "2");
@@ -91,11 +91,11 @@ fn the_same_files_change_nothing_and_a_fault_goes_back_behind_a_stray_hangup() {
     let live = Live::start_to_stall(&says(1), WATCHDOG, &["--stopped"]);
     load(&live, &says(2));
     for words in ["reload", "reload --dry-run"] {
-        assert_eq!(live.ok(words), "nothing changed: the files are those that run already\n");
+        assert_eq!(live.ok(words), "nothing changed: the files are those of the running program\n");
     }
     assert_eq!(live.line("nothing changed")["event"], "reload-same");
     live.signal("HUP");
-    live.line("SIGHUP asked for a reload: the files are those that run already");
+    live.line("SIGHUP asked for a reload: the files are those of the running program");
     live.stall();
     live.say("mode run");
     // The FAULT returns to the first program, although the second one was requested repeatedly.
@@ -128,7 +128,7 @@ fn a_rollback_does_not_wait_for_a_reload_that_reads_and_that_reload_is_off() {
     assert!(reload.try_wait().unwrap().is_none(), "it reads still: {took:?}");
     live.await_values("D0", "1");
     assert_eq!(reload.wait().unwrap().code(), Some(1));
-    live.line("the program before was put back while the files were read");
+    live.line("the previous program was put back while the files were read");
     live.await_values("D0", "1");
 }
 
@@ -183,7 +183,7 @@ fn a_rollback_by_hand_keeps_the_mode() {
         said.contains("the mode is FAULT, and nothing is scanned until `rungd mode run`"),
         "{said}"
     );
-    let line = live.line("the mode stays FAULT, `rungd mode run` is next");
+    let line = live.line("the mode stays FAULT: run `rungd mode run` next");
     assert_eq!((&line["event"], &line["mode"]), (&"rolled-back".into(), &"FAULT".into()));
     assert_eq!(live.say("status --json").json()["mode"], "FAULT");
     live.ok("mode run");

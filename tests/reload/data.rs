@@ -33,8 +33,8 @@ fn a_force_that_stays_behind_its_tag_is_said() {
         tags + &main_text(&rungs(&[("X0", "OUT fan"), ("X1", "OUT heater")]))
     };
     plc(&ladder("Y2", "Y3")).force("Y2", 0).scan(&[]).reload(&ladder("Y5", "Y2")).says(
-        "warning: tag fan moved from Y2 to Y5: Y5 keeps its own value OFF; Y2's was OFF \
-             (forced); the force stays on Y2, which is heater now; fan (Y5) is not forced",
+        "warning: tag fan moved from Y2 to Y5: Y5 keeps its own value OFF; Y2's was OFF (forced); \
+         the force stays on Y2, which is heater now; fan (Y5) is not forced",
     );
 }
 
@@ -81,10 +81,8 @@ fn an_array_of_another_place_or_name_is_one_line() {
     assert_eq!(report("paste", "D10"), ["array mix (D10..D21) was renamed to paste"]);
     assert_eq!(
         report("mix", "D50"),
-        [
-            "warning: array mix moved from D10..D21 to D50..D61: 3 of 12 values differ: mix[0] is 4, \
-          was 0"
-        ]
+        ["warning: array mix moved from D10..D21 to D50..D61: 3 of 12 values differ: mix[0] is \
+             4, was 0"]
     );
     let plain = |at: &str| plc(&ladder("mix", "D10")).scan(&[]).reload(&ladder("mix", at)).report;
     assert_eq!(

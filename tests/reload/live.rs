@@ -1,13 +1,14 @@
 //! `rungd reload` and `rungd rollback` of a running controller; the example of `docs/reload.md`.
 
 use crate::support::live;
-use std::os::unix::net::UnixDatagram;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::{UnixDatagram, UnixStream};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::support::live::Live;
 use crate::support::metronome::HeldUp;
-use crate::support::process::{Plant, Running};
+use crate::support::process::{Plant, Running, until};
 use crate::support::shown::lines_match;
 use serde_json::Value;
 
@@ -80,6 +81,39 @@ fn bad_files_change_nothing_and_the_command_prints_the_findings() {
     std::fs::remove_file(live.folder.join("controller.toml")).unwrap();
     assert_eq!(live.say("reload").code, 78);
     live.await_values("Y0", "ON");
+}
+
+/// The requests arrive while the process is stopped, so both are there when it continues.
+#[test]
+fn of_two_dry_runs_at_once_one_is_refused() {
+    let live = Live::start(LADDER, "", &[]);
+    let clients = [live.connect(), live.connect()];
+    for mut client in &clients {
+        client.write_all(b"{\"do\":\"status\"}\n").unwrap();
+        assert!(answer(client)["ok"].is_object());
+    }
+    live.signal("STOP");
+    let status = format!("/proc/{}/status", live.child.id());
+    until(|| std::fs::read_to_string(&status).unwrap().contains("State:\tT"));
+    for mut client in &clients {
+        client.write_all(b"{\"do\":\"reload\",\"dry_run\":true}\n").unwrap();
+    }
+    live.signal("CONT");
+    let (done, refused): (Vec<Value>, Vec<Value>) =
+        clients.iter().map(answer).partition(|answer| answer["ok"].is_object());
+    assert_eq!((done.len(), refused.len()), (1, 1), "{done:?} {refused:?}");
+    assert_eq!(done[0]["ok"]["dry_run"], true);
+    assert_eq!(refused[0]["error"]["kind"], "refused");
+    let message = refused[0]["error"]["message"].as_str().unwrap();
+    assert!(message.contains("dry run"), "{message}");
+    live.ok("reload --dry-run");
+}
+
+/// The next line that a client receives.
+fn answer(client: &UnixStream) -> Value {
+    let mut line = String::new();
+    BufReader::new(client).read_line(&mut line).unwrap();
+    serde_json::from_str(&line).unwrap()
 }
 
 #[test]

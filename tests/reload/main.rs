@@ -5,6 +5,7 @@ mod back;
 mod blocks;
 mod data;
 mod edited;
+mod large;
 mod live;
 mod properties;
 mod random;
@@ -13,6 +14,7 @@ mod report;
 mod rules;
 mod templates;
 mod types;
+mod unit;
 
 /// Each test binary uses only a part of the shared modules.
 #[allow(dead_code)]

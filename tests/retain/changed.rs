@@ -80,7 +80,7 @@ fn memory_of_which_nothing_fits_is_a_cold_start() {
     assert_eq!(dropped["event"], "retain-dropped");
     let cold = running.line("nothing is restored");
     assert_eq!((&cold["event"], &cold["level"]), (&"retain-cold".into(), &"ERROR".into()));
-    assert!(message(&cold).contains("nothing of it fits"), "{cold}");
+    assert!(message(&cold).contains("nothing in it matches"), "{cold}");
     running.line("STOP");
     running.stop();
     assert_eq!(word(&content(&file(&plant)), "D5"), Some(55), "the image stays until a run");
@@ -134,7 +134,8 @@ fn what_the_former_program_would_have_reset_is_reset_after_a_crash() {
     let mut command = plant.command(&[] as &[&str]);
     let mut running = Running::new(command.arg("--stopped"));
     let restored = running.line("restored: image");
-    assert!(message(&restored).contains("OFF or 0 by the program of that time"), "{restored}");
+    let terminated = "OFF or 0, according to the program of that time";
+    assert!(message(&restored).contains(terminated), "{restored}");
     running.line("STOP");
     let values = |names: &[&str]| names.iter().map(|name| read(&plant, name)).collect::<Vec<_>>();
     assert_eq!(values(&["C5", "C6", "C7", "C9", "Y0"]), ["OFF", "OFF", "ON", "OFF", "OFF"]);

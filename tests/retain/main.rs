@@ -1,6 +1,7 @@
 //! Retentive memory: its file on every kind of disk, and the real binary that keeps it.
 
 mod changed;
+mod cold;
 mod crash;
 mod disk;
 mod disk_states;

@@ -68,7 +68,7 @@ fn what_a_link_points_at_is_kept_aside_beside_it() {
     fs::write(&target, "my only copy of something else\n").unwrap();
     let lines = run(&plant, "5");
     let aside = plant.0.join("far/target.aside-1");
-    assert!(message(find(&lines, "is not written over")).contains("far/target.aside-1"));
+    assert!(message(find(&lines, "is kept: it was renamed")).contains("far/target.aside-1"));
     assert_eq!(fs::read(aside).unwrap(), b"my only copy of something else\n");
     assert!(is_link(&plant) && held(&target).unwrap().count == 5);
 }
@@ -333,7 +333,7 @@ fn a_file_whose_newest_image_makes_no_sense_is_kept_aside_and_no_older_one_resto
     bytes.write_all_at(&slot, found.geometry.slot_at(other)).unwrap();
     let bad = fs::read(file(&plant)).unwrap();
     let lines = run(&plant, "5");
-    assert!(message(find(&lines, "is not written over")).contains("memory.aside-1"));
+    assert!(message(find(&lines, "is kept: it was renamed")).contains("memory.aside-1"));
     assert_eq!(fs::read(plant.0.join("memory.aside-1")).unwrap(), bad);
     assert_eq!(held(&file(&plant)).unwrap().count, 5, "counted from a cold start");
 }

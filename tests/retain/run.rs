@@ -410,7 +410,7 @@ fn a_stop_whose_image_cannot_be_kept_says_so_and_what_to_do() {
     let said = plant.ask_for(&["mode", "stop"], 74);
     assert!(said.contains("STOP (an operator requested it), was RUN\n"), "{said}");
     assert!(said.contains("the last image is not kept: "), "{said}");
-    assert!(said.contains("then `rungd retain save`"), "{said}");
+    assert!(said.contains("then run `rungd retain save`"), "{said}");
     fs::remove_dir_all(plant.0.join("memory.new")).unwrap();
     plant.ask(&["retain", "save"]);
     assert!(held(&file(&plant)).unwrap().is_final);

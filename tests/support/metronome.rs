@@ -1,8 +1,10 @@
 //! Measures how much this machine delays an ordinary thread: a control for tests that depend on
 //! time.
 //!
-//! A thread wakes every two milliseconds, as a controller does, and notes the beats that it missed.
-//! If the metronome missed beats, a controller may miss scans too.
+//! Threads wake every two milliseconds, as a controller does, and note each late wake-up. They do
+//! nothing else. If the metronome missed beats, a controller may miss scans too. One thread runs on
+//! any processor; besides, each processor has a thread of its own, because a virtual machine can
+//! lose one processor for a while and keep the others.
 //!
 //! A thread with little work is delayed less than a thread with much work. Therefore the kernel's
 //! figures are used too: the time for which a thread was ready to run without a processor. A thread
@@ -17,41 +19,88 @@ use std::time::{Duration, Instant};
 
 const BEAT: Duration = Duration::from_millis(2);
 
-/// Each late wake-up: its time and its delay.
-static LATE: Mutex<Vec<(Instant, Duration)>> = Mutex::new(Vec::new());
+/// The shortest delay that is noted.
+const LATE_LEAST: Duration = Duration::from_micros(500);
+
+/// A late wake-up.
+struct LateBeat {
+    at: Instant,
+    by: Duration,
+    /// Whether its thread stays on one processor.
+    is_pinned: bool,
+}
+
+static LATE: Mutex<Vec<LateBeat>> = Mutex::new(Vec::new());
 
 /// Starts the metronome, once per process.
 pub fn begin() {
     static BEGUN: Once = Once::new();
     BEGUN.call_once(|| {
-        spawn(|| {
-            let mut next = Instant::now();
-            loop {
-                next += BEAT;
-                sleep(next.saturating_duration_since(Instant::now()));
-                let late = next.elapsed();
-                if late >= BEAT {
-                    next += late;
-                    LATE.lock()
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .push((Instant::now(), late));
-                }
-            }
-        });
+        spawn(|| beat(false));
+        for processor in processors() {
+            spawn(move || {
+                pin_to(processor);
+                beat(true);
+            });
+        }
     });
 }
 
-/// The sum of the delays within the time `last` before now.
-pub fn held_up_within(last: Duration) -> Duration {
-    let late = LATE.lock().unwrap_or_else(PoisonError::into_inner);
-    late.iter().rev().take_while(|(at, _)| at.elapsed() < last).map(|(_, late)| *late).sum()
+fn beat(is_pinned: bool) {
+    let mut next = Instant::now();
+    loop {
+        next += BEAT;
+        sleep(next.saturating_duration_since(Instant::now()));
+        let by = next.elapsed();
+        if by >= LATE_LEAST {
+            let mut late = LATE.lock().unwrap_or_else(PoisonError::into_inner);
+            late.push(LateBeat { at: Instant::now(), by, is_pinned });
+        }
+        if by >= BEAT {
+            next += by;
+        }
+    }
 }
 
-/// The longest delay within the time `last` before now.
-pub fn longest_within(last: Duration) -> Duration {
+/// The processors that this process may use.
+fn processors() -> Vec<usize> {
+    // SAFETY: a cpu_set_t is plain bits, and all zero bits are the empty set; 0 is this thread, and
+    // the call writes no more than the size.
+    let set = unsafe {
+        let mut set: libc::cpu_set_t = std::mem::zeroed();
+        libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &mut set);
+        set
+    };
+    // SAFETY: each number is within the set.
+    (0..libc::CPU_SETSIZE as usize).filter(|n| unsafe { libc::CPU_ISSET(*n, &set) }).collect()
+}
+
+/// Keeps this thread on a processor. If the system refuses that, the thread runs on any processor.
+fn pin_to(processor: usize) {
+    // SAFETY: as in `processors`, which returned the number.
+    unsafe {
+        let mut set: libc::cpu_set_t = std::mem::zeroed();
+        libc::CPU_SET(processor, &mut set);
+        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &set);
+    }
+}
+
+/// The sum of the delays by a whole beat or more within the time `last` before now, of the thread
+/// that runs on any processor.
+pub fn held_up_within(last: Duration) -> Duration {
+    sum_within(last, |beat| !beat.is_pinned && beat.by >= BEAT)
+}
+
+/// The sum of all delays within the time `last` before now, over all processors: the most that the
+/// machine can have taken from one thread that does nothing else, whichever processors it used.
+pub fn taken_within(last: Duration) -> Duration {
+    sum_within(last, |beat| beat.is_pinned)
+}
+
+fn sum_within(last: Duration, counts: impl Fn(&LateBeat) -> bool) -> Duration {
     let late = LATE.lock().unwrap_or_else(PoisonError::into_inner);
-    let recent = late.iter().rev().take_while(|(at, _)| at.elapsed() < last);
-    recent.map(|(_, late)| *late).max().unwrap_or_default()
+    let recent = late.iter().rev().take_while(|beat| beat.at.elapsed() < last);
+    recent.filter(|beat| counts(beat)).map(|beat| beat.by).sum()
 }
 
 /// The time for which a thread was ready to run without a processor; zero if the kernel does not

@@ -29,7 +29,7 @@ fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
     let file = live.folder.join("users").display().to_string();
     assert_eq!(
         passwd(&file, "anna", "short"),
-        (2, "rungd web: a password has 8 to 1024 bytes\n".into())
+        (2, "rungd web: a password must have 8 to 1024 bytes\n".into())
     );
     assert_eq!(passwd(&file, "anna", "correct horse").0, 0);
     let web = Web::of(live, &["--users-file", &file]);

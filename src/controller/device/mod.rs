@@ -23,6 +23,7 @@ use driver::{
 
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
 use crate::progress::Progress;
+use crate::resolve::NAME_MAX;
 use crate::resolve::operands::resolve_operands;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding, Severity};
@@ -35,6 +36,43 @@ pub(super) use wiring::unmapped_outputs;
 
 /// The most points that a device may have.
 pub(crate) const POINTS_MAX: usize = 65_536;
+/// The most points that all devices together may have.
+const POINTS_OF_ALL_MAX: usize = 1_000_000;
+
+/// The numbers of points that a device, and all devices, may still have.
+struct PointsRoom {
+    of_device: usize,
+    of_all: usize,
+    /// Whether the device already has a finding about too many points.
+    is_told: bool,
+}
+
+impl PointsRoom {
+    /// The room for a further device.
+    fn begin_device(&mut self) {
+        (self.of_device, self.is_told) = (POINTS_MAX, false);
+    }
+
+    /// Takes room for the points of a row. If there is too little, nothing is taken, and the device
+    /// gets one finding.
+    fn take(&mut self, count: u32, row: &Text, findings: &mut Vec<Finding>) -> Option<()> {
+        let count = count as usize;
+        if count <= self.of_device && count <= self.of_all {
+            (self.of_device, self.of_all) = (self.of_device - count, self.of_all - count);
+            return Some(());
+        }
+        if !std::mem::replace(&mut self.is_told, true) {
+            let (what, most) = match count > self.of_device {
+                true => ("a device has", POINTS_MAX),
+                false => ("all devices together have", POINTS_OF_ALL_MAX),
+            };
+            let message = format!("{what} at most {most} points");
+            let finding = Finding::new(Code::Controller, row.span, message);
+            findings.push(finding.label("the limit is reached here"));
+        }
+        None
+    }
+}
 
 /// Resolves all `[[device]]` tables. If one of the findings is an error, devices may be missing.
 pub(super) fn resolve(
@@ -46,9 +84,12 @@ pub(super) fn resolve(
     // A device has the same number as its name had when the ladders were resolved.
     let named = progress.during(devices);
     let named = named.filter_map(|device| Some((device, device.name.as_ref()?)));
-    let numbered = named.enumerate();
+    // A name that is too long has a finding where the ladders' names are declared.
+    let numbered = named.enumerate().filter(|(_, (_, name))| name.text.len() <= NAME_MAX);
+    let mut room = PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
     let resolved = numbered.filter_map(|(at, (device, name))| {
-        one(device, (DeviceId(at as u32), name), (scope, progress), findings)
+        room.begin_device();
+        one(device, (DeviceId(at as u32), name), (scope, progress, &mut room), findings)
     });
     let resolved: Vec<Device> = resolved.collect();
     findings.extend(modbus::at_odds(&resolved, devices, progress));
@@ -58,7 +99,7 @@ pub(super) fn resolve(
 fn one(
     device: &WrittenDevice,
     (id, name): (DeviceId, &Text),
-    (scope, progress): (&Scope, &Progress),
+    (scope, progress, room): (&Scope, &Progress, &mut PointsRoom),
     findings: &mut Vec<Finding>,
 ) -> Option<Device> {
     let driver = device.driver.as_deref()?;
@@ -66,17 +107,12 @@ fn one(
     let rows: Vec<ResolvedRow<'_>> = progress
         .during(&device.map)
         .enumerate()
-        .filter_map(|(at, written)| row((device, at, written), scope, findings))
+        .filter_map(|(at, written)| row((device, at, written), (scope, &mut *room), findings))
         .collect();
     if device.map.is_empty() && !device.map_is_table {
         let message = format!("device `{}` has no map, so it exchanges nothing", name.text);
         let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
         findings.push(Finding::new(Code::Controller, device.span, message).help(help));
-    }
-    let points = rows.iter().map(|row| row.addresses.len()).sum::<usize>();
-    if points > POINTS_MAX {
-        let message = format!("`{}` has {points} points, and {POINTS_MAX} is the most", name.text);
-        findings.push(Finding::new(Code::Controller, device.span, message));
     }
     let on_loss = one_word("on-loss", device.on_loss.as_ref(), &OnLoss::NAMES, findings);
     let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
@@ -97,7 +133,7 @@ fn one(
 
 fn row<'a>(
     (device, at, written): (&'a WrittenDevice, usize, &'a MapRow),
-    scope: &Scope,
+    (scope, room): (&Scope, &mut PointsRoom),
     findings: &mut Vec<Finding>,
 ) -> Option<ResolvedRow<'a>> {
     let (from, to) = (written.from.as_ref()?, written.to.as_ref()?);
@@ -128,7 +164,10 @@ fn row<'a>(
             findings.push(Finding::new(Code::Controller, text.span, message).help(help));
             return None;
         }
-        Ok(operands) => operands.addresses().collect(),
+        Ok(operands) => {
+            room.take(operands.count, text, findings)?;
+            operands.addresses().collect()
+        }
         Err(finding) => {
             findings.push(finding);
             return None;
@@ -154,7 +193,7 @@ fn wrong_way(direction: RowDirection, addresses: &[Address], text: &Text) -> Opt
         return None;
     }
     let message = format!("`{}` cannot be moved by a device", text.text);
-    let help = "values come in to X, C, MC, MI, V, D, R, MHR and MIR";
+    let help = "a device moves only X, C, MC, MI, V, D, R, MHR and MIR";
     Some(Finding::new(Code::Controller, text.span, message).help(help))
 }
 
@@ -225,8 +264,8 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
         };
     };
     let mut refuse = |message: String, help: String| {
-        // Only one finding per row.
-        if !findings.iter().any(|finding| finding.span == safe.span) {
+        // Only one finding per row, which is then the last.
+        if findings.last().is_none_or(|finding| finding.span != safe.span) {
             findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
         }
         SafeValue::Value(0)

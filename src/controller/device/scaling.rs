@@ -37,7 +37,7 @@ impl ScalingKeys {
             ),
             divide: row.integer(key("divide", "Of numbers: the divisor of the product."), DIVISORS),
             offset: row.integer(
-                key("offset", "Of numbers: is then added; memory holds the sum."),
+                key("offset", "Of numbers: the number that is added then; memory holds the sum."),
                 OFFSETS,
             ),
         }

@@ -14,7 +14,7 @@
 //! # fails with a second device that has { from = "line 3", to = "X0" }
 //! ```
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::settings::{Device, DriverSettings};
 use crate::controller::settings::Controller;
@@ -30,26 +30,21 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut movers = FirstUses::default();
     for rule in &controller.rules {
-        movers.first.insert(x(rule.input), (rule.span, "a simulated device moves it here".into()));
+        movers.first.insert(x(rule.input), (rule.span, FirstUse::Rule));
     }
     if let Some((_, image)) = controller.modbus.as_ref().and_then(|server| server.inputs) {
         for n in image.first..=image.last {
-            let moved = (image.span, "Modbus clients move it here".into());
-            movers.first.insert(x(n), moved);
+            movers.first.insert(x(n), (image.span, FirstUse::Clients));
         }
     }
     let mut takers = FirstUses::default();
     for device in &controller.devices {
         for input in &device.inputs {
-            let (help, place) =
-                ("an input has one mover: take one row out", (input.address, input.span));
-            movers.enter(device, place, "is moved twice", help, &mut findings);
+            movers.enter(device, (input.address, input.span), TWO_MOVERS, &mut findings);
         }
         let outputs = device.outputs.iter().filter(|output| is_y(output.address));
         for output in outputs {
-            let help = "a Y goes to one place; give a second contactor its own output";
-            let place = (output.address, output.span);
-            takers.enter(device, place, "goes out twice", help, &mut findings);
+            takers.enter(device, (output.address, output.span), TWO_TAKERS, &mut findings);
         }
     }
     findings
@@ -71,7 +66,8 @@ pub(in crate::controller) fn unmapped_outputs(
         }
         _ => false,
     };
-    let taken = |address| shown(address) || outputs().any(|output| output.address == address);
+    let received: HashSet<Address> = outputs().map(|output| output.address).collect();
+    let taken = |address| shown(address) || received.contains(&address);
     let lost = program.operands.iter().filter(|operand| is_y(operand.address));
     let lost = lost.filter(|operand| !taken(operand.address));
     let place = controller.devices.first().map_or_else(Span::default, |device| device.span);
@@ -81,12 +77,12 @@ pub(in crate::controller) fn unmapped_outputs(
         let help = if is_all_simulated {
             format!(
                 "add a row to the map: `{{ from = \"{name}\", to = \"lamp.in\" }}`; for a lamp or \
-                 a horn, a part of kind `delay` takes it"
+                 a horn, a part of kind `delay` receives it"
             )
         } else {
             format!("add a row to a map: `{{ from = \"{name}\", to = \"…\" }}`, or use a C bit")
         };
-        let message = format!("`{name}` goes nowhere: no device takes it");
+        let message = format!("`{name}` goes nowhere: no device receives it");
         Finding::new(Code::OutputUnmapped, place, message)
             .label("the devices begin here")
             .help(help)
@@ -94,32 +90,64 @@ pub(in crate::controller) fn unmapped_outputs(
     lost.map(|operand| finding(&operand.name)).collect()
 }
 
-/// Addresses, each with the place of its first use.
-#[derive(Default)]
-struct FirstUses {
-    first: HashMap<Address, (Span, String)>,
+/// The words about a second use of an address.
+#[derive(Clone, Copy)]
+struct SecondUse {
+    what: &'static str,
+    help: &'static str,
 }
 
-impl FirstUses {
+const TWO_MOVERS: SecondUse =
+    SecondUse { what: "is moved twice", help: "an input has one mover: take one row out" };
+const TWO_TAKERS: SecondUse = SecondUse {
+    what: "goes out twice",
+    help: "a Y goes to one place; give a second contactor its own output",
+};
+
+/// The first use of an address.
+#[derive(Clone, Copy)]
+enum FirstUse<'c> {
+    Rule,
+    Clients,
+    Device(&'c Device),
+}
+
+impl FirstUse<'_> {
+    /// The words at its place.
+    fn label(self) -> String {
+        match self {
+            FirstUse::Rule => "a simulated device moves it here".to_owned(),
+            FirstUse::Clients => "Modbus clients move it here".to_owned(),
+            FirstUse::Device(device) => format!("`{}` has it here", device.name),
+        }
+    }
+}
+
+/// Addresses, each with the place of its first use.
+#[derive(Default)]
+struct FirstUses<'c> {
+    first: HashMap<Address, (Span, FirstUse<'c>)>,
+}
+
+impl<'c> FirstUses<'c> {
     fn enter(
         &mut self,
-        device: &Device,
+        device: &'c Device,
         (address, span): (Address, Span),
-        what: &str,
-        help: &str,
+        SecondUse { what, help }: SecondUse,
         findings: &mut Vec<Finding>,
     ) {
-        let here = (span, format!("`{}` has it here", device.name));
-        let Some((first, label)) = self.first.get(&address) else {
-            self.first.insert(address, here);
+        let Some((first, of)) = self.first.get(&address) else {
+            self.first.insert(address, (span, FirstUse::Device(device)));
             return;
         };
-        // Only one finding per place: a range may conflict in several of its elements.
-        if findings.iter().any(|finding| finding.span == span) {
+        // Only one finding per place: a range may conflict in several of its elements, one after
+        // the other.
+        if findings.last().is_some_and(|finding| finding.span == span) {
             return;
         }
         let finding = Finding::new(Code::Controller, span, format!("`{address}` {what}"));
-        findings.push(finding.related(*first, label).help(help));
+        findings.push(finding.related(*first, of.label()).help(help));
     }
 }
 

@@ -16,10 +16,12 @@
 //! address = 0
 //! ```
 
+use std::collections::HashSet;
+
 use super::keys as written;
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus::settings::{MappedOperands, Table};
-use crate::isa::{Address, MemorySizes};
+use crate::isa::{Address, MemorySizes, NumberRanges};
 use crate::progress::Progress;
 use crate::resolve::operands::{Operands, resolve_operands};
 use crate::resolve::scope::Scope;
@@ -38,13 +40,16 @@ pub(super) fn resolve(
     findings: &mut Vec<Finding>,
 ) -> Vec<MappedOperands> {
     let mut entries: Vec<MappedOperands> = Vec::new();
+    let mut taken = TakenPlaces::default();
+    let units = server.units.as_ref();
+    let answered: HashSet<i64> = units.iter().flat_map(|units| &units.value).copied().collect();
     for map in progress.during(&server.maps) {
         let Some(entry) = resolve_entry(map, scope, findings) else { continue };
         let lies_at = |table: Table, at| server.standard_map.then(|| standard(table, sizes) > at);
         if lies_at(entry.table, u32::from(entry.address)) == Some(true) {
             findings.push(over_standard(&entry, server.span, sizes));
         }
-        if let Some(other) = entries.iter().find(|other| overlap(other, &entry)) {
+        if let Some(other) = taken.by(&entry).map(|at| &entries[at]) {
             let (one, another) = (&entry.operands, &other.operands);
             let message = format!("`{one}` at {}, where `{another}` is", place(&entry));
             let words = format!("`{another}` is at {}", place(other));
@@ -52,7 +57,12 @@ pub(super) fn resolve(
             findings
                 .push(finding.related(other.span, words).help("give one of them another address"));
         }
-        findings.extend(beside_units(server.units.as_ref(), map.unit.as_ref()));
+        if let (Some(units), Some(unit)) = (units, &map.unit)
+            && !answered.contains(&unit.value)
+        {
+            findings.push(beside_units(units, unit));
+        }
+        taken.add(&entry, entries.len());
         entries.push(entry);
     }
     entries
@@ -80,11 +90,36 @@ fn over_standard(entry: &MappedOperands, server: Span, sizes: &MemorySizes) -> F
         .help(format!("begin at {count}, or write `standard-map = false`"))
 }
 
-fn overlap(one: &MappedOperands, other: &MappedOperands) -> bool {
-    let units = one.unit.zip(other.unit).is_none_or(|(one, other)| one == other);
-    let (from, to) = (u32::from(one.address), u32::from(other.address));
-    let common = from < to + other.length() && to < from + one.length();
-    units && one.table == other.table && common
+/// The places that entries have taken.
+#[derive(Default)]
+struct TakenPlaces {
+    of_any: NumberRanges<Table>,
+    /// Those of the entries for one unit, and of the entries for all units.
+    of_units: NumberRanges<(Table, Option<u8>)>,
+}
+
+impl TakenPlaces {
+    fn add(&mut self, entry: &MappedOperands, index: usize) {
+        let (first, last) = addresses(entry);
+        self.of_any.add((entry.table, first, last), index);
+        self.of_units.add(((entry.table, entry.unit), first, last), index);
+    }
+
+    /// The first entry that has an address of this entry. An entry without a unit is there for all.
+    fn by(&self, entry: &MappedOperands) -> Option<usize> {
+        let (first, last) = addresses(entry);
+        let Some(unit) = entry.unit else {
+            return self.of_any.first_in((entry.table, first, last));
+        };
+        let of = |unit| self.of_units.first_in(((entry.table, unit), first, last));
+        of(None).into_iter().chain(of(Some(unit))).min()
+    }
+}
+
+/// An entry's first and last address.
+fn addresses(entry: &MappedOperands) -> (u32, u32) {
+    let first = u32::from(entry.address);
+    (first, first + entry.length() - 1)
 }
 
 /// An entry's table and addresses, for a message.
@@ -98,14 +133,10 @@ fn place(entry: &MappedOperands) -> String {
 }
 
 /// The finding for an entry with a unit that the server does not answer for.
-fn beside_units(units: Option<&Located<Vec<i64>>>, unit: Option<&Located<i64>>) -> Option<Finding> {
-    let (units, unit) = (units?, unit?);
-    if units.value.contains(&unit.value) {
-        return None;
-    }
-    let message = format!("unit {} is not answered", unit.value);
+fn beside_units(units: &Located<Vec<i64>>, unit: &Located<i64>) -> Finding {
+    let message = format!("the server does not answer for unit {}", unit.value);
     let finding = Finding::new(Code::Controller, unit.span, message);
-    Some(finding.related(units.span, "these are").help("add it to `units`"))
+    finding.related(units.span, "it answers for these units").help("add it to `units`")
 }
 
 fn resolve_entry(
@@ -194,7 +225,7 @@ fn fits_table(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding
                 (false, true) => "one register has none",
                 (false, false) => return None,
             };
-            let message = format!("`{key}` says nothing here: {why}");
+            let message = format!("`{key}` has no effect here: {why}");
             return Some(Finding::new(Code::Controller, text.span, message));
         }
     };

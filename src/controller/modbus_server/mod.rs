@@ -12,10 +12,12 @@ use keys::{self as written, Mapping};
 
 use super::resolver::{AllowedSpaces, Resolver};
 use crate::io::modbus::clients::Network;
-use crate::io::modbus::settings::{LISTS_MAX, MappedOperands, Modbus, Table, WriteList};
-use crate::isa::{Address, Bit, BitSpace, MemorySizes, Space, Structure, Word, WordSpace};
+use crate::io::modbus::settings::{LISTS_MAX, Modbus, Table, WriteList};
+use crate::isa::{
+    Address, Bit, BitSpace, MemorySizes, NumberRanges, Space, Structure, Word, WordSpace,
+};
 use crate::progress::Progress;
-use crate::resolve::operands::{Operands, resolve_operands};
+use crate::resolve::operands::{Operands, numbers, resolve_operands};
 use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
@@ -38,12 +40,7 @@ impl Resolver<'_> {
             listen,
             units: self.units(server),
             standard_map: server.standard_map,
-            entries: map::resolve(
-                server,
-                (&self.scope, sizes),
-                self.progress,
-                &mut self.findings,
-            ),
+            entries: map::resolve(server, (&self.scope, sizes), self.progress, &mut self.findings),
             lists: Vec::new(),
             inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
             outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
@@ -76,10 +73,11 @@ impl Resolver<'_> {
 
     /// `writable`, followed by the lists of `[[modbus-server.write]]`.
     fn lists(&mut self, server: &written::ModbusServer, modbus: &Modbus) -> Vec<WriteList> {
-        let writable = self.writable(&server.writable, modbus);
+        let places = WritablePlaces::of(modbus, self.progress);
+        let writable = self.writable(&server.writable, &places);
         let mut lists = vec![WriteList { ranges: writable, clients: None }];
         for list in self.progress.during(&server.writes) {
-            let ranges = self.writable(&list.ranges, modbus);
+            let ranges = self.writable(&list.ranges, &places);
             let mut clients = Vec::new();
             for text in self.progress.during(&list.clients) {
                 match Network::read(text) {
@@ -97,7 +95,7 @@ impl Resolver<'_> {
         lists
     }
 
-    fn writable(&mut self, texts: &[Text], modbus: &Modbus) -> Vec<Operands> {
+    fn writable(&mut self, texts: &[Text], places: &WritablePlaces) -> Vec<Operands> {
         let mut all = Vec::new();
         let progress = self.progress;
         for text in progress.during(texts) {
@@ -108,8 +106,7 @@ impl Resolver<'_> {
                     continue;
                 }
             };
-            let wrong = may_be_listed(&operands)
-                .or_else(|| has_a_place(&operands, modbus, progress));
+            let wrong = may_be_listed(&operands).or_else(|| places.lacking(&operands));
             match wrong {
                 Some(finding) => self.findings.push(finding),
                 None => all.push(operands),
@@ -150,34 +147,51 @@ fn may_be_listed(operands: &Operands) -> Option<Finding> {
         Address::Bit(Bit::Space(BitSpace::X, _)) => {
             "a client moves inputs by `[modbus-server.image]`"
         }
-        Address::Bit(Bit::Space(BitSpace::Y, _)) => "a client reads what is driven",
+        Address::Bit(Bit::Space(BitSpace::Y, _)) => "clients can only read outputs",
         Address::Bit(Bit::Flag(..)) => "its instruction writes it at every execution",
         Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) => {
             "Stages and blocks are switched by the ladder"
         }
         Address::Bit(Bit::Space(BitSpace::St, _) | Bit::Device(..))
         | Address::Word(_)
-        | Address::Structure(_) => "it says how the controller is",
+        | Address::Structure(_) => "it shows the state of the controller",
     };
     let message = format!("`{operands}` cannot be written: {why}");
     let finding = Finding::new(Code::Controller, operands.span, message);
     Some(finding.help("list C, MC, MI, V, D, R, MHR, MIR, or an `.Acc`"))
 }
 
-/// The finding for listed operands that have no coil or holding register.
-fn has_a_place(operands: &Operands, modbus: &Modbus, progress: &Progress) -> Option<Finding> {
-    let standard = matches!(
-        operands.first,
-        Address::Bit(Bit::Space(BitSpace::Mc, _)) | Address::Word(Word::Space(WordSpace::Mhr, _))
-    );
-    let writes =
-        |entry: &&MappedOperands| matches!(entry.table, Table::Coils | Table::HoldingRegisters);
-    let mut entries = progress.during(modbus.entries.iter().filter(writes));
-    let mapped = entries.any(|entry| operands.overlap(&entry.operands));
-    if mapped || (standard && modbus.standard_map) {
-        return None;
+/// The operands that have a coil or holding register.
+struct WritablePlaces {
+    standard_map: bool,
+    /// The operands of the map, by their kinds ([`numbers`]).
+    mapped: NumberRanges<Address>,
+}
+
+impl WritablePlaces {
+    fn of(modbus: &Modbus, progress: &Progress) -> WritablePlaces {
+        let mut mapped = NumberRanges::default();
+        for entry in progress.during(&modbus.entries) {
+            if matches!(entry.table, Table::Coils | Table::HoldingRegisters) {
+                mapped.add(numbers(entry.operands.first, entry.operands.count), 0);
+            }
+        }
+        WritablePlaces { standard_map: modbus.standard_map, mapped }
     }
-    let message = format!("`{operands}` is listed, and it has no coil or holding register");
-    let finding = Finding::new(Code::Controller, operands.span, message);
-    Some(finding.help("give it a place by `[[modbus-server.map]]`"))
+
+    /// The finding for listed operands without such a place.
+    fn lacking(&self, operands: &Operands) -> Option<Finding> {
+        let is_standard = matches!(
+            operands.first,
+            Address::Bit(Bit::Space(BitSpace::Mc, _))
+                | Address::Word(Word::Space(WordSpace::Mhr, _))
+        );
+        let mapped = self.mapped.first_in(numbers(operands.first, operands.count));
+        if mapped.is_some() || (is_standard && self.standard_map) {
+            return None;
+        }
+        let message = format!("`{operands}` is listed, and it has no coil or holding register");
+        let finding = Finding::new(Code::Controller, operands.span, message);
+        Some(finding.help("give it a place by `[[modbus-server.map]]`"))
+    }
 }

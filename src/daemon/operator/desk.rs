@@ -15,18 +15,18 @@ use super::memory;
 use super::peer::Peer;
 use super::record;
 use super::status::{View, reason};
+use super::told_change::{ToldChange, WaitingWrite};
 use crate::daemon::log;
-use crate::daemon::narration::span;
 use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
-use crate::events::{self, Event, Level};
+use crate::events::{self, Level};
 use crate::isa::{Address, Bit, BitSpace};
 use crate::locked::locked;
 use crate::operator::names::Names;
 use crate::operator::operand::Variable;
 use crate::operator::protocol::{
-    self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
-    Refusal, RefusalKind, Request, Values,
+    self, Answered, Change, GivenValue, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
+    RefusalKind, Request, Values,
 };
 use crate::runtime::command::{Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Port, Refused, Snapshot, Write};
@@ -197,10 +197,11 @@ impl Desk {
         if seen {
             change.note = self.note(&operand, value, &change);
             let did = format!("wrote {written} to {}", change.now);
-            tell(peer, &events::OPERATOR_WRITE, &operand, &change, &did);
+            ToldChange::new(peer, &operand, &change).tell(&events::OPERATOR_WRITE, &did);
         } else {
-            tell_waiting(peer, &operand, &change, (written, period));
-            change.note = Some(waits(written, period));
+            let write = WaitingWrite { written, period };
+            ToldChange::new(peer, &operand, &change).tell_waiting(write);
+            change.note = Some(write.note());
         }
         Ok(change)
     }
@@ -216,9 +217,7 @@ impl Desk {
             ));
         }
         (change.now.value != written).then(|| {
-            format!(
-                "it took {written}, and was written again in the same scan: to hold it, force it"
-            )
+            format!("it became {written}, but the same scan overwrote it: to hold it, force it")
         })
     }
 
@@ -226,7 +225,7 @@ impl Desk {
         let message = match why {
             Refused::NotRunning => format!(
                 "the controller is in {}: what is written would not be scanned (`rungd mode run` \
-                 runs it; a force is taken in any mode)",
+                 runs it; a force is accepted in any mode)",
                 in_words(self.port.latest().mode)
             ),
             Refused::QueueFull | Refused::TooLarge => {
@@ -252,7 +251,7 @@ impl Desk {
             change.note = Some(STAYS_SAFE.to_owned());
         }
         let did = format!("forced {} to {}", change.now, operand.held(value));
-        tell(peer, &events::OPERATOR_FORCE, &operand, &change, &did);
+        ToldChange::new(peer, &operand, &change).tell(&events::OPERATOR_FORCE, &did);
         Ok(change)
     }
 
@@ -268,7 +267,7 @@ impl Desk {
         let mut change = self.forced_change(&operand, before);
         if before.forced {
             let did = format!("ended the force of {}", change.now);
-            tell(peer, &events::OPERATOR_UNFORCE, &operand, &change, &did);
+            ToldChange::new(peer, &operand, &change).tell(&events::OPERATOR_UNFORCE, &did);
         } else {
             change.note = Some(format!("it was not forced; {}", self.forced_now(text.trim())));
         }
@@ -282,8 +281,8 @@ impl Desk {
         let forces = self.forces(&latest, &view.names);
         if let Some((Variable { address, .. }, _)) = forces.iter().find(|(_, name)| name == text) {
             return format!(
-                "{address} is forced, and was called `{text}` then: `rungd unforce {address}` ends \
-                 it"
+                "{address} is forced; it was called `{text}` when it was forced: `rungd unforce \
+                 {address}` ends the force"
             );
         }
         let named = forces.iter().take(FORCES_NAMED_MAX);
@@ -317,7 +316,7 @@ impl Desk {
         for operand in &operands {
             let change = Change { was_forced: true, ..change(operand, &before, &latest) };
             let did = format!("ended the force of {}", change.now);
-            tell(peer, &events::OPERATOR_UNFORCE, operand, &change, &did);
+            ToldChange::new(peer, operand, &change).tell(&events::OPERATOR_UNFORCE, &did);
         }
         Ok(values(&latest, &operands))
     }
@@ -356,8 +355,8 @@ impl Desk {
                 pid = peer.pid,
                 before = %before.name(),
                 after = %after.name(),
-                "{peer} asked for {}: it was in {was}, and is in {is}",
-                if to == ModeWanted::Run { "RUN" } else { "STOP" }
+                "{peer} asked for {}: the mode was {was}, and is {is}",
+                to.name()
             );
         }
         let (before, after) = (before.name().to_owned(), after.name().to_owned());
@@ -445,51 +444,12 @@ fn change(operand: &Variable, before: &Snapshot, latest: &Snapshot) -> Change {
     }
 }
 
-/// Logs a change.
-fn tell(peer: &Peer, event: &Event, operand: &Variable, change: &Change, did: &str) {
-    let (before, after) = (change.before, change.now.value);
-    let forced = if change.was_forced { ", forced" } else { "" };
-    let words = format!("{did}: it was {before}{forced}, and is {after}");
-    tell_in(peer, event, operand, [before, after], &words);
-}
-
-/// Logs a write that no scan has seen yet. No further line follows.
-fn tell_waiting(peer: &Peer, operand: &Variable, change: &Change, waiting: (Held, Duration)) {
-    let (written, period) = waiting;
-    let before = change.before;
-    let waits = waits(written, period);
-    let words = format!("asked to write to {}: {waits}; until then it is {before}", change.now);
-    tell_in(peer, &events::OPERATOR_WRITE, operand, [before, written], &words);
-}
-
-/// Logs a line with these words about an operand, with its value before and after.
-fn tell_in(peer: &Peer, event: &Event, operand: &Variable, values: [Held; 2], words: &str) {
-    let (address, [before, after]) = (&operand.address, values);
-    say!(
-        *event at Info,
-        who = %peer.name,
-        uid = peer.uid,
-        pid = peer.pid,
-        what = %operand.tag.as_ref().unwrap_or(address),
-        %address,
-        %before,
-        %after,
-        "{peer} {words}"
-    );
-}
-
-/// The note of a write that waits for the next scan.
-fn waits(written: Held, period: Duration) -> String {
-    let period = span(period.as_nanos() as u64);
-    format!("{written} is written with the next scan; a scan comes every {period}")
-}
-
 fn denied(why: Denial) -> Refusal {
     Refusal::new(RefusalKind::Refused, why.to_string())
 }
 
 fn no_answer() -> Refusal {
-    let message = "no scan came in time to see it; it may yet be done";
+    let message = "no scan has processed it in time; it may still be done";
     Refusal::new(RefusalKind::NoAnswer, message)
 }
 

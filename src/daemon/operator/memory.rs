@@ -13,7 +13,7 @@ use std::time::Duration;
 
 /// The time limit for the disk.
 const DISK_MAX: Duration = Duration::from_secs(120);
-const DISK_LATE: &str = "the disk has not answered in time; it may yet be kept";
+const DISK_LATE: &str = "the disk has not answered in time; the image may still be saved";
 
 /// Saves the latest image, and answers once it is durable.
 ///
@@ -21,9 +21,8 @@ const DISK_LATE: &str = "the disk has not answered in time; it may yet be kept";
 /// It is not kept, or the disk has not answered in time.
 pub(super) async fn save(retention: Option<&Retention>, peer: &Peer) -> Result<Saved, Refusal> {
     let refused = |message: String| Refusal::new(RefusalKind::Refused, message);
-    let retention = retention.ok_or_else(|| {
-        refused("the controller file retains nothing: `[retain]` says what".to_owned())
-    })?;
+    let retention = retention
+        .ok_or_else(|| refused("the controller file retains nothing: see `[retain]`".to_owned()))?;
     let late = |_| Refusal::new(RefusalKind::NoAnswer, DISK_LATE);
     let saved = timeout(DISK_MAX, durable(retention)).await.map_err(late)?;
     let saved = saved
@@ -53,7 +52,7 @@ pub(super) async fn last_image(retention: Option<&Retention>) -> Result<Option<S
     };
     Err(format!(
         "{}: the last image is not kept: {why}. Memory is as the stop left it while rungd runs: \
-         put the disk or the file right, then `rungd retain save`, before the process ends",
+         repair the disk or the file, then run `rungd retain save` before the process ends",
         retention.wanted.path.display()
     ))
 }

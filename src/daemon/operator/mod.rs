@@ -3,8 +3,8 @@
 //! The shell makes a [`Claim`] before it opens any other file, binds a [`Server`] before the first
 //! scan, and runs it among the drivers. `socket` manages the socket's file, `peer` identifies the
 //! user at the other end, `seats` and `pace` have the limits, `session` serves one client; `desk`
-//! carries out requests, `status` reports the state of the controller. Nothing here can make a scan
-//! wait.
+//! carries out requests, `told_change` logs changes of operands, `status` reports the state of the
+//! controller. Nothing here can make a scan wait.
 
 mod accounts;
 mod alarms;
@@ -18,9 +18,10 @@ mod server;
 mod session;
 mod socket;
 mod status;
+mod told_change;
 
 pub(super) use desk::Desk;
 pub(super) use server::{Server, claim};
-pub use socket::operator_socket;
 pub(super) use socket::{Claim, SocketSpec};
+pub use socket::{SocketPlace, operator_socket};
 pub(super) use status::{AboutParts, View};

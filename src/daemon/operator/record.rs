@@ -27,9 +27,9 @@ pub(super) async fn recent(
 ) -> Result<RecordingBytes, Refusal> {
     if !peer.may_change && !about.is_public() {
         let message = format!(
-            "{peer} may only look, and a recording holds the ladder's files, which not everybody \
-             may read: it is for root, the user rungd runs as, and members of the socket's group; \
-             or give everybody the right to read these files"
+            "{peer} may only look, and a recording contains the ladder's files, which not \
+             everybody may read: recordings are for root, the user rungd runs as, and members of \
+             the socket's group; or give everybody the right to read these files"
         );
         return Err(Refusal::new(RefusalKind::NotPermitted, message));
     }

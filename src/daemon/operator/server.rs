@@ -103,7 +103,7 @@ impl Server {
         let again = self.socket.again().and_then(|listener| Ok(UnixListener::from_std(listener)?));
         let told = std::mem::replace(&mut self.lost, again.is_err());
         let then = match &again {
-            Ok(_) => "it is made again".to_owned(),
+            Ok(_) => "it was made again".to_owned(),
             Err(StartFailure::Configuration(why)) => format!("not made again: {why}"),
             Err(StartFailure::Environment(why)) => {
                 format!("not made again: {why:#}; rungd tries again")
@@ -175,7 +175,7 @@ fn unless_done_without<T>(
         {
             say!(OPERATOR_NO_SOCKET,
                 socket = %spec.path.display(),
-                "no operator's commands: {why:#}"
+                "operator's commands are not available: {why:#}"
             );
             Ok(None)
         }

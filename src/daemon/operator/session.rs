@@ -92,7 +92,7 @@ impl fmt::Display for Closed {
             Closed::Unfinished => "a request was not finished in time",
             Closed::NotTaken => "an answer was not taken in time",
             Closed::TooLong => "a line was too long",
-            Closed::Garbage => "too many lines were no requests",
+            Closed::Garbage => "too many lines were not requests",
             Closed::MadeRoom => "it made room for another client",
         })
     }
@@ -196,7 +196,8 @@ impl Session {
             Ok(request) => request,
             Err(error) => {
                 self.garbage += 1;
-                let message = format!("no request: {error} (docs/operator.md shows them)");
+                let message =
+                    format!("not a request: {error} (docs/operator.md shows all requests)");
                 let refusal = Refusal::new(RefusalKind::BadRequest, message);
                 self.send(&Reply::<()>::Error(refusal)).await?;
                 let enough = self.garbage >= GARBAGE_MAX;

@@ -20,7 +20,9 @@ use crate::controller;
 use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
 use crate::daemon::failure::StartFailure;
 use crate::directories;
+use crate::load;
 use crate::operator::socket_of_environment;
+use crate::source::finding::Severity;
 use crate::source::span::FileId;
 
 /// The most clients that wait to be let in. A further client waits in `connect`, instead of behind
@@ -73,15 +75,32 @@ impl Owner {
     }
 }
 
-/// The operator's socket that a controller file or systemd's environment names. If the file cannot
-/// be read as a controller file, this is the environment's socket: the file's controller may still
-/// be running.
-pub fn operator_socket(controller: &Path) -> Option<PathBuf> {
-    let text = std::fs::read_to_string(controller).unwrap_or_default();
-    let written = controller::read(&text, FileId(0)).0.filter(|written| written.lost.is_none());
-    let written = written.and_then(|written| written.operator);
-    let asked = written.map(|written| controller::operator::resolve(&written, &mut Vec::new()));
-    Some(SocketSpec::of(&asked.unwrap_or_default(), &controller.display().to_string())?.path)
+/// The operator's socket that a controller file or systemd's environment names.
+#[derive(Clone, Debug)]
+pub struct SocketPlace {
+    /// Its path; `None` if the file wants no socket, or nothing names one.
+    pub path: Option<PathBuf>,
+    /// False if the file cannot be read or has an error: an error may hide the key that names the
+    /// path.
+    pub is_certain: bool,
+}
+
+/// The operator's socket of a controller file. If the file cannot be read as a controller file,
+/// this is the environment's socket: the file's controller may still be running.
+pub fn operator_socket(controller: &Path) -> SocketPlace {
+    let bytes = load::read_bytes(controller).ok();
+    let text = bytes.and_then(|bytes| String::from_utf8(bytes).ok());
+    let (written, mut findings) = controller::read(&text.unwrap_or_default(), FileId(0));
+    let written = written.filter(|written| written.lost.is_none());
+    let is_whole = written.is_some();
+    let asked = written
+        .and_then(|written| written.operator)
+        .map(|written| controller::operator::resolve(&written, &mut findings))
+        .unwrap_or_default();
+    // An empty text has an error: it names no ladder.
+    let is_certain = is_whole && findings.iter().all(|f| f.severity() != Severity::Error);
+    let spec = SocketSpec::of(&asked, &controller.display().to_string());
+    SocketPlace { path: spec.map(|spec| spec.path), is_certain }
 }
 
 impl SocketSpec {
@@ -158,8 +177,8 @@ fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), StartFailure>
     let fresh = beside(path, ".new");
     if path.as_os_str().len() > SOCKET_BYTES_MAX {
         return Err(spec.failure(&format!(
-            "its path has more than {SOCKET_BYTES_MAX} bytes, which no socket can have; \
-             start rungd in a folder nearer to it, or name another one"
+            "its path has more than {SOCKET_BYTES_MAX} bytes, which is too long for a socket; \
+             start rungd in a folder nearer to it, or name a different path"
         )));
     }
     let _ = fs::remove_file(&fresh);
@@ -244,7 +263,7 @@ fn lock(spec: &SocketSpec) -> Result<File, StartFailure> {
     let options = options.create(true).truncate(false).write(true).mode(0o600);
     // On a FIFO, `open` would wait for its reader.
     let options = options.custom_flags(OFlags::NONBLOCK.bits().cast_signed());
-    let other = "is no file, and the socket's lock belongs there: remove it";
+    let other = "is not a file, but the socket's lock must be there: remove it";
     if fs::metadata(&path).is_ok_and(|meta| !meta.is_file()) {
         return Err(spec.failure(&format!("{} {other}", path.display())));
     }
@@ -283,7 +302,7 @@ impl std::error::Error for SocketTaken {}
 fn is_socket_or_nothing(spec: &SocketSpec) -> Result<(), StartFailure> {
     match fs::symlink_metadata(&spec.path) {
         Ok(meta) if !meta.file_type().is_socket() => {
-            Err(spec.failure(&"something else is there, which is no socket"))
+            Err(spec.failure(&"something that is not a socket is there"))
         }
         _ => Ok(()),
     }
@@ -308,7 +327,7 @@ fn group_number(group: &str) -> Result<u32, StartFailure> {
         || {
             StartFailure::Configuration(format!(
                 "`[operator] group`: this machine has no group `{group}` in /etc/group; make it \
-             (`groupadd {group}`), or write another's name or number"
+             (`groupadd {group}`), or write the name or number of a different group"
             ))
         },
     )

@@ -24,6 +24,7 @@ use crate::operator::protocol::{
     self, Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, PROTOCOL,
     Posture, Record, RecordDir, Retain, Scan, ShownValue, Spread, Status,
 };
+use crate::resolve::program::BlockKind;
 use crate::runtime::exchange::{Mode, Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
 
@@ -264,9 +265,9 @@ fn alarms(setup: &Setup) -> Vec<(BitCell, Alarm)> {
 
 fn named_blocks(setup: &Setup) -> Vec<NamedBlock> {
     let mut blocks: Vec<NamedBlock> = Vec::new();
-    for (at, (name, is_task)) in setup.blocks.iter().enumerate() {
-        let id = BlockId(at as u32);
-        blocks.push(NamedBlock { id, name: name.clone(), is_task: *is_task, stages: Vec::new() });
+    for (at, (name, kind)) in setup.blocks.iter().enumerate() {
+        let (id, is_task) = (BlockId(at as u32), *kind != BlockKind::Program);
+        blocks.push(NamedBlock { id, name: name.clone(), is_task, stages: Vec::new() });
     }
     for (at, stage) in setup.symbols.stages.iter().enumerate() {
         // A Stage's full name is `Drain.Open`; block names have no dot.

@@ -172,12 +172,12 @@ impl Reloads {
         match on_trial.look(latest.mode, latest.scans, Instant::now()) {
             Verdict::Wait => {}
             Verdict::Proved => {
-                say!(RELOAD_PROVED, "the new program has stood its probation");
+                say!(RELOAD_PROVED, "the new program has passed its probation");
                 *trial = None;
             }
             Verdict::NoWayBack => {
                 let why = Denial::EngineBroken;
-                say!(ROLLBACK_FAILED, "the old program is not back: {why}");
+                say!(ROLLBACK_FAILED, "the rollback failed: {why}");
                 *trial = None;
             }
             Verdict::GoBack { fault, first } => {
@@ -187,7 +187,7 @@ impl Reloads {
                     let done = reloads.go_back("rungd", Some(fault)).await;
                     if let (Err(refusal), true) = (done, first) {
                         let why = refusal.message;
-                        say!(ROLLBACK_FAILED, "the old program is not back: {why}");
+                        say!(ROLLBACK_FAILED, "the rollback failed: {why}");
                     }
                 });
             }
@@ -226,7 +226,7 @@ impl Reloads {
         let next = self.read(&running).await?;
         let mut inner = self.settled().await;
         if !Arc::ptr_eq(&inner.running, &running) {
-            let message = "the program before was put back while the files were read: nothing is \
+            let message = "the previous program was put back while the files were read: nothing is \
                            reloaded";
             return Err(refused(message.to_owned()));
         }
@@ -294,7 +294,7 @@ impl Reloads {
         if let Some(OwnFault { generation, .. }) = fault
             && self.on_trial().is_none_or(|(of, _)| of != generation)
         {
-            return Err(refused("the program that faulted is not there any more".to_owned()));
+            return Err(refused("the program that faulted is no longer loaded".to_owned()));
         }
         let Some(previous) = inner.way_back.clone() else {
             let message = "there is nothing to roll back: no reload has changed the program since \
@@ -336,7 +336,7 @@ impl Reloads {
         };
         match answer {
             Err(_) => {
-                let message = "no scan came in time to see it; it may yet be done";
+                let message = "no scan has processed it in time; it may still be done";
                 return Err(Refusal::new(RefusalKind::NoAnswer, message));
             }
             Ok(Err(denial)) => {

@@ -3,10 +3,9 @@
 //! After the limit, the [`Progress`] makes the load stop, and its thread ends; the answer names the
 //! step that took longest. A thread within a system call (a stalled network mount) cannot be ended:
 //! it ends when the mount answers, and its result is dropped. The number of such threads is
-//! limited.
+//! limited; a refusal for this reason names the steps of the threads.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
@@ -14,6 +13,7 @@ use tokio::sync::oneshot;
 use tokio::time::timeout;
 
 use crate::daemon::narration::span;
+use crate::locked::locked;
 use crate::progress::{Progress, Step};
 
 /// The greatest number of threads that still run after the limit.
@@ -24,15 +24,27 @@ const STACK_BYTES: usize = 8 << 20;
 /// Reads files, each time on a separate thread.
 pub(super) struct FileReader {
     limit: Duration,
-    threads: Arc<AtomicUsize>,
+    threads: Arc<Mutex<ReadingThreads>>,
+}
+
+/// The threads that have not ended.
+#[derive(Default)]
+struct ReadingThreads {
+    /// The number of the next thread.
+    next: u64,
+    /// Each thread's number and progress.
+    left: Vec<(u64, Progress)>,
 }
 
 /// Counts a thread until it ends, even if it panics.
-struct Counted(Arc<AtomicUsize>);
+struct Counted {
+    threads: Arc<Mutex<ReadingThreads>>,
+    number: u64,
+}
 
 impl Drop for Counted {
     fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::AcqRel);
+        locked(&self.threads).left.retain(|(number, _)| *number != self.number);
     }
 }
 
@@ -46,15 +58,9 @@ impl FileReader {
         &self,
         work: impl FnOnce(&Progress) -> T + Send + 'static,
     ) -> Result<T, String> {
-        let counted = Counted(Arc::clone(&self.threads));
-        if self.threads.fetch_add(1, Ordering::AcqRel) >= LEFT_MAX {
-            return Err(format!(
-                "{LEFT_MAX} earlier reloads still wait for the system to read their files: the \
-                 disk or network mount does not answer."
-            ));
-        }
-        let (tell, told) = oneshot::channel();
         let progress = Progress::new();
+        let counted = self.counted(&progress)?;
+        let (tell, told) = oneshot::channel();
         let named = thread::Builder::new().name("rungd-reload".into()).stack_size(STACK_BYTES);
         let started = named.spawn({
             let progress = progress.clone();
@@ -73,6 +79,44 @@ impl FileReader {
             }
         }
     }
+
+    /// Counts a thread with this progress; `Err` is the reason why there are too many.
+    fn counted(&self, progress: &Progress) -> Result<Counted, String> {
+        let mut threads = locked(&self.threads);
+        if threads.left.len() >= LEFT_MAX {
+            let steps: Vec<_> = threads.left.iter().map(|(_, of)| of.current()).collect();
+            return Err(too_many(&steps));
+        }
+        let number = threads.next;
+        threads.next += 1;
+        threads.left.push((number, progress.clone()));
+        Ok(Counted { threads: Arc::clone(&self.threads), number })
+    }
+}
+
+/// The message while too many threads have not ended: it contains the number of threads at each
+/// step. Only a thread that reads a file waits for the system; any other thread works.
+fn too_many(steps: &[Option<Step>]) -> String {
+    let mut counts: Vec<((&str, String), usize)> = Vec::new();
+    for step in steps {
+        let part = match step {
+            Some(step @ Step::Reading(_)) => {
+                ("wait", format!(" for the disk or network mount ({step})"))
+            }
+            Some(step) => ("work", format!(" on {step}")),
+            None => ("begin", String::new()),
+        };
+        match counts.iter_mut().find(|(known, _)| *known == part) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((part, 1)),
+        }
+    }
+    let parts = counts.iter().map(|((verb, rest), count)| {
+        let s = if *count == 1 { "s" } else { "" };
+        format!("{count} {verb}{s}{rest}")
+    });
+    let parts: Vec<String> = parts.collect();
+    format!("{} earlier reloads have not ended: {}.", steps.len(), parts.join(", "))
 }
 
 /// The message after the limit: it contains the limit, and the step that took longest.
@@ -98,14 +142,20 @@ mod tests {
 
     use super::*;
 
+    /// The number of threads that have not ended.
+    fn left(reader: &FileReader) -> usize {
+        locked(&reader.threads).left.len()
+    }
+
     /// The error of `done` for work that begins a step and then takes longer than the limit.
     async fn given_up(
         reader: &FileReader,
+        step: Step,
         wait: impl FnOnce(&Progress) + Send + 'static,
     ) -> String {
         let (begun, mut has_begun) = oneshot::channel();
         let done = reader.done(move |progress| {
-            progress.begin(Step::Names);
+            progress.begin(step);
             let _ = begun.send(());
             wait(progress);
         });
@@ -122,7 +172,7 @@ mod tests {
     /// The result of `done` for short work, while virtual time stands still.
     async fn judged(reader: &FileReader) -> Result<i32, String> {
         let ended = async {
-            while reader.threads.load(Ordering::Acquire) > 0 {
+            while left(reader) > 0 {
                 yield_now().await;
             }
         };
@@ -134,7 +184,7 @@ mod tests {
         let reader = FileReader::new(Duration::from_secs(30));
         assert_eq!(judged(&reader).await, Ok(7));
         for _ in 0..=2 * LEFT_MAX {
-            let said = given_up(&reader, |progress| {
+            let said = given_up(&reader, Step::Names, |progress| {
                 while !progress.is_over() {
                     thread::yield_now();
                 }
@@ -142,7 +192,7 @@ mod tests {
             let said = said.await;
             let wanted = "within 30s. What took longest was looking up names.";
             assert!(said.ends_with(wanted), "{said}");
-            while reader.threads.load(Ordering::Acquire) > 0 {
+            while left(&reader) > 0 {
                 thread::yield_now();
             }
         }
@@ -150,26 +200,39 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn threads_that_the_system_holds_are_few_and_the_file_is_named() {
-        let reader = FileReader::new(Duration::from_secs(30));
-        let mut ends = Vec::new();
-        for _ in 0..LEFT_MAX {
-            let (end, wait) = channel::<()>();
-            ends.push(end);
-            let said = given_up(&reader, move |progress| {
-                progress.begin(Step::Reading("/mnt/line.toml".to_owned()));
-                let _ = wait.recv();
-            });
-            let said = said.await;
-            assert!(said.contains("within 30s"), "{said}");
+    async fn threads_that_have_not_ended_are_few_and_their_steps_are_named() {
+        let reading = || Step::Reading("/mnt/line.toml".to_owned());
+        let mixed = [reading(), Step::Settings, Step::Lowering, Step::Settings];
+        for (steps, said) in [
+            (
+                [reading(), reading(), reading(), reading()],
+                "4 wait for the disk or network mount (reading `/mnt/line.toml`)",
+            ),
+            (
+                mixed,
+                "1 waits for the disk or network mount (reading `/mnt/line.toml`), 2 work on the \
+                 settings of the controller file, 1 works on lowering the program",
+            ),
+        ] {
+            let reader = FileReader::new(Duration::from_secs(30));
+            let mut ends = Vec::new();
+            for step in steps {
+                let (end, wait) = channel::<()>();
+                ends.push(end);
+                let wait = move |_: &Progress| {
+                    let _ = wait.recv();
+                };
+                let told = given_up(&reader, step, wait).await;
+                assert!(told.contains("within 30s"), "{told}");
+            }
+            let refused = reader.done(|_| 7).await.unwrap_err();
+            assert_eq!(refused, format!("4 earlier reloads have not ended: {said}."));
+            drop(ends);
+            while left(&reader) > 0 {
+                thread::yield_now();
+            }
+            assert_eq!(judged(&reader).await, Ok(7), "when they have ended it is as before");
         }
-        let refused = reader.done(|_| 7).await.unwrap_err();
-        assert!(refused.contains("4 earlier reloads still wait for the system"), "{refused}");
-        drop(ends);
-        while reader.threads.load(Ordering::Acquire) > 0 {
-            thread::yield_now();
-        }
-        assert_eq!(judged(&reader).await, Ok(7), "when they have ended it is as before");
     }
 
     #[test]

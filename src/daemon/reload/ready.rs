@@ -162,11 +162,11 @@ pub(super) fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
     let differs = [
         ("`[log] statistics`", old.pace.statistics_every_ns != new.pace.statistics_every_ns),
         ("`[realtime]`", old.posture != new.posture),
-        ("`[retain]` but for its ranges, or the first of them", retain_differs),
+        ("`[retain]` except its ranges, or the first `[retain]`", retain_differs),
         ("`[operator]`", old.operator != new.operator),
         ("`[record]`", old.record != new.record),
         (
-            "`[modbus-server]` listen, connections and timeouts, or whether there is one",
+            "`[modbus-server]` listen, connections and timeouts, or its presence",
             modbus(old) != modbus(new),
         ),
         ("`[[device]]`", old.devices_differ(new)),

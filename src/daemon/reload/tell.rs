@@ -3,7 +3,7 @@
 use super::trial::Trial;
 use crate::daemon::config::Setup;
 use crate::daemon::narration::span;
-use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
+use crate::operator::protocol::{Refusal, RefusalKind, Reloaded, is_run};
 use crate::reload::WARNING;
 use crate::runtime::exchange::FaultReason;
 use crate::say::say;
@@ -36,7 +36,7 @@ pub(super) fn same(who: &str, same: &Reloaded) {
         who,
         ladder = %same.ladder,
         sha256 = %same.sha256,
-        "{who} asked for a reload: the files are those that run already, nothing changed"
+        "{who} asked for a reload: the files are those of the running program, nothing changed"
     );
 }
 
@@ -45,8 +45,8 @@ pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>
     report(done);
     let why = fault.map_or_else(|| "asked for".to_owned(), |fault| format!("FAULT: {fault}"));
     let next = match done.mode.as_str() {
-        "RUN" => String::new(),
-        mode => format!("; the mode stays {mode}, `rungd mode run` is next"),
+        mode if is_run(mode) => String::new(),
+        mode => format!("; the mode stays {mode}: run `rungd mode run` next"),
     };
     say!(
         ROLLED_BACK,
@@ -55,15 +55,15 @@ pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>
         sha256 = %done.sha256,
         swap_us = done.swap_us,
         mode = %done.mode,
-        "{who} went back to the program before the reload ({why}){next}; the files still hold \
-         the one that was taken back"
+        "{who} went back to the program before the reload ({why}){next}; the files still contain \
+         the program that was taken back"
     );
 }
 
 fn takes_over(done: &Reloaded) -> String {
     match done.mode.as_str() {
-        "RUN" => "scans".to_owned(),
-        mode => format!("is in ({mode}: nothing is scanned until `rungd mode run`)"),
+        mode if is_run(mode) => "scans".to_owned(),
+        mode => format!("is loaded ({mode}: nothing is scanned until `rungd mode run`)"),
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) fn of(
             list.add(true, format!("device {name} moves it"), Some(input.span));
         }
         for output in device.outputs.iter().filter(|output| wanted(output.address)) {
-            let text = format!("device {name} takes it");
+            let text = format!("device {name} receives it");
             list.add(false, text, Some(output.span));
         }
     }

@@ -36,7 +36,7 @@ impl AskedOperand {
                 let of_use = of_use(program, name);
                 let why = || match mistake.finding(Span::default()) {
                     Some(finding) => sentence(&finding),
-                    None => format!("`{name}` stands for nothing"),
+                    None => format!("`{name}` has no valid declaration"),
                 };
                 return match of_use.is_empty() {
                     true => Err(why()),

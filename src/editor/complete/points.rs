@@ -8,7 +8,7 @@ use lsp_types::CompletionItemKind;
 
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
-use crate::controller::device::simulated;
+use crate::controller::device::simulated::{self, OfferedPoint};
 
 /// The tables of Modbus devices: name, content, and whether outputs can be mapped there.
 const TABLES: [(&str, &str, bool); 4] = [
@@ -57,7 +57,7 @@ fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut Pro
             continue;
         }
         let points = text(object, "kind").map(simulated::points_of).unwrap_or_default();
-        for (point, holds, is_command) in points {
+        for OfferedPoint { name: point, holds, is_command } in points {
             let about = if is_command { "drives the part" } else { "reported by the part" };
             let (label, about) = (format!("{name}.{point}"), format!("{holds}, {about}"));
             add((&label, &about, u8::from(is_command != is_target)), into);

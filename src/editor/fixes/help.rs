@@ -33,7 +33,7 @@ const LEADS: [&str; 31] = [
     "in series are strings of their own:",
     "a contact stands on each side of it:",
     "the opposite of a bit is",
-    "most plants want milliseconds:",
+    "most plants need milliseconds:",
     "digits and `_`:",
     "begin the rung first:",
     "name it alone:",
@@ -292,7 +292,7 @@ mod tests {
             "its form is `OUT b`",
             "write `rise(…)`",
             "write `250ms`, `2s`, `1m30s`, or `HH:MM:SS:mmm`",
-            "what may stand here has `type = \"output\"`",
+            "a parameter here needs `type = \"output\"`",
         ] {
             let texts = told(help);
             assert!(texts.iter().all(|text| text.starts_with("as ")), "{help}: {texts:?}");

@@ -124,7 +124,7 @@ pub(super) fn here(
 fn address_in(file: &EditorFile, string: &Range<usize>, declare: &str) -> Option<Range<usize>> {
     let (_, rest) = declare.split_once("at = \"")?;
     let (address, _) = rest.split_once('"')?;
-    let mut words = names(file.slice(string.clone()), true).into_iter().map(|(word, _)| word);
+    let mut words = names(file.slice(string.clone()), true).into_iter().map(|name| name.place);
     let place = |word: Range<usize>| string.start + word.start..string.start + word.end;
     words.find_map(|word| Some(place(word)).filter(|at| file.slice(at.clone()) == address))
 }

@@ -197,8 +197,8 @@ impl Health {
         say!(
             DEVICE_UNSAFE,
             %device, %peer,
-            "{device} did not take its safe values within {seconds} s: its outputs may be as \
-             they were: {reason} ({peer})"
+            "{device} did not accept its safe values within {seconds} s: its outputs may be \
+             unchanged: {reason} ({peer})"
         );
     }
 

@@ -89,7 +89,7 @@ impl LineNumbers {
                 return Err(io::Error::new(io::ErrorKind::NotFound, message));
             }
             if offsets.contains(&offset) {
-                let message = format!("{} is line {offset}, which stands in two rows", line.at);
+                let message = format!("{} is line {offset}, which is in two rows", line.at);
                 return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
             }
             offsets.push(offset);

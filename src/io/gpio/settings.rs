@@ -33,7 +33,7 @@ pub struct GpioLine {
 }
 
 /// The name or number of a chip's line.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum LineId {
     /// By its number.
     Offset(u32),

@@ -210,7 +210,7 @@ fn lines_go_by_name_too() {
     let unknown = device(&chip, vec![named("GPIO18")], vec![]);
     assert_eq!(why(&unknown, &[]), "the chip has no line GPIO18");
     let twice = device(&chip, vec![plain(1)], vec![named("SCL")]);
-    assert_eq!(why(&twice, &[0]), "line SCL is line 1, which stands in two rows");
+    assert_eq!(why(&twice, &[0]), "line SCL is line 1, which is in two rows");
 }
 
 #[test]

@@ -22,14 +22,14 @@ pub struct Network {
 impl Network {
     /// Whether a client's address belongs to this network.
     pub fn admits(&self, client: IpAddr) -> bool {
-        let (bits, v4) = bits_of(client);
+        let AddressBits { bits, v4 } = bits_of(client);
         v4 == self.v4 && (bits ^ self.bits) & mask(self.prefix, v4) == 0
     }
 
     /// All addresses with the same first `prefix` bits; the further bits of `address` do not count.
     #[cfg(test)]
     pub fn of(address: IpAddr, prefix: u32) -> Network {
-        let (bits, v4) = bits_of(address);
+        let AddressBits { bits, v4 } = bits_of(address);
         Network { bits: bits & mask(prefix, v4), prefix, v4 }
     }
 
@@ -51,7 +51,7 @@ impl Network {
             None => (written, None),
         };
         let address: IpAddr = address.parse().map_err(|_| bad())?;
-        let (bits, v4) = bits_of(address);
+        let AddressBits { bits, v4 } = bits_of(address);
         let most = if v4 { 32 } else { 128 };
         // An IPv4 address in IPv6 notation has an IPv6 prefix.
         let extra = if v4 && address.is_ipv6() { 96 } else { 0 };
@@ -73,10 +73,16 @@ impl Network {
     }
 }
 
-fn bits_of(address: IpAddr) -> (u128, bool) {
+/// An address as 128 bits; an IPv4 address is in the last 32.
+struct AddressBits {
+    bits: u128,
+    v4: bool,
+}
+
+fn bits_of(address: IpAddr) -> AddressBits {
     match address.to_canonical() {
-        IpAddr::V4(address) => (u32::from(address).into(), true),
-        IpAddr::V6(address) => (address.into(), false),
+        IpAddr::V4(address) => AddressBits { bits: u32::from(address).into(), v4: true },
+        IpAddr::V6(address) => AddressBits { bits: address.into(), v4: false },
     }
 }
 

@@ -133,9 +133,9 @@ impl Register {
         let (word, kind) = (self.word, self.kind);
         let beyond = ModbusRefusal::BeyondLimits { word, kind, bits, min, max };
         let content = match self.word.is_real() {
-            true => self.kind.number(bits).and_then(|number| match Real::stored(number) {
-                (real, false) => Some(real.cell()),
-                (_, true) => None,
+            true => self.kind.number(bits).and_then(|number| {
+                let nearest = Real::stored(number);
+                (!nearest.is_beyond).then(|| nearest.real.cell())
             }),
             false => self.kind.value(bits).and_then(|value| i32::try_from(value).ok()),
         };

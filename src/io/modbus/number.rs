@@ -105,7 +105,7 @@ impl NumberType {
     /// away from zero.
     pub fn nearest_bits(self, number: f64) -> u32 {
         match self {
-            NumberType::F32 => Real::stored(number).0.number().to_bits(),
+            NumberType::F32 => Real::stored(number).real.number().to_bits(),
             NumberType::U16 | NumberType::I16 | NumberType::U32 | NumberType::I32 => {
                 self.bits(number.round() as i64)
             }

@@ -81,10 +81,10 @@ impl ModbusRefusal {
             }
             ModbusRefusal::NotWritable(what) => format!("{} is not in `writable`", name(what)),
             ModbusRefusal::NotByThisClient(what) => {
-                format!("{} is for other clients to write", name(what))
+                format!("only other clients may write {}", name(what))
             }
             ModbusRefusal::HalfOf(word) => {
-                format!("{} is written by both of its registers", of(word))
+                format!("{} needs a write to both of its registers", of(word))
             }
             ModbusRefusal::BeyondLimits { word, kind, bits, min, max } => {
                 let [min, max] = [min, max].map(|content| word.text(content));
@@ -95,7 +95,7 @@ impl ModbusRefusal {
             }
             ModbusRefusal::NotRunning(mode) => format!("the controller is in {}", mode.name()),
             ModbusRefusal::QueueFull => "too many writes wait for the next scan".to_owned(),
-            ModbusRefusal::NotSeen => "no scan was complete in time to see it".to_owned(),
+            ModbusRefusal::NotSeen => "no scan has processed it in time".to_owned(),
         }
     }
 }
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(said(ModbusRefusal::NoMask(word)), "shift does not take every value of 16 bits");
         assert_eq!(
             ModbusRefusal::HalfOf(word).to_string(),
-            "V4095 is written by both of its registers"
+            "V4095 needs a write to both of its registers"
         );
     }
 }

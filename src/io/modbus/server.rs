@@ -147,7 +147,7 @@ impl Server {
 }
 
 fn log_given_way(client: SocketAddr) {
-    let why = "it had not asked anything, and a new client needs its place";
+    let why = "it had sent no request, and a new client needs its place";
     say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
 }
 

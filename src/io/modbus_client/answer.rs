@@ -95,11 +95,11 @@ impl fmt::Display for Wrong {
             },
             Wrong::Empty => f.write_str("the answer is empty"),
             Wrong::Function(code) => write!(f, "the answer is of function {code}"),
-            Wrong::Length => f.write_str("the answer is not as long as it says"),
+            Wrong::Length => f.write_str("the answer has a wrong length"),
             Wrong::Count { came, asked } => {
-                write!(f, "{came} bytes of data where {asked} were asked for")
+                write!(f, "{came} bytes of data instead of {asked}")
             }
-            Wrong::Echo => f.write_str("the answer confirms another write"),
+            Wrong::Echo => f.write_str("the answer confirms a different write"),
         }
     }
 }
@@ -110,7 +110,7 @@ fn exception(code: u8) -> Option<&'static str> {
         2 => Some("illegal data address"),
         3 => Some("illegal data value"),
         4 => Some("device failure"),
-        5 => Some("acknowledge: it takes long"),
+        5 => Some("acknowledge: the request takes longer"),
         6 => Some("device busy"),
         8 => Some("memory parity error"),
         10 => Some("gateway path unavailable"),
@@ -145,17 +145,17 @@ mod tests {
         let cases: [(&[u8], &[u8], &str); 13] = [
             (&READ_3, &[0x83, 2], "exception 2 (illegal data address)"),
             (&READ_3, &[0x83, 99], "exception 99, which Modbus does not have"),
-            (&READ_3, &[0x83], "the answer is not as long as it says"),
-            (&READ_3, &[0x83, 2, 0], "the answer is not as long as it says"),
+            (&READ_3, &[0x83], "the answer has a wrong length"),
+            (&READ_3, &[0x83, 2, 0], "the answer has a wrong length"),
             (&READ_3, &[0x84, 2], "the answer is of function 132"),
             (&READ_3, &[4, 4, 1, 2, 3, 4], "the answer is of function 4"),
-            (&READ_3, &[3, 2, 1, 2], "2 bytes of data where 4 were asked for"),
-            (&READ_3, &[3, 6, 1, 2, 3, 4, 5, 6], "6 bytes of data where 4 were asked for"),
-            (&READ_3, &[3, 4, 1, 2, 3], "the answer is not as long as it says"),
-            (&READ_3, &[3], "the answer is not as long as it says"),
+            (&READ_3, &[3, 2, 1, 2], "2 bytes of data instead of 4"),
+            (&READ_3, &[3, 6, 1, 2, 3, 4, 5, 6], "6 bytes of data instead of 4"),
+            (&READ_3, &[3, 4, 1, 2, 3], "the answer has a wrong length"),
+            (&READ_3, &[3], "the answer has a wrong length"),
             (&READ_3, &[], "the answer is empty"),
-            (&WRITE_6, &[6, 0, 1, 0, 4], "the answer confirms another write"),
-            (&WRITE_16, &WRITE_16, "the answer is not as long as it says"),
+            (&WRITE_6, &[6, 0, 1, 0, 4], "the answer confirms a different write"),
+            (&WRITE_16, &WRITE_16, "the answer has a wrong length"),
         ];
         for (request, answer, words) in cases {
             assert_eq!(wrong(request, answer), words, "{answer:?}");

@@ -146,7 +146,7 @@ impl<L: Link> Client<L> {
                 None => self.talk.unit(unit).leave_unread(),
                 Some(data) => {
                     if !group.bring_in(data, inputs) {
-                        let trouble = format!("{what}: an f32 is no number");
+                        let trouble = format!("{what}: an f32 is not a number");
                         self.talk.unit(unit).unread.get_or_insert(trouble);
                     }
                 }

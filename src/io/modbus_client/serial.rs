@@ -206,14 +206,14 @@ impl SerialLine {
                 true if self.received.len() == self.frame.len() => {
                     format!("no answer in {limit} ms")
                 }
-                true => format!("what came in {limit} ms is no whole, right answer"),
+                true => format!("no whole, correct answer in {limit} ms"),
                 false => "the request did not come back first, as `echo = true` says".to_owned(),
             };
         }
         match self.received.len() {
             0 => format!("no answer in {limit} ms"),
             RECEIVED_MAX.. => "endless noise instead of an answer".to_owned(),
-            _ => format!("what came in {limit} ms is no whole, right answer"),
+            _ => format!("no whole, correct answer in {limit} ms"),
         }
     }
 }

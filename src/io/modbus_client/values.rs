@@ -127,13 +127,19 @@ mod tests {
         ])
     }
 
+    fn scalings() -> impl Strategy<Value = Scaling> {
+        let multiply = prop_oneof![-1_000_000i32..=-1, 1i32..=1_000_000];
+        let scaling =
+            |(multiply, divide, offset)| Scaling { real: false, multiply, divide, offset };
+        (multiply, 1i32..=1_000_000, any::<i32>()).prop_map(scaling)
+    }
+
     proptest! {
         #[test]
         fn nothing_overflows(
-            kind in kinds(), bits: u32, value: i32, offset: i32,
-            multiply in prop_oneof![-1_000_000..=-1, 1..=1_000_000], divide in 1..=1_000_000,
+            kind in kinds(), (bits, value) in any::<(u32, i32)>(), scaling in scalings(),
         ) {
-            let number = number(kind, multiply, divide, offset);
+            let number = Number { scaling, ..plain(kind) };
             let _ = (decode(&number, bits), encode(&number, value));
         }
 

@@ -21,7 +21,7 @@ pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, (state, dialog): (&Monitor
                 format!("present value: {now}"),
                 String::new(),
                 format!("new value: {text}_"),
-                "ON, OFF, 12, 0x1F, 2.5 or 1m30s; Enter: go on, Esc: leave it".to_owned(),
+                "ON, OFF, 12, 0x1F, 2.5 or 1m30s; Enter: accept, Esc: cancel".to_owned(),
             ]
         }
         Dialog::Confirm { wanted, operand, text } => {
@@ -30,7 +30,7 @@ pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, (state, dialog): (&Monitor
                 ChangeWanted::Force => format!("new value: {text}, forced until it is released"),
                 ChangeWanted::Write => format!("new value: {text}"),
                 ChangeWanted::Release => {
-                    "the force ends; what writes it next decides its value".to_owned()
+                    "the force ends; the next write decides its value".to_owned()
                 }
                 ChangeWanted::Acknowledge => {
                     "the log says that you have seen this alarm; its value stays".to_owned()
@@ -58,7 +58,7 @@ fn add(typed: &Typed) -> Vec<String> {
         let sign = if typed.chosen == Some(at) { '▶' } else { ' ' };
         lines.push(format!("{sign} {}  {}", name.name, name.about));
     }
-    lines.push("arrows: choose, Enter: watch it, Esc: leave it".to_owned());
+    lines.push("arrows: choose, Enter: watch it, Esc: cancel".to_owned());
     lines
 }
 

@@ -5,7 +5,7 @@ use ratatui_core::layout::Rect;
 use super::pen::{Accent, ScreenPen};
 use crate::daemon::span;
 use crate::monitor::state::MonitorState;
-use crate::operator::protocol::Status;
+use crate::operator::protocol::{Status, is_run};
 
 /// Draws the head.
 pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
@@ -16,19 +16,19 @@ pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     let Some(silence) = &state.silence else {
         let text = match &state.status {
             Some(status) => counts(status),
-            None => "the controller is asked".to_owned(),
+            None => "waiting for the controller".to_owned(),
         };
         pen.put(area, 2, &text, Accent::Plain);
         return;
     };
     let since = span(state.now_ms.saturating_sub(silence.since_ms) * 1_000_000);
-    let old = if state.status.is_some() { "; what is shown is old" } else { "" };
+    let old = if state.status.is_some() { "; the values shown are old" } else { "" };
     let text = format!("NO ANSWER for {since}{old}: {}", silence.why);
     pen.row(area, 2, (&text, Accent::Alarming));
 }
 
 fn mode(pen: &mut ScreenPen, area: Rect, status: &Status) {
-    let runs = status.mode == "RUN";
+    let runs = is_run(&status.mode);
     let why = status.reason.as_ref().map_or(String::new(), |why| format!(" ({why})"));
     let since = span(status.mode_ms * 1_000_000);
     let took = pen.put(area, 0, &format!("{}  ", status.ladder.name), Accent::Plain);

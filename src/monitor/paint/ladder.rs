@@ -18,7 +18,7 @@ type PageLine = (String, Accent, Option<(usize, usize)>);
 pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     let view = &state.ladder;
     let Some((element, heading, rungs)) = view.shown() else {
-        let why = view.trouble.as_deref().unwrap_or("the ladder is loaded");
+        let why = view.trouble.as_deref().unwrap_or("loading the ladder");
         pen.put(area, 0, why, Accent::Plain);
         return;
     };

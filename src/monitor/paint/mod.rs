@@ -32,7 +32,7 @@ pub(super) fn paint(frame: &mut Frame, state: &MonitorState, has_colours: bool) 
     let mut pen = ScreenPen { buffer: frame.buffer_mut(), has_colours };
     if area.width < LEAST.0 || area.height < LEAST.1 {
         let (wide, high) = LEAST;
-        pen.put(area, 0, &format!("the window is less than {wide}x{high}"), Accent::Plain);
+        pen.put(area, 0, &format!("the window is smaller than {wide}x{high}"), Accent::Plain);
         return;
     }
     head::head(&mut pen, Rect { height: HEAD, ..area }, state);
@@ -66,7 +66,7 @@ fn said(pen: &mut ScreenPen, area: Rect, text: &str) {
 /// The most important keys.
 fn keys(state: &MonitorState) -> &'static str {
     if state.dialog.is_some() {
-        return "Enter: go on  Esc: leave it";
+        return "Enter: accept  Esc: cancel";
     }
     match state.page() {
         MonitorPage::Panes => {

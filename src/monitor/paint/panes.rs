@@ -51,7 +51,8 @@ fn pane(pen: &mut ScreenPen, area: Rect, (state, at): (&MonitorState, usize)) {
     let has_keys = state.focus() == pane;
     let rows = state.rows(pane);
     let chosen = state.chosen_row(at);
-    heading(pen, area, (pane.heading(), has_keys, (chosen, rows.len())));
+    let count = rows.len();
+    heading(pen, area, &PaneHeading { text: pane.heading(), has_keys, chosen, count });
     let body = Rect { y: area.y + 1, height: area.height.saturating_sub(1), ..area };
     if rows.is_empty() {
         pen.put(body, 0, empty(pane), Accent::Plain);
@@ -60,17 +61,27 @@ fn pane(pen: &mut ScreenPen, area: Rect, (state, at): (&MonitorState, usize)) {
     let top = (chosen + 1).saturating_sub(usize::from(body.height));
     for (n, row) in rows.iter().enumerate().skip(top).take(usize::from(body.height)) {
         let line = u16::try_from(n - top).unwrap_or(u16::MAX);
-        let is_chosen = has_keys && n == chosen;
-        draw_row(pen, body, (state, line, row, is_chosen));
+        draw_row(pen, body, state, (line, row));
+        if has_keys && n == chosen && line < body.height {
+            pen.mark(Rect { y: body.y + line, height: 1, ..body }, Accent::Chosen);
+        }
     }
 }
 
+/// The heading of a pane.
+struct PaneHeading<'a> {
+    text: &'a str,
+    /// Whether the pane has the focus.
+    has_keys: bool,
+    /// The index of the chosen row.
+    chosen: usize,
+    /// The number of rows.
+    count: usize,
+}
+
 /// Draws `━▶ Alarms 2 of 7 ━━━`, with a heavy line if the pane has the focus.
-fn heading(
-    pen: &mut ScreenPen,
-    area: Rect,
-    (text, has_keys, (chosen, count)): (&str, bool, (usize, usize)),
-) {
+fn heading(pen: &mut ScreenPen, area: Rect, of: &PaneHeading) {
+    let PaneHeading { text, has_keys, chosen, count } = *of;
     let count = match count {
         0 | 1 => String::new(),
         _ => format!(" {} of {count}", chosen + 1),
@@ -92,19 +103,12 @@ fn empty(pane: MonitorPane) -> &'static str {
     }
 }
 
-fn draw_row(
-    pen: &mut ScreenPen,
-    area: Rect,
-    (state, line, row, is_chosen): (&MonitorState, u16, &PaneRow, bool),
-) {
+fn draw_row(pen: &mut ScreenPen, area: Rect, state: &MonitorState, (line, row): (u16, &PaneRow)) {
     let accent = if row.is_marked { Accent::Strong } else { Accent::Plain };
     pen.put(area, line, &row.text, accent);
     if let Some(watched) = row.watched.and_then(|at| state.watch.rows.get(at)) {
         let room = usize::from(area.width).saturating_sub(visible(&row.text).chars().count() + 2);
         pen.put_right(area, line, &watched.trend.line(room.min(24)));
-    }
-    if is_chosen && line < area.height {
-        pen.mark(Rect { y: area.y + line, height: 1, ..area }, Accent::Chosen);
     }
 }
 

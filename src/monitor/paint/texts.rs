@@ -10,15 +10,15 @@ const HELP: &str = "\
 Everywhere   q ends, ? shows this, Esc goes back. Nothing is changed in a
              controller without a question that names the operand and values.
 Panes        Tab, left, right: the next pane; up, down: its rows
-  a          watch an operand: type its beginning, choose by the arrows
+  a          watch an operand: type its beginning, choose with the arrows
   d          remove the operand from the watch list
-  w, Enter   why is the operand what it is?
+  w, Enter   explain the operand's value
   f, u, s    force it; release the force; write it
   k          acknowledge the alarm
   l          the ladder; Enter on a block or Stage: its rungs
 Ladder       up, down: the rungs; left, right: contacts and instructions
   Tab        the next block or Stage
-  w, f, u, s, a   as above, of the operand in the ladder that is marked
+  w, f, u, s, a   as above, for the marked operand in the ladder
 
 In the ladder, heavy lines have power, and ● stands in a contact that
 conducts and in an instruction that has power. Thin lines have none.
@@ -45,7 +45,8 @@ pub(super) fn why(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
 /// Draws the reason why no controller has answered yet.
 pub(super) fn silence(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     let Some(silence) = &state.silence else { return };
-    let text = format!("{}\n\nThe page goes on by itself when it answers.", silence.why);
+    let hint = "The page continues by itself when the controller answers.";
+    let text = format!("{}\n\n{hint}", silence.why);
     for (row, line) in (1..area.height).zip(wrapped(&text, usize::from(area.width))) {
         pen.put(area, row, &line, Accent::Plain);
     }

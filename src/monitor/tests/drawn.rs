@@ -173,7 +173,7 @@ fn names_are_offered_while_one_is_typed() {
                     ┃ Watch which operand? motor_                                  ┃LE
                     ┃ ▶ motor  Y0                                                  ┃
                     ┃   M?[2J                                                      ┃
-                    ┃ arrows: choose, Enter: watch it, Esc: leave it               ┃
+                    ┃ arrows: choose, Enter: watch it, Esc: cancel                 ┃
                     ┗━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┛
 
 
@@ -183,7 +183,7 @@ fn names_are_offered_while_one_is_typed() {
 
 
 
-            Enter: go on  Esc: leave it
+            Enter: accept  Esc: cancel
         "#]],
     );
 }
@@ -210,7 +210,7 @@ fn a_change_is_confirmed_with_both_values() {
                     ┃ present value: 12                                            ┃
                     ┃                                                              ┃
                     ┃ new value: 75_                                               ┃
-                    ┃ ON, OFF, 12, 0x1F, 2.5 or 1m30s; Enter: go on, Esc: leave it ┃
+                    ┃ ON, OFF, 12, 0x1F, 2.5 or 1m30s; Enter: accept, Esc: cancel  ┃
                     ┗━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━┛
 
 
@@ -219,7 +219,7 @@ fn a_change_is_confirmed_with_both_values() {
 
 
 
-            Enter: go on  Esc: leave it
+            Enter: accept  Esc: cancel
         "#]],
     );
     bench.press(Press::Enter);
@@ -249,7 +249,7 @@ fn a_change_is_confirmed_with_both_values() {
 
 
 
-            Enter: go on  Esc: leave it
+            Enter: accept  Esc: cancel
         "#]],
     );
 }
@@ -269,7 +269,7 @@ fn a_silent_controller_is_told() {
 
         no rungd answers at /run/s: is it running?
 
-        The page goes on by itself when it answers.
+        The page continues by itself when the controller answers.
 
 
 
@@ -293,7 +293,7 @@ fn a_silent_controller_is_told() {
     assert!(!bench.shown().contains("NO ANSWER"), "{}", bench.shown());
     bench.news(MonitorNews::Silent("it ended".into()));
     let shown = bench.shown();
-    assert!(shown.contains("NO ANSWER for 0ms; what is shown is old: it ended"), "{shown}");
+    assert!(shown.contains("NO ANSWER for 0ms; the values shown are old: it ended"), "{shown}");
 }
 
 #[test]
@@ -310,15 +310,15 @@ fn the_help_and_an_answer_fit() {
             Everywhere   q ends, ? shows this, Esc goes back. Nothing is changed in a
                          controller without a question that names the operand and values.
             Panes        Tab, left, right: the next pane; up, down: its rows
-              a          watch an operand: type its beginning, choose by the arrows
+              a          watch an operand: type its beginning, choose with the arrows
               d          remove the operand from the watch list
-              w, Enter   why is the operand what it is?
+              w, Enter   explain the operand's value
               f, u, s    force it; release the force; write it
               k          acknowledge the alarm
               l          the ladder; Enter on a block or Stage: its rungs
             Ladder       up, down: the rungs; left, right: contacts and instructions
               Tab        the next block or Stage
-              w, f, u, s, a   as above, of the operand in the ladder that is marked
+              w, f, u, s, a   as above, for the marked operand in the ladder
 
             In the ladder, heavy lines have power, and ● stands in a contact that
             conducts and in an instruction that has power. Thin lines have none.

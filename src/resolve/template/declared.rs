@@ -7,7 +7,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::kind::{KINDS, Kind};
 use super::{given, texts};
-use crate::resolve::declare::{NameRole, forbidden};
+use crate::resolve::declare::{NAME_MAX, NameRole, forbidden};
+use crate::resolve::mistake::LISTED_MAX;
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{Entry, Parameter, Template, Use};
@@ -20,6 +21,14 @@ pub(super) struct Declared<'t> {
     pub template: &'t Template,
     /// The parameters with a known type.
     parameters: HashMap<&'t str, (Kind, &'t Parameter)>,
+    /// Their names, for the help about an unknown parameter.
+    typed: KnownNames,
+    /// The names of all parameters.
+    named: HashSet<&'t str>,
+    /// The parameters with a known type and without a default, in file order.
+    required: Vec<(&'t Parameter, Kind)>,
+    /// The parameters with a known type and with a default, in file order.
+    optional: Vec<(&'t Parameter, Kind, &'t Text)>,
     /// The names of its own tags and inner uses.
     pub own: HashSet<&'t str>,
     /// The names in `own`, and those of the parameters.
@@ -38,20 +47,27 @@ pub(super) struct Templates<'t> {
 impl<'t> Declared<'t> {
     fn new(template: &'t Template) -> Declared<'t> {
         let kind = |parameter: &'t Parameter| Kind::from_name(&parameter.kind.as_ref()?.text);
-        let parameters = template.parameters.iter();
-        let parameters = parameters.filter_map(|p| Some((&*p.name.text, (kind(p)?, p)))).collect();
+        let all = || template.parameters.iter();
+        let typed = || all().filter_map(|p| Some((p, kind(p)?)));
+        let parameters = typed().map(|(p, kind)| (&*p.name.text, (kind, p))).collect();
+        let required = typed().filter(|(p, _)| p.default.is_none()).collect();
+        let optional = typed().filter_map(|(p, kind)| Some((p, kind, p.default.as_ref()?)));
+        let optional = optional.collect();
+        let named: HashSet<&str> = all().map(|parameter| &*parameter.name.text).collect();
         let tags = template.tags.iter().map(|tag| &*tag.name.text);
         let uses = uses(template).filter_map(|of| Some(&*of.name.as_ref()?.text));
         let own: HashSet<&str> = tags.chain(uses).collect();
-        let names = template.parameters.iter().map(|parameter| &*parameter.name.text);
-        let known = KnownNames::new(own.iter().copied().chain(names));
+        let known = KnownNames::new(own.iter().copied().chain(named.iter().copied()));
+        let typed = KnownNames::new(typed().map(|(parameter, _)| &*parameter.name.text));
         // A parameter without a type is already reported; no argument can be read for it.
-        let is_usable = template.parameters.iter().all(|parameter| parameter.kind.is_some());
-        Declared { template, parameters, own, known, is_usable }
+        let is_usable = all().all(|parameter| parameter.kind.is_some());
+        Declared { template, parameters, typed, named, required, optional, own, known, is_usable }
     }
 
+    /// Its name, cut to [`NAME_MAX`] characters.
     pub fn name(&self) -> &'t str {
-        self.template.name.as_ref().map_or("", |name| &name.text)
+        let name = self.template.name.as_ref().map_or("", |name| &name.text);
+        name.char_indices().nth(NAME_MAX).map_or(name, |(end, _)| &name[..end])
     }
 
     /// The parameter that a name begins with, and its type.
@@ -66,7 +82,18 @@ impl<'t> Declared<'t> {
         parameters.filter_map(|p| Some((p, self.parameters.get(&*p.name.text)?.0)))
     }
 
-    /// The mistakes in the arguments of a use.
+    /// The parameter of this name, and its type, if the type is a known one.
+    pub fn parameter_of(&self, name: &str) -> Option<(&'t Parameter, Kind)> {
+        self.parameters.get(name).map(|(kind, parameter)| (*parameter, *kind))
+    }
+
+    /// The parameters with a default, in file order.
+    pub fn optional(&self) -> impl Iterator<Item = (&'t Parameter, Kind, &'t Text)> {
+        self.optional.iter().copied()
+    }
+
+    /// The mistakes in the arguments of a use. Of the missing arguments, only the first are
+    /// reported.
     pub fn misfits(&self, of: &Use) -> Vec<Finding> {
         let mut findings = Vec::new();
         for (name, text) in &of.arguments {
@@ -76,38 +103,36 @@ impl<'t> Declared<'t> {
                     findings.extend(read.err().map(|finding| *finding));
                 }
                 (Some(_), None) => {}
-                (None, _) if self.has_parameter(&name.text) => {}
+                (None, _) if self.named.contains(&*name.text) => {}
                 (None, _) => findings.push(self.unknown_argument(name)),
             }
         }
-        for (parameter, kind) in self.parameters() {
+        let given: HashSet<&str> = of.arguments.iter().map(|(name, _)| &*name.text).collect();
+        let missing = self.required.iter().filter(|(p, _)| !given.contains(&*p.name.text));
+        for (parameter, kind) in missing.take(LISTED_MAX) {
             let name = &parameter.name.text;
-            let given = of.arguments.iter().any(|(given, _)| given.text == *name);
-            if !given && parameter.default.is_none() {
-                let span = of.template.as_ref().map_or(of.span, |template| template.span);
-                let message = format!("`{}` needs `{name}`, {}", self.name(), kind.words());
-                let finding = Finding::new(Code::TemplateArgument, span, message);
-                let help = format!("give it: `with = {{ {name} = \"{}\" }}`", kind.example());
-                findings.push(finding.related(parameter.name.span, "asked for here").help(help));
-            }
+            let span = of.template.as_ref().map_or(of.span, |template| template.span);
+            let message = format!("`{}` needs `{name}`, {}", self.name(), kind.words());
+            let finding = Finding::new(Code::TemplateArgument, span, message);
+            let help = format!("give it: `with = {{ {name} = \"{}\" }}`", kind.example());
+            findings.push(finding.related(parameter.name.span, "declared here").help(help));
         }
         findings
-    }
-
-    fn has_parameter(&self, name: &str) -> bool {
-        self.template.parameters.iter().any(|parameter| parameter.name.text == name)
     }
 
     fn unknown_argument(&self, name: &Text) -> Finding {
         let template = self.name();
         let message = format!("`{template}` has no parameter `{}`", name.text);
-        let names: Vec<&str> = self.parameters().map(|(p, _)| &*p.name.text).collect();
-        let help = did_you_mean(&name.text, names.iter().copied());
-        let list = || match names.is_empty() {
-            true => "it has no parameters".to_owned(),
-            false => format!("its parameters are `{}`", names.join("`, `")),
+        let first = self.parameters().take(LISTED_MAX).map(|(p, _)| &*p.name.text);
+        let list = first.collect::<Vec<_>>().join("`, `");
+        let help = match (self.typed.iter().len(), self.typed.iter().len().checked_sub(LISTED_MAX))
+        {
+            (0, _) => "it has no parameters".to_owned(),
+            (_, None | Some(0)) => format!("its parameters are `{list}`"),
+            (_, Some(more)) => format!("its parameters are `{list}`, and {more} more"),
         };
-        Finding::new(Code::TemplateArgument, name.span, message).help(help.unwrap_or_else(list))
+        let finding = Finding::new(Code::TemplateArgument, name.span, message).help(help);
+        finding.near(&name.text, &self.typed)
     }
 }
 
@@ -268,6 +293,7 @@ fn parameters(declared: &Declared, findings: &mut Vec<Finding>) {
 
 /// Checks the own tags.
 fn tags(declared: &Declared, findings: &mut Vec<Finding>) {
+    let words = KnownNames::new(declared.typed.iter().chain(["name"]));
     for tag in &declared.template.tags {
         if let Some(at) = &tag.at {
             let name = &tag.name.text;
@@ -281,8 +307,6 @@ fn tags(declared: &Declared, findings: &mut Vec<Finding>) {
         let alarm = tag.alarm.as_ref().map(|alarm| (&*alarm.text, alarm.span));
         let doc = tag.doc.as_deref().map(|doc| (doc, tag.name.span));
         for (text, span) in alarm.into_iter().chain(doc) {
-            let parameters = declared.parameters().map(|(parameter, _)| &*parameter.name.text);
-            let words: Vec<&str> = parameters.chain(["name"]).collect();
             findings.extend(texts::check(text, span, &words));
         }
     }

@@ -12,7 +12,7 @@ use super::pending::{Argument, Trial};
 use super::rewrite::{Instance, Rewrite};
 use super::room::Room;
 use super::texts;
-use crate::resolve::declare::NAME_MAX;
+use crate::resolve::declare::{NAME_MAX, kept};
 use crate::resolve::layers::{Layers, UsePlace};
 use crate::resolve::tags::TEXT_MAX;
 use crate::source::atom::{Atom, AtomKind};
@@ -23,6 +23,14 @@ use crate::source::ladder::{
 };
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, Span};
+
+/// Maximum number of characters of the whole name of a use. Each of its rungs and operands may
+/// contain it.
+const WHOLE_NAME_MAX: usize = 4 * NAME_MAX;
+/// Number of bytes of a text that take as much room as a contact.
+const TEXT_FREE: usize = 16;
+/// Number of names in the `allow` of a use that each of its rungs contains without taking room.
+const ALLOWED_FREE: usize = 4;
 
 /// The results so far of expanding the uses of all ladders.
 pub(super) struct Expansion<'t> {
@@ -151,7 +159,7 @@ impl<'t> Expansion<'t> {
             let span = of.template.as_ref().map_or(of.span, |name| name.span);
             let parts = super::room::PARTS_MAX;
             let message =
-                format!("the templates stand for more than {parts} contacts and operands");
+                format!("the uses of templates expand to more than {parts} contacts and operands");
             let finding = Finding::new(Code::TemplateSize, span, message);
             self.findings.push(finding.label("the limit is reached here"));
         }
@@ -169,7 +177,7 @@ impl<'t> Expansion<'t> {
         };
         let declared = &self.templates.all[number];
         let name = of.name.as_ref()?;
-        if self.room.is_over() {
+        if self.room.is_over() || self.has_long_name(name, giver) {
             return None;
         }
         let by = giver.map_or(name.span.file, |giver| giver.layer);
@@ -188,6 +196,8 @@ impl<'t> Expansion<'t> {
         let own = declared.known.clone();
         let place = UsePlace { name: whole.clone(), at, is_trial: self.trial, own };
         let layer = self.layers.add_use(declared.template.span.file, place);
+        let allowed = giver.map_or(0, |giver| giver.allow.len()) + of.allow.len();
+        self.room.take(allowed / ALLOWED_FREE)?;
         let mut allow = giver.map_or(Vec::new(), |giver| giver.allow.clone());
         allow.extend(of.allow.iter().cloned());
         let given = HashMap::new();
@@ -203,43 +213,53 @@ impl<'t> Expansion<'t> {
         Some(instance)
     }
 
+    /// Whether a use's name is too long, or its whole name is. The latter is reported here.
+    fn has_long_name(&mut self, name: &Text, giver: Giver<'_, 't>) -> bool {
+        let length = name.text.len() + giver.map_or(0, |giver| giver.name.len() + 1);
+        if name.text.len() <= NAME_MAX && length > WHOLE_NAME_MAX {
+            let file = giver.map_or(name.span.file, |giver| giver.layer);
+            let span = Span { file, ..name.span };
+            let message = format!("the whole name of this use has {length} characters");
+            let finding = Finding::new(Code::TemplateSize, span, message);
+            let help = format!("a whole name has at most {WHOLE_NAME_MAX}: take shorter names");
+            self.findings.push(finding.help(help));
+        }
+        length > WHOLE_NAME_MAX || name.text.len() > NAME_MAX
+    }
+
     /// Reads the arguments and defaults of a use; returns whether none is missing or wrong.
     fn give(&mut self, instance: &mut Instance<'t>, of: &Use, giver: Giver<'_, 't>) -> bool {
         let declared = instance.of;
         let mut whole = declared.misfits(of).is_empty();
-        let mut defaults = Vec::new();
         let mut all = HashMap::new();
-        for (parameter, kind) in declared.parameters() {
-            let name = &*parameter.name.text;
-            let argument = of.arguments.iter().find(|(given, _)| given.text == name);
-            let given = match (argument, &parameter.default) {
-                (Some((_, text)), _) => match giver {
-                    Some(giver) => text.as_ref().and_then(|t| self.given(kind, t, giver)),
-                    None => text.as_ref().and_then(|t| given::read(kind, t, t.span.file).ok()),
-                },
-                (None, Some(text)) => {
-                    defaults.push((parameter, kind, text));
-                    continue;
+        let known = of.arguments.iter().filter_map(|(name, text)| {
+            let (parameter, kind) = declared.parameter_of(&name.text)?;
+            Some((parameter, kind, text))
+        });
+        for (parameter, kind, text) in known {
+            let given = text.as_ref().and_then(|text| {
+                self.room.take(1 + text.text.len() / TEXT_FREE)?;
+                match giver {
+                    Some(giver) => self.given(kind, text, giver),
+                    None => given::read(kind, text, text.span.file).ok(),
                 }
-                (None, None) => None,
-            };
-            match given {
-                Some(given) => {
-                    self.note_argument((declared, parameter, kind), &given);
-                    all.insert(name, given);
-                }
-                None => whole = false,
-            }
+            });
+            whole &= given.is_some();
+            let Some(given) = given else { continue };
+            self.note_argument((declared, parameter, kind), &given);
+            all.insert(&*parameter.name.text, given);
         }
         // `given` is still empty, so a name in a default cannot be a parameter.
-        for (parameter, kind, text) in defaults {
-            match self.given(kind, text, instance) {
-                Some(given) => {
-                    self.note_argument((declared, parameter, kind), &given);
-                    all.insert(&parameter.name.text, given);
-                }
-                None => whole = false,
+        for (parameter, kind, text) in declared.optional() {
+            if all.contains_key(&*parameter.name.text) {
+                continue;
             }
+            let room = self.room.take(1 + text.text.len() / TEXT_FREE);
+            let given = room.and_then(|()| self.given(kind, text, instance));
+            whole &= given.is_some();
+            let Some(given) = given else { continue };
+            self.note_argument((declared, parameter, kind), &given);
+            all.insert(&*parameter.name.text, given);
         }
         instance.given = all;
         whole
@@ -264,7 +284,7 @@ impl<'t> Expansion<'t> {
         if !self.layers.is_given(given.span().file) {
             self.arguments.push(Argument {
                 template: declared.name().to_owned(),
-                parameter: parameter.name.text.clone(),
+                parameter: kept(&parameter.name.text),
                 kind,
                 given: given.clone(),
             });
@@ -357,7 +377,7 @@ impl<'t> Expansion<'t> {
     fn rung(&mut self, rung: &Rung, instance: &Instance<'t>) -> Rung {
         let mut rewrite = self.rewrite(instance);
         let place = |span: Span| Span { file: instance.layer, ..span };
-        let _ = rewrite.room.take(1);
+        let _ = rewrite.room.take(1 + instance.allow.len() / ALLOWED_FREE);
         let name = rung.name.as_ref().map(|name| Text {
             text: format!("{}{}", instance.path, name.text),
             span: place(name.span),
@@ -388,13 +408,16 @@ impl<'t> Expansion<'t> {
     /// Adds the own tags of a use, with the words in braces in their texts replaced. `written` are
     /// the arguments as the ladder has them.
     fn own_tags(&mut self, instance: &Instance<'t>, written: &[(Text, Option<Text>)]) {
+        let written: HashMap<&str, &Text> =
+            written.iter().filter_map(|(name, text)| Some((&*name.text, text.as_ref()?))).collect();
         for tag in &instance.of.template.tags {
+            if self.room.is_over() {
+                return;
+            }
             let stands = |word: &str| match word {
                 "name" => Some(instance.name.clone()),
                 word => {
-                    let written = written.iter().find(|(name, _)| name.text == word);
-                    let written = written.and_then(|(_, text)| text.as_ref());
-                    let written = written.map(|text| text.text.clone());
+                    let written = written.get(word).map(|text| text.text.clone());
                     written.or_else(|| instance.given.get(word).map(Given::to_string))
                 }
             };

@@ -25,9 +25,9 @@ pub(super) fn check(templates: &mut Templates, findings: &mut Vec<Finding>) {
         if depth == DEPTH_MAX + 1
             && let Some((_, of)) = inner[at].iter().find(|(to, _)| depths[*to] == Some(DEPTH_MAX))
         {
-            let message = format!("more than {DEPTH_MAX} templates in each other");
+            let message = format!("templates are nested more than {DEPTH_MAX} levels deep");
             let finding = Finding::new(Code::TemplateSize, of.span, message);
-            findings.push(finding.help("give some of them their rungs without the templates"));
+            findings.push(finding.help("write the rungs of some of them without templates"));
         }
     }
     for (declared, depth) in templates.all.iter_mut().zip(depths) {

@@ -99,15 +99,17 @@ impl<'t> Rewrite<'_, 't> {
             let (is, not) = (kind.words(), wanted.words());
             let message = format!("the parameter `{parameter}` is {is}, not {not}");
             let help = match (kind, wanted.type_name()) {
-                (Kind::Contact, _) => "contacts stand in contacts only: OUT them to an own tag \
-                                       with `type = \"bit\"`, and name that"
-                    .to_owned(),
+                (Kind::Contact, _) => {
+                    "a parameter with contacts is accepted only in contacts: OUT it to an own tag \
+                     with `type = \"bit\"`, and name that tag"
+                        .to_owned()
+                }
                 (Kind::Timer | Kind::Counter | Kind::Sensaphone, _)
                     if matches!(wanted, Wanted::Bit | Wanted::Number | Wanted::Operand) =>
                 {
                     format!("name a member of it: `{parameter}.Done`, `{parameter}.Acc`")
                 }
-                (_, Some(name)) => format!("what may stand here has `type = \"{name}\"`"),
+                (_, Some(name)) => format!("a parameter here needs `type = \"{name}\"`"),
                 (_, None) => "a template names programs and tasks of the ladder".to_owned(),
             };
             (message, help)

@@ -2,7 +2,7 @@
 
 use crate::source::atom::{is_name, is_name_letter};
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::did_you_mean;
+use crate::source::nearest::KnownNames;
 use crate::source::span::Span;
 
 /// The pieces of a text. Each is a plain text, and the word in braces behind it, if there is one.
@@ -12,21 +12,30 @@ fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
         if rest.is_empty() {
             return None;
         }
+        // Thousands of `{` may stand before one `}`, which is then looked for once.
+        let mut next = None;
         for (open, _) in rest.match_indices('{') {
-            let Some(close) = rest[open..].find('}') else { break };
-            let word = &rest[open + 1..open + close];
+            let close = match next.filter(|close| *close > open) {
+                Some(close) => close,
+                None => match rest[open..].find('}') {
+                    Some(behind) => open + behind,
+                    None => break,
+                },
+            };
+            let word = &rest[open + 1..close];
             if is_name(word) {
                 let plain = &rest[..open];
-                rest = &rest[open + close + 1..];
+                rest = &rest[close + 1..];
                 return Some((plain, Some(word)));
             }
+            next = Some(close);
         }
         Some((std::mem::take(&mut rest), None))
     })
 }
 
 /// The findings about braces: an unknown word, and a brace that is not closed.
-pub(super) fn check(text: &str, span: Span, known: &[&str]) -> Vec<Finding> {
+pub(super) fn check(text: &str, span: Span, known: &KnownNames) -> Vec<Finding> {
     let holds = "a text may hold `{name}`, the use's name, and parameters in braces";
     let find = |message: String| Finding::new(Code::TemplateRule, span, message);
     let mut findings = Vec::new();
@@ -34,16 +43,16 @@ pub(super) fn check(text: &str, span: Span, known: &[&str]) -> Vec<Finding> {
         if let Some(open) = unclosed(plain) {
             let begin: String = plain[open..].chars().take(SHOWN_MAX).collect();
             let word = begin[1..].trim_start().split(|c: char| !is_name_letter(c)).next();
-            let help = match word.filter(|word| known.contains(word)) {
+            let help = match word.filter(|word| known.has(word)) {
                 Some(word) => format!("write `{{{word}}}`"),
                 None => format!("{holds}; braces in pairs, as `{{}}`, are plain text"),
             };
             findings.push(find(format!("the brace of `{begin}` is not closed")).help(help));
         }
-        if let Some(word) = word.filter(|word| !known.contains(word)) {
-            let help = did_you_mean(word, known.iter().copied());
-            let help = help.unwrap_or_else(|| holds.to_owned());
-            findings.push(find(format!("`{{{word}}}` stands for nothing")).help(help));
+        if let Some(word) = word.filter(|word| !known.has(word)) {
+            let finding =
+                find(format!("`{{{word}}}` is neither `{{name}}` nor a parameter")).help(holds);
+            findings.push(finding.near(word, known));
         }
     }
     findings
@@ -81,7 +90,8 @@ mod tests {
     #[test]
     fn braces_are_words_or_pairs() {
         let said = |text: &str| {
-            let findings = check(text, Span::default(), &["name", "patience"]);
+            let known = KnownNames::new(["name", "patience"]);
+            let findings = check(text, Span::default(), &known);
             let help = |of: &Finding| of.help_text().unwrap_or_default().into_owned();
             let said = findings.iter().map(|of| format!("{} ({})", of.message, help(of)));
             said.collect::<Vec<_>>().join("; ")
@@ -94,7 +104,10 @@ mod tests {
             said("{ name: late"),
             "the brace of `{ name: late` is not closed (write `{name}`)"
         );
-        assert_eq!(said("{nam}"), "`{nam}` stands for nothing (did you mean `name`?)");
+        assert_eq!(
+            said("{nam}"),
+            "`{nam}` is neither `{name}` nor a parameter (did you mean `name`?)"
+        );
         let lone = said("{name}: {");
         assert!(
             lone.starts_with("the brace of `{` is not closed (a text may hold `{name}`"),
@@ -102,6 +115,14 @@ mod tests {
         );
         let two = said("{a {name} {b");
         assert_eq!(two.matches("is not closed").count(), 2, "{two}");
+    }
+
+    #[test]
+    fn a_text_of_braces_is_read_in_one_pass() {
+        let braces = format!("{}}} {{name}}", "{".repeat(2_000_000));
+        let pieces: Vec<_> = pieces(&braces).collect();
+        assert_eq!(pieces.len(), 1);
+        assert_eq!(pieces[0].1, Some("name"));
     }
 
     #[test]

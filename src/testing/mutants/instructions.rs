@@ -208,10 +208,8 @@ impl InstructionSearch<'_, '_> {
                 Value::Const(_, written) => Some(written),
                 Value::Real(_) | Value::Word(_) | Value::Element(_) => None,
             };
-            let around = (self.ground.period_ms, to_bits);
-            let Some(step) = ConstantStep::of((mnemonic, read.operand), written, around) else {
-                continue;
-            };
+            let (of, period_ms) = ((mnemonic, read.operand), self.ground.period_ms);
+            let Some(step) = ConstantStep::of(of, written, period_ms, to_bits) else { continue };
             for (to, new) in step.neighbours(*read.value) {
                 let is_known = self.is_stored_alike(*read.value, new)
                     || self.stores_nothing_new(number, new)

@@ -93,7 +93,8 @@ impl ConstantStep {
     pub fn of(
         (mnemonic, operand): (Mnemonic, &str),
         written: Option<Written>,
-        (period_ms, to_bits): (u32, bool),
+        period_ms: u32,
+        to_bits: bool,
     ) -> Option<ConstantStep> {
         let time = |least| Some(ConstantStep::time(period_ms, least));
         match mnemonic.spec().operand(operand)?.kind {
@@ -168,6 +169,6 @@ pub(super) fn near(real: Real) -> Vec<(Direction, Real)> {
     let number = f64::from(real);
     let step = if number == 0.0 { 1.0 } else { number.abs() / 100.0 };
     let both = [(Direction::More, number + step), (Direction::Less, number - step)];
-    let both = both.into_iter().map(|(to, number)| (to, Real::stored(number).0));
+    let both = both.into_iter().map(|(to, number)| (to, Real::stored(number).real));
     both.filter(|(_, near)| *near != real).collect()
 }

@@ -141,7 +141,7 @@ fn run(case: &Case, subject: &Subject, recorder: &mut Recorder, rng: &mut Rng) -
 fn content(subject: &Subject, cell: Cell, value: i64) -> i32 {
     match cell {
         Cell::Word(word) if subject.symbols().layout.is_real(word) => {
-            rungd::isa::Real::stored(value as f64).0.cell()
+            rungd::isa::Real::stored(value as f64).real.cell()
         }
         Cell::Bit(_) | Cell::Word(_) => value as i32,
     }

@@ -7,16 +7,16 @@
 //! driver = "gpio"
 //! chip = "/dev/gpiochip0"
 //! map = [{ from = "line 4..5", to = "X0..X1", debounce = "5ms", bias = "pull-up" }]
-//! # fails with { from = "Y0", to = "line 5" } beside it: line 5 stands in two rows
+//! # fails with { from = "Y0", to = "line 5" } beside it: line 5 is in two rows
 //! ```
 
 pub(crate) mod keys;
 
+use std::collections::HashMap;
+
 use keys::{Keys, RowKeys};
 
-use super::driver::{
-    DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, one_word,
-};
+use super::driver::{DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, one_word};
 use super::settings::DriverSettings;
 use crate::io::gpio::settings::{Bias, Chip, Gpio, GpioLine, LineDrive, LineId, Setting};
 use crate::source::finding::{Code, Finding};
@@ -79,7 +79,7 @@ fn lines_of(
         inputs: Vec::new(),
         outputs: Vec::new(),
     };
-    let mut seen: Vec<(LineId, Span)> = Vec::new();
+    let mut seen: HashMap<LineId, Span> = HashMap::new();
     for row in rows.each() {
         let lines = match lines(row) {
             Ok(lines) => lines,
@@ -150,7 +150,8 @@ fn fits(lines: usize, row: &ResolvedRow<'_>) -> Result<(), Finding> {
     }
     let (points, text) = (&row.points.text, &row.text.text);
     let message = format!("`{points}` and `{text}` differ in number");
-    let counts = format!("they are {lines} and {}: write as many of both", row.addresses.len());
+    let addresses = row.addresses.len();
+    let counts = format!("they are {lines} and {addresses}: write the same number of both");
     Err(row.find(message).help(counts))
 }
 
@@ -162,13 +163,14 @@ fn number(text: &str, row: &ResolvedRow<'_>) -> Result<u32, Finding> {
     })
 }
 
-fn enter(at: &LineId, span: Span, seen: &mut Vec<(LineId, Span)>, findings: &mut Vec<Finding>) {
-    let Some((_, first)) = seen.iter().find(|(known, _)| known == at) else {
-        return seen.push((at.clone(), span));
+fn enter(at: &LineId, span: Span, seen: &mut HashMap<LineId, Span>, findings: &mut Vec<Finding>) {
+    let Some(first) = seen.get(at) else {
+        seen.insert(at.clone(), span);
+        return;
     };
-    // Only one finding per row.
-    if !findings.iter().any(|finding| finding.span == span) {
-        let finding = Finding::new(Code::Controller, span, format!("{at} stands in two rows"));
+    // Only one finding per row, which is then the last.
+    if findings.last().is_none_or(|finding| finding.span != span) {
+        let finding = Finding::new(Code::Controller, span, format!("{at} is in two rows"));
         findings.push(finding.label("again here").related(*first, "first here"));
     }
 }
@@ -187,7 +189,7 @@ fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -
     }
     if let Some(drive) = keys.drive.as_ref().filter(|_| !is_output) {
         let message = "an input drives nothing: it has no `drive`";
-        let help = "take it out; what holds an open input is `bias`";
+        let help = "take it out; `bias` holds an open input";
         findings.push(Finding::new(Code::Controller, drive.span, message).help(help));
     }
     Setting {

@@ -254,11 +254,11 @@ fn mismatch(row: &ResolvedRow<'_>, stretch: &Stretch, is_bits: bool) -> Option<F
     let memory = &row.text.text;
     match (is_bits, row.is_words()) {
         (true, true) => {
-            let message = format!("`{}` is bits, and `{memory}` words", row.points.text);
+            let message = format!("`{}` names bits, and `{memory}` names words", row.points.text);
             Some(of_points(row, message).help("words go with `holding` and `input`"))
         }
         (false, false) => {
-            let message = format!("`{}` is words, and `{memory}` bits", row.points.text);
+            let message = format!("`{}` names words, and `{memory}` names bits", row.points.text);
             let help = format!("a register's lowest bit is written `{name} {}.0`", stretch.first);
             Some(of_points(row, message).help(help))
         }
@@ -269,15 +269,14 @@ fn mismatch(row: &ResolvedRow<'_>, stretch: &Stretch, is_bits: bool) -> Option<F
 fn wrong_count(row: &ResolvedRow<'_>, stretch: &Stretch, width: u32) -> Finding {
     let (count, addresses) = (stretch.count, row.addresses.len() as u32);
     let (memory, name) = (&row.text.text, stretch.table.name());
-    let message = match width {
-        2 => format!(
-            "{count} registers are not two for each of the {addresses} that `{memory}` names"
-        ),
-        _ if count == 1 => {
-            format!("1 point does not go with the {addresses} that `{memory}` names")
-        }
-        _ => format!("{count} points do not go with the {addresses} that `{memory}` names"),
+    let points = match (width, count) {
+        (2, 1) => "register",
+        (2, _) => "registers",
+        (_, 1) => "point",
+        _ => "points",
     };
+    let needed = addresses * width;
+    let message = format!("{count} {points} for `{memory}`, which needs {needed}");
     let (first, last) = (stretch.first, stretch.first + addresses * width - 1);
     let end = if stretch.is_bits_of_registers { ELEMENTS * 16 } else { ELEMENTS };
     if last >= end {

@@ -13,7 +13,7 @@
 //! map = [{ from = "Y0..Y1", to = "coil 0..1" }, { from = "Y2", to = "coil 1" }]
 //! ```
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::super::driver::WrittenDevice;
 use super::super::settings::{Device, DriverSettings};
@@ -28,7 +28,8 @@ use crate::source::span::Span;
 /// A coil or register of a peer's unit.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct PeerElement {
-    peer: String,
+    /// The number of the peer.
+    peer: usize,
     unit: u8,
     table: Table,
     at: u16,
@@ -43,6 +44,39 @@ struct Writer {
     span: Span,
 }
 
+/// The outputs that are written to an element. There may be thousands; only those are kept with
+/// which a further output is compared.
+#[derive(Default)]
+struct Writers {
+    /// Those of the first device, with different bits.
+    of_first: Vec<Writer>,
+    /// The first of a different device.
+    other: Option<Writer>,
+}
+
+impl Writers {
+    /// The output with which a further one conflicts. Two devices cannot share the bits of a
+    /// register: each would write the whole register.
+    fn conflict(&self, with: &Writer) -> Option<&Writer> {
+        let first = self.of_first.first()?;
+        if first.device != with.device {
+            return Some(first);
+        }
+        let mut own = self.of_first.iter();
+        own.find(|own| own.bits & with.bits != 0).or(self.other.as_ref())
+    }
+
+    fn add(&mut self, writer: Writer) {
+        match self.of_first.first() {
+            Some(first) if first.device != writer.device => {
+                self.other.get_or_insert(writer);
+            }
+            Some(_) if self.of_first.iter().any(|own| own.bits & writer.bits != 0) => {}
+            Some(_) | None => self.of_first.push(writer),
+        }
+    }
+}
+
 /// A finding for every output whose place already has an output, for every serial line with
 /// different settings, and for every unit of a serial line that two devices use.
 pub(in crate::controller::device) fn at_odds(
@@ -50,27 +84,40 @@ pub(in crate::controller::device) fn at_odds(
     written: &[WrittenDevice],
     progress: &Progress,
 ) -> Vec<Finding> {
-    let mut writers: HashMap<PeerElement, Vec<Writer>> = HashMap::new();
+    let mut writers: HashMap<PeerElement, Writers> = HashMap::new();
     let mut findings = two_ways(devices, progress);
     findings.extend(asked_twice(devices, progress));
+    let mut told: HashSet<Span> = findings.iter().map(|finding| finding.span).collect();
+    let names = written.iter().filter_map(|of| Some((of.name.as_ref()?.span, of)));
+    let written: HashMap<Span, &WrittenDevice> = names.collect();
+    let mut peers: HashMap<String, usize> = HashMap::new();
     for (device, client) in progress.during(clients(devices)) {
-        for (element, writer) in progress.during(outputs(device, client, written)) {
+        let next = peers.len();
+        let peer = *peers.entry(peer(client)).or_insert(next);
+        let watchdog = written.get(&device.span).and_then(|of| of.driver.as_ref()?.other_output());
+        let outputs = outputs(device, client, (peer, watchdog.unwrap_or(device.span)));
+        for (element, writer) in progress.during(outputs) {
             let PeerElement { unit, table, at, .. } = element;
-            let (bits, span) = (writer.bits, writer.span);
             let taken = writers.entry(element).or_default();
-            // Two devices cannot share the bits of a register: each would write the whole register.
-            let is_other = |other: &&Writer| other.device != device.id || other.bits & bits != 0;
-            if let Some(first) = taken.iter().find(is_other)
-                && !findings.iter().any(|finding| finding.span == span)
+            if let Some(first) = taken.conflict(&writer)
+                && told.insert(writer.span)
             {
                 let message = format!("`{} {at}` of unit {unit} is written twice", table.name());
-                let finding = Finding::new(Code::Controller, span, message);
+                let finding = Finding::new(Code::Controller, writer.span, message);
                 findings.push(finding.related(first.span, "it is written here"));
             }
-            taken.push(writer);
+            taken.add(writer);
         }
     }
     findings
+}
+
+/// The peer of a device, as a text.
+fn peer(client: &ClientSettings) -> String {
+    match &client.link {
+        Link::Tcp { address, .. } => address.to_string(),
+        Link::Serial(serial) => serial.port.clone(),
+    }
 }
 
 fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &ClientSettings)> {
@@ -80,34 +127,25 @@ fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &ClientSettings
     })
 }
 
+/// The outputs of a device; with the number of its peer, and the place of its watchdog.
 fn outputs(
     device: &Device,
     client: &ClientSettings,
-    written: &[WrittenDevice],
+    (peer, watchdog_at): (usize, Span),
 ) -> Vec<(PeerElement, Writer)> {
-    let peer = match &client.link {
-        Link::Tcp { address, .. } => address.to_string(),
-        Link::Serial(serial) => serial.port.clone(),
-    };
     let mut outputs = Vec::new();
     for (point, output) in client.outputs.iter().zip(&device.outputs) {
         for at in point.at..=point.at + (point.width() - 1) {
-            let element =
-                PeerElement { peer: peer.clone(), unit: point.unit, table: point.table, at };
+            let element = PeerElement { peer, unit: point.unit, table: point.table, at };
             let writer = Writer { device: device.id, bits: bits(point), span: output.span };
             outputs.push((element, writer));
         }
     }
     if let Some(watchdog) = client.watchdog {
-        let is_same = |other: &&WrittenDevice| {
-            other.name.as_ref().is_some_and(|name| name.span == device.span)
-        };
-        let place =
-            written.iter().find(is_same).and_then(|same| same.driver.as_ref()?.other_output());
-        let span = place.unwrap_or(device.span);
         let (unit, at) = (watchdog.unit, watchdog.register);
         let element = PeerElement { peer, unit, table: Table::HoldingRegisters, at };
-        outputs.push((element, Writer { device: device.id, bits: u16::MAX, span }));
+        let writer = Writer { device: device.id, bits: u16::MAX, span: watchdog_at };
+        outputs.push((element, writer));
     }
     outputs
 }
@@ -148,13 +186,16 @@ fn asked_twice(devices: &[Device], progress: &Progress) -> Vec<Finding> {
 }
 
 fn two_ways(devices: &[Device], progress: &Progress) -> Vec<Finding> {
-    let lines = lines(devices);
+    // For each port: the first device, and the first whose line differs from that one's.
+    let mut firsts: HashMap<&str, (&Device, &Serial, Option<&Device>)> = HashMap::new();
     let mut findings = Vec::new();
-    for (at, (device, _, line)) in progress.during(lines.iter().enumerate()) {
-        let others = lines[..at].iter();
-        let is_other = |other: &Serial| other.port == line.port && other != *line;
-        let mut differing = others.filter(|(_, _, other)| is_other(other));
-        if let Some((other, ..)) = differing.next() {
+    for (device, _, line) in progress.during(lines(devices)) {
+        let (first, its_line, second) = firsts.entry(&line.port).or_insert((device, line, None));
+        let other = if *its_line == line { *second } else { Some(*first) };
+        if *its_line != line {
+            second.get_or_insert(device);
+        }
+        if let Some(other) = other {
             let message = format!("`{}` sets `{}` differently", device.name, line.port);
             let finding = Finding::new(Code::Controller, device.span, message);
             let finding = finding.related(other.span, "this device has the line already");

@@ -55,11 +55,13 @@ pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
         find(format!("`{text}` names no points"))
             .help(format!("write `{name} {example}`; addresses are 0 to 65535"))
     };
-    let (first, is_bit) = element(low.trim()).ok_or_else(wrong)?;
-    let (last, is_bit_too) = element(high.trim()).ok_or_else(wrong)?;
-    if is_bit != is_bit_too || (is_bit && table.is_bits()) {
+    let first = element(low.trim()).ok_or_else(wrong)?;
+    let last = element(high.trim()).ok_or_else(wrong)?;
+    let is_bit = first.is_bit;
+    if is_bit != last.is_bit || (is_bit && table.is_bits()) {
         return Err(wrong());
     }
+    let (first, last) = (first.number, last.number);
     if last < first {
         let help = format!("write `{} {}..{}`", table.name(), high.trim(), low.trim());
         return Err(find("a range goes from low to high".into()).help(help));
@@ -78,13 +80,20 @@ fn table_help(name: &str) -> String {
     }
 }
 
-/// Reads `5` as 5, and `5.3` as 16 * 5 + 3; the flag is true if the text names a bit.
-fn element(text: &str) -> Option<(u32, bool)> {
+/// An element of a table, as a text names it.
+struct WrittenElement {
+    number: u32,
+    /// Whether the text names a bit of a register.
+    is_bit: bool,
+}
+
+/// Reads `5` as element 5, and `5.3` as bit 16 * 5 + 3.
+fn element(text: &str) -> Option<WrittenElement> {
     let Some((register, bit)) = text.split_once('.') else {
-        return Some((number(text)?, false));
+        return Some(WrittenElement { number: number(text)?, is_bit: false });
     };
     let bit = number(bit).filter(|bit| *bit < 16)?;
-    Some((number(register)? * 16 + bit, true))
+    Some(WrittenElement { number: number(register)? * 16 + bit, is_bit: true })
 }
 
 fn number(text: &str) -> Option<u32> {

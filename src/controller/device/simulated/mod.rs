@@ -19,7 +19,7 @@ mod parts;
 mod points;
 mod wires;
 
-pub(crate) use points::points_of;
+pub(crate) use points::{OfferedPoint, points_of};
 
 use keys::Keys;
 

@@ -1,12 +1,13 @@
 //! The points of each kind of part, and all points of a plant by name.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::keys::{Keys, PartKind};
 use crate::io::plant::settings::PointId;
 use crate::source::atom::is_name;
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::nearest;
+use crate::source::nearest::{KnownNames, Near};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
@@ -55,12 +56,27 @@ pub struct PlantPoint {
 }
 
 /// All points of a plant.
+#[derive(Default)]
 pub struct Points {
     pub all: Vec<PlantPoint>,
     /// The first point of each part.
     pub firsts: Vec<PointId>,
     by_name: HashMap<String, PointId>,
+    by_part: HashMap<String, PointsOfPart>,
+    /// The names of all parts, for the help about an unknown part.
+    known_parts: OnceCell<KnownNames>,
 }
+
+/// The points of one part.
+#[derive(Default)]
+struct PointsOfPart {
+    points: Vec<PointId>,
+    /// Their names without that of the part, for the help about an unknown point.
+    known: OnceCell<KnownNames>,
+}
+
+/// Maximum number of points in a help.
+const LISTED_MAX: usize = 12;
 
 const fn point(name: &'static str, holds: Holds, role: PointRole) -> Fixed {
     Fixed { name, holds, role }
@@ -79,12 +95,26 @@ fn fixed(kind: PartKind) -> &'static [Fixed] {
     }
 }
 
-/// The points that every part of a kind has, for editors: the name, the type of the value, and
-/// whether it is a command. Empty if `kind` is not the name of a kind.
-pub fn points_of(kind: &str) -> Vec<(&'static str, &'static str, bool)> {
+/// A point that every part of a kind has, for editors.
+pub struct OfferedPoint {
+    pub name: &'static str,
+    /// The words for the type of its value.
+    pub holds: &'static str,
+    /// Whether it is a command to the part; otherwise the part reports it.
+    pub is_command: bool,
+}
+
+/// The points that every part of a kind has, for editors. Empty if `kind` is not the name of a
+/// kind.
+pub fn points_of(kind: &str) -> Vec<OfferedPoint> {
     let kind = PartKind::NAMES.iter().find(|(name, _)| *name == kind);
     let all = kind.map_or(&[][..], |(_, kind)| fixed(*kind));
-    all.iter().map(|of| (of.name, of.holds.words(), of.role != PointRole::Told)).collect()
+    let offered = |of: &Fixed| OfferedPoint {
+        name: of.name,
+        holds: of.holds.words(),
+        is_command: of.role != PointRole::Told,
+    };
+    all.iter().map(offered).collect()
 }
 
 impl Holds {
@@ -142,8 +172,8 @@ const LAG: [Fixed; 2] =
 impl Points {
     /// The points of all parts, followed by those of all faults.
     pub fn new(keys: &Keys, findings: &mut Vec<Finding>) -> Points {
-        let mut points = Points { all: Vec::new(), firsts: Vec::new(), by_name: HashMap::new() };
-        let mut names = Vec::new();
+        let mut points = Points::default();
+        let mut names = HashMap::new();
         for part in &keys.parts {
             points.firsts.push(points.next());
             let Some(name) = &part.name else { continue };
@@ -160,7 +190,7 @@ impl Points {
                 points.add((&name.text, &place.text), told, place.span, findings);
             }
         }
-        let mut names = Vec::new();
+        let mut names = HashMap::new();
         for name in keys.faults.iter().filter_map(|fault| fault.name.as_ref()) {
             check_name(name, "a fault", &mut names, findings);
             if !name.text.starts_with(char::is_lowercase) {
@@ -184,10 +214,18 @@ impl Points {
         findings: &mut Vec<Finding>,
     ) {
         let (name, id) = (format!("{part}.{point}"), self.next());
+        let base = name.split_once('.').map_or("", |(base, _)| base);
+        match self.by_part.get_mut(base) {
+            Some(of) => of.points.push(id),
+            None => {
+                let of = PointsOfPart { points: vec![id], ..PointsOfPart::default() };
+                self.by_part.insert(base.to_owned(), of);
+            }
+        }
         if self.by_name.insert(name.clone(), id).is_some() && part != FAULT {
-            // The second of two parts with the same name already has a finding.
             let message = format!("`{name}` is there already");
-            if !findings.iter().any(|finding| finding.span == span) {
+            // The second of two parts with the same name already has a finding, which is the last.
+            if findings.last().is_none_or(|finding| finding.span != span) {
                 findings.push(Finding::new(Code::DuplicateName, span, message));
             }
         }
@@ -201,18 +239,36 @@ impl Points {
         }
         let message = format!("the plant has no point `{}`", text.text);
         let (part, name) = text.text.split_once('.').unwrap_or_default();
-        let known = || self.all.iter().filter_map(|point| point.name.split_once('.'));
-        let of_part = || known().filter(|(of, _)| *of == part).map(|(_, name)| name);
-        let list = of_part().map(|name| format!("`{part}.{name}`")).collect::<Vec<_>>().join(", ");
-        let help = match nearest(name, of_part()) {
-            Some(near) => format!("did you mean `{part}.{near}`?"),
-            None if !list.is_empty() => format!("there are {list}"),
-            None => match nearest(part, known().map(|(part, _)| part)) {
-                Some(near) => format!("did you mean `{near}.{name}`?"),
-                None => format!("there is no part `{part}`"),
-            },
+        let (help, near) = match self.by_part.get(part) {
+            Some(of) => {
+                let known = of.known.get_or_init(|| self.known_points(of));
+                let near = Near::new(name, known).behind(&format!("{part}."));
+                (self.listed(of), near)
+            }
+            None => {
+                let parts = || KnownNames::new(self.by_part.keys().map(String::as_str));
+                let near = Near::new(part, self.known_parts.get_or_init(parts));
+                (format!("there is no part `{part}`"), near.followed_by(&format!(".{name}")))
+            }
         };
-        Err(Finding::new(Code::UnknownName, text.span, message).help(help))
+        let finding = Finding::new(Code::UnknownName, text.span, message);
+        Err(finding.help(help).near_any(Some(near)))
+    }
+
+    fn known_points(&self, of: &PointsOfPart) -> KnownNames {
+        let names = of.points.iter().map(|id| self.all[id.0 as usize].name.split_once('.'));
+        KnownNames::new(names.flatten().map(|(_, name)| name))
+    }
+
+    /// A help: the points of a part.
+    fn listed(&self, of: &PointsOfPart) -> String {
+        let first = of.points.iter().take(LISTED_MAX);
+        let names = first.map(|id| format!("`{}`", self.all[id.0 as usize].name));
+        let list = names.collect::<Vec<_>>().join(", ");
+        match of.points.len().saturating_sub(LISTED_MAX) {
+            0 => format!("there are {list}"),
+            more => format!("there are {list}, and {more} more"),
+        }
     }
 }
 
@@ -225,19 +281,25 @@ fn no_name(name: &Text, what: &str) -> Finding {
     Finding::new(Code::ForbiddenName, name.span, message).help(help)
 }
 
-fn check_name(name: &Text, what: &str, names: &mut Vec<Text>, findings: &mut Vec<Finding>) {
+fn check_name<'k>(
+    name: &'k Text,
+    what: &str,
+    names: &mut HashMap<&'k str, Span>,
+    findings: &mut Vec<Finding>,
+) {
     if !is_name(&name.text) {
         findings.push(no_name(name, what));
     }
     if what == "a part" && name.text == FAULT {
         let message = "`fault` is where the faults are: `fault.NAME`";
         let finding = Finding::new(Code::ForbiddenName, name.span, message);
-        findings.push(finding.help("take another name for the part"));
+        findings.push(finding.help("choose a different name for the part"));
     }
-    if let Some(first) = names.iter().find(|known| known.text == name.text) {
+    if let Some(first) = names.get(name.text.as_str()) {
         let message = format!("{what} is called `{}` already", name.text);
         let finding = Finding::new(Code::DuplicateName, name.span, message);
-        findings.push(finding.label("again here").related(first.span, "first here"));
+        findings.push(finding.label("again here").related(*first, "first here"));
+    } else {
+        names.insert(&name.text, name.span);
     }
-    names.push(name.clone());
 }

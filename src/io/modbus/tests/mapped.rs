@@ -142,7 +142,7 @@ fn a_list_is_for_its_clients() {
     let (controller, mut client) = start();
     assert_eq!(client.ask(&[6, AT, 0xa6, 0, 1]), [0x86, 2], "V5 is for 10.0.0.0/8");
     assert_eq!(client.ask(&[15, AT, 0xa0, 0, 3, 1, 7])[0], 15, "C2 is for loopback");
-    assert!(controller.logged().contains("V5 is for other clients to write"));
+    assert!(controller.logged().contains("only other clients may write V5"));
 }
 
 #[test]
