@@ -5,7 +5,7 @@
 
 Makes one file (or folder) for each case and runs `check` on it. Prints the seconds, the peak of
 resident memory, the bytes of the answer, the exit code and the answer's last line. It has no
-limits to pass or fail: docs/speed.md has the figures.
+limits to pass or fail: docs/speed.md, *Judging large files*, has the figures.
 """
 import os, resource, subprocess, sys, tempfile, time
 
@@ -36,6 +36,24 @@ def stages(n, body):
 
 
 OK = 'when = ["X0"]\ndo = ["SET C0", "RST C0"]'
+MEMORY = "[memory]\n" + "".join(f"{space} = 65536\n" for space in "XYCD")
+TEMPLATE = '[[template]]\nname = "T"\nrung = [{ when = ["X0"], do = ["SET C0", "RST C0"] }]\n[template.parameters]\n'
+
+
+def many(item):
+    return ", ".join(item(k) for k in range(N))
+
+
+def template(argument):
+    parameters = "".join(f'par_number_{k} = {{ type = "bit" }}\n' for k in range(N))
+    given = many(lambda k: f'{argument}_{k} = "X0"')
+    return TEMPLATE + parameters + MAIN + f'rung = [{{ use = "T", name = "u", with = {{ {given} }} }}]\n'
+
+
+def device(keys, row):
+    return f'[[device]]\nname = "rio"\n{keys}\nmap = [{many(row)}]\n'
+
+
 CASES = {
     # rungs, each with one mistake
     "fine": lambda: ladder(lambda k: OK),
@@ -70,6 +88,9 @@ CASES = {
     "constant-compare": lambda: ladder(lambda k: 'when = ["V0 > 70000"]\ndo = ["SET C0", "RST C0"]', N),
     "constant-saturates": lambda: ladder(lambda k: 'when = ["X0"]\ndo = ["MOVE 70000 to=V0"]', N),
     "mixed-and-or": lambda: ladder(lambda k: 'when = ["X0 & X1 | X2"]\ndo = ["SET C0", "RST C0"]', N),
+    "array-elements": lambda: '[tags]\ni = { at = "D0", initial = 0 }\n' + "".join(
+        f'a{k} = {{ at = "C{k % 999}", count = 2, initial = false }}\n' for k in range(N))
+        + MAIN + rungs(N, lambda k: f'when = ["a{k}[i] & X1 | X2"]\ndo = ["SET C0", "RST C0"]'),
     "allowed": lambda: ladder(lambda k: 'when = ["X0 & X1 | X2"]\nallow = ["mixed-and-or"]\ndo = ["SET C0", "RST C0"]', N),
     "unused-tag": lambda: tags(N) + MAIN + rungs(N, lambda k: OK),
     "unused-tag-named": lambda: "[tags]\n" + "".join(f'u{k}u = {{ at = "D{k%4096}" }}\n' for k in range(N))
@@ -83,6 +104,13 @@ CASES = {
     "entask-conflict": lambda: '[[task]]\nname = "R"\n' + ladder(lambda k: 'when = ["X0"]\ndo = ["ENTASK R every=1s"]'),
     "multi-scan": lambda: MAIN + '[[program.rung]]\nwhen = ["X0"]\ndo = ["ENTASK R"]\n[[task]]\nname = "R"\n'
         + rungs(N, lambda k: 'when = ["X0"]\ndo = ["TMR T0 preset=3s"]').replace("program", "task"),
+    # templates
+    "template-arguments": lambda: template("par_number"),
+    "template-unknown-arguments": lambda: template("pra_number"),
+    "template-unknown-names": lambda: '[[template]]\nname = "T"\n[template.tags]\n' + "".join(
+        f'tag_number_{k} = {{ type = "bit", spare = true }}\n' for k in range(N))
+        + rungs(N, lambda k: f'when = ["tga_number_{k}"]\ndo = ["STOP"]').replace("program.rung", "template.rung")
+        + MAIN + 'rung = [{ use = "T", name = "u" }]\n',
     # names
     "duplicate-tags-blocks": lambda: MAIN + '[[program]]\nname = "P"\n' * N,
     "order": lambda: "[ladder]\norder = [\"Main\"]\n" + blocks(N),
@@ -123,11 +151,38 @@ def files(n, text):
     return {f"f{k}.toml": text(k) for k in range(n)}
 
 
+def controlled(controller, head=""):
+    return {"controller.toml": f'ladder = ["f.toml"]\n{controller}', "f.toml": head + MAIN + rungs(1, lambda k: OK)}
+
+
 FOLDERS = {
     "many-files": lambda: {"controller.toml": "ladder = [" + ", ".join(f'"f{k}.toml"' for k in range(N)) + "]\n",
         **files(N, lambda k: MAIN if k == 0 else f'[[task]]\nname = "R{k}-x"\n')},
     "retain-names": lambda: {"controller.toml": 'ladder = ["f.toml"]\n[retain]\nranges = ['
         + ", ".join(f'"tga_number_{k}"' for k in range(N)) + "]\n", "f.toml": tags(N, "D0") + MAIN},
+    "retain-tags": lambda: controlled("[retain]\ntags = [" + many(lambda k: f'"tag_number_{k}"') + "]\n", tags(N, "D0")),
+    "retain-unknown-tags": lambda: controlled("[retain]\ntags = [" + many(lambda k: f'"tga_number_{k}"') + "]\n", tags(N, "D0")),
+    "retain-patterns": lambda: controlled("[retain]\ntags = [" + many(lambda k: f'"*_number_{k}"') + "]\n", tags(N, "D0")),
+    "retain-ranges": lambda: controlled(MEMORY + "[retain]\nranges = [" + many(lambda k: '"D0..D65535"') + "]\n"),
+    "plant-points": lambda: controlled(device('driver = "simulated"\npart = [' + many(
+        lambda k: f'{{ kind = "motor", name = "motor_number_{k}", run = "motor_number_0.running" }}') + "]",
+        lambda k: f'{{ from = "Y0", to = "mtoor_number_{k}.run" }}')),
+    "device-lines": lambda: controlled(MEMORY + device('driver = "gpio"\nchip = "/dev/gpiochip0"',
+        lambda k: f'{{ from = "line {k}", to = "X{k}" }}')),
+    "device-outputs": lambda: controlled(MEMORY + device('driver = "modbus-tcp"\naddress = "127.0.0.1:502"',
+        lambda k: f'{{ from = "Y{k}", to = "coil {k // 2}" }}')),
+    "device-long-rows": lambda: controlled(MEMORY + device('driver = "modbus-tcp"\naddress = "127.0.0.1:502"',
+        lambda k: '{ from = "coil 0..65535", to = "X0..X65535" }')),
+    "modbus-map": lambda: controlled(MEMORY + "[modbus-server]\nstandard-map = false\nwritable = ["
+        + many(lambda k: f'"D{k}"') + "]\n" + "".join(
+        f'[[modbus-server.map]]\noperand = "D{k}"\ntable = "holding"\naddress = {2 * k % 65536}\n' for k in range(N))),
+    "simulated-inputs": lambda: controlled(MEMORY + "".join(
+        f'[[simulated-device]]\ninput = "X{k}"\nfollows = "tga_number_{k}"\n' for k in range(N)), tags(N, "D0")),
+    "outputs-held": lambda: controlled(MEMORY + "[outputs]\non = [" + many(lambda k: f'"Y{k}"') + "]\nhold = ["
+        + many(lambda k: '"Y32768..Y65535"') + "]\n"),
+    "panels": lambda: controlled(MEMORY + "[web]\nwrite = [" + many(lambda k: f'"C{k}"') + "]\n" + "".join(
+        f'[[panel]]\nname = "p{k}"\nshow = [{{ button = "C{k}" }}, {{ lamp = "tga_number_{k}" }}]\n' for k in range(N)),
+        tags(N, "D0")),
     "retain-unreadable": lambda: {"controller.toml": 'ladder = ["f.toml", "gone.toml"]\n[retain]\nranges = ['
         + ", ".join(f'"t{k}t"' for k in range(N)) + "]\n", "f.toml": MAIN},
 }

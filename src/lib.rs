@@ -8,6 +8,7 @@
 // If a variant is added later, the compiler must report every match that needs it.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+mod byte_source;
 pub mod calendar;
 pub mod check;
 pub mod cli;
@@ -56,5 +57,6 @@ pub mod source;
 pub mod sparkplug;
 pub mod testing;
 mod variants;
+mod wall_clock;
 #[cfg(feature = "web")]
 pub mod web;

@@ -40,9 +40,12 @@ use rungd::source::span::SourceFile;
 mod fake_chip;
 #[path = "support/follower.rs"]
 mod follower;
+#[path = "support/numbers.rs"]
+mod numbers;
 
 use fake_chip::FakeChip;
 use follower::Follower;
+use numbers::Numbers;
 
 thread_local! {
     static CALLS: Cell<Option<u64>> = const { Cell::new(None) };
@@ -114,15 +117,7 @@ impl Observer for Deaf {
     fn ended(&mut self, _: u64) {}
 }
 
-/// A generator of numbers: the same seed gives the same numbers.
-struct Numbers(u64);
-
 impl Numbers {
-    fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (self.0 >> 33) % limit
-    }
-
     fn contact(&mut self) -> String {
         let n = self.below(16);
         match self.below(6) {

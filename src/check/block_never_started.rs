@@ -24,7 +24,7 @@ use crate::isa::BlockId;
 use crate::resolve::program::{Action, Block, BlockKind, Program};
 use crate::source::finding::{Code, Finding};
 
-use super::context::{Context, is_built_in, kind_name};
+use super::context::{Context, kind_name};
 use super::names::list;
 use super::reach::{reached, sources};
 
@@ -43,7 +43,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn runs_at_start(block: &Block) -> bool {
-    block.autostart || block.is_main() || is_built_in(block.kind)
+    block.autostart || block.is_main() || block.kind.is_built_in()
 }
 
 fn finding(program: &Program, block: &Block, sources: Option<&BTreeSet<BlockId>>) -> Finding {

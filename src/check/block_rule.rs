@@ -25,7 +25,7 @@
 use crate::resolve::program::{Action, Block, BlockKind};
 use crate::source::finding::{Code, Finding};
 
-use super::context::{Context, Placed, is_built_in};
+use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -73,7 +73,7 @@ fn exit(block: &Block) -> Option<Words> {
 }
 
 fn start_or_stop(placed: &Placed, block: &Block) -> Option<Words> {
-    if is_built_in(block.kind) {
+    if block.kind.is_built_in() {
         return None;
     }
     let (name, instruction) = (&block.name, placed.name());

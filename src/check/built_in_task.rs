@@ -18,14 +18,14 @@
 use crate::resolve::program::BlockKind;
 use crate::source::finding::{Code, Finding};
 
-use super::context::{Context, is_built_in};
+use super::context::Context;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in context.instructions() {
         let Some(target) = placed.action().target_block() else { continue };
         let block = context.program.block(target.value);
-        if !is_built_in(block.kind) {
+        if !block.kind.is_built_in() {
             continue;
         }
         let message = format!(

@@ -369,11 +369,6 @@ pub fn kind_name(kind: BlockKind) -> &'static str {
     if kind == BlockKind::Program { "program" } else { "task" }
 }
 
-/// Whether nothing starts or stops a block of this kind.
-pub fn is_built_in(kind: BlockKind) -> bool {
-    !matches!(kind, BlockKind::Program | BlockKind::Task)
-}
-
 impl fmt::Display for RungPlace<'_> {
     /// ``program `Day`, stage `Green`, rung 2``, for a sentence.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

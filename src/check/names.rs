@@ -104,15 +104,6 @@ impl Context<'_> {
 /// Maximum number of names in one sentence.
 const LISTED_MAX: usize = 8;
 
-/// The kind of a structure, for a sentence.
-pub fn structure_kind(structure: Structure) -> &'static str {
-    match structure {
-        Structure::Counter(_) => "counter",
-        Structure::Timer(_) => "timer",
-        Structure::Sensaphone(_) => "Sensaphone counter",
-    }
-}
-
 /// An instruction that would own a structure, ready to paste.
 pub fn owner_of(context: &Context, structure: Structure) -> String {
     let name = context.name(Address::Structure(structure));

@@ -25,7 +25,6 @@ use crate::isa::{Address, Structure};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
-use super::names::structure_kind;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -58,7 +57,7 @@ fn finding(
     let structure = second.action().structure()?;
     let message = format!(
         "{} {} is owned twice: by `{}` in {}, and by `{}` in {}",
-        structure_kind(structure),
+        structure.kind_name(),
         context.say_structure(structure),
         first.name(),
         first.place,

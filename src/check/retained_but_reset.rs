@@ -26,7 +26,6 @@ use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
-use super::names::structure_kind;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -51,7 +50,7 @@ fn finding(
     let said = context.say_structure(structure);
     let message = format!(
         "{} {said} is retained, but `{}` resets it at every stop, before it is kept",
-        structure_kind(structure),
+        structure.kind_name(),
         owner.name()
     );
     let name = context.name(Address::Structure(structure));

@@ -8,11 +8,12 @@ use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
 use super::terminal::say_line;
-use crate::fleet::{FleetHeard, FleetOptions, now_ms};
+use crate::fleet::{FleetHeard, FleetOptions};
 use crate::mqtt::{
     BrokerAddress, BrokerLogin, BrokerSettings, MqttCause, MqttFailure, MqttVersion, TlsFiles,
 };
 use crate::sparkplug::check_name;
+use crate::wall_clock::now_ms;
 
 /// The codes of MQTT 3.1.1 and 5 for a bad login and for missing authorization.
 const NOT_PERMITTED: [(MqttVersion, u8); 4] =

@@ -379,8 +379,8 @@ mod tests {
         let mut report = report();
         report.nodes[3].asked_ms = Some(3_000);
         let page = status_page(&report, Duration::from_secs(12));
-        assert!(page.contains("1 node asked for a birth, and none came"), "{page}");
-        assert!(!page.contains("`--rebirth` asks"), "{page}");
+        assert!(page.contains("1 node got a request for a birth, and sent none"), "{page}");
+        assert!(!page.contains("`--rebirth` requests"), "{page}");
     }
 
     #[test]

@@ -169,7 +169,7 @@ impl RecordInfo {
             0 => String::new(),
             damaged => format!("; damaged: {}", counted(damaged, "section")),
         };
-        line("held as", format!("{sections} with {images}{damaged}"));
+        line("stored as", format!("{sections} with {images}{damaged}"));
         let a_day = self.bytes_per_day.map_or(String::new(), |bytes| {
             format!("; {:.1} MB a day at this rate", bytes as f64 / 1e6)
         });

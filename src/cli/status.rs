@@ -208,7 +208,7 @@ fn retain_lines(retain: &Retain) -> Vec<String> {
 fn record_lines(record: &Record) -> Vec<String> {
     let mb = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
     let reach = span(record.memory_ms * 1_000_000);
-    let mut lines = vec![format!("the last {reach} in memory, of {}", mb(record.memory_bytes))];
+    let mut lines = vec![format!("the last {reach} in {} of memory", mb(record.memory_bytes))];
     lines.push(match &record.disk {
         Some(disk) => format!("{}: {} of {}", disk.dir, mb(disk.bytes), mb(disk.size)),
         None => "not on disk: `[record] dir` names a folder".to_owned(),

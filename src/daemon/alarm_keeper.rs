@@ -5,12 +5,12 @@
 //! lost, the book is corrected from the latest image.
 
 use std::sync::{Arc, Mutex, TryLockError};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::alarm_book::{AlarmBook, BookTime};
 use super::narration::Narration;
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::monotonic_ns;
+use crate::wall_clock::now_ns;
 
 /// The most changes that wait.
 const WAITING_MAX: usize = 10_000;
@@ -92,10 +92,8 @@ impl BookKeeper {
 /// Converts a time of CLOCK_MONOTONIC to ns since 1970 (UTC), based on the current difference of
 /// the two clocks.
 pub(super) fn unix_ns(at_ns: u64) -> i64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let now = i64::try_from(now.as_nanos()).unwrap_or(i64::MAX);
     let ago = i64::try_from(monotonic_ns().saturating_sub(at_ns)).unwrap_or(i64::MAX);
-    now.saturating_sub(ago)
+    now_ns().saturating_sub(ago)
 }
 
 #[cfg(test)]

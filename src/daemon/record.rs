@@ -4,11 +4,11 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::config::Setup;
 use crate::record::{RecordedProgram, TapeClock};
 use crate::runtime::monotonic_ns;
+use crate::wall_clock::now_ns;
 
 /// The program of a generation in the form that a recording stores.
 pub(super) fn program(setup: &Setup, generation: u32) -> RecordedProgram {
@@ -36,7 +36,6 @@ pub(super) fn place(setup: &Setup, asked: Option<&Path>) -> Option<PathBuf> {
 
 /// The current time by both clocks.
 pub(super) fn clock() -> TapeClock {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let unix_ns = i64::try_from(since.as_nanos()).unwrap_or(i64::MAX);
+    let unix_ns = now_ns();
     TapeClock { unix_ns, unix_offset_ns: unix_ns.saturating_sub_unsigned(monotonic_ns()) }
 }

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use super::failure::StartFailure;
 use crate::directories;
@@ -18,6 +18,7 @@ use crate::retain::show::utc;
 use crate::retain::{Keeper, RetainPlan};
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
+use crate::wall_clock::now_ns;
 
 /// How to run a controller without an operator's socket if nothing was restored.
 pub(super) const COLD_BY_HAND: &str = "stop this process, then start it once with `rungd run \
@@ -270,15 +271,9 @@ fn tell_news(path: &Path, news: &News) {
     }
 }
 
-/// The current time, ms since 1970.
-pub(super) fn now_ms() -> u64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64)
-}
-
 /// A new id for a file, different from the ids of all other files.
 fn new_id() -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
-    now as u64 ^ u64::from(std::process::id()) << 40
+    now_ns() as u64 ^ u64::from(std::process::id()) << 40
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
 use super::narration::span;
-use super::retain::{NothingKept, RestoredFile, RetainSettings, now_ms};
+use super::retain::{NothingKept, RestoredFile, RetainSettings};
 use crate::faults::{self, FaultPoint};
 use crate::locked::locked;
 use crate::retain::keeper::Image;
@@ -23,6 +23,7 @@ use crate::retain::{Keeper, Kept, RetainPlan};
 use crate::runtime::Generations;
 use crate::runtime::exchange::{Mode, Port};
 use crate::say::say;
+use crate::wall_clock::now_ms;
 
 /// The longest time until the thread notices a change of mode.
 const LOOK_EVERY: Duration = Duration::from_millis(50);

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use super::circuit::{ContactForm, ContactSymbol};
 use super::face::boxed;
-use super::grid::{PlacedInstruction, RungGrid};
+use super::grid::{PlacedContact, PlacedInstruction, RungGrid};
 
 /// The width of a character, in pixels.
 const CHAR: usize = 8;
@@ -45,7 +45,7 @@ pub(super) struct Drawing {
 pub(super) fn rung(grid: &RungGrid, with: &dyn Decoration) -> Drawing {
     let mut pen = Pen::new(grid, with);
     pen.wires(grid);
-    grid.contacts.iter().for_each(|of| pen.contact(&of.symbol, (of.row, of.column)));
+    grid.contacts.iter().for_each(|of| pen.contact(of));
     grid.instructions.iter().for_each(|of| pen.instruction(of));
     let height = grid.rows.max(1) * ROW;
     Drawing { width: pen.width + MARGIN, height, body: pen.body }
@@ -130,8 +130,9 @@ impl<'a> Pen<'a> {
         if self.with.is_live() { " data-p=\"\"" } else { "" }
     }
 
-    fn contact(&mut self, symbol: &ContactSymbol, (row, column): (usize, usize)) {
-        let (left, right, y) = (self.x(column), self.x(column + 1), wire(row));
+    fn contact(&mut self, placed: &PlacedContact) {
+        let PlacedContact { row, column, symbol } = placed;
+        let (left, right, y) = (self.x(*column), self.x(*column + 1), wire(*row));
         let middle = usize::midpoint(left, right);
         let mark = self.with.mark(symbol);
         let class = mark.map(|(class, _)| format!(" {class}")).unwrap_or_default();

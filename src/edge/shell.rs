@@ -25,6 +25,7 @@ use crate::mqtt::{
     MqttSession, MqttVersion, Qos, TlsFiles,
 };
 use crate::sparkplug::Topic;
+use crate::wall_clock::now_ms;
 
 /// The time between two ticks of the node.
 const TICK: Duration = Duration::from_millis(100);
@@ -469,12 +470,6 @@ async fn at(time: Option<Instant>) {
         Some(time) => sleep_until(time).await,
         None => pending().await,
     }
-}
-
-/// The present time, ms since 1970 (UTC).
-fn now_ms() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// A number from 0 to 1, different for each node, so that a hundred nodes do not reconnect at once.

@@ -7,6 +7,7 @@
 use super::blocks::{BlockState, StageState};
 use super::state::EngineState;
 use super::state_check::{INTERVAL_MAX_NS, TIME_END_NS};
+use crate::byte_source::ByteSource;
 
 impl EngineState {
     /// Appends the state.
@@ -36,7 +37,7 @@ impl EngineState {
 
     /// Reads a state that takes all of `bytes`; `None`: these bytes are no state.
     pub fn read(bytes: &[u8]) -> Option<EngineState> {
-        let mut bytes = StateReader(bytes);
+        let mut bytes = ByteSource(bytes);
         let (now_ns, start_ns, scans) = (bytes.time_ns()?, bytes.time_ns()?, bytes.u64()?);
         let [last, stop_requested] = bytes.flags()?;
         let count = bytes.u32()? as usize;
@@ -49,8 +50,8 @@ impl EngineState {
         let forced = |cells: &[bool]| cells.iter().filter(|forced| **forced).count() as u32;
         let state = EngineState {
             forces: forced(&forced_bits) + forced(&forced_words),
-            blocks: bytes.list(StateReader::block)?,
-            stages: bytes.list(StateReader::stage)?,
+            blocks: bytes.list(ByteSource::block)?,
+            stages: bytes.list(ByteSource::stage)?,
             bits,
             words,
             forced_bits,
@@ -78,26 +79,9 @@ fn flags<const N: usize>(flags: [bool; N]) -> u8 {
     flags.iter().rev().fold(0, |byte, flag| byte << 1 | u8::from(*flag))
 }
 
-/// The bytes of a state that are still to be read.
-struct StateReader<'b>(&'b [u8]);
-
-impl<'b> StateReader<'b> {
-    fn take(&mut self, count: usize) -> Option<&'b [u8]> {
-        let (taken, rest) = self.0.split_at_checked(count)?;
-        self.0 = rest;
-        Some(taken)
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.take(4)?.try_into().ok().map(u32::from_le_bytes)
-    }
-
-    fn u64(&mut self) -> Option<u64> {
-        self.take(8)?.try_into().ok().map(u64::from_le_bytes)
-    }
-
+impl ByteSource<'_> {
     fn flags<const N: usize>(&mut self) -> Option<[bool; N]> {
-        let byte = self.take(1)?[0];
+        let byte = self.byte()?;
         (u32::from(byte) < 1 << N).then(|| std::array::from_fn(|at| byte >> at & 1 == 1))
     }
 

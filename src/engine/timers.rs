@@ -157,15 +157,31 @@ fn run_down<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     done
 }
 
+/// An execution of a timer with the legs `en` and `rst`; each value is 0 or 1.
+#[derive(Clone, Copy)]
+struct Accumulating {
+    reset: u8,
+    /// Whether the timer times.
+    times: u8,
+    /// Whether the time since its last execution counts.
+    adds: u8,
+}
+
+impl Accumulating {
+    #[inline(always)]
+    fn of(state: State, en: u8, rst: u8) -> Accumulating {
+        let reset = rst | state.bit(PENDING);
+        let times = en & (reset ^ 1);
+        Accumulating { reset, times, adds: times & state.bit(RUNNING) }
+    }
+}
+
 impl Operation for Tmra {
     #[inline(always)]
     fn run<R: Reach>(&self, view: &mut View<R>) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
-        let state = view.state(timer.at);
-        let reset = rst | state.bit(PENDING);
-        let times = en & (reset ^ 1);
-        let adds = times & state.bit(RUNNING);
+        let Accumulating { reset, times, adds } = Accumulating::of(view.state(timer.at), en, rst);
         view.put_state(timer.at, State::of([(RUNNING, times)]));
         let preset = timer.preset(view);
         let acc = up(timer.acc(view), view.elapsed_ms.only_if(adds));
@@ -181,9 +197,7 @@ impl Operation for Tmradown {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let state = view.state(timer.at);
-        let reset = rst | state.bit(PENDING);
-        let times = en & (reset ^ 1);
-        let takes = times & state.bit(RUNNING);
+        let Accumulating { reset, times, adds: takes } = Accumulating::of(state, en, rst);
         let loads = reset | (state.bit(LOADED) ^ 1);
         view.put_state(timer.at, State::of([(RUNNING, times), (LOADED, 1)]));
         let preset = timer.preset(view);

@@ -5,7 +5,7 @@
 //! every event of the link. Only the messages that the options request are published: the state of
 //! this host (`--host-id`), and requests for births (`--rebirth`).
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use anyhow::Result;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout, timeout_at};
@@ -21,6 +21,7 @@ use crate::mqtt::{
     BrokerAddress, BrokerSettings, LastWill, MqttCause, MqttEvent, MqttFailure, MqttSession, Qos,
 };
 use crate::sparkplug::MessageKind;
+use crate::wall_clock::now_ms;
 
 /// The time between two checks whether births are to be requested and the host's own state is to be
 /// published again.
@@ -101,12 +102,6 @@ pub(crate) fn listen(options: &FleetOptions, ear: FleetEar) -> Result<FleetHeard
         heard.lasted = began.elapsed();
         Ok(heard)
     })
-}
-
-/// This machine's clock, ms since 1970.
-pub(crate) fn now_ms() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// The reason for the end of a session.

@@ -29,7 +29,7 @@ pub(crate) use alarms::{CutAlarms, FleetAlarmList};
 pub(crate) use expect::{ExpectedLadders, LadderVerdict};
 pub use heard::{HeardMessage, NodeName};
 pub use limits::FleetLimits;
-pub(crate) use listen::{FleetHeard, FleetOptions, FleetWord, listen, now_ms};
+pub(crate) use listen::{FleetHeard, FleetOptions, FleetWord, listen};
 pub(crate) use news::shown;
 pub use news::{FleetChange, FleetNews};
 pub use report::FleetReport;

@@ -161,6 +161,15 @@ impl Address {
 }
 
 impl Structure {
+    /// Its kind, for a sentence.
+    pub(crate) fn kind_name(self) -> &'static str {
+        match self {
+            Structure::Counter(_) => "counter",
+            Structure::Timer(_) => "timer",
+            Structure::Sensaphone(_) => "Sensaphone counter",
+        }
+    }
+
     /// Its space.
     pub(crate) fn space(self) -> Space {
         match self {

@@ -1,15 +1,23 @@
 //! Tests with very large generated files: they count the work of a load for each finding, and check
-//! the length of its messages. No test measures time: `benches/check.py` does.
+//! the length of its messages. No test here measures time: `growth` and `benches/check.py` do.
 
-use crate::load::{InputFile, Loaded, ladder_inputs};
+use crate::load::{InputFile, Loaded, ladder_inputs, recorded_files};
 use crate::source::finding::Code;
 use crate::source::nearest::counted;
 use crate::source::render::{Style, render};
+use crate::source::span::SourceFile;
 
 const MAIN: &str = "[[program]]\nname = \"Main\"\n";
 
 fn load(text: &str) -> Loaded {
     ladder_inputs(&[InputFile { path: "ladder.toml".into(), bytes: text.into() }]).unwrap()
+}
+
+/// Loads a controller file of a ladder, without its key `ladder`.
+fn controlled(controller: &str, ladder: &str) -> Loaded {
+    let controller = format!("ladder = [\"ladder.toml\"]\n{controller}");
+    let file = |name: &str, text: &str| SourceFile { name: name.into(), text: text.into() };
+    recorded_files(&[file("controller.toml", &controller), file("ladder.toml", ladder)])
 }
 
 fn shown(loaded: &Loaded) -> String {
@@ -20,6 +28,14 @@ fn rungs(n: usize, rung: impl Fn(usize) -> String) -> String {
     (0..n).map(|k| format!("[[program.rung]]\n{}\n", rung(k))).collect()
 }
 
+fn many(n: usize, of: impl Fn(usize) -> String) -> String {
+    (0..n).map(of).collect()
+}
+
+fn list(n: usize, of: impl Fn(usize) -> String) -> String {
+    (0..n).map(of).collect::<Vec<_>>().join(", ")
+}
+
 fn tags(n: usize) -> String {
     (0..n).map(|k| format!("tag_number_{k} = {{ at = \"C0\", spare = true }}\n")).collect()
 }
@@ -27,8 +43,13 @@ fn tags(n: usize) -> String {
 /// The number of edit distances that the load computes, and the number for showing its findings.
 #[track_caller]
 fn distances(text: &str, code: Code) -> (usize, usize) {
+    distances_of(|| load(text), code)
+}
+
+#[track_caller]
+fn distances_of(load: impl Fn() -> Loaded, code: Code) -> (usize, usize) {
     counted::take();
-    let loaded = load(text);
+    let loaded = load();
     let of_code = loaded.findings.iter().filter(|finding| finding.code == code).count();
     assert!(of_code >= 300, "{of_code} of {code:?}");
     let by_load = counted::take();
@@ -41,7 +62,12 @@ fn distances(text: &str, code: Code) -> (usize, usize) {
 /// Checks that the load computes no distance, and that showing computes some, but at most `most`.
 #[track_caller]
 fn looked_up(text: &str, code: Code, most: usize) {
-    let (by_load, by_showing) = distances(text, code);
+    looked_up_in(|| load(text), code, most);
+}
+
+#[track_caller]
+fn looked_up_in(load: impl Fn() -> Loaded, code: Code, most: usize) {
+    let (by_load, by_showing) = distances_of(load, code);
     assert!(by_load == 0 && (1..=most).contains(&by_showing), "{by_load}, {by_showing}");
 }
 
@@ -73,6 +99,66 @@ fn the_nearest_name_is_looked_for_only_for_what_is_shown() {
     let unknown = rungs(400, |_| "when = [\"X0\"]\ndo = [\"OUTT C1\"]".to_owned());
     let (by_load, by_showing) = distances(&format!("{MAIN}{unknown}"), Code::UnknownInstruction);
     assert!(by_load == 0 && by_showing > 0, "{by_load}, {by_showing}");
+}
+
+const USED: &str = "rung = [{ use = \"T\", name = \"u\" }]\n";
+
+#[test]
+fn the_nearest_name_of_a_template_is_looked_for_only_for_what_is_shown() {
+    let own = many(300, |k| format!("tag_number_{k} = {{ type = \"bit\", spare = true }}\n"));
+    let rungs =
+        many(400, |k| format!("[[template.rung]]\nwhen = [\"tga_number_{k}\"]\ndo = [\"STOP\"]\n"));
+    let template = format!("[[template]]\nname = \"T\"\n[template.tags]\n{own}{rungs}");
+    looked_up(&format!("{template}{MAIN}{USED}"), Code::UnknownName, 100 * 301);
+
+    let parameters = many(300, |k| format!("par_number_{k} = {{ type = \"bit\" }}\n"));
+    let rung = "rung = [{ when = [\"X0\"], do = [\"STOP\"] }]";
+    let template =
+        format!("[[template]]\nname = \"T\"\n{rung}\n[template.parameters]\n{parameters}");
+    let with = many(400, |k| format!("pra_number_{k} = \"X0\", "));
+    let with = with.trim_end_matches(", ");
+    let used = format!("rung = [{{ use = \"T\", name = \"u\", with = {{ {with} }} }}]\n");
+    looked_up(&format!("{template}{MAIN}{used}"), Code::TemplateArgument, 100 * 300);
+}
+
+#[test]
+fn the_nearest_name_of_a_setting_is_looked_for_only_for_what_is_shown() {
+    let parts = list(300, |k| {
+        let keys = format!("kind = \"motor\", name = \"motor_number_{k}\"");
+        format!("{{ {keys}, run = \"motor_number_0.running\" }}")
+    });
+    let rows = list(400, |k| format!("{{ from = \"Y0\", to = \"mtoor_number_{k}.run\" }}"));
+    let plant = format!(
+        "[[device]]\nname = \"plant\"\ndriver = \"simulated\"\npart = [{parts}]\nmap = [{rows}]\n"
+    );
+    let ladder = format!("{MAIN}rung = [{{ when = [\"X0\"], do = [\"OUT Y0\"] }}]\n");
+    looked_up_in(|| controlled(&plant, &ladder), Code::UnknownName, 100 * 300);
+
+    let unknown = list(400, |k| format!("\"tga_number_{k}\""));
+    let retain = format!("[retain]\ntags = [{unknown}]\n");
+    let ladder = format!("[tags]\n{}{ladder}", tags(300));
+    looked_up_in(|| controlled(&retain, &ladder), Code::UnknownName, 100 * 300);
+    let rules = many(400, |k| {
+        format!("[[simulated-device]]\ninput = \"X{k}\"\nfollows = \"tga_number_{k}\"\n")
+    });
+    looked_up_in(|| controlled(&rules, &ladder), Code::UnknownName, 100 * 301);
+}
+
+/// The points of a map are held in memory one by one, so their number has a limit.
+#[test]
+fn the_points_of_a_device_have_a_greatest_number() {
+    let row = "{ from = \"coil 0..65535\", to = \"X0..X65535\" }";
+    let said = |rows: usize| {
+        let rows = vec![row; rows].join(", ");
+        let keys = "driver = \"modbus-tcp\"\naddress = \"127.0.0.1:502\"";
+        let device = format!("[[device]]\nname = \"rio\"\n{keys}\nmap = [{rows}]\n");
+        let text = format!("[memory]\nX = 65536\n{device}");
+        let loaded = controlled(&text, &format!("{MAIN}rung = []\n"));
+        let of_points = loaded.findings.iter().filter(|of| of.message.contains(" points"));
+        of_points.map(|of| of.message.clone()).collect::<Vec<_>>()
+    };
+    assert!(said(1).is_empty());
+    assert_eq!(said(5_000), ["a device has at most 65536 points"]);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use super::alike;
 use super::identity::{Identity, ShiftRegister, Site};
 use super::schedule;
 use super::sites::Sites;
+use super::word_limits::WordLimits;
 use crate::engine::ops::{
     And2, AnyWord, ArrayLimits, BitOwn, Cells, Formulas, LegPowers, Math, Op, OpKind, Power,
     Powers, Reads, StageList, Step, WordRead, reads,
@@ -27,7 +28,7 @@ pub(super) struct Assembler<'p> {
     /// The owning instructions of structures; for a Sensaphone counter, its CTU or CTD.
     pub owners: NumberMap<Structure, &'p Action>,
     /// The limits of words, from `min` and `max` of all their tags.
-    limits: NumberMap<Word, (i32, i32)>,
+    limits: WordLimits,
     /// The current element's operations, in file order.
     ops: Vec<Op>,
     window: usize,
@@ -69,7 +70,7 @@ impl<'p> Assembler<'p> {
             words: layout.word_count(),
             layout,
             owners: NumberMap::default(),
-            limits: limits(program),
+            limits: WordLimits::of(program),
             ops: Vec::new(),
             window,
             tables: Tables::default(),
@@ -226,7 +227,7 @@ impl<'p> Assembler<'p> {
 
     /// The limits of a word's cell: its range, or the `min` and `max` of its tags.
     pub fn limits(&self, word: Word) -> (i32, i32) {
-        self.limits.get(&word).copied().unwrap_or(word.range())
+        self.limits.get(word)
     }
 
     pub fn op(&mut self, op: Op) {
@@ -376,18 +377,4 @@ impl<'p> Assembler<'p> {
             order,
         }
     }
-}
-
-pub(super) fn limits(program: &Program) -> NumberMap<Word, (i32, i32)> {
-    let mut limits = NumberMap::default();
-    for tag in &program.tags {
-        let TagMeaning::Address(Address::Word(word)) = tag.meaning else { continue };
-        let (low, high) = limits.get(&word).copied().unwrap_or(word.range());
-        let low = tag.min.map_or(low, |(min, _)| low.max(min));
-        let high = tag.max.map_or(high, |(max, _)| high.min(max));
-        if tag.min.is_some() || tag.max.is_some() {
-            limits.insert(word, (low, high.max(low)));
-        }
-    }
-    limits
 }

@@ -23,9 +23,11 @@ mod rungs;
 pub mod schedule;
 pub mod sites;
 mod symbols;
+mod word_limits;
 
 pub(crate) use symbols::Alarm;
 pub use symbols::Symbols;
+pub(crate) use word_limits::WordLimits;
 
 use std::sync::Arc;
 

@@ -4,8 +4,9 @@
 //! Made by `lower`; read by the log writer, the drivers and the simulator.
 
 use super::identity::Identity;
+use super::word_limits::WordLimits;
 use crate::engine::{BitCell, Cell, Element, Layout};
-use crate::isa::{Address, BlockId, DeviceId, NumberMap, StageId, Structure, Word};
+use crate::isa::{Address, BlockId, DeviceId, StageId, Structure, Word};
 use crate::resolve::priority::Priority;
 use crate::resolve::program::{Program, TagMeaning};
 
@@ -50,7 +51,7 @@ pub struct Symbols {
     pub maths: Vec<String>,
     /// The names of parts with a state.
     pub identity: Identity,
-    limits: NumberMap<Word, (i32, i32)>,
+    limits: WordLimits,
 }
 
 impl Symbols {
@@ -64,7 +65,7 @@ impl Symbols {
             logged: Vec::new(),
             maths: Vec::new(),
             identity,
-            limits: super::assembler::limits(program),
+            limits: WordLimits::of(program),
         };
         for tag in &program.tags {
             let TagMeaning::Address(address) = tag.meaning else { continue };
@@ -127,7 +128,7 @@ impl Symbols {
     /// The limits of a write from outside to a word: its range, narrowed by `min` and `max` of its
     /// tags. A write beyond them is refused.
     pub fn limits(&self, word: Word) -> (i32, i32) {
-        self.limits.get(&word).copied().unwrap_or(word.range())
+        self.limits.get(word)
     }
 }
 

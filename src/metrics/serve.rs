@@ -16,7 +16,6 @@ use hyper::header::{ACCEPT, ALLOW, CONTENT_TYPE, HeaderMap, HeaderValue};
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::Mutex;
 use tokio::time::{sleep, timeout};
 
@@ -32,8 +31,8 @@ const CONNECTIONS_MAX: usize = 32;
 /// The longest time that a connection waits for a slot, and the longest time that it keeps it.
 const SLOT_WAIT: Duration = Duration::from_secs(5);
 const CONNECTION_MAX: Duration = Duration::from_secs(600);
-/// The pause after the system has failed to accept a connection.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+/// The pause between two looks for a free slot.
+const SLOT_PAUSE: Duration = Duration::from_millis(100);
 /// The time for which the result of a look is used again.
 const FRESH: Duration = Duration::from_secs(1);
 
@@ -64,13 +63,7 @@ async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
     say(&format!("listens at http://{at}/metrics, for the controller at {}", from.display()));
     let looks = Arc::new(Mutex::new(Looks { scraper, last: None, answers: None }));
     let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
-    let mut ends = [signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?];
-    let [terminate, interrupt] = &mut ends;
-    tokio::select! {
-        _ = terminate.recv() => {}
-        _ = interrupt.recv() => {}
-        () = accept(&listener, &looks) => {}
-    }
+    http::until_signal(accept(&listener, &looks)).await?;
     Ok(())
 }
 
@@ -78,10 +71,7 @@ async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
 async fn accept(listener: &TcpListener, looks: &Arc<Mutex<Looks>>) {
     let mut slots = ConnectionSlots::new(CONNECTIONS_MAX);
     loop {
-        let Ok((connection, _)) = listener.accept().await else {
-            sleep(ACCEPT_PAUSE).await;
-            continue;
-        };
+        let (connection, _) = http::accepted(move || listener.accept()).await;
         let Ok(slot) = timeout(SLOT_WAIT, free_slot(&mut slots)).await else { continue };
         let looks = Arc::clone(looks);
         tokio::spawn(async move {
@@ -95,7 +85,7 @@ async fn free_slot(slots: &mut ConnectionSlots) -> ConnectionSlot {
     loop {
         match slots.take() {
             Some(slot) => return slot,
-            None => sleep(ACCEPT_PAUSE).await,
+            None => sleep(SLOT_PAUSE).await,
         }
     }
 }

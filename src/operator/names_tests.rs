@@ -190,7 +190,7 @@ fn a_tag_with_a_type_is_known_by_its_name_alone() {
     }
     for range in ["D4090..D4095", "T255..T255", "size..size"] {
         let message = names.find(range).unwrap_err().message;
-        assert!(message.contains("known by its name alone"), "{range}: {message}");
+        assert!(message.contains("can be used only by its name"), "{range}: {message}");
     }
     assert_eq!(names.find("D4090..D4094").unwrap().len(), 5);
     let offered = names.beginning("size");

@@ -4,6 +4,8 @@
 //! The other files of `record` build sections and segments from them. The reader trusts no length:
 //! it returns `None` if the bytes are wrong, and never allocates memory before it has read them.
 
+pub(super) use crate::byte_source::ByteSource;
+
 /// Appends a number, seven bits in each byte, the lowest first; the top bit is set if more bytes
 /// follow.
 pub(super) fn put_number(out: &mut Vec<u8>, mut number: u64) {
@@ -34,32 +36,8 @@ pub(super) fn put_text(out: &mut Vec<u8>, text: &str) {
     out.extend_from_slice(text.as_bytes());
 }
 
-/// The bytes that are not read yet.
-pub(super) struct ByteSource<'b>(pub &'b [u8]);
-
-impl<'b> ByteSource<'b> {
-    pub fn take(&mut self, count: usize) -> Option<&'b [u8]> {
-        let (taken, rest) = self.0.split_at_checked(count)?;
-        self.0 = rest;
-        Some(taken)
-    }
-
-    pub fn byte(&mut self) -> Option<u8> {
-        self.take(1).map(|bytes| bytes[0])
-    }
-
-    pub fn u32(&mut self) -> Option<u32> {
-        self.take(4)?.try_into().ok().map(u32::from_le_bytes)
-    }
-
-    pub fn u64(&mut self) -> Option<u64> {
-        self.take(8)?.try_into().ok().map(u64::from_le_bytes)
-    }
-
-    pub fn i64(&mut self) -> Option<i64> {
-        self.u64().map(|number| number as i64)
-    }
-
+impl ByteSource<'_> {
+    /// A number of variable length, as [`put_number`] writes it.
     pub fn number(&mut self) -> Option<u64> {
         let mut number = 0;
         for shift in (0..64).step_by(7) {

@@ -59,7 +59,7 @@ pub(super) fn blocks(
         }
         if disabled.contains(&id) {
             plan.say_of(said, OldState::Disabled { running });
-        } else if !built_in(names.old.block(id).kind) && names.old.block(id).name != "Main" {
+        } else if !names.old.block(id).kind.is_built_in() && names.old.block(id).name != "Main" {
             plan.say_of(format!("{said} continues to run"), OldState::Stays { cell: running });
         }
         restage(plan, names, (id, to), (old, new));
@@ -302,10 +302,6 @@ fn active(side: Side<'_>, element: ElementId) -> u32 {
 fn say(block: &BlockName) -> String {
     let kind = if block.kind == BlockKind::Program { "Program" } else { "Task" };
     format!("{kind} {}", block.name)
-}
-
-fn built_in(kind: BlockKind) -> bool {
-    !matches!(kind, BlockKind::Program | BlockKind::Task)
 }
 
 fn say_bit(side: Side<'_>, cell: u32) -> String {

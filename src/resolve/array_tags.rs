@@ -156,3 +156,20 @@ impl Resolver<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::resolve::LoadOptions;
+
+    #[test]
+    fn the_arrays_of_all_tags_have_a_greatest_size() {
+        let options = LoadOptions::default();
+        let mut resolver = Resolver::new(&[], &options);
+        let mut take = || resolver.take_elements(4096, Span::default()).is_some();
+        assert!((0..244).all(|_| take()));
+        assert!(!take() && !take());
+        let [finding] = &resolver.findings[..] else { panic!("{:?}", resolver.findings) };
+        assert!(finding.message.contains("1000000 elements"), "{}", finding.message);
+    }
+}

@@ -22,7 +22,7 @@ pub(crate) enum Mistake {
         /// What to write instead.
         help: Option<String>,
         /// The known names; if one is near, it replaces the help.
-        near: Option<Near>,
+        near: Option<Box<Near>>,
     },
 }
 

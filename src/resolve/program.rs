@@ -71,6 +71,13 @@ pub(crate) enum BlockKind {
     LastScan,
 }
 
+impl BlockKind {
+    /// Whether nothing starts or stops a block of this kind.
+    pub fn is_built_in(self) -> bool {
+        !matches!(self, BlockKind::Program | BlockKind::Task)
+    }
+}
+
 /// A Program or Task.
 #[derive(Clone, Debug)]
 pub struct Block {

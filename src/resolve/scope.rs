@@ -441,6 +441,6 @@ fn of_block(
     };
     let known = block.known_members();
     let near = Near::new(member, known).searching_at_most(searched_max);
-    let near = Some(near.behind(&format!("{base}.")));
+    let near = Some(Box::new(near.behind(&format!("{base}."))));
     Err(Mistake::New { code, message, help: Some(members_of(base, known)), near })
 }

@@ -6,6 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::byte_source::ByteSource;
 use crate::isa::{Address, BitSpace, Real, Space, WordSpace};
 
 /// The number of bytes of a structure's bits: the bits that a program reads, then the owner's bits.
@@ -252,7 +253,7 @@ fn put_u32(bytes: &mut Vec<u8>, count: usize) {
 
 /// Reads a content; `None` if it is inconsistent.
 pub fn read(bytes: &[u8]) -> Option<Content> {
-    let mut reader = ByteReader { bytes, at: 0 };
+    let mut reader = ByteSource(bytes);
     let mut runs = Vec::new();
     let mut total = 0;
     for _ in 0..reader.u32()? {
@@ -288,7 +289,7 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
         }
     }
     let content = Content { elements, tags, placed, owners, clocks, terminated };
-    (reader.at == bytes.len()).then_some(content)
+    reader.0.is_empty().then_some(content)
 }
 
 /// The name of a tag or of an owner.
@@ -298,26 +299,7 @@ struct Text {
     flags: u8,
 }
 
-struct ByteReader<'a> {
-    bytes: &'a [u8],
-    at: usize,
-}
-
-impl<'a> ByteReader<'a> {
-    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
-        let taken = self.bytes.get(self.at..self.at.checked_add(count)?)?;
-        self.at += count;
-        Some(taken)
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.take(4)?.try_into().ok().map(u32::from_le_bytes)
-    }
-
-    fn i32(&mut self) -> Option<i32> {
-        self.take(4)?.try_into().ok().map(i32::from_le_bytes)
-    }
-
+impl ByteSource<'_> {
     fn texts(&mut self) -> Option<Vec<Text>> {
         let mut texts = Vec::new();
         for _ in 0..self.u32()? {
@@ -337,7 +319,7 @@ impl<'a> ByteReader<'a> {
         let (low, high) = range(space);
         let clamped = |word: i32| word.clamp(low, high);
         let word = match value_bytes(space) {
-            1 => i32::from(self.take(1)?[0]),
+            1 => i32::from(self.byte()?),
             _ if space == REALS => cell_of(f32::from_bits(self.u32()?)),
             _ => self.i32()?,
         };

@@ -11,7 +11,7 @@ use crate::controller::device::{Device, DriverSettings};
 use crate::engine::{BitCell, Cell, Image};
 use crate::io::plant::Model;
 use crate::isa::{Bit, BitSpace, DeviceId};
-use crate::runtime::field::{Field, field};
+use crate::runtime::field::{Field, InputStep, field};
 use crate::runtime::inputs::InputEnd;
 use crate::runtime::wiring::{Source, Wiring, WiringTarget};
 use crate::runtime::{Machine, Origin, Safe, Taped};
@@ -163,8 +163,8 @@ impl RigField {
     }
 
     /// The input step of a scan.
-    pub fn bring_in(&mut self, machine: &mut Taped, (now_ns, scan): (u64, u64)) {
-        self.field.bring_in(machine, (now_ns, scan), |_| {});
+    pub fn bring_in(&mut self, machine: &mut Taped, step: InputStep) {
+        self.field.bring_in(machine, step, |_| {});
         for device in self.unwired.iter_mut().filter(|device| device.is_due) {
             machine.comes_from(Origin::Inputs);
             machine.write_bit(device.bits.ok, device.is_there);

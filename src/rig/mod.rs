@@ -29,6 +29,7 @@ use crate::io::plant::RuleSet;
 use crate::isa::{Bit, BitSpace, DeviceId};
 use crate::reload::{ReloadPlan, Side};
 use crate::runtime::exchange::{Mode, StopReason, Ticket};
+use crate::runtime::field::InputStep;
 use crate::runtime::{Machine, Origin, ScanStart, TapeSection, Taped};
 use field::{Driven, RigField};
 use mode::MS_NS;
@@ -162,7 +163,7 @@ impl Rig {
         for (x, on) in levels.iter().filter(|(x, _)| !field.moves(*x)) {
             machine.set_input(*x, *on);
         }
-        field.bring_in(machine, (now_ns, *scans));
+        field.bring_in(machine, InputStep { scan: *scans, now_ns });
         for (cell, value, ticket) in writes.drain(..) {
             machine.comes_from(Origin::Batch(ticket));
             put(machine, cell, value);

@@ -101,12 +101,21 @@ fn device(wiring: &Wiring, now_ns: u64) -> (WiredDevice, Ends) {
     (device, Ends { inputs, local: local_end })
 }
 
+/// The time of an input step.
+#[derive(Clone, Copy)]
+pub struct InputStep {
+    /// The number of complete scans before it.
+    pub scan: u64,
+    /// The time of its scan, monotonic.
+    pub now_ns: u64,
+}
+
 impl Field {
     /// The input step: writes the inputs of every device, from its newest image or by `on-loss`.
     pub fn bring_in<M: Machine>(
         &mut self,
         machine: &mut M,
-        (now_ns, scan): (u64, u64),
+        InputStep { scan, now_ns }: InputStep,
         mut tell: impl FnMut(RecordEvent),
     ) {
         let Field { devices, moved, .. } = self;

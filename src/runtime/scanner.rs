@@ -14,7 +14,7 @@ use std::sync::Arc;
 use super::beat::Beat;
 use super::command::Forces;
 use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Tempo, Write};
-use super::field::Field;
+use super::field::{Field, InputStep};
 use super::link::{Facts, ScanSide};
 use super::machine::{Machine, ScanStart};
 use super::origin::Origin;
@@ -302,7 +302,8 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// The rest of the input step: takes the inputs of field devices.
     fn bring_in(&mut self, now_ns: u64) {
         let Scanner { field, machine, journal, scans, .. } = self;
-        field.bring_in(machine, (now_ns, *scans), |what| journal.tell(*scans, now_ns, what));
+        let step = InputStep { scan: *scans, now_ns };
+        field.bring_in(machine, step, |what| journal.tell(*scans, now_ns, what));
     }
 
     /// Steps 8 and 9; false if local outputs took so long that it is a fault.

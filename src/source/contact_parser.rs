@@ -191,7 +191,7 @@ impl Parser<'_> {
                 let message = format!("a value is missing before `{}`", comparison.sign());
                 Err(self.error(span, message))
             }
-            Token::Close => Err(self.error(span, "`)` closes nothing, or closes it too early")),
+            Token::Close => Err(self.error(span, "`)` closes nothing, or is too early")),
             Token::Sign(_) => Err(self.no_value(Some((token, span)))),
             Token::And | Token::Or => Err(self
                 .error(span, "a contact is missing before this")

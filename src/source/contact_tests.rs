@@ -92,7 +92,7 @@ fn mistakes_have_their_exact_place() {
     check("X0 & (X1 | X2", expect!["13..13 `)` is missing"]);
     check("X0 & ü", expect!["5..7 `ü` belongs to no name"]);
     check("!D0 == 3", expect!["0..8 `!` binds tighter than `==`"]);
-    check("()", expect!["1..2 `)` closes nothing, or closes it too early"]);
+    check("()", expect!["1..2 `)` closes nothing, or is too early"]);
     check("rise()", expect!["5..6 `rise()` has no contact"]);
     check("rise(X0", expect!["7..7 `)` is missing"]);
     check("rise(X0 X1)", expect!["8..10 `&` or `|` is missing before this"]);

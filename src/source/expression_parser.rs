@@ -263,7 +263,7 @@ impl Parser<'_> {
     fn close_index(&mut self, place: Span) -> Parsed<()> {
         self.settle(|_| true)?;
         let Some(Waiting::Index { name, .. }) = self.waiting.pop() else {
-            return Err(self.error(place, "`]` closes nothing, or closes it too early"));
+            return Err(self.error(place, "`]` closes nothing, or is too early"));
         };
         self.depth -= 1;
         self.operands.pop();
@@ -409,7 +409,7 @@ impl Parser<'_> {
                 self.operand(Part { kind: PartKind::Call(name, arguments), span });
             }
             Some(Waiting::Unary(..) | Waiting::Binary(..) | Waiting::Index { .. }) | None => {
-                return Err(self.error(place, "`)` closes nothing, or closes it too early"));
+                return Err(self.error(place, "`)` closes nothing, or is too early"));
             }
         }
         Ok(())

@@ -233,7 +233,7 @@ fn mistakes_show_what_to_write() {
     );
     check("a (b)", expect!["a(b)"]);
     check("(a", expect!["expression-syntax 2..2 `)` is missing"]);
-    check("a)", expect!["expression-syntax 1..2 `)` closes nothing, or closes it too early"]);
+    check("a)", expect!["expression-syntax 1..2 `)` closes nothing, or is too early"]);
     check(
         "()",
         expect![[r#"

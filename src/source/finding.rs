@@ -90,8 +90,8 @@ impl Finding {
     }
 
     /// As [`Finding::near`], with the result of a look-up.
-    pub(crate) fn near_any(mut self, near: Option<Near>) -> Finding {
-        self.near = near.map(Box::new);
+    pub(crate) fn near_any(mut self, near: Option<Box<Near>>) -> Finding {
+        self.near = near;
         self
     }
 

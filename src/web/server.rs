@@ -11,9 +11,8 @@ use std::time::Duration;
 use anyhow::{Context as _, Result};
 use hyper::service::service_fn;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-use tokio::time::{sleep, timeout};
+use tokio::time::timeout;
 
 use super::follow::Follow;
 use super::guard::Guard;
@@ -28,8 +27,6 @@ use crate::http;
 const CONNECTIONS_MAX: usize = 256;
 /// The longest wait of a connection for a place.
 const PLACE_MAX: Duration = Duration::from_secs(5);
-/// The pause after the system has failed to accept a connection.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Serves the pages until SIGINT or SIGTERM.
 ///
@@ -63,13 +60,7 @@ async fn run(options: &WebOptions) -> Result<()> {
         site.tell_link();
     }
     let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
-    let mut ends = [signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?];
-    let [terminate, interrupt] = &mut ends;
-    tokio::select! {
-        _ = terminate.recv() => {}
-        _ = interrupt.recv() => {}
-        () = accept(&listener, &site, acceptor.as_ref()) => {}
-    }
+    http::until_signal(accept(&listener, &site, acceptor.as_ref())).await?;
     if let ListenAt::Unix(path) = &options.listen {
         let _ = std::fs::remove_file(path);
     }
@@ -95,10 +86,7 @@ async fn accept(
 ) {
     let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     loop {
-        let Ok(connection) = listener.accept().await else {
-            sleep(ACCEPT_PAUSE).await;
-            continue;
-        };
+        let connection = http::accepted(move || listener.accept()).await;
         let place = timeout(PLACE_MAX, Arc::clone(&places).acquire_owned()).await;
         let Ok(Ok(place)) = place else { continue };
         let (site, acceptor) = (Arc::clone(site), acceptor.cloned());

@@ -156,7 +156,7 @@ fn a_stimulus_names_tags_and_their_addresses_are_refused() {
     assert!(trace.ends_with("0,0,3,0\n1,10,8,5\n"), "{trace}{errors}");
     let (code, _, errors) = of("scan,D4095\n1,8\n");
     assert_ne!(code, Some(0));
-    assert!(errors.contains("`size` lies at `D4095`"), "{errors}");
+    assert!(errors.contains("`D4095` is the place of `size`"), "{errors}");
     let (_, _, errors) = of("scan,size\n1,10\n");
     assert!(errors.contains("`size` takes -2147483648 to 9, not 10"), "{errors}");
 }

@@ -9,6 +9,7 @@ use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
 use crate::support::model::shrink::shrink;
 use crate::support::model::{Options, simulate};
+use crate::support::setting::setting;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
@@ -24,10 +25,6 @@ enum Verdict {
 struct Bench {
     rungd: PathBuf,
     folder: PathBuf,
-}
-
-fn setting(name: &str, default: u64) -> u64 {
-    env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
 fn bench() -> Bench {

@@ -28,5 +28,6 @@ mod support {
     pub mod masked;
     pub mod model;
     pub mod needs;
+    pub mod setting;
     pub mod shown;
 }

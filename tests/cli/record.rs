@@ -22,7 +22,7 @@ fn info_tells_what_a_recording_is() {
         &said(&place.rungd(&["record", "info", "plant.rungd-log"]), 0),
         "controller  plant.toml\nprogram      (start, rungd …): plant.toml main.toml\nrecorded    \
          2026-11-22 10:00:00.000 to 2026-11-22 10:00:19.990\nscans       2,000, from 1 to 2000; \
-         one every 10.000 ms (median)\nheld as     … sections with … base images\nsize        … \
+         one every 10.000 ms (median)\nstored as   … sections with … base images\nsize        … \
          bytes; … MB a day at this rate\nbegins      with the start of RUN: every hash can be \
          computed from there\nchanges     2026-11-22 10:00:00.000 RUN\ngaps        none\n",
     );
@@ -63,7 +63,7 @@ fn export_writes_what_replay_traces() {
     assert_eq!(csv.lines().nth(3), Some("1201,20,1,0"), "{csv}");
     let refused = with(&["record", "export", "plant.rungd-log", "-o", "a.txt"]);
     said(&refused, 2);
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("-o a.txt: the ending says"));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("-o a.txt: the ending must be"));
 }
 
 /// Times, numbers and states at the limits of their types.

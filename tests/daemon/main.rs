@@ -38,4 +38,5 @@ mod support {
     pub mod page;
     pub mod process;
     pub mod shown;
+    pub mod system;
 }

@@ -47,7 +47,8 @@ fn a_range_stands_for_all_in_it_where_it_is_read() {
     let live = live();
     assert_eq!(
         live.ok("read D0..D2 Y0..Y1"),
-        "D0    D0  0
+        "\
+D0    D0  0
 size  D1  12
 D2    D2  0
 lamp  Y0  OFF
@@ -81,7 +82,8 @@ fn read_by_tag_and_by_address() {
     let live = live();
     assert_eq!(
         live.ok("read jam D1 parts.Acc"),
-        "jam        C0       OFF
+        "\
+jam        C0       OFF
 size       D1       12
 parts.Acc  CT0.Acc  0
 "

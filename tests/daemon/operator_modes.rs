@@ -141,7 +141,7 @@ fn a_run_that_ends_in_a_fault_at_once_says_so() {
     assert_eq!(said.code, 1, "{said:?}");
     assert!(said.out.starts_with("FAULT (a scan "), "{said:?}");
     assert!(said.out.ends_with(", was FAULT\n"), "{said:?}");
-    assert!(said.err.contains("RUN was asked for, and it is in FAULT"), "{said:?}");
+    assert!(said.err.contains("RUN was requested, but the controller is in FAULT"), "{said:?}");
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn run_is_answered_with_the_mode_behind_the_first_scan() {
     for run in 1..=20 {
         let said = live.say("mode run");
         assert!(said.out.starts_with("STOP (the ladder executed STOP"), "run {run}: {said:?}");
-        assert!(said.err.contains("RUN was asked for, and it is in STOP"), "{said:?}");
+        assert!(said.err.contains("RUN was requested, but the controller is in STOP"), "{said:?}");
         assert_eq!(said.code, 1);
         live.await_values("D8", &run.to_string());
     }
@@ -224,11 +224,11 @@ fn outside_run_an_output_shows_what_is_at_it() {
     live.ok("mode stop");
     assert_eq!(
         live.ok("read Y0..Y3 C7"),
-        "feeder  Y0  ON  output OFF
+        "\
+feeder  Y0  ON  output OFF
 Y1      Y1  ON  output ON
 Y2      Y2  OFF  output ON
-Y3      \
-         Y3  OFF  output OFF
+Y3      Y3  OFF  output OFF
 C7      C7  OFF
 "
     );
@@ -239,8 +239,9 @@ C7      C7  OFF
     let look = live.ok("watch feeder Y2 C7 --count 1");
     assert!(look.contains(" feeder=ON,output=OFF Y2=OFF,output=ON C7=OFF\n"), "{look}");
     let text = live.ok("status");
-    let rows = "  outputs     at their safe values; these differ from memory:\n\x20             \
-                feeder  Y0  ON  output OFF\n\x20             Y2      Y2  OFF  output ON\n";
+    let rows = "  outputs     at their safe values; these differ from memory:\n\
+                \x20             feeder  Y0  ON  output OFF\n\
+                \x20             Y2      Y2  OFF  output ON\n";
     assert!(text.contains(rows), "{text}");
     live.ok("force feeder off");
     live.ok("force Y2 on");

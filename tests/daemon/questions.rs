@@ -9,6 +9,7 @@
 
 use crate::support::page;
 use crate::support::shown;
+use crate::support::system;
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -232,8 +233,7 @@ impl Mixing {
     }
 
     fn signal(&self, name: &str) {
-        let pid = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
+        system::signal(&self.child, name);
     }
 
     /// Stops the process for a while, as a busy machine would.

@@ -31,5 +31,6 @@ mod support {
     pub mod needs;
     pub mod page;
     pub mod run;
+    pub mod system;
     pub mod table;
 }

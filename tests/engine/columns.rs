@@ -3,22 +3,14 @@
 
 use std::fmt::Write as _;
 
+use crate::support::numbers::Numbers;
 use crate::support::plc::{Plc, plc};
 use crate::support::run::load;
 use rungd::calendar::LocalTime;
 use rungd::engine::{Engine, ScanTimes};
 use rungd::lower::{lower, lower_with};
 
-/// A generator of numbers, the same in every run.
-struct Numbers(u64);
-
 impl Numbers {
-    /// The next number below this one.
-    fn below(&mut self, end: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (self.0 >> 33) % end
-    }
-
     /// The name of a cell among this many of its space.
     fn name(&mut self, space: &str, count: u64) -> String {
         format!("{space}{}", self.below(count))

@@ -22,8 +22,10 @@ mod support {
     pub mod case;
     pub mod mangled;
     pub mod model;
+    pub mod numbers;
     pub mod plc;
     pub mod run;
+    pub mod setting;
     pub mod table;
     pub mod written_out;
 }

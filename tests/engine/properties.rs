@@ -10,6 +10,7 @@ use crate::support::model::case::Case;
 use crate::support::model::clock;
 use crate::support::model::generate::generate;
 use crate::support::run::{cell, load, target};
+use crate::support::setting::setting;
 use rungd::calendar::{LocalTime, parse_seconds};
 use rungd::engine::{Cell, Engine, ScanTimes};
 use rungd::isa::{Bit, BitSpace};
@@ -18,10 +19,6 @@ use rungd::resolve::program::Program;
 use rungd::sim::stimulus::{Change, Stimulus};
 use rungd::sim::trace::{CsvTrace, Watched};
 use rungd::sim::{Plan, run};
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
 
 fn cases() -> impl Iterator<Item = Case> {
     let first = setting("RUNGD_PROPERTY_SEED", 1);

@@ -10,6 +10,7 @@ use rungd::sim::trace::{CsvTrace, Watched};
 use rungd::sim::{Plan, run};
 
 use crate::support::run::{cell, load, target};
+use crate::support::setting::setting;
 use crate::support::written_out::Case;
 
 fn trace(ladder: &str, stimulus: &str, watch: &[&str]) -> String {
@@ -28,10 +29,6 @@ fn trace(ladder: &str, stimulus: &str, watch: &[&str]) -> String {
     run(engine_program, &plan, &mut trace).expect("a Vec takes all");
     let text = String::from_utf8(trace.finish().expect("a Vec takes all")).expect("CSV is text");
     text.split_once('\n').expect("a header").1.to_owned()
-}
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
 #[test]

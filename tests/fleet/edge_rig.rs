@@ -15,6 +15,7 @@ use rungd::sparkplug::{
 
 use crate::broker::PATIENCE;
 use crate::support::live::Live;
+use crate::support::system;
 
 /// The name of the host that listens.
 const HOST: &str = "judge";
@@ -265,8 +266,7 @@ impl Edge {
 
     /// Sends a signal to the process.
     pub fn signal(&self, name: &str) {
-        let pid = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
+        system::signal(&self.child, name);
     }
 
     /// Ends the process by SIGTERM.

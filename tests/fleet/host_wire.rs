@@ -114,7 +114,7 @@ fn a_listener_publishes_nothing() {
     assert_eq!((code, errors.as_str()), (0, ""));
     assert!(out.starts_with("1 node, heard for ") && out.contains(": 1 unborn\n"), "{out}");
     assert!(out.contains("plant/press: no birth was received"), "{out}");
-    assert!(out.contains("`--rebirth` asks for it"), "{out}");
+    assert!(out.contains("`--rebirth` requests it"), "{out}");
     let connections = recorder.connections();
     assert_eq!(connections[0].sent().count(), 0, "{connections:#?}");
     assert!(connections[0].connect.will.is_none() && is_over(&connections));

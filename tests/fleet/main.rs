@@ -34,4 +34,5 @@ mod support {
     pub mod live;
     pub mod metronome;
     pub mod needs;
+    pub mod system;
 }

@@ -14,11 +14,12 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only modules after it in this list.
 #[rustfmt::skip]
-const ORDER: [&str; 43] = [
+const ORDER: [&str; 45] = [
     "main", "cli", "web", "monitor", "edge", "fleet", "metrics", "editor", "daemon", "live", "operator", "http", "mqtt", "sparkplug", "draw", "testing", "explain", "load", "record", "observe", "rig", "controller", "io", "say",
     "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "format", "source", "engine", "isa", "events",
-    "calendar", "directories", "random", "progress", "locked", "variants", "faults",
+    "calendar", "wall_clock", "byte_source", "directories", "random", "progress", "locked", "variants",
+    "faults",
 ];
 
 /// Modules that may use tokio.

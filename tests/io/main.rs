@@ -44,4 +44,5 @@ mod support {
     pub mod needs;
     pub mod page;
     pub mod process;
+    pub mod system;
 }

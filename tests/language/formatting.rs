@@ -16,6 +16,7 @@ use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
 
 use crate::support::mangled::mangled;
+use crate::support::setting::setting;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -44,10 +45,6 @@ fn shipped() -> Vec<(PathBuf, String)> {
         (path, text)
     };
     paths.into_iter().map(text).collect()
-}
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
 /// The keys and values of a text, without places.

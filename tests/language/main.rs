@@ -23,4 +23,5 @@ mod validator;
 mod support {
     pub mod mangled;
     pub mod needs;
+    pub mod setting;
 }

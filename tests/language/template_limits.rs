@@ -106,6 +106,44 @@ fn what_grows_without_end_ends_in_a_finding() {
 }
 
 #[test]
+fn the_whole_name_of_a_use_has_a_limit() {
+    let nested = |at: usize| match at {
+        0 => PLAIN.to_owned(),
+        _ => format!("{{ use = \"N{}\", name = \"{}\" }}", at - 1, "n".repeat(100)),
+    };
+    let main =
+        |at: usize| format!("{PLAIN}, {{ use = \"N{at}\", name = \"{}\" }}", "n".repeat(100));
+    assert_eq!(load(ladder(5, nested, &main(4))).0, []);
+    assert_eq!(load(ladder(6, nested, &main(5))).0, [Code::TemplateSize]);
+}
+
+/// Each use contains the names in its `allow` again in each of its rungs.
+#[test]
+fn an_allow_that_grows_by_its_rungs_has_a_limit() {
+    let names = vec!["\"mixed-and-or\""; 4_000].join(", ");
+    let rungs = vec![PLAIN; 2_000].join(", ");
+    let used = format!("{{ use = \"N0\", name = \"u\", allow = [{names}] }}");
+    let (codes, _) = load(ladder(1, |_| rungs.clone(), &used));
+    assert_eq!(codes, [Code::TemplateSize]);
+}
+
+/// Each use contains the texts of the defaults again.
+#[test]
+fn defaults_that_grow_by_their_uses_have_a_limit() {
+    let name = "n".repeat(60_000);
+    let default = |at| format!("p{at}p = {{ type = \"bit\", default = \"{name}\" }}\n");
+    let defaults: String = (0..10).map(default).collect();
+    let used = |at| format!("{{ use = \"T\", name = \"u{at}u\" }}");
+    let uses: Vec<String> = (0..30).map(used).collect();
+    let text = format!(
+        "[[template]]\nname = \"T\"\nrung = [ {PLAIN} ]\n[template.parameters]\n{defaults}\
+         [[program]]\nname = \"Main\"\nrung = [ {} ]\n",
+        uses.join(", ")
+    );
+    assert_eq!(load(text).0, [Code::TemplateSize]);
+}
+
+#[test]
 fn a_text_that_grows_by_its_arguments_has_a_limit() {
     let text = |times: usize| {
         format!(

@@ -15,4 +15,5 @@ mod support {
     pub mod live;
     pub mod metronome;
     pub mod needs;
+    pub mod system;
 }

@@ -2,21 +2,14 @@
 
 use std::sync::Arc;
 
+pub use crate::support::numbers::Numbers;
 use rungd::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
 use rungd::record::{BlockHead, RecordBlock, RecordedFile, RecordedProgram, SectionBody};
 use rungd::runtime::command::CommandId;
 use rungd::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
 use rungd::runtime::{Origin, TapeEntry};
 
-/// A generator of numbers.
-pub struct Numbers(pub u64);
-
 impl Numbers {
-    pub fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (self.0 >> 33) % limit
-    }
-
     /// A number of any size: small, large, or an end of the range.
     pub fn any(&mut self) -> u64 {
         let number = self.below(1 << 31) << 33 | self.below(1 << 31) << 2 | self.below(4);

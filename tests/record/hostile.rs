@@ -12,9 +12,9 @@ use std::thread::scope;
 
 use crate::drawn::{Numbers, mode, origin, write};
 use crate::line::{COUNTER, Line, engine, in_memory, on_disk};
-use crate::live_rig::setting;
 use crate::replayed::random_line;
 use crate::support::run::load;
+use crate::support::setting::setting;
 use rungd::engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
 use rungd::lower::lower;
 use rungd::observe::{At, Limits, Past, Subject};

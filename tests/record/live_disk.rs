@@ -16,13 +16,8 @@ use crate::live_rig::{
 use crate::support::live::{Live, folder};
 use crate::support::needs::{Need, skip};
 use crate::support::process::mounted;
+use crate::support::system::shell;
 use rungd::record::Recording;
-
-fn shell(words: &[&str]) -> bool {
-    let mut command = Command::new(words[0]);
-    let command = command.args(&words[1..]).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
-}
 
 /// rungd with its folder on a tmpfs with these options, in its own mount namespace.
 struct OnTmpfs {

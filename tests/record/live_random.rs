@@ -22,15 +22,14 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::live_rig::{
-    Operator, engine, is_late, last_scan, loaded, logs, recorded, setting, verified,
-};
+use crate::live_rig::{Operator, engine, is_late, last_scan, loaded, logs, recorded, verified};
 use crate::support::live::Live;
 use crate::support::modbus::Client;
 use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run::{cell, value};
+use crate::support::setting::setting;
 use rungd::engine::Cell;
 use rungd::lower::Symbols;
 use rungd::record::{RecordedProgram, Recording, Replay, Verified};

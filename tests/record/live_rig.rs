@@ -33,11 +33,6 @@ rung = [
 pub const FAST: &str = "[scan]\nperiod = \"2ms\"\n[modbus-server]\nlisten = \"127.0.0.1:0\"\n\
                         writable = [\"MC1..MC2\", \"MHR1..MHR2\"]\n";
 
-/// A number from an environment variable.
-pub fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
-
 /// The operator's socket, kept open.
 pub struct Operator {
     stream: BufReader<UnixStream>,

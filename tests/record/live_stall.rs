@@ -12,7 +12,7 @@
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -25,6 +25,7 @@ use crate::live_rig::{
 };
 use crate::support::live::{Live, PATIENCE, folder};
 use crate::support::needs::{Need, skip};
+use crate::support::system::shell;
 use rungd::record::Recording;
 
 /// The most blocks that wait for the disk, as in `src/daemon/record_disk.rs`.
@@ -33,12 +34,6 @@ const QUEUE: usize = 120;
 /// The number of times that six clients write 984 registers each while the log's thread stalls:
 /// twice the size of its buffer (`src/runtime/tape_reader.rs`).
 const WRITES_OF_A_STALL: usize = 2 * (4 << 15) / (6 * 984);
-
-fn shell(words: &[&str]) -> bool {
-    let mut command = Command::new(words[0]);
-    let command = command.args(&words[1..]).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
-}
 
 /// An ext4 image, mounted while this lives.
 struct Disk {

@@ -30,8 +30,11 @@ mod support {
     pub mod modbus;
     pub mod model;
     pub mod needs;
+    pub mod numbers;
     pub mod process;
     pub mod run;
+    pub mod setting;
+    pub mod system;
     pub mod table;
     pub mod written_out;
 }

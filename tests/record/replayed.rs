@@ -13,6 +13,7 @@ use crate::line::{COUNTER, Line, UNIX_NS, engine, hashed, in_memory, on_disk, re
 use crate::support::model::clock;
 use crate::support::model::generate::generate;
 use crate::support::run::{load, target};
+use crate::support::setting::setting;
 use rungd::calendar::parse_seconds;
 use rungd::engine::{BitCell, Cell, EngineState, WordCell};
 use rungd::lower::lower;
@@ -21,10 +22,6 @@ use rungd::runtime::command::CommandId;
 use rungd::runtime::exchange::Ticket;
 use rungd::runtime::{Machine, Origin, TapeSection};
 use rungd::sim::stimulus::{Change, Stimulus};
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
 
 pub fn random_line(seed: u64) -> Line {
     let case = generate(seed);

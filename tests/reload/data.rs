@@ -81,8 +81,10 @@ fn an_array_of_another_place_or_name_is_one_line() {
     assert_eq!(report("paste", "D10"), ["array mix (D10..D21) was renamed to paste"]);
     assert_eq!(
         report("mix", "D50"),
-        ["warning: array mix moved from D10..D21 to D50..D61: 3 of 12 values differ: mix[0] is \
-             4, was 0"]
+        [
+            "warning: array mix moved from D10..D21 to D50..D61: 3 of 12 values differ: mix[0] is 4, \
+          was 0"
+        ]
     );
     let plain = |at: &str| plc(&ladder("mix", "D10")).scan(&[]).reload(&ladder("mix", at)).report;
     assert_eq!(

@@ -5,6 +5,7 @@
 //! Tests `RUNGD_PROPERTY_TEMPLATES` (12) ladders from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
 use crate::support::run::{cell, load, target, value};
+use crate::support::setting::setting;
 use crate::support::written_out::Case;
 use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, Program, ScanTimes};
@@ -62,10 +63,6 @@ fn trace(first: &Version, reloads: &[(u64, &Version)]) -> Vec<Vec<i64>> {
         rows.push(now.watch.iter().map(|cell| value(engine.image(), *cell)).collect());
     }
     rows
-}
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
 #[test]

@@ -26,10 +26,13 @@ mod support {
     pub mod metronome;
     pub mod model;
     pub mod needs;
+    pub mod numbers;
     pub mod plc;
     pub mod process;
     pub mod run;
+    pub mod setting;
     pub mod shown;
+    pub mod system;
     pub mod table;
     pub mod written_out;
 }

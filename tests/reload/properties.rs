@@ -8,6 +8,7 @@ use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run::{load, target};
+use crate::support::setting::setting;
 #[allow(dead_code, unused_imports)]
 use rungd::calendar::LocalTime;
 use rungd::engine::{Engine, ScanTimes, Transfer};
@@ -15,10 +16,6 @@ use rungd::isa::{Bit, BitSpace, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
 use rungd::reload::{ReloadPlan, Side};
 use rungd::sim::stimulus::{Change, Stimulus};
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
 
 pub fn seeds() -> std::ops::Range<u64> {
     let first = setting("RUNGD_PROPERTY_SEED", 1);

@@ -14,21 +14,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::support::live::Live;
+use crate::support::numbers::Numbers;
+use crate::support::setting::setting;
 use serde_json::{Value, json};
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
-
-/// A generator of numbers; the same seed gives the same numbers.
-struct Numbers(u64);
-
-impl Numbers {
-    fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (self.0 >> 33) % limit
-    }
-}
 
 const CONTROLLER: &str = r#"
 [scan]

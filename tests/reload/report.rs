@@ -10,6 +10,7 @@ use crate::support::model::case::{BUILTIN, Case, Rung, Tag};
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run;
+use crate::support::setting::setting;
 use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, Image, ScanTimes};
 use rungd::isa::{Bit, BitSpace, BlockId, StageId};
@@ -17,10 +18,6 @@ use rungd::lower::{Symbols, lower};
 use rungd::reload::{OldMemory, ReloadPlan, Side};
 use rungd::resolve::program::Program;
 use rungd::sim::stimulus::{Change, Stimulus};
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
 
 struct Loaded {
     program: Program,

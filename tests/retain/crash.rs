@@ -15,25 +15,16 @@ use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::memory::{COUNTS, Held, KEEPS, PATIENCE, Plant, Running, file, find, held, mounted};
 use crate::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip, until};
+use crate::support::numbers::Numbers;
+use crate::support::system::shell;
 use rungd::operator::client;
 use rungd::operator::protocol::{Request, Status};
 
 const PERIOD: Duration = Duration::from_millis(2);
-
-/// A generator of numbers; the same seed gives the same numbers.
-struct Numbers(u64);
-
-impl Numbers {
-    fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (self.0 >> 33) % limit
-    }
-}
 
 /// The controller's status; `None` if it does not answer (yet).
 pub fn status(plant: &Plant) -> Option<Status> {
@@ -106,12 +97,6 @@ fn kills(count: u64) {
         });
     }
     lives.told("killed", begin);
-}
-
-fn shell(words: &[&OsStr]) -> bool {
-    let mut command = Command::new(words[0]);
-    let command = command.args(&words[1..]).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
 }
 
 /// An ext4 image, mounted while this lives.

@@ -14,20 +14,11 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use crate::disk::{Bytes, Fault, Handle};
+use crate::support::numbers::Numbers;
 use rungd::retain::format::{Geometry, Stamp};
 use rungd::retain::slots::{Slots, Survey, survey};
 
 const FAULTS: [Fault; 4] = [Fault::Errno(5), Fault::Errno(28), Fault::Errno(4), Fault::Short];
-
-/// A generator of numbers; the same seed gives the same numbers.
-struct Numbers(u64);
-
-impl Numbers {
-    fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (self.0 >> 33) % limit
-    }
-}
 
 /// An image of a scan: the scan's number at both ends, words that differ from scan to scan, and
 /// their sum.

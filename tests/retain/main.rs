@@ -21,5 +21,8 @@ mod support {
     pub mod calm;
     pub mod metronome;
     pub mod needs;
+    pub mod numbers;
     pub mod process;
+    pub mod setting;
+    pub mod system;
 }

@@ -113,7 +113,7 @@ fn an_operator_names_tags_and_their_addresses_are_refused() {
         &["read", "D4090..D4095"],
     ] {
         let told = ask(&plant, words);
-        assert!(told.contains("known by its name alone"), "{words:?}: {told}");
+        assert!(told.contains("can be used only by its name"), "{words:?}: {told}");
     }
     ask(&plant, &["write", "total_b", "5"]);
     ask(&plant, &["force", "total_c", "0"]);

@@ -11,6 +11,7 @@ use std::fs;
 use std::process::Command;
 
 use crate::memory::{Plant, Running};
+use crate::support::setting::setting;
 
 const LADDER: &str = r#"
 [tags]
@@ -103,11 +104,6 @@ impl Draw {
     }
 }
 
-/// A number from an environment variable.
-fn wanted(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
-
 fn ask(plant: &Plant, words: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
@@ -137,7 +133,7 @@ fn start(plant: &Plant) -> Running {
 
 #[test]
 fn a_restart_and_a_power_cut_leave_what_the_real_process_finds() {
-    let (runs, seed) = (wanted("RUNGD_RIG_RUNS", 3), wanted("RUNGD_RIG_SEED", 1));
+    let (runs, seed) = (setting("RUNGD_RIG_RUNS", 3), setting("RUNGD_RIG_SEED", 1));
     for run in 0..runs {
         story(seed + run);
     }

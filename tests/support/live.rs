@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::calm::calm;
 use crate::support::metronome::Stopwatch;
+use crate::support::system;
 use serde_json::Value;
 
 /// The longest wait of a test for an event that should come within milliseconds.
@@ -197,7 +198,10 @@ impl Live {
             if said.code == 0 {
                 return said.out;
             }
-            assert!(said.err.contains("hears nothing") && Instant::now() < deadline, "{said:?}");
+            assert!(
+                said.err.contains("executes no command") && Instant::now() < deadline,
+                "{said:?}"
+            );
             std::thread::sleep(Duration::from_millis(10));
         }
     }
@@ -223,8 +227,7 @@ impl Live {
     }
 
     pub fn signal(&self, name: &str) {
-        let pid = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
+        system::signal(&self.child, name);
     }
 
     /// Sends SIGTERM and waits for the end; returns the statistics of the whole run.

@@ -16,6 +16,7 @@ use crate::support::calm::calm;
 use crate::support::metronome::{self, HeldUp};
 #[allow(unused_imports)]
 pub use crate::support::needs::{Need, not_installed, skip};
+use crate::support::system;
 use serde_json::Value;
 
 /// The longest wait of a test for an event that should come within milliseconds.
@@ -166,7 +167,7 @@ impl Running {
     }
 
     pub fn signal(&self, name: &str) {
-        assert!(Command::new("kill").args(["-s", name, &self.pid()]).status().unwrap().success());
+        system::signal(&self.child, name);
     }
 
     pub fn end(&mut self) -> ExitStatus {

@@ -313,3 +313,29 @@ fn loss_after(device: &WrittenDevice, poll_ms: u32, findings: &mut Vec<Finding>)
     }
     loss_after_ms
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_points_of_all_devices_have_a_greatest_number() {
+        let mut room =
+            PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
+        let mut findings = Vec::new();
+        let row = Text::default();
+        let mut devices = 0;
+        while findings.is_empty() {
+            room.begin_device();
+            devices += 1;
+            let rows = [60_000, 5_536, 1].map(|count| room.take(count, &row, &mut findings));
+            assert!(rows[0].is_none() || rows[2].is_none(), "a device has at most 65,536");
+            if rows[0].is_some() {
+                let message = findings.pop().map(|finding| finding.message);
+                assert_eq!(message.as_deref(), Some("a device has at most 65536 points"));
+            }
+        }
+        assert_eq!((devices, findings.len()), (16, 1), "one finding for a device");
+        assert_eq!(findings[0].message, "all devices together have at most 1000000 points");
+    }
+}

@@ -146,16 +146,8 @@ fn structure_members(structure: Structure, wish: Wish, into: &mut Proposals) {
             let what = if nature.word > super::nature::Reach::None { "word" } else { "bit" };
             let rank = OWN + distance * FARTHER;
             let proposal = Proposal::new(*name, CompletionItemKind::FIELD, rank);
-            into.add(proposal.detail(format!("{what} of a {}", structure_word(structure))));
+            into.add(proposal.detail(format!("{what} of a {}", structure.kind_name())));
         }
-    }
-}
-
-fn structure_word(structure: Structure) -> &'static str {
-    match structure {
-        Structure::Counter(_) => "counter",
-        Structure::Timer(_) => "timer",
-        Structure::Sensaphone(_) => "Sensaphone counter",
     }
 }
 

@@ -70,6 +70,14 @@ pub struct Condition {
     pub is_in_part: bool,
 }
 
+/// The result of an exchange that failed in part.
+pub(super) struct InputsRead {
+    /// The number of inputs that were read.
+    pub read: usize,
+    /// The number of all inputs.
+    pub all: usize,
+}
+
 impl Health {
     /// The condition of a device that has not exchanged yet.
     pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
@@ -145,7 +153,7 @@ impl Health {
     }
 
     /// Notes that an exchange failed, but read `read` of `all` inputs.
-    pub(super) fn trouble_in_part(&self, reason: &str, (read, all): (usize, usize)) {
+    pub(super) fn trouble_in_part(&self, reason: &str, InputsRead { read, all }: InputsRead) {
         let reason = match read == all {
             true => reason.to_owned(),
             false => format!("{reason}; {read} of {all} inputs are read"),

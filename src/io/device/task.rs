@@ -16,7 +16,7 @@ use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout, timeout_at};
 
 use super::driver::{Driver, Exchange, Extent, Occasion, Trouble};
-use super::health::Health;
+use super::health::{Health, InputsRead};
 use super::retry::Retry;
 use crate::faults::{self, FaultPoint};
 use crate::io::caught::caught;
@@ -318,7 +318,10 @@ impl<D: Driver> DeviceTask<D> {
         self.input_end.deliver(&self.inputs, monotonic_ns());
         match self.inputs.iter().flatten().count() {
             0 => self.health.trouble(&trouble.reason),
-            read => self.health.trouble_in_part(&trouble.reason, (read, self.inputs.len())),
+            read => {
+                let inputs = InputsRead { read, all: self.inputs.len() };
+                self.health.trouble_in_part(&trouble.reason, inputs);
+            }
         }
     }
 }

@@ -38,10 +38,8 @@ pub struct RunPart {
 
 /// The runs of all outputs.
 pub fn runs(points: &[ModbusPoint]) -> Vec<OutputRun> {
-    let mut sorted: Vec<(usize, ModbusPoint)> = points.iter().copied().enumerate().collect();
-    sorted.sort_by_key(|(at, point)| (point.unit, point.table, point.at, *at));
     let mut runs: Vec<OutputRun> = Vec::new();
-    for (at, point) in sorted {
+    for (at, point) in ModbusPoint::by_place(points) {
         let run = match runs.last_mut() {
             Some(run) if run.takes(&point) => run,
             _ => {

@@ -26,10 +26,8 @@ pub struct Group {
 
 /// The requests that read all points.
 pub fn reads(points: &[ModbusPoint], gap: u16) -> Vec<Group> {
-    let mut sorted: Vec<(usize, ModbusPoint)> = points.iter().copied().enumerate().collect();
-    sorted.sort_by_key(|(at, point)| (point.unit, point.table, point.at, *at));
     let mut groups: Vec<Group> = Vec::new();
-    for (at, point) in sorted {
+    for (at, point) in ModbusPoint::by_place(points) {
         match groups.last_mut() {
             Some(group) if group.takes(&point, gap) => {
                 group.count = group.count.max(point.at - group.first + point.width());

@@ -138,6 +138,13 @@ pub struct Number {
 }
 
 impl ModbusPoint {
+    /// Points in the order of their places, each with its number in the order of the map.
+    pub(super) fn by_place(points: &[ModbusPoint]) -> Vec<(usize, ModbusPoint)> {
+        let mut sorted: Vec<(usize, ModbusPoint)> = points.iter().copied().enumerate().collect();
+        sorted.sort_by_key(|(at, point)| (point.unit, point.table, point.at, *at));
+        sorted
+    }
+
     /// The number of elements of its table that it occupies.
     pub(crate) fn width(&self) -> u16 {
         match self.form {

@@ -24,7 +24,8 @@ impl Scope {
             return new(Code::UnknownName, message, Some(help));
         }
         let help = habit(base).unwrap_or_else(|| self.instead(base, member));
-        let near = Some(Near::new(base, self.known()).searching_at_most(self.searched_max));
+        let near = Near::new(base, self.known()).searching_at_most(self.searched_max);
+        let near = Some(Box::new(near));
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
     }
 

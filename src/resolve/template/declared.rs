@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::kind::{KINDS, Kind};
 use super::{given, texts};
-use crate::resolve::declare::{NAME_MAX, NameRole, forbidden};
+use crate::resolve::declare::{NAME_MAX, NameRole, forbidden, kept};
 use crate::resolve::mistake::LISTED_MAX;
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
@@ -110,7 +110,7 @@ impl<'t> Declared<'t> {
         let given: HashSet<&str> = of.arguments.iter().map(|(name, _)| &*name.text).collect();
         let missing = self.required.iter().filter(|(p, _)| !given.contains(&*p.name.text));
         for (parameter, kind) in missing.take(LISTED_MAX) {
-            let name = &parameter.name.text;
+            let name = kept(&parameter.name.text);
             let span = of.template.as_ref().map_or(of.span, |template| template.span);
             let message = format!("`{}` needs `{name}`, {}", self.name(), kind.words());
             let finding = Finding::new(Code::TemplateArgument, span, message);

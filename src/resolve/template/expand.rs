@@ -29,8 +29,9 @@ use crate::source::span::{FileId, Located, Span};
 const WHOLE_NAME_MAX: usize = 4 * NAME_MAX;
 /// Number of bytes of a text that take as much room as a contact.
 const TEXT_FREE: usize = 16;
-/// Number of names in the `allow` of a use that each of its rungs contains without taking room.
-const ALLOWED_FREE: usize = 4;
+/// Number of names in the `allow` of a use that take as much room as a contact in each of its
+/// rungs.
+const ALLOWED_FREE: usize = 2;
 
 /// The results so far of expanding the uses of all ladders.
 pub(super) struct Expansion<'t> {

@@ -2,10 +2,9 @@
 //!
 //! Made once for a program; used by the other files of this folder.
 
-use std::collections::HashMap;
-
-use crate::isa::{Address, Word};
-use crate::resolve::program::{Program, TagMeaning};
+use crate::isa::Word;
+use crate::lower::WordLimits;
+use crate::resolve::program::Program;
 use crate::source::file_kind::LIBRARY;
 use crate::source::span::{SourceFile, Span};
 
@@ -21,8 +20,7 @@ pub(super) struct Ground<'a> {
     pub period_ms: u32,
     /// Whether all rungs are in files of the library; then these files are under test.
     has_library_only: bool,
-    /// The limits of the words whose tags have limits.
-    limits: HashMap<Word, (i32, i32)>,
+    limits: WordLimits,
 }
 
 /// A mutation of one rung that was found.
@@ -49,7 +47,7 @@ impl<'a> Ground<'a> {
         let rungs = program.parts().flat_map(|part| part.rungs);
         let mut places = rungs.map(|rung| program.layers.in_file(rung.extent));
         let has_library_only = places.all(is_library);
-        let limits = limits(program);
+        let limits = WordLimits::of(program);
         Ground { program, files, period_ms, has_library_only, limits }
     }
 
@@ -95,22 +93,8 @@ impl<'a> Ground<'a> {
 
     /// The minimum and maximum content of a word's cell.
     pub fn limits(&self, word: Word) -> (i32, i32) {
-        self.limits.get(&word).copied().unwrap_or(word.range())
+        self.limits.get(word)
     }
-}
-
-fn limits(program: &Program) -> HashMap<Word, (i32, i32)> {
-    let mut limits = HashMap::new();
-    for tag in &program.tags {
-        let TagMeaning::Address(Address::Word(word)) = tag.meaning else { continue };
-        let (low, high) = limits.get(&word).copied().unwrap_or(word.range());
-        let low = tag.min.map_or(low, |(min, _)| low.max(min));
-        let high = tag.max.map_or(high, |(max, _)| high.min(max));
-        if (low, high) != word.range() {
-            limits.insert(word, (low, high.max(low)));
-        }
-    }
-    limits
 }
 
 /// The text for a constant and its neighbour: `80 is 81` for a literal, `` `limit` (80) is 81`` for

@@ -13,17 +13,13 @@ mod trace;
 mod verdict;
 
 use crate::support::model::rng::Rng;
+use crate::support::setting::setting;
 use bench::Bench;
 use rungd::observe::{At, Cause, Limits};
 use std::collections::BTreeMap;
-use std::env;
 
 /// The number of questions about one ladder.
 const OF_ONE: u64 = 20;
-
-fn setting(name: &str, default: u64) -> u64 {
-    env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
 
 #[test]
 fn why_stands_before_an_independent_judge() {

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use super::keys::{Keys, PartKind};
 use crate::io::plant::settings::PointId;
+use crate::resolve::NAME_MAX;
 use crate::source::atom::is_name;
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::{KnownNames, Near};
@@ -178,6 +179,10 @@ impl Points {
             points.firsts.push(points.next());
             let Some(name) = &part.name else { continue };
             check_name(name, "a part", &mut names, findings);
+            if name.text.len() > NAME_MAX {
+                // Each of its points would contain it.
+                continue;
+            }
             let kind = part.kind.map_or(&[][..], fixed);
             for Fixed { name: point, holds, role } in kind {
                 points.add((&name.text, point), (*holds, *role), name.span, findings);
@@ -252,7 +257,7 @@ impl Points {
             }
         };
         let finding = Finding::new(Code::UnknownName, text.span, message);
-        Err(finding.help(help).near_any(Some(near)))
+        Err(finding.help(help).near_any(Some(Box::new(near))))
     }
 
     fn known_points(&self, of: &PointsOfPart) -> KnownNames {
@@ -289,6 +294,11 @@ fn check_name<'k>(
 ) {
     if !is_name(&name.text) {
         findings.push(no_name(name, what));
+    }
+    if name.text.len() > NAME_MAX {
+        let message = format!("this name of {what} has {} characters", name.text.len());
+        let finding = Finding::new(Code::ForbiddenName, name.span, message);
+        findings.push(finding.help(format!("a name has at most {NAME_MAX}")));
     }
     if what == "a part" && name.text == FAULT {
         let message = "`fault` is where the faults are: `fault.NAME`";
