@@ -297,7 +297,9 @@ fn a_reload_is_a_birth_and_a_jump_asks_for_the_past() {
     assert_eq!(historical, 1);
     node.past_done(3300);
     let all = outs(&mut node);
-    assert!(all.iter().any(|out| matches!(out, NodeOut::Say(line) if line.contains("1 values"))));
+    assert!(
+        all.iter().any(|out| matches!(out, NodeOut::Say(line) if line.contains("1 past values")))
+    );
 }
 
 #[test]

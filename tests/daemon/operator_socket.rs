@@ -58,7 +58,7 @@ fn a_lock_that_is_no_file_refuses_the_start_and_does_not_hang_it() {
     let lock = folder.join("s.lock");
     assert!(Command::new("mkfifo").arg(&lock).status().unwrap().success());
     let said = said(&mut run(&folder, &["--scans", "3"]));
-    assert!(said.code == 74 && said.err.contains("s.lock is no file"), "{said:?}");
+    assert!(said.code == 74 && said.err.contains("s.lock is not a file"), "{said:?}");
     assert_eq!(files(&folder), ["controller.toml", "ladder.toml", "s.lock"]);
     let _ = std::fs::remove_dir_all(folder);
 }

@@ -252,7 +252,7 @@ fn another_text_has_no_values_until_it_is_what_runs() {
     editor.replace(LADDER, TEXT);
     await_hints(&mut editor, |hints| has(hints, "level > 3", "level = 0"));
     let said = messages(&editor);
-    assert!(said[0].contains("`tank`") && said[0].contains("differs"), "{said:?}");
+    assert!(said[0].contains("`tank`") && said[0].contains("different program"), "{said:?}");
     assert!(said.len() == 2 && said[1].contains("values are live"), "{said:?}");
 }
 

@@ -446,5 +446,5 @@ fn a_cut_says_the_depth_that_shows_it() {
     }
     assert_eq!((at(0).deeper, at(5).deeper), (Some(3), None));
     let few = plc.limited("C0", Limits { nodes: 1, ..Limits::default() });
-    assert!(few.is_long && few.hints().contains("long enough"), "{}", few.text());
+    assert!(few.is_long && few.hints().contains("too long"), "{}", few.text());
 }
