@@ -41,15 +41,15 @@ pub(super) fn resolve(
     let mut tags = Tags::of(program);
     let known = || program.tags.iter().filter(|tag| tag.of_array.is_none_or(|of| of.at == 0));
     let known = KnownNames::new(known().map(Tag::array_name));
-    let mut found: HashMap<&str, Found> = HashMap::new();
+    let mut found: HashMap<&str, RetainedNames> = HashMap::new();
     for pattern in progress.during(patterns) {
         if !compares_stars && pattern.text.contains('*') {
             continue;
         }
         match found.entry(&pattern.text).or_insert_with(|| tags.retain(pattern)) {
-            Found::Nothing => findings.push(nothing(pattern, &known)),
-            Found::Other(at) => findings.push(not_retained(pattern, &program.tags[*at])),
-            Found::Ranges => {}
+            RetainedNames::Nothing => findings.push(nothing(pattern, &known)),
+            RetainedNames::Other(at) => findings.push(not_retained(pattern, &program.tags[*at])),
+            RetainedNames::Ranges => {}
         }
     }
     tags.ranges
@@ -67,7 +67,7 @@ fn too_many(patterns: &[Text], program: &Program) -> Option<Finding> {
 
 /// The tags that a pattern names.
 #[derive(Clone, Copy)]
-enum Found {
+enum RetainedNames {
     /// At least one of them can be retained.
     Ranges,
     /// None of them can be retained; with the index of the first.
@@ -103,16 +103,16 @@ impl<'p> Tags<'p> {
     }
 
     /// Adds the ranges of the tags that a pattern names, each once.
-    fn retain(&mut self, pattern: &Text) -> Found {
+    fn retain(&mut self, pattern: &Text) -> RetainedNames {
         let named = match pattern.text.contains('*') {
             true => self.fitting(&pattern.text),
             false => self.by_name.get(&*pattern.text).cloned().unwrap_or_default().collect(),
         };
-        let Some(first) = named.first() else { return Found::Nothing };
-        let mut found = Found::Other(*first);
+        let Some(first) = named.first() else { return RetainedNames::Nothing };
+        let mut found = RetainedNames::Other(*first);
         for at in named {
             let Some(range) = self.retainable[at] else { continue };
-            found = Found::Ranges;
+            found = RetainedNames::Ranges;
             if !std::mem::replace(&mut self.is_named[at], true) {
                 self.ranges.push(Range { span: pattern.span, ..range });
             }

@@ -73,8 +73,25 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
         "Adding an instruction",
         &["src/engine/blocks.rs", "src/engine/slice.rs", "src/engine/written.rs"],
     ),
-    ("Termination", "Adding an instruction", &["src/lower/instructions.rs"]),
-    ("OperandKind", "Adding an instruction", &["src/resolve/operand.rs"]),
+    (
+        "Termination",
+        "Adding an instruction",
+        &["src/explain/mod.rs", "src/isa/instruction.rs", "src/lower/instructions.rs"],
+    ),
+    (
+        "OperandKind",
+        "Adding an instruction",
+        &[
+            "src/editor/complete/instructions.rs",
+            "src/editor/complete/nature.rs",
+            "src/editor/words.rs",
+            "src/explain/mod.rs",
+            "src/isa/instruction.rs",
+            "src/resolve/operand.rs",
+            "src/resolve/template/kind.rs",
+            "src/testing/mutants/values.rs",
+        ],
+    ),
     (
         "DriverSettings",
         "Adding a driver",

@@ -192,7 +192,7 @@ impl Swap<'_> {
             self.was_on(Bit::Stage(StageId(at as u32)))
         };
         match words[..] {
-            ["Program" | "Task", block, "goes", "on", "running"] => new(&running(block)) == 1,
+            ["Program" | "Task", block, "continues", "to", "run"] => new(&running(block)) == 1,
             ["Program" | "Task", block, "is", "gone", "and", ..] => old_block(block),
             ["Program" | "Task", block, "is", "gone;", ..] => !old_block(block),
             ["Task", block, "is", "disabled", ..] => old_block(block) && new(&running(block)) == 0,
@@ -216,7 +216,7 @@ impl Swap<'_> {
             ["warning:", "array", array, "moved", _, _, _, _, count, "of", "3", ..] => {
                 self.leaves(&format!("{array}[0]")) && self.differing(array).to_string() == count
             }
-            ["array", array, _, "is", "called", now, "now"] => (0..3).all(|n| {
+            ["array", array, _, "was", "renamed", "to", now] => (0..3).all(|n| {
                 let [from, to] = [(self.old, array), (self.new, now)].map(|(of, name)| {
                     run::cell(&of.program, &of.symbols, &format!("{name}[{n}]")).expect(line)
                 });
@@ -229,8 +229,8 @@ impl Swap<'_> {
                 let Cell::Word(at) = cell else { panic!("{line}") };
                 i64::from(self.words[at.0 as usize]) == new(&name)
             }
-            [of, "is", "new"] | [of, "begins", "anew:", ..] => new(&acc(of)) == 0,
-            [_, of, "is", "new"] | [_, of, "begins", "anew:", ..] => new(&acc(of)) == 0,
+            [of, "is", "new"] | [of, "starts", "again:", ..] => new(&acc(of)) == 0,
+            [_, of, "is", "new"] | [_, of, "starts", "again:", ..] => new(&acc(of)) == 0,
             _ => true,
         }
     }
@@ -243,7 +243,7 @@ impl Swap<'_> {
             let name = &self.old.symbols.blocks[from.0 as usize];
             let (was, is) =
                 (self.was_on(Bit::Running(*from)), self.new.value(self.after, &running(name)) == 1);
-            let told = ["disabled", "goes on"].map(|what| {
+            let told = ["disabled", "continues"].map(|what| {
                 ["Task", "Program"].iter().any(|kind| {
                     report
                         .iter()

@@ -102,8 +102,8 @@ impl<'t> Expansion<'t> {
             let instance = self.of_ladder(of, true, used);
             if let Some(instance) = instance {
                 (rungs, stages) = self.body(&instance);
-                self.end_if_over(of);
             }
+            self.end_if_over(of);
         }
         Block { form, span, name, doc, autostart, body: None, rungs, stages }
     }
@@ -125,8 +125,9 @@ impl<'t> Expansion<'t> {
                 Entry::Rung(rung) => rungs.push(rung),
                 Entry::Use(of) => {
                     self.names.extend(of.name.clone());
-                    let Some(instance) = self.of_ladder(&of, false, used) else { continue };
-                    self.rungs(&instance.of.template.rungs, &instance, &mut rungs);
+                    if let Some(instance) = self.of_ladder(&of, false, used) {
+                        self.rungs(&instance.of.template.rungs, &instance, &mut rungs);
+                    }
                     self.end_if_over(&of);
                 }
             }
@@ -154,7 +155,8 @@ impl<'t> Expansion<'t> {
         self.room.is_over()
     }
 
-    /// Reports once that the expansion has exceeded its limit, at the use that exceeded it.
+    /// Reports once that the expansion has exceeded its limit, at the use that exceeded it: also if
+    /// the limit left nothing of that use.
     fn end_if_over(&mut self, of: &Use) {
         if self.room.is_over() && !std::mem::replace(&mut self.is_told, true) {
             let span = of.template.as_ref().map_or(of.span, |name| name.span);
