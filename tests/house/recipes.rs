@@ -183,7 +183,8 @@ fn missing_arm(error: &str) -> Option<(String, String)> {
     let (place, message) = error.split_once(": error[E0004]: ")?;
     let path = message.split('`').nth(1)?;
     let (of, _) = path.split_once("::Blip")?;
-    let of = of.rsplit("::").next()?.trim_start_matches('&');
+    // Without what stands around the name: `&`, a path, `Some(`.
+    let of = of.rsplit(|c: char| !c.is_alphanumeric()).next()?;
     Some((of.to_owned(), place.split(':').next()?.to_owned()))
 }
 
