@@ -5,7 +5,7 @@
 
 Makes one file (or folder) for each case and runs `check` on it. Prints the seconds, the peak of
 resident memory, the bytes of the answer, the exit code and the answer's last line. It has no
-limits to pass or fail: docs/speed.md, *Judging large files*, has the figures.
+limits to pass or fail (docs/speed.md, *Judging large files*).
 """
 import os, resource, subprocess, sys, tempfile, time
 
