@@ -3,7 +3,7 @@
 
 use std::process::Output;
 
-use crate::replay::{Place, conveyor, shown};
+use crate::cli::replay::{Place, conveyor, shown};
 use rungd::record::{BlockHead, Recent};
 use serde_json::Value;
 

@@ -1,6 +1,6 @@
 //! `rungd sim CONTROLLER.toml`: a controller with its simulated plant, in a closed loop.
 
-use crate::sim::{Place, text};
+use crate::cli::sim::{Place, text};
 
 /// A plant that answers 300 ms after its command, a device that does not answer, and a rule.
 const LOOP: &str = r#"

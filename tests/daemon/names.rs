@@ -2,7 +2,7 @@
 //! of a template's use, elements and whole arrays are read, written and forced. Also names that
 //! stand for several operands: blocks and uses.
 
-use crate::operator_commands;
+use crate::daemon::operator_commands;
 use crate::support::live::Live;
 
 const LADDER: &str = r#"

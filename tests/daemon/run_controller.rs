@@ -1,9 +1,9 @@
 //! `rungd run` with the real binary: its modes, ends, exit codes and signals.
 
-use crate::bottling;
+use crate::daemon::bottling;
 use std::process::Command;
 
-use crate::bottling::{ALIVE, Plant, Running, STOPS, find, message};
+use crate::daemon::bottling::{ALIVE, Plant, Running, STOPS, find, message};
 use crate::support::needs::{Need, skip};
 
 #[test]

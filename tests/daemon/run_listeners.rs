@@ -6,7 +6,7 @@ use std::process::Command;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use crate::bottling::{ALIVE, PATIENCE, Plant, Running, find, message};
+use crate::daemon::bottling::{ALIVE, PATIENCE, Plant, Running, find, message};
 use serde_json::Value;
 
 #[test]
@@ -104,7 +104,7 @@ fn a_log_that_nobody_reads_costs_no_scan() {
     unread_log(Duration::from_secs(4));
 }
 
-/// `cargo test --test daemon thirty -- --ignored --nocapture`
+/// `cargo test --test it daemon::thirty -- --ignored --nocapture`
 #[test]
 #[ignore = "takes 30 seconds"]
 fn a_log_that_nobody_reads_for_thirty_seconds_costs_no_scan() {

@@ -3,8 +3,8 @@
 
 use serde_json::{Value, json};
 
-use crate::client::{Editor, place_of};
-use crate::project::{CONTROLLER, LADDER, TEST, folder};
+use crate::editor::client::{Editor, place_of};
+use crate::editor::project::{CONTROLLER, LADDER, TEST, folder};
 use crate::support::live::Live;
 
 fn run(editor: &mut Editor, command: &str, arguments: Value) {

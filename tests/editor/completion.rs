@@ -3,8 +3,8 @@
 
 use serde_json::{Value, json};
 
-use crate::client::Editor;
-use crate::project::{self, CONTROLLER, LADDER, TEST};
+use crate::editor::client::Editor;
+use crate::editor::project::{self, CONTROLLER, LADDER, TEST};
 
 /// A ladder with a name of every kind.
 pub const RICH: &str = r#"[ladder]

@@ -1,8 +1,8 @@
 //! Completion in `[log]` of a controller file: its keys and their values, the names of events, and
 //! the levels that an event can have.
 
-use crate::completion::check;
-use crate::project::CONTROLLER;
+use crate::editor::completion::check;
+use crate::editor::project::CONTROLLER;
 
 #[test]
 fn settings_of_the_log() {

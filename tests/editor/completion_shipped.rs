@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use crate::client::Editor;
+use crate::editor::client::Editor;
 
 /// One word in this many is cut, over all files. It is a prime, so that all kinds of words take
 /// part.

@@ -1,8 +1,8 @@
 //! Completion in uses and devices: parameters in the braces of texts and in uses of one line,
 //! points in the map of a device.
 
-use crate::completion::{RICH, check};
-use crate::project::{CONTROLLER, LADDER};
+use crate::editor::completion::{RICH, check};
+use crate::editor::project::{CONTROLLER, LADDER};
 
 #[test]
 fn parameters_in_texts_and_in_inline_uses() {

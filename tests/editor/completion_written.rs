@@ -3,8 +3,8 @@
 
 use serde_json::json;
 
-use crate::completion::{editor, items};
-use crate::project::{CONTROLLER, LADDER, TEST};
+use crate::editor::completion::{editor, items};
+use crate::editor::project::{CONTROLLER, LADDER, TEST};
 
 /// The text of a snippet with its gaps filled in.
 fn typed_in(snippet: &str) -> String {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::client::Editor;
-use crate::project::{LADDER, TEST, empty, folder};
+use crate::editor::client::Editor;
+use crate::editor::project::{LADDER, TEST, empty, folder};
 use rungd::load;
 use rungd::source::finding::Finding;
 use rungd::source::render::{Style, render};

@@ -9,9 +9,9 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::client::Editor;
-use crate::findings::shipped;
-use crate::project::empty;
+use crate::editor::client::Editor;
+use crate::editor::findings::shipped;
+use crate::editor::project::empty;
 
 fn editor(folder: &Path) -> Editor {
     let literals = json!({ "codeActionKind": { "valueSet": ["quickfix"] } });
@@ -133,15 +133,16 @@ fn tried(editor: &mut Editor, name_of: &str, text: &str) -> String {
     let mut told = String::new();
     let diagnostics = editor.diagnostics(name_of);
     let (all, errors) = (counted(&diagnostics, false), counted(&diagnostics, true));
-    let mut seen = Vec::new();
+    // All actions are asked for before the first edit.
+    let mut offers: Vec<(&Value, Vec<Value>)> = Vec::new();
     for diagnostic in &diagnostics {
-        if seen.contains(&diagnostic) {
-            continue;
+        if offers.iter().all(|(seen, _)| *seen != diagnostic) {
+            offers.push((diagnostic, actions(editor, name_of, diagnostic)));
         }
-        seen.push(diagnostic);
+    }
+    for (diagnostic, offered) in offers {
         let own = name(diagnostic);
         let line = diagnostic["range"]["start"]["line"].as_u64().unwrap() + 1;
-        let offered = actions(editor, name_of, diagnostic);
         let _ = writeln!(told, "{name_of}:{line} {}", own.0);
         let help = diagnostic["message"].as_str().unwrap().split_once("\nhelp: ");
         let repairs = |of: &Value| !of["title"].as_str().unwrap().starts_with("Allow");
@@ -165,8 +166,6 @@ fn tried(editor: &mut Editor, name_of: &str, text: &str) -> String {
                 let before = errors.get(&error).copied().unwrap_or(0);
                 assert!(count <= before, "{name_of}:{line}: {title} makes {error:?}");
             }
-            editor.replace(name_of, text);
-            editor.diagnostics(name_of);
         }
     }
     editor.close(name_of);

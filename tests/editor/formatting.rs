@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::client::Editor;
-use crate::project::{LADDER, empty, folder};
+use crate::editor::client::Editor;
+use crate::editor::project::{LADDER, empty, folder};
 
 fn ask(editor: &mut Editor, name: &str) -> Value {
     let options = json!({ "tabSize": 4, "insertSpaces": true });

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::client::{Editor, place_of};
-use crate::project::{CONTROLLER, Folder, LADDER, TEST, folder};
+use crate::editor::client::{Editor, place_of};
+use crate::editor::project::{CONTROLLER, Folder, LADDER, TEST, folder};
 
 /// The hover text at a place, which `^` marks in `wanted`.
 fn shown(editor: &mut Editor, name: &str, wanted: &str) -> String {

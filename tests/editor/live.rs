@@ -4,7 +4,7 @@
 
 use serde_json::{Value, json};
 
-use crate::client::{Editor, place_of};
+use crate::editor::client::{Editor, place_of};
 use crate::support::live::Live;
 
 const LADDER: &str = "ladder.toml";
@@ -287,9 +287,9 @@ fn the_settings_turn_it_on_and_name_the_socket() {
 
 #[test]
 fn without_a_controller_one_message_says_so() {
-    let folder = crate::project::folder();
+    let folder = crate::editor::project::folder();
     let mut editor = Editor::new(folder.path());
-    editor.open(crate::project::LADDER);
+    editor.open(crate::editor::project::LADDER);
     let socket = folder.path().join("none");
     let settings = json!({ "live": true, "socket": socket });
     editor.tell("workspace/didChangeConfiguration", json!({ "settings": settings }));

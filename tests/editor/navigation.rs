@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::client::{Editor, place_of};
-use crate::project::{CONTROLLER, LADDER, TEST, empty, folder};
+use crate::editor::client::{Editor, place_of};
+use crate::editor::project::{CONTROLLER, LADDER, TEST, empty, folder};
 
 /// `file:line:column` of a location, lines and columns from 0.
 fn at(location: &Value) -> String {

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::project::{CONTROLLER, LADDER, TEST, folder};
+use crate::editor::project::{CONTROLLER, LADDER, TEST, folder};
 use crate::support::needs::not_installed;
 use crate::support::page;
 

@@ -3,8 +3,8 @@
 
 use serde_json::{Value, json};
 
-use crate::client::Editor;
-use crate::project::empty;
+use crate::editor::client::Editor;
+use crate::editor::project::empty;
 
 /// The numbers of a fixed sequence (SplitMix64).
 struct Numbers(u64);
@@ -149,10 +149,10 @@ fn type_into((name, original): (&str, &str), steps: usize, seed: u64) {
     }
 }
 
-/// 10,000 steps, divided among files of every kind; `RUNGD_TYPED` sets a different number.
+/// 2,500 steps, divided among files of every kind; `RUNGD_TYPED` sets a different number.
 #[test]
 fn edits_end_as_a_fresh_start_does() {
-    let steps = std::env::var("RUNGD_TYPED").ok().and_then(|n| n.parse().ok()).unwrap_or(10_000);
+    let steps = std::env::var("RUNGD_TYPED").ok().and_then(|n| n.parse().ok()).unwrap_or(2_500);
     let config = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let files = [
         "batch-mixer.toml",

@@ -6,8 +6,8 @@ use tokio::time::timeout;
 
 use rungd::mqtt::{BrokerSettings, MqttCause, MqttEvent, MqttSession, MqttVersion, Qos};
 
-use crate::nats::NatsCluster;
-use crate::sessions::{confirmed, message, refusal, run, settings};
+use crate::fleet::nats::NatsCluster;
+use crate::fleet::sessions::{confirmed, message, refusal, run, settings};
 
 /// The wait before a request is repeated.
 const AGAIN: Duration = Duration::from_secs(2);

@@ -6,9 +6,9 @@ use std::time::Duration;
 use rungd::mqtt::TlsFiles;
 use rungd::sparkplug::{DataType, MessageKind, MetricValue, vocabulary};
 
-use crate::edge_rig::{CONTROLLER, Edge, Host, LADDER, commanded};
-use crate::mosquitto::{Mosquitto, MosquittoOptions};
-use crate::nats::NatsCluster;
+use crate::fleet::edge_rig::{CONTROLLER, Edge, Host, LADDER, commanded};
+use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
+use crate::fleet::nats::NatsCluster;
 use crate::support::live::{Live, run};
 
 /// A controller, a broker, and the edge node's primary host.
@@ -185,7 +185,7 @@ fn a_controller_that_is_killed_leaves_a_gap_that_is_said() {
     std::mem::forget(live);
     let _live = Live::of(folder, command);
     edge.await_line("lost: perhaps some scans", 1);
-    let is_first = |of: &crate::edge_rig::ToldValue| {
+    let is_first = |of: &crate::fleet::edge_rig::ToldValue| {
         of.is_historical && of.name == "n" && of.value == MetricValue::Signed(1)
     };
     host.await_it("the first values", |host| host.told().iter().any(is_first));

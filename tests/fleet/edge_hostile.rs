@@ -3,9 +3,9 @@
 use rungd::mqtt::{MqttVersion, Qos};
 use rungd::sparkplug::{DataType, MessageKind, MetricValue};
 
-use crate::edge::{PRIMARY, are_ordered, await_more, await_whole, plant};
-use crate::edge_rig::{Edge, ToldValue, commanded};
-use crate::sessions::{confirmed, run, session, settings};
+use crate::fleet::edge::{PRIMARY, are_ordered, await_more, await_whole, plant};
+use crate::fleet::edge_rig::{Edge, ToldValue, commanded};
+use crate::fleet::sessions::{confirmed, run, session, settings};
 
 const COMMANDS: &str = "spBv1.0/plant/NCMD/press";
 

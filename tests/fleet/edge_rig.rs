@@ -13,7 +13,7 @@ use rungd::sparkplug::{
     DataType, HostState, MessageKind, Metric, MetricValue, Payload, Topic, metric_of,
 };
 
-use crate::broker::PATIENCE;
+use crate::fleet::broker::PATIENCE;
 use crate::support::live::Live;
 use crate::support::system;
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
-use crate::broker::PATIENCE;
+use crate::fleet::broker::PATIENCE;
 
 /// `rungd fleet`. Dropping this value ends it.
 pub struct FleetProcess(Child);

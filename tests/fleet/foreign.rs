@@ -11,7 +11,7 @@ use rungd::sparkplug::{
 };
 use serde_json::{Value, json};
 
-use crate::broker::program;
+use crate::fleet::broker::program;
 use crate::support::needs::not_installed;
 
 const NOW_MS: u64 = 1_790_000_000_000;

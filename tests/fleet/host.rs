@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::broker::{PATIENCE, fresh_folder};
-use crate::certificates::Certificates;
-use crate::edge_rig::{CONTROLLER, Edge, LADDER};
-use crate::fleet_process::FleetProcess;
-use crate::mosquitto::{Mosquitto, MosquittoOptions};
-use crate::nats::NatsCluster;
+use crate::fleet::broker::{PATIENCE, fresh_folder};
+use crate::fleet::certificates::Certificates;
+use crate::fleet::edge_rig::{CONTROLLER, Edge, LADDER};
+use crate::fleet::fleet_process::FleetProcess;
+use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
+use crate::fleet::nats::NatsCluster;
 use crate::support::live::Live;
 
 /// The ladder of the second controller.

@@ -3,11 +3,11 @@
 
 use rungd::sparkplug::{DataType, HostState, MetricValue, Payload, vocabulary};
 
-use crate::checker::recorder::{Recorder, now_ms};
-use crate::checker::story::{Connection, Step, Story};
-use crate::checker::{host_rules, judge};
-use crate::fleet_process::FleetProcess;
-use crate::host_wire::{BIRTH, DATA, birth, data, is_over, metric, sent, subscribed};
+use crate::fleet::checker::recorder::{Recorder, now_ms};
+use crate::fleet::checker::story::{Connection, Step, Story};
+use crate::fleet::checker::{host_rules, judge};
+use crate::fleet::fleet_process::FleetProcess;
+use crate::fleet::host_wire::{BIRTH, DATA, birth, data, is_over, metric, sent, subscribed};
 
 /// A recorder, and a `rungd fleet` that has subscribed to it.
 fn listener(command: &[&str]) -> (Recorder, FleetProcess) {

@@ -6,10 +6,10 @@ use rungd::sparkplug::{
 };
 use serde_json::Value;
 
-use crate::checker::recorder::{Recorder, now_ms};
-use crate::checker::story::{Connection, Step, Story};
-use crate::checker::{host_rules, judge};
-use crate::fleet_process::FleetProcess;
+use crate::fleet::checker::recorder::{Recorder, now_ms};
+use crate::fleet::checker::story::{Connection, Step, Story};
+use crate::fleet::checker::{host_rules, judge};
+use crate::fleet::fleet_process::FleetProcess;
 
 pub fn metric(name: &str, alias: u64, datatype: DataType) -> BornMetric {
     let properties = MetricProperties::default();

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::broker::{Process, free_ports, fresh_folder, program};
-use crate::certificates::Certificates;
+use crate::fleet::broker::{Process, free_ports, fresh_folder, program};
+use crate::fleet::certificates::Certificates;
 use crate::support::needs::not_installed;
 
 /// The options of a mosquitto.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use rustix::fs::{FlockOperation, flock};
 
-use crate::broker::{PATIENCE, Process, free_ports, fresh_folder, program};
+use crate::fleet::broker::{PATIENCE, Process, free_ports, fresh_folder, program};
 use crate::support::needs::not_installed;
 
 /// The nodes of a cluster.

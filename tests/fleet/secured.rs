@@ -3,9 +3,9 @@
 
 use rungd::mqtt::{BrokerLogin, BrokerSettings, MqttCause, MqttVersion, TlsFiles};
 
-use crate::certificates::Certificates;
-use crate::mosquitto::{Mosquitto, MosquittoOptions};
-use crate::sessions::{confirmed, refusal, run, session, settings};
+use crate::fleet::certificates::Certificates;
+use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
+use crate::fleet::sessions::{confirmed, refusal, run, session, settings};
 
 const VERSIONS: [MqttVersion; 2] = [MqttVersion::V3, MqttVersion::V5];
 
@@ -37,7 +37,7 @@ fn both_sides_are_checked() {
         // Without a client certificate.
         insecure(refusal(&of(&TlsFiles { ca: ours.ca.clone(), ..TlsFiles::default() })).await);
         // An authority that did not sign the broker's certificate.
-        let folder = crate::broker::fresh_folder("strangers");
+        let folder = crate::fleet::broker::fresh_folder("strangers");
         let strangers = files(&Certificates::make(&folder));
         let unknown = TlsFiles { ca: strangers.ca.clone(), ..ours.clone() };
         assert!(insecure(refusal(&of(&unknown)).await).contains("invalid peer certificate"));

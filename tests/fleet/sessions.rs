@@ -7,8 +7,8 @@ use rungd::mqtt::{
     MqttVersion, Qos,
 };
 
-use crate::broker::PATIENCE;
-use crate::mosquitto::{Mosquitto, MosquittoOptions};
+use crate::fleet::broker::PATIENCE;
+use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
 
 const VERSIONS: [MqttVersion; 2] = [MqttVersion::V3, MqttVersion::V5];
 

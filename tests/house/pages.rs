@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::ORDER;
+use crate::house::ORDER;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -76,18 +76,18 @@ fn the_tests_page_tells_every_file() {
     let page = text("tests/README.md");
     let (tests, rows) = (root().join("tests"), section(&page, "## Every file"));
     let is_rust = |folder: &&String| {
-        folder.as_str() == "support/" || tests.join(folder).join("main.rs").exists()
+        folder.as_str() == "support/" || tests.join(folder).join("mod.rs").exists()
     };
     let top = entries(&tests);
     let (folders, others): (Vec<&String>, Vec<&String>) = top.iter().partition(is_rust);
     assert!(folders.len() > 10, "{folders:?}");
-    let without_main = |mut all: BTreeSet<String>| {
-        all.remove("main.rs");
+    let without_mod = |mut all: BTreeSet<String>| {
+        all.remove("mod.rs");
         all
     };
     for folder in folders {
-        let told = without_main(told_below(rows, &format!("`{folder}`")));
-        assert_eq!(told, without_main(entries(&tests.join(folder))), "tests/README.md, {folder}");
+        let told = without_mod(told_below(rows, &format!("`{folder}`")));
+        assert_eq!(told, without_mod(entries(&tests.join(folder))), "tests/README.md, {folder}");
     }
     let others: BTreeSet<String> = others.into_iter().cloned().collect();
     assert_eq!(told_below(rows, "Scripts and data"), others, "tests/README.md, its last table");

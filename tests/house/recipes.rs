@@ -147,7 +147,7 @@ fn errors_of_all() -> &'static [String] {
 
 /// The compiler's lines with errors for a copy.
 fn errors(copy: &Path) -> Vec<String> {
-    // `target/PROFILE/deps/house-…`
+    // `target/PROFILE/deps/it-…`
     let own = std::env::current_exe().expect("the path of this test");
     let folder = own.ancestors().nth(2).expect("the profile's folder");
     let profile = match folder.file_name().and_then(|name| name.to_str()) {
@@ -159,7 +159,7 @@ fn errors(copy: &Path) -> Vec<String> {
     cargo.args([
         "test",
         "--test",
-        "house",
+        "it",
         "--no-run",
         "--offline",
         "--locked",
@@ -318,7 +318,7 @@ const OF_TOML: [&str; 6] = [
 fn matches_of_enums_are_exhaustive() {
     let text = fs::read_to_string(root().join("src/lib.rs")).expect("readable");
     assert!(text.contains("#![deny(clippy::wildcard_enum_match_arm)]"), "src/lib.rs");
-    for file in crate::sources() {
+    for file in crate::house::sources() {
         let allows = file.text.contains("allow(clippy::wildcard_enum_match_arm)");
         let of_toml = OF_TOML.iter().any(|path| file.path.ends_with(path));
         assert!(!allows || of_toml, "{} is not about TOML", file.path.display());

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use crate::rig::{Rig, rig};
+use crate::io::rig::{Rig, rig};
 use rungd::io::device::{
     DeviceParts, DeviceTask, Driver, Exchange, Extent, Health, Occasion, Trouble,
 };

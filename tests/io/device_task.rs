@@ -2,7 +2,7 @@
 //! trouble, and its outputs in every mode and at the end.
 
 #[allow(dead_code, reason = "each user takes what it needs")]
-use crate::device_bench::*;
+use crate::io::device_bench::*;
 use std::sync::Arc;
 use std::time::Duration;
 

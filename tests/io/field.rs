@@ -5,7 +5,7 @@
 #[allow(dead_code, reason = "each user takes what it needs")]
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
-use crate::rig::{MS, PERIOD_NS, Rig, rig};
+use crate::io::rig::{MS, PERIOD_NS, Rig, rig};
 use rungd::runtime::DeviceEdge;
 use rungd::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use rungd::runtime::wiring::{last_words, outgoing};

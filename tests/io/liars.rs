@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{sleep, spawn};
 use std::time::Duration;
 
-use crate::line::pty;
+use crate::io::line::pty;
 use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
 use rungd::io::modbus::number::{NumberType, WordOrder};
 use rungd::io::modbus_client::settings;

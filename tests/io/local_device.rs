@@ -1,7 +1,7 @@
 //! Local devices: lines that the scan itself reads and writes. Their outputs in RUN, at a stop, in
 //! a fault and while a scan never ends; and when the scan releases a device.
 
-use crate::local_rig::*;
+use crate::io::local_rig::*;
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self};

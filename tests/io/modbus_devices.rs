@@ -4,7 +4,7 @@
 //! inputs in place of the field, and the peer reports rungd's writes to the test. If a peer is not
 //! installed, a test prints that and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
-use crate::line::over_a_line;
+use crate::io::line::over_a_line;
 use crate::support::page;
 use crate::support::process;
 use std::cell::Cell;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use crate::liars::{Lie, PATIENT, Script, TIMEOUT, poll, rtu_client};
-use crate::line::await_over_a_line;
+use crate::io::liars::{Lie, PATIENT, Script, TIMEOUT, poll, rtu_client};
+use crate::io::line::await_over_a_line;
 use rungd::io::device::{Driver, Extent, Trouble};
 use rungd::io::modbus_client::settings::ClientSettings as Settings;
 use rungd::io::modbus_client::{Client, Rtu};

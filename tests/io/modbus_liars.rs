@@ -1,12 +1,12 @@
 //! Modbus clients with peers that lie: every lie results in trouble with a reason, in bounded time,
 //! and the next good exchange succeeds.
 
-use crate::liars;
+use crate::io::liars;
 use crate::support::process;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use crate::liars::{
+use crate::io::liars::{
     Answer, Lie, PATIENT, Script, TIMEOUT, client, exchange, honest, lie, listen, patience, poll,
     recovers, tcp_frame, with,
 };

@@ -3,8 +3,8 @@
 //! `modbus_sweep.rs` checks the answers to all requests. This test shows that the program gives the
 //! same answers through its connection, its scans and its engine.
 
-use crate::oracle::requests::{Random, at_address};
-use crate::oracle::{Client, Oracle};
+use crate::io::oracle::requests::{Random, at_address};
+use crate::io::oracle::{Client, Oracle};
 use crate::support::modbus::Client as Socket;
 use crate::support::process::{Plant, Running};
 

@@ -4,11 +4,11 @@
 use std::sync::Arc;
 use std::thread::spawn;
 
-use crate::liars::{
+use crate::io::liars::{
     self, Answer, Lie, PATIENT, TIMEOUT, client, exchange, honest, lie, recovers, rtu_client,
     rtu_frame, serial, serve_rtu, with,
 };
-use crate::line::{await_over_a_line, pty};
+use crate::io::line::{await_over_a_line, pty};
 use rungd::io::device::Driver;
 use rungd::io::modbus_client::settings::{ClientSettings, Link};
 use rungd::io::modbus_client::{Client, SerialLines};

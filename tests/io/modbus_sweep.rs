@@ -6,15 +6,15 @@
 //! program.
 //!
 //! CI tests all addresses near an edge and some of the others. This command tests all of them and
-//! prints figures: `cargo test --release --test io modbus_sweep -- --ignored --nocapture`.
+//! prints figures: `cargo test --release --test it io::modbus_sweep -- --ignored --nocapture`.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::path::Path;
 use std::time::Instant;
 
-use crate::oracle::requests::{Random, at_address};
-use crate::oracle::{Client, Oracle};
+use crate::io::oracle::requests::{Random, at_address};
+use crate::io::oracle::{Client, Oracle};
 use rungd::engine::{Cell, Layout};
 use rungd::io::modbus::Map;
 use rungd::io::modbus::answer::{Answer, answer, refused, written};

@@ -6,7 +6,7 @@
 //! change one bit of the same register (function 22) must not lose each other's changes.
 //!
 //! CI makes some thousand exchanges. This command makes a million in some minutes, and prints
-//! figures: `cargo test --release --test io modbus_torn -- --ignored --nocapture`.
+//! figures: `cargo test --release --test it io::modbus_torn -- --ignored --nocapture`.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;

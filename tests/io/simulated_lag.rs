@@ -1,6 +1,6 @@
 //! The lag of the simulated plant: a temperature, compared with its formula in virtual time.
 
-use crate::simulated_plant::{bench, model};
+use crate::io::simulated_plant::{bench, model};
 
 const OVEN: &str = r#"part = [{ name = "oven", kind = "lag", gain = 20000, ambient = 2000,
     time-constant = "60s" }]"#;

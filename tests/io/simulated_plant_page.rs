@@ -1,6 +1,6 @@
 //! `docs/simulated-plant.md` and `docs/gpio.md`: their files pass the check, and the diagram shows
-//! the behaviour of the plant and the ladder. After a change: `UPDATE_PAGES=1 cargo test --test io
-//! simulated_plant_page`.
+//! the behaviour of the plant and the ladder. After a change: `UPDATE_PAGES=1 cargo test --test it
+//! io::simulated_plant_page`.
 
 use crate::support::page;
 use std::fmt::Write as _;

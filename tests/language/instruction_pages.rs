@@ -3,14 +3,14 @@
 //! diagram is the one that `rungd sim` draws from the ladder, the stimulus and the arguments beside
 //! it.
 //!
-//! `UPDATE_PAGES=1 cargo test --test language instruction_pages` updates titles, facts, diagrams
+//! `UPDATE_PAGES=1 cargo test --test it language::instruction_pages` updates titles, facts, diagrams
 //! and the index.
 
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Once;
 
-use crate::page_parts::{assert_in_order, files, read, simulated, update, with_part};
+use crate::language::page_parts::{assert_in_order, files, read, simulated, update, with_part};
 use rungd::explain::facts;
 use rungd::isa::Spec;
 use rungd::isa::instruction::TABLE;

@@ -2,7 +2,7 @@
 //! Its example passes the check with the library. Its timing diagram is the one that `rungd sim`
 //! draws.
 //!
-//! `UPDATE_PAGES=1 cargo test --test language library_pages` updates titles, parameters, diagrams
+//! `UPDATE_PAGES=1 cargo test --test it language::library_pages` updates titles, parameters, diagrams
 //! and the index.
 
 use std::fs;
@@ -12,8 +12,8 @@ use std::sync::Once;
 use rungd::explain::library_facts;
 use rungd::load;
 
-use crate::library::LIBRARY;
-use crate::page_parts::{assert_in_order, files, read, simulated, update, with_part};
+use crate::language::library::LIBRARY;
+use crate::language::page_parts::{assert_in_order, files, read, simulated, update, with_part};
 
 const SECTIONS: [&str; 5] =
     ["## Behaviour", "## Timing diagram", "## Example", "## Limits", "## See also"];

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use crate::validator::{json_of, wrong};
+use crate::language::validator::{json_of, wrong};
 use rungd::cli::schema::{FileKind, of};
 use rungd::edge::read_edge;
 use rungd::load;

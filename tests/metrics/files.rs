@@ -4,7 +4,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::rig::{CONTROLLER, LADDER};
+use crate::metrics::rig::{CONTROLLER, LADDER};
 use crate::support::live::{Live, PATIENCE, said};
 
 #[test]

@@ -4,7 +4,7 @@
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 
-use crate::rig::{Served, answer_of};
+use crate::metrics::rig::{Served, answer_of};
 
 #[test]
 fn only_a_get_of_metrics_is_answered() {

@@ -1,6 +1,6 @@
 //! The contents of a scrape: a controller's values, modes and alarms, a reload, and its end.
 
-use crate::rig::{CONTROLLER, LADDER, Served, has_prometheus, promtool};
+use crate::metrics::rig::{CONTROLLER, LADDER, Served, has_prometheus, promtool};
 use crate::support::live::{Live, PATIENCE};
 
 const OPEN: &str = "application/openmetrics-text; version=1.0.0";

@@ -3,7 +3,7 @@
 
 use std::io::Cursor;
 
-use crate::drawn::{Numbers, block, program, section};
+use crate::record::drawn::{Numbers, block, program, section};
 use rungd::record::{FileIndex, Flaw, Recent, SectionBody, SegmentStart, index};
 
 #[test]

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-use crate::drawn::{Numbers, block, program, section};
-use crate::line::{Line, engine, on_disk};
+use crate::record::drawn::{Numbers, block, program, section};
+use crate::record::line::{Line, engine, on_disk};
 use crate::support::needs::not_installed;
 use rungd::engine::{BitCell, Cell, EngineCall, EngineState, WordCell};
 use rungd::record::{Recording, SectionBody, SegmentStart, state_hash};

@@ -10,9 +10,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 use std::thread::scope;
 
-use crate::drawn::{Numbers, mode, origin, write};
-use crate::line::{COUNTER, Line, engine, in_memory, on_disk};
-use crate::replayed::random_line;
+use crate::record::drawn::{Numbers, mode, origin, write};
+use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk};
+use crate::record::replayed::random_line;
 use crate::support::run::load;
 use crate::support::setting::setting;
 use rungd::engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};

@@ -2,7 +2,7 @@
 //! reaches almost to the kill, and the next start adds files without touching the old ones.
 //!
 //! ```console
-//! cargo test --release --test record live_crash -- --ignored --nocapture
+//! cargo test --release --test it record::live_crash -- --ignored --nocapture
 //! ```
 
 use std::collections::BTreeMap;
@@ -10,15 +10,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::drawn::Numbers;
-use crate::live_rig::{BUSY, FAST, Operator, last_scan, logs, recorded_run, verified};
+use crate::record::drawn::Numbers;
+use crate::record::live_rig::{BUSY, FAST, Operator, last_scan, logs, recorded_run, verified};
+use crate::support::disk_pace::DiskPace;
 use crate::support::live::{Live, folder};
-use crate::support::metronome;
+use crate::support::metronome::{self, HeldUp};
 use crate::support::modbus::Client;
 use rungd::record::Recording;
 
-/// The time that may be missing after a kill, in addition to the time that the machine delayed
-/// threads.
+/// The time that may be missing after a kill, in addition to the time for which the machine delayed
+/// the threads of the process and its disk.
 const LOST_MAX: Duration = Duration::from_secs(2);
 /// The period of [`FAST`].
 const PERIOD: Duration = Duration::from_millis(2);
@@ -42,6 +43,8 @@ fn one(home: &Path, dir: &Path, numbers: &mut Numbers) -> u64 {
     let before = contents(dir);
     metronome::begin();
     let mut live = Live::of(home.to_owned(), recorded_run(home, dir));
+    let (pid, disk) = (live.child.id(), DiskPace::start(home));
+    let process = HeldUp::of(pid);
     let mut operator = Operator::new(&live);
     let status = operator.status();
     let mut modbus = Client::connect(status["devices"]["modbus"]["address"].as_str().unwrap());
@@ -50,13 +53,14 @@ fn one(home: &Path, dir: &Path, numbers: &mut Numbers) -> u64 {
         modbus.ask(1, &[6, 0, 0, 0, numbers.below(200) as u8]);
     }
     let told = operator.scans();
+    let process = HeldUp::of(pid).since(&process);
     live.child.kill().unwrap();
     live.child.wait().unwrap();
     let after = contents(dir);
     let is_kept = before.iter().all(|(path, bytes)| after.get(path) == Some(bytes));
     assert!(is_kept, "a file of an earlier process was touched");
     let verified = verified(dir, false);
-    let held_up = metronome::held_up_within(begin.elapsed());
+    let held_up = metronome::held_up_within(begin.elapsed()) + process + disk.slowest();
     // The kill may come before the end of the first block.
     let end = if after.len() > before.len() { reached(dir) } else { 0 };
     let lost = told.saturating_sub(end);

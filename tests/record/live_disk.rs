@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::live_rig::{
+use crate::record::live_rig::{
     BUSY, FAST, Operator, Watch, count, ended, failing, last_scan, logs, recorded_run, rounds,
     verified,
 };

@@ -3,7 +3,7 @@
 
 use std::thread;
 
-use crate::live_rig::{BUSY, last_scan, recorded_run, verified};
+use crate::record::live_rig::{BUSY, last_scan, recorded_run, verified};
 use crate::support::calm::calm;
 use crate::support::live::{folder, said};
 use rungd::record::Recording;

@@ -11,8 +11,8 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use crate::drawn::Numbers;
-use crate::live_rig::{
+use crate::record::drawn::Numbers;
+use crate::record::live_rig::{
     BUSY, FAST, Operator, ended, is_late, last_scan, logs, recorded_run, verified,
 };
 use crate::support::live::{Live, Said, folder, run, said};

@@ -7,8 +7,8 @@
 //! recordings of a debug build.
 //!
 //! ```console
-//! RUNGD_RECORD_PROGRAMS=1000 cargo test --release --test record live_random -- --nocapture
-//! RUNGD_RECORD_VERIFY=DIR cargo test --release --test record live_random -- --ignored --nocapture
+//! RUNGD_RECORD_PROGRAMS=1000 cargo test --release --test it record::live_random -- --nocapture
+//! RUNGD_RECORD_VERIFY=DIR cargo test --release --test it record::live_random -- --ignored --nocapture
 //! ```
 
 use std::collections::BTreeMap;
@@ -22,7 +22,9 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::live_rig::{Operator, engine, is_late, last_scan, loaded, logs, recorded, verified};
+use crate::record::live_rig::{
+    Operator, engine, is_late, last_scan, loaded, logs, recorded, verified,
+};
 use crate::support::live::Live;
 use crate::support::modbus::Client;
 use crate::support::model::case::Case;

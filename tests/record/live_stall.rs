@@ -7,7 +7,7 @@
 //! delays the disk's thread.
 //!
 //! ```console
-//! cargo test --release --test record live_stall -- --ignored --nocapture
+//! cargo test --release --test it record::live_stall -- --ignored --nocapture
 //! ```
 
 use std::fs::{self, File};
@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::live_places::Noise;
-use crate::live_rig::{
+use crate::record::live_places::Noise;
+use crate::record::live_rig::{
     BUSY, FAST, Operator, Watch, count, ended, failing, is_late, last_scan, recorded, recorded_run,
     rounds, verified,
 };

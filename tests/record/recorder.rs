@@ -1,7 +1,7 @@
 //! The recorder: gaps, lost steps, late states, names, and sections that are too long for one
 //! block.
 
-use crate::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
+use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
 use rungd::engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
 use rungd::record::{Recent, Recorder, Recording, Replay};
 use rungd::runtime::command::CommandId;

@@ -8,8 +8,8 @@ use std::cell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use crate::drawn::Numbers;
-use crate::line::{COUNTER, Line, UNIX_NS, engine, hashed, in_memory, on_disk, recorded};
+use crate::record::drawn::Numbers;
+use crate::record::line::{COUNTER, Line, UNIX_NS, engine, hashed, in_memory, on_disk, recorded};
 use crate::support::model::clock;
 use crate::support::model::generate::generate;
 use crate::support::run::{load, target};

@@ -3,11 +3,11 @@
 //! not depend on the machine.
 //!
 //! ```console
-//! cargo test --test record size -- --nocapture
+//! cargo test --test it record::size -- --nocapture
 //! ```
 
-use crate::drawn::Numbers;
-use crate::line::Line;
+use crate::record::drawn::Numbers;
+use crate::record::line::Line;
 use rungd::engine::{Cell, ScanTimes, WordCell};
 use rungd::record::SegmentStart;
 use rungd::runtime::{Machine, Origin, ScanStart};

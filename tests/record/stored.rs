@@ -7,9 +7,9 @@ use std::io::Cursor;
 use std::path::Path;
 use std::rc::Rc;
 
-use crate::drawn::Numbers;
-use crate::folder::{Disk, Fault, Handle};
-use crate::line::{Line, engine, in_memory};
+use crate::record::drawn::Numbers;
+use crate::record::folder::{Disk, Fault, Handle};
+use crate::record::line::{Line, engine, in_memory};
 use rungd::record::{
     BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, Replay, SectionBody, Store, StoreNews,
     StoreSettings, TapeClock, index,

@@ -4,7 +4,7 @@
 //!
 //! Tests `RUNGD_PROPERTY_PROGRAMS` (30) programs from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
-use crate::properties::seeds;
+use crate::reload::properties::seeds;
 use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;

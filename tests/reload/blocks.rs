@@ -1,6 +1,6 @@
 //! The rules of a reload for Programs, Stages and Tasks, a named case each.
 
-use crate::reloaded::*;
+use crate::reload::reloaded::*;
 
 const DRAIN: &str = r#"
 rung = [ { when = ["X0"], do = ["RUN Drain"] }, { when = ["X1"], do = ["HALT Drain"] } ]

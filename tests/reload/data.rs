@@ -1,6 +1,6 @@
 //! The rules of a reload for data, tags, forces and Sensaphone counters, a named case each.
 
-use crate::reloaded::*;
+use crate::reload::reloaded::*;
 
 #[test]
 fn a_tag_that_moves_leaves_its_value_behind_and_the_report_warns() {

@@ -3,7 +3,7 @@
 //! reload changes no bit.
 //!
 //! Makes `RUNGD_RELOADS` (150) reloads from the seed `RUNGD_RELOAD_SEED` (1). The long run:
-//! `RUNGD_RELOADS=10000 cargo test --release --test reload random:: -- --nocapture`
+//! `RUNGD_RELOADS=10000 cargo test --release --test it reload::random:: -- --nocapture`
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;

@@ -1,7 +1,7 @@
 //! The instructions and histories that a reload keeps, terminates or starts again: a named case for
 //! every rule of `docs/semantics.md`, section 4, *Reload*.
 
-use crate::reloaded::*;
+use crate::reload::reloaded::*;
 
 #[test]
 fn an_edited_preset_keeps_the_count() {

@@ -1,7 +1,7 @@
 //! A reload keeps everything in the uses of templates that has a name, whatever is added before it
 //! or edited around it.
 
-use crate::reloaded::*;
+use crate::reload::reloaded::*;
 
 /// A ladder with this template and these uses, each with its input.
 fn station(template: &str, uses: &[(&str, &str)]) -> String {

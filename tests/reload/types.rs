@@ -1,6 +1,6 @@
 //! Reloads of tags with a `type`: values follow the name, even if the place changes.
 
-use crate::reloaded::{Reloaded, plc};
+use crate::reload::reloaded::{Reloaded, plc};
 
 /// A ladder with these tags and rungs.
 fn ladder(tags: &str, rungs: &str) -> String {

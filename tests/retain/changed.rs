@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::memory::{Plant, Running, file, find, message, run};
+use crate::retain::memory::{Plant, Running, file, find, message, run};
 use rungd::retain::content::{self, Content, address};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;

@@ -4,7 +4,7 @@
 use std::fs;
 use std::process::Command;
 
-use crate::memory::{COUNTS, KEEPS, Plant, Running, file, held, message, until};
+use crate::retain::memory::{COUNTS, KEEPS, Plant, Running, file, held, message, until};
 use serde_json::Value;
 
 /// A controller that waits in STOP after a cold start, with this line in `[operator]`.

@@ -5,7 +5,7 @@
 //! The normal run makes a few of each. A thousand kills, a hundred cuts and a stall of 30 s:
 //!
 //! ```console
-//! cargo test --release --test retain crash -- --ignored --nocapture --test-threads 1
+//! cargo test --release --test it retain::crash -- --ignored --nocapture --test-threads 1
 //! ```
 //!
 //! Cuts and stalls require root and a loop device. For a cut, an ext4 image is shut down without
@@ -17,8 +17,10 @@ use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::memory::{COUNTS, Held, KEEPS, PATIENCE, Plant, Running, file, find, held, mounted};
-use crate::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip, until};
+use crate::retain::memory::{
+    COUNTS, Held, KEEPS, PATIENCE, Plant, Running, file, find, held, mounted,
+};
+use crate::retain::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip, until};
 use crate::support::numbers::Numbers;
 use crate::support::system::shell;
 use rungd::operator::client;

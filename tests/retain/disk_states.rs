@@ -6,14 +6,14 @@
 //! them, with figures:
 //!
 //! ```console
-//! cargo test --release --test retain disk_states -- --ignored --nocapture
+//! cargo test --release --test it retain::disk_states -- --ignored --nocapture
 //! ```
 
 use std::cell::Cell;
 use std::rc::Rc;
 use std::time::Instant;
 
-use crate::disk::{Bytes, Fault, Handle};
+use crate::retain::disk::{Bytes, Fault, Handle};
 use crate::support::numbers::Numbers;
 use rungd::retain::format::{Geometry, Stamp};
 use rungd::retain::slots::{Slots, Survey, survey};

@@ -1,7 +1,7 @@
 //! `docs/retain-format.md`: the reader on the page reads rungd's files. In damaged and irregular
 //! files it finds the same image as rungd.
 
-use crate::disk;
+use crate::retain::disk;
 use crate::support::needs::not_installed;
 use std::path::Path;
 use std::process::{Command, Output};

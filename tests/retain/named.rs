@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use crate::memory::{Plant, Running, file, find, message, run};
+use crate::retain::memory::{Plant, Running, file, find, message, run};
 
 const CONTROLLER: &str = "ladder = [\"ladder.toml\"]\nscan.period = \"2ms\"\n\
     [operator]\nsocket = \"op\"\n[retain]\ntags = [\"total_*\", \"parts\", \"old\"]\n\

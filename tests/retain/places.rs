@@ -6,7 +6,7 @@ use std::fs;
 use std::os::unix::fs::{FileExt, symlink};
 use std::path::{Path, PathBuf};
 
-use crate::memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message, run, until};
+use crate::retain::memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message, run, until};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::format::{Stamp, put_slot, slot_bytes};
 use rungd::retain::slots::survey;

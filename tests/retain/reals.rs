@@ -3,7 +3,7 @@
 
 use std::process::{Command, Output};
 
-use crate::memory::{Plant, Running, file, find, message, run, until};
+use crate::retain::memory::{Plant, Running, file, find, message, run, until};
 
 const LADDER: &str = "[tags]\nlevel = { at = \"R5\" }\n[[program]]\nname = \"Main\"\nrung = [\n\
     { when = [\"$FirstScan\", \"R6 == 0\"], do = [\"MOVE 0.1 to=level\", \"MOVE -2.5e-7 to=R6\",\n\

@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
-use crate::memory::{Plant, Running};
+use crate::retain::memory::{Plant, Running};
 use crate::support::setting::setting;
 
 const LADDER: &str = r#"

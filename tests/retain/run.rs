@@ -3,8 +3,10 @@
 use std::fs;
 use std::time::Duration;
 
-use crate::crash::status;
-use crate::memory::{COUNTS, Held, KEEPS, Plant, Running, file, find, held, message, run, until};
+use crate::retain::crash::status;
+use crate::retain::memory::{
+    COUNTS, Held, KEEPS, Plant, Running, file, find, held, message, run, until,
+};
 use rungd::retain::content;
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;

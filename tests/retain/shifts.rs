@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use crate::memory::{Plant, Running, file, run};
+use crate::retain::memory::{Plant, Running, file, run};
 use rungd::retain::content::{self, Content};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;

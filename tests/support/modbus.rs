@@ -1,6 +1,4 @@
 //! A raw Modbus TCP client for tests of the real program. It shares no code with rungd.
-//!
-//! Test binaries include this file by path; each uses a part of it.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;

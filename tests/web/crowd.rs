@@ -5,8 +5,8 @@ use std::io::Write as _;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use crate::client::Web;
 use crate::support::live::PATIENCE;
+use crate::web::client::Web;
 
 #[test]
 fn a_crowd_that_sends_nothing_takes_neither_the_memory_nor_the_controller() {

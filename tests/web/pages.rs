@@ -4,7 +4,7 @@ use std::time::SystemTime;
 
 use serde_json::json;
 
-use crate::client::Web;
+use crate::web::client::Web;
 
 const WINDOW: &str = "/events?element=Main&from=1&to=2&tags=level,lamp,parts.Acc";
 
@@ -133,7 +133,7 @@ fn a_reload_is_followed_and_so_is_a_restart() {
     let visitor = web.visit();
     let program = |web: &Web| web.get("/api/ladder", &visitor).json()["program"].clone();
     let first = program(&web);
-    let ladder = crate::client::LADDER.replace("level > 10", "level > 20");
+    let ladder = crate::web::client::LADDER.replace("level > 10", "level > 20");
     std::fs::write(web.live.folder.join("ladder.toml"), ladder).unwrap();
     web.live.ok("reload");
     let seen = web.until(WINDOW, &visitor, |event| event["program"] != first);

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::client::{CONTROLLER, LADDER, Web};
 use crate::support::live::Live;
 use crate::support::needs::not_installed;
+use crate::web::client::{CONTROLLER, LADDER, Web};
 
 fn is_installed(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok()

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::client::{Visitor, Web};
+use crate::web::client::{Visitor, Web};
 
 fn status(web: &Web, first: &str, lines: &[&str]) -> u16 {
     let lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();

@@ -5,8 +5,8 @@ use std::process::{Command, Stdio};
 
 use serde_json::json;
 
-use crate::client::{CONTROLLER, HttpAnswer, LADDER, Visitor, Web};
 use crate::support::live::Live;
+use crate::web::client::{CONTROLLER, HttpAnswer, LADDER, Visitor, Web};
 
 /// Sets a password as a script does.
 fn passwd(file: &str, user: &str, password: &str) -> (i32, String) {

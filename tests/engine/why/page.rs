@@ -1,5 +1,5 @@
 //! The example of `docs/why.md` is made by the program. To update it after a change:
-//! `UPDATE_PAGES=1 cargo test --test engine why::page`.
+//! `UPDATE_PAGES=1 cargo test --test it engine::why::page`.
 
 use super::bench::Recorder;
 use rungd::engine::{Engine, EngineCall, ScanTimes};

@@ -1,6 +1,5 @@
 //! `src/mqtt` and the code above it, with real brokers: mosquitto, and a cluster of NATS servers,
 //! one of which is killed or paused. `Mosquitto` and `NatsCluster` are the rig.
-#![cfg(feature = "fleet")]
 
 // Each test uses only a part of the rig.
 #[allow(dead_code)]
@@ -25,14 +24,3 @@ mod mosquitto;
 mod nats;
 mod secured;
 mod sessions;
-
-/// Each test binary uses only a part of the shared modules.
-#[allow(dead_code)]
-#[path = "../support"]
-mod support {
-    pub mod calm;
-    pub mod live;
-    pub mod metronome;
-    pub mod needs;
-    pub mod system;
-}

@@ -25,18 +25,3 @@ mod run_controller;
 mod run_listeners;
 mod time_of_day;
 mod watchdog_fault;
-
-/// Each binary uses a part of this shared code.
-#[allow(dead_code)]
-#[path = "../support"]
-mod support {
-    pub mod calm;
-    pub mod journal;
-    pub mod live;
-    pub mod metronome;
-    pub mod needs;
-    pub mod page;
-    pub mod process;
-    pub mod shown;
-    pub mod system;
-}

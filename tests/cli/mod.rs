@@ -19,15 +19,3 @@ mod sim;
 mod sim_controller;
 mod waves;
 mod xref;
-
-/// Each binary uses a part of this shared code.
-#[allow(dead_code)]
-#[path = "../support"]
-mod support {
-    pub mod calm;
-    pub mod masked;
-    pub mod model;
-    pub mod needs;
-    pub mod setting;
-    pub mod shown;
-}

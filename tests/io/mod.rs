@@ -31,18 +31,3 @@ mod simulated_lag;
 mod simulated_plant;
 mod simulated_plant_page;
 mod temperature_loop;
-
-/// Each test binary uses only a part of the shared modules.
-#[allow(dead_code)]
-#[path = "../support"]
-mod support {
-    pub mod bench;
-    pub mod calm;
-    pub mod live;
-    pub mod metronome;
-    pub mod modbus;
-    pub mod needs;
-    pub mod page;
-    pub mod process;
-    pub mod system;
-}

@@ -19,18 +19,3 @@ mod neovim;
 mod project;
 mod renames;
 mod typing;
-
-/// Each binary uses a part of this shared code.
-#[allow(dead_code)]
-#[path = "../support"]
-mod support {
-    pub mod calm;
-    pub mod case;
-    pub mod live;
-    pub mod metronome;
-    pub mod needs;
-    pub mod page;
-    pub mod run;
-    pub mod system;
-    pub mod table;
-}

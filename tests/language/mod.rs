@@ -16,12 +16,3 @@ mod schemas;
 mod template_limits;
 mod ui;
 mod validator;
-
-/// Each binary uses a part of this shared code.
-#[allow(dead_code)]
-#[path = "../support"]
-mod support {
-    pub mod mangled;
-    pub mod needs;
-    pub mod setting;
-}

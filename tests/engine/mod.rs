@@ -1,0 +1,16 @@
+//! The engine by itself, and compared with a model.
+
+mod arrays;
+mod columns;
+mod events;
+mod forces;
+mod formatted;
+mod layout;
+mod library;
+mod math;
+mod properties;
+mod restarts;
+mod runs;
+mod semantics_page;
+mod templates;
+mod why;

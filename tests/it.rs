@@ -1,0 +1,22 @@
+//! All tests that need no process of their own, in folders that follow the modules. One binary
+//! runs them side by side: while some wait for a period, a process or the compiler, others compute.
+
+mod cli;
+mod daemon;
+mod editor;
+mod engine;
+#[cfg(feature = "fleet")]
+mod fleet;
+mod house;
+mod io;
+mod language;
+#[cfg(feature = "fleet")]
+mod metrics;
+mod record;
+mod reload;
+mod retain;
+/// `tests/semantics.rs` uses a part of these modules by itself.
+#[allow(dead_code)]
+mod support;
+#[cfg(feature = "web")]
+mod web;

@@ -1,0 +1,20 @@
+//! The scan log: sections and segments as bytes, the recording in memory, the folder on every kind
+//! of disk, replay, the page's reader, and tests with the real rungd.
+
+mod bytes;
+mod drawn;
+mod folder;
+mod format;
+mod hostile;
+mod line;
+mod live_crash;
+mod live_disk;
+mod live_ends;
+mod live_places;
+mod live_random;
+mod live_rig;
+mod live_stall;
+mod recorder;
+mod replayed;
+mod size;
+mod stored;

@@ -1,0 +1,15 @@
+//! Retentive memory: its file on every kind of disk, and the real binary that keeps it.
+
+mod changed;
+mod cold;
+mod crash;
+mod disk;
+mod disk_states;
+mod format;
+mod memory;
+mod named;
+mod places;
+mod reals;
+mod rig;
+mod run;
+mod shifts;
