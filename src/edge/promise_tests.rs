@@ -180,7 +180,7 @@ impl LinkedNode {
 
 #[test]
 fn a_host_gets_every_change_whatever_the_link_does() {
-    for seed in 1..4 {
+    for seed in 1..6 {
         let mut linked = LinkedNode::new(seed);
         linked.plant.scan();
         linked.look();

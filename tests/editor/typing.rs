@@ -149,10 +149,10 @@ fn type_into((name, original): (&str, &str), steps: usize, seed: u64) {
     }
 }
 
-/// 2,500 steps, divided among files of every kind; `RUNGD_TYPED` sets a different number.
+/// 10,000 steps, divided among files of every kind; `RUNGD_TYPED` sets a different number.
 #[test]
 fn edits_end_as_a_fresh_start_does() {
-    let steps = std::env::var("RUNGD_TYPED").ok().and_then(|n| n.parse().ok()).unwrap_or(2_500);
+    let steps = std::env::var("RUNGD_TYPED").ok().and_then(|n| n.parse().ok()).unwrap_or(10_000);
     let config = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let files = [
         "batch-mixer.toml",

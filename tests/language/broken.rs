@@ -109,7 +109,7 @@ fn broken(text: &str, random: &mut u64) -> String {
 }
 
 fn steps() -> usize {
-    std::env::var("RUNGD_BROKEN_STEPS").ok().and_then(|steps| steps.parse().ok()).unwrap_or(8)
+    std::env::var("RUNGD_BROKEN_STEPS").ok().and_then(|steps| steps.parse().ok()).unwrap_or(20)
 }
 
 /// The numbers of the changed lines: one line, or two if the change split it.

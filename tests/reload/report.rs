@@ -1,7 +1,7 @@
 //! Compares the difference report with the engine's memory after the swap, for random pairs of
 //! programs: one from the reference model's generator, the other an edited copy of it.
 //!
-//! Tests `RUNGD_PROPERTY_PROGRAMS` (15) pairs from the seed `RUNGD_PROPERTY_SEED` (1) on.
+//! Tests `RUNGD_PROPERTY_PROGRAMS` (30) pairs from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
 #[allow(dead_code, unused_imports)]
 use std::collections::HashSet;
@@ -314,7 +314,7 @@ fn judge(
 fn a_report_says_what_the_engine_does() {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     let (mut swaps, mut lines, mut otherwise) = (0, 0, 0);
-    for seed in first..first + setting("RUNGD_PROPERTY_PROGRAMS", 15) {
+    for seed in first..first + setting("RUNGD_PROPERTY_PROGRAMS", 30) {
         let mut rng = Rng::new(seed ^ 0x5eed);
         let case = with_arrays(generate(seed));
         let old = Loaded::new(&case).expect("it is generated so");

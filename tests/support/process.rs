@@ -1,6 +1,4 @@
 //! A rungd process in a test: its folder, its log line by line, its end, and its scan statistics.
-//!
-//! Each test binary uses a part of this module.
 
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};

@@ -2,7 +2,7 @@
 //!
 //! The judge executes the tape again operation by operation and observes the cell (`trace`). It
 //! reads the contacts that an answer names from the ladder's text, with its own reader
-//! (`contacts`). It tries the proposed change (`verdict`). `RUNGD_WHY_QUESTIONS` (80) is the
+//! (`contacts`). It tries the proposed change (`verdict`). `RUNGD_WHY_QUESTIONS` (160) is the
 //! number of questions, `RUNGD_WHY_SEED` (1) the first seed.
 
 mod bench;
@@ -23,7 +23,7 @@ const OF_ONE: u64 = 20;
 
 #[test]
 fn why_stands_before_an_independent_judge() {
-    let questions = setting("RUNGD_WHY_QUESTIONS", 80);
+    let questions = setting("RUNGD_WHY_QUESTIONS", 160);
     let first = setting("RUNGD_WHY_SEED", 1);
     let mut count = 0;
     let mut kinds: BTreeMap<&str, u64> = BTreeMap::new();
