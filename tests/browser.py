@@ -212,6 +212,73 @@ def sign_in(look, password):
     look.page.get_by_role("button", name="Sign in").click()
 
 
+# A page whose requests are answered late or refused must end with what its address names.
+
+
+def a_late_answer_does_not_bring_an_earlier_page_back(test):
+    look = test.look()
+    look.open("overview")
+    waiting = []
+    look.page.route("**/api/panels", lambda route: waiting.append(route))
+    look.page.reload()
+    look.until_asked(waiting, 1)
+    look.page.goto(f"{look.origin}/#ladder/Main")
+    look.until_asked(waiting, 2)
+    # The later request, which is of the ladder's page, is answered first.
+    waiting[1].continue_()
+    look.open("ladder/Main")
+    with look.page.expect_response("**/api/session"):
+        waiting[0].continue_()
+    look.page.unroute("**/api/panels")
+    for _ in range(5):
+        step_of_events(look)
+    assert look.says("document.querySelectorAll('.rung').length > 0"), "the overview is back"
+    look.fine()
+
+
+def step_of_events(look):
+    before = look.says("state.scan")
+    look.until("scan => state.scan > scan", before)
+
+
+def a_refused_request_is_sent_again(test):
+    for name, path, found in [("ladder/Main", "/api/rungs", "document.querySelectorAll('.rung').length > 0"),
+                              ("tags", "/api/tags", "document.querySelectorAll('main tbody tr').length > 3")]:
+        look = test.look()
+        look.open("overview")
+        refused = []
+
+        def refuse_once(route):
+            if refused:
+                route.continue_()
+            else:
+                refused.append(route)
+                route.fulfill(status=502, json={"error": "no rungd answers"})
+
+        look.page.route(f"**{path}?*", refuse_once)
+        look.page.goto(f"{look.origin}/#{name}")
+        look.until(found)
+        assert refused, f"{path} was not asked for"
+        look.errors = [of for of in look.errors if "status of 502" not in of]
+        look.fine()
+
+
+def a_late_answer_leaves_the_next_page_alone(test):
+    look = test.look()
+    look.open("overview")
+    waiting = []
+    look.page.route("**/api/tags?*", lambda route: waiting.append(route))
+    look.page.goto(f"{look.origin}/#tags")
+    look.until_asked(waiting, 1)
+    look.open("ladder/Main")
+    with look.page.expect_response("**/api/tags?*"):
+        waiting[0].continue_()
+    for _ in range(5):
+        step_of_events(look)
+    assert look.says("view.element") == "Main", "the answer about tags changed what the ladder's page watches"
+    look.fine()
+
+
 def a_controller_that_is_gone_is_said(test):
     look = test.look()
     look.open("ladder/Main")
@@ -433,6 +500,9 @@ CHECKS = [
     what_has_the_focus_keeps_it,
     text_and_wires_have_contrast,
     another_site_neither_reads_nor_writes,
+    a_late_answer_does_not_bring_an_earlier_page_back,
+    a_refused_request_is_sent_again,
+    a_late_answer_leaves_the_next_page_alone,
     a_controller_that_is_gone_is_said,
     a_reload_brings_the_new_rungs,
 ]

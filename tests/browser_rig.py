@@ -215,6 +215,10 @@ class Look:
                 return "context was destroyed" not in str(error) and self.fail(error)
         wait_for(script, is_so)
 
+    def until_asked(self, requests, count):
+        """Lets the browser work until `count` requests wait in the list of a route."""
+        wait_for(f"{count} requests", lambda: self.says("true") and len(requests) >= count)
+
     def fail(self, error):
         raise error
 

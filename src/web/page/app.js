@@ -7,7 +7,7 @@ const state = {
   session: null, ladder: null, status: null, values: {}, on: [], running: [],
   scan: 0, scans: [0, 0], time: 0, mode: "", hold: null, power: {},
 };
-let source = null, page = null, asked = 0;
+let source = null, page = null, asked = 0, opened = 0;
 
 // An element: h("p", {class: "soft"}, "text", child ...).
 function h(tag, attributes, ...children) {
@@ -20,6 +20,9 @@ function h(tag, attributes, ...children) {
   element.append(...children.filter((child) => child != null));
   return element;
 }
+
+// The time until a failed request is sent again, ms.
+const AGAIN = 2000;
 
 // Shows these children, and leaves those alone that are as they were made: a place that has the
 // focus keeps it, and a click is not lost between two scans.
@@ -72,7 +75,7 @@ function listen() {
     link("the connection to `rungd web` is gone; it is tried again" + shownOf(), true);
     // The browser tries no refused stream again. If the session has ended, `get` loads the page anew.
     if (source && source.readyState === EventSource.CLOSED) {
-      setTimeout(() => get("/api/status").then(listen, source && source.onerror), 2000);
+      setTimeout(() => get("/api/status").then(listen, source && source.onerror), AGAIN);
     }
   };
 }
@@ -407,7 +410,10 @@ async function fetchChunk(shown, chunk, first, last) {
     for (const rung of answer.rungs) if (!shown.places.has(rung.number)) place(shown, rung);
     light(shown, state.power);
     look(shown);
-  } catch (error) { link(error.message, true); }
+  } catch (error) {
+    link(error.message, true);
+    setTimeout(() => { if (page && page.shown === shown) look(shown); }, AGAIN);
+  }
   shown.asked.delete(chunk);
 }
 
@@ -518,9 +524,17 @@ function tags(find) {
       h("th", { scope: "col" }, name)))), body));
   let turn = 0;
   async function search() {
-    const mine = ++turn;
-    const answer = await get("/api/tags", { find: field.value });
-    if (mine !== turn) return;
+    const mine = ++turn, isCurrent = () => mine === turn && body.isConnected;
+    let answer;
+    try { answer = await get("/api/tags", { find: field.value }); }
+    catch (error) {
+      if (!isCurrent()) return;
+      link(error.message, true);
+      setTimeout(() => { if (isCurrent()) search(); }, AGAIN);
+      return;
+    }
+    // A late answer must not change what a different page watches.
+    if (!isCurrent()) return;
     const rows = answer.tags.slice(0, 200).flatMap((tag) => tag.members.length
       ? tag.members.map((member) => ({ ...tag, name: member, address: member.replace(tag.name, tag.address) })) : [tag]);
     body.replaceChildren(...rows.slice(0, 250).map((tag) => h("tr", {},
@@ -738,7 +752,9 @@ function panel(name) {
 const PAGES = [["overview", "Overview", overview], ["ladder", "Ladder", ladder], ["tags", "Tags", tags],
   ["alarms", "Alarms", alarms], ["events", "Events", events], ["devices", "Devices", devices], ["panel", "Panels", panel], ["trend", null, trend]];
 
+// Opens the page that the address names. Answers may come late: only the latest call shows its page.
 async function open() {
+  const mine = ++opened;
   const [name, ...rest] = location.hash.slice(1).split("/");
   const found = PAGES.find(([key]) => key === name) || PAGES[0];
   try {
@@ -749,11 +765,13 @@ async function open() {
       document.title = state.ladder.name + " – rungd";
     }
   } catch (error) {
+    if (mine !== opened) return;
     link(error.message, true);
     $("content").replaceChildren(h("p", { class: "error" }, error.message));
-    setTimeout(open, 2000);
+    setTimeout(() => { if (mine === opened) open(); }, AGAIN);
     return;
   }
+  if (mine !== opened) return;
   if (page && page.leave) page.leave();
   tabs(found[0]);
   page = null;
