@@ -7,6 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::support::calm::calmed;
+use crate::support::patience::PATIENCE;
 
 fn command(args: &[&str], folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
@@ -105,7 +106,7 @@ fn it_answers_status_in_its_folder_at_once() {
     assert_eq!(rungd(&["status"], &folder).status.code(), Some(69), "it does not run");
     let run = ["run", "controller.toml"];
     let mut child = command(&run, &folder).stderr(Stdio::null()).spawn().expect("rungd runs");
-    let deadline = Instant::now() + Duration::from_secs(30);
+    let deadline = Instant::now() + PATIENCE;
     let status = loop {
         let status = rungd(&["status"], &folder);
         if status.status.success() || Instant::now() > deadline {

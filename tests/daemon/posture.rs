@@ -6,6 +6,7 @@
 
 use crate::support::calm::calm;
 use crate::support::needs::{Need, skip};
+use crate::support::patience::PATIENCE;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -155,7 +156,7 @@ fn the_policy_is_the_scan_threads_alone() {
         };
         tasks.filter_map(read).collect()
     };
-    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(10);
+    let deadline = std::time::Instant::now() + PATIENCE;
     while !threads().iter().any(|thread| thread.0 == "rungd-monitor") {
         assert!(std::time::Instant::now() < deadline, "{:?}", threads());
         std::thread::sleep(std::time::Duration::from_millis(10));

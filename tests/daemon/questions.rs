@@ -8,6 +8,7 @@
 //! `RUNGD_REQUIRE` names `programs`.
 
 use crate::support::page;
+use crate::support::patience::PATIENCE;
 use crate::support::shown;
 use crate::support::system;
 use std::fs::{self, File};
@@ -125,7 +126,7 @@ fn flood(folder: &Path, journal: &FakeJournal) {
     let plant = Mixing { child: command.spawn().unwrap() };
     journal.wait_for("operator-listens");
     let held = journal.freeze();
-    let deadline = Instant::now() + Duration::from_secs(60);
+    let deadline = Instant::now() + PATIENCE;
     while lines_dropped(folder) == 0 {
         assert!(Instant::now() < deadline, "no line was dropped");
         thread::sleep(Duration::from_millis(20));
@@ -208,7 +209,7 @@ impl Mixing {
     /// One client writes to an unwritable address fifty times. A second client exceeds the limit of
     /// connections.
     fn refuse(&self, port: u16) {
-        let deadline = Instant::now() + Duration::from_secs(20);
+        let deadline = Instant::now() + PATIENCE;
         let mut client = loop {
             match TcpStream::connect(("127.0.0.1", port)) {
                 Ok(client) => break client,
@@ -298,7 +299,7 @@ fn told_to_file(folder: &Path, clock: Clock) -> Mixing {
     let log = Log::File(&path, clock);
     let wait_for = |words: &[&str]| {
         let is = |line: &str| words.iter().all(|word| line.contains(word));
-        let deadline = Instant::now() + Duration::from_secs(20);
+        let deadline = Instant::now() + PATIENCE;
         while !fs::read_to_string(&path).unwrap().lines().any(is) {
             assert!(Instant::now() < deadline, "{words:?}");
             thread::sleep(Duration::from_millis(10));

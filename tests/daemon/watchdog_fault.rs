@@ -13,8 +13,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::support::metronome::Stopwatch;
-
-const PATIENCE: Duration = Duration::from_secs(60);
+use crate::support::patience::PATIENCE;
 
 /// Too many rungs for 1 ms; a debug build needs fewer.
 const RUNGS: usize = if cfg!(debug_assertions) { 20_000 } else { 300_000 };

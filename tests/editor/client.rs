@@ -11,8 +11,7 @@ use lsp_server::{Connection, Message, Notification, Request, RequestId, Response
 use rungd::editor::EditorEnd;
 use serde_json::{Value, json};
 
-/// The longest wait for a message: no answer takes nearly as long.
-const PATIENCE: Duration = Duration::from_secs(60);
+use crate::support::patience::PATIENCE;
 
 /// An editor and its server, which is a thread of the test.
 pub struct Editor {

@@ -11,8 +11,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-/// The longest wait of a test for an event that should happen within seconds.
-pub const PATIENCE: Duration = Duration::from_secs(120);
+pub use crate::support::patience::PATIENCE;
 
 /// A broker's process. Dropping this value ends it by SIGKILL.
 pub struct Process {

@@ -78,7 +78,7 @@ pub struct FleetLines(Receiver<Value>);
 impl FleetLines {
     /// The next line that fits.
     pub fn until(&self, what: &str, fits: impl Fn(&Value) -> bool) -> Value {
-        let (deadline, mut seen) = (Instant::now() + 2 * PATIENCE, Vec::new());
+        let (deadline, mut seen) = (Instant::now() + PATIENCE, Vec::new());
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let line = self.0.recv_timeout(left).unwrap_or_else(|_| panic!("no {what}: {seen:#?}"));

@@ -70,7 +70,7 @@ fn until(
         if fits(code, &answer) {
             return answer;
         }
-        assert!(begun.elapsed() < 2 * PATIENCE, "{command} {more:?}: {code} {answer:#}");
+        assert!(begun.elapsed() < PATIENCE, "{command} {more:?}: {code} {answer:#}");
         std::thread::sleep(Duration::from_millis(100));
     }
 }

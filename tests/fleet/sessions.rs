@@ -15,7 +15,7 @@ const VERSIONS: [MqttVersion; 2] = [MqttVersion::V3, MqttVersion::V5];
 /// Runs a test's body, with a time limit.
 pub fn run(body: impl Future<Output = ()>) {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    let body = async { tokio::time::timeout(5 * PATIENCE, body).await };
+    let body = async { tokio::time::timeout(2 * PATIENCE, body).await };
     runtime.block_on(body).expect("it ends in time");
 }
 

@@ -20,10 +20,11 @@ use rungd::runtime::{
 };
 use rungd::source::span::SourceFile;
 
+pub use crate::support::patience::PATIENCE;
+
 pub const MS: u64 = 1_000_000;
 /// The budget of an exchange. A fake needs that long only if a test makes it late.
 pub const BUDGET_NS: u64 = 50 * MS;
-pub const PATIENCE: Duration = Duration::from_secs(30);
 
 pub const LADDER: &str = r#"
 [ladder]

@@ -7,16 +7,13 @@
 use crate::support::calm::calm;
 use crate::support::needs::not_installed;
 use crate::support::page;
+use crate::support::patience::PATIENCE;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
-use std::time::Duration;
-
-/// The longest wait for a line of the log.
-const LOG_WAIT_MAX: Duration = Duration::from_secs(30);
 
 /// The page's controller, run by the real program.
 struct Controller {
@@ -68,7 +65,7 @@ impl Controller {
     /// Waits for the next line of the log that contains `part`.
     fn expect(&mut self, part: &str) -> String {
         let mut seen = Vec::new();
-        while let Ok(line) = self.log.recv_timeout(LOG_WAIT_MAX) {
+        while let Ok(line) = self.log.recv_timeout(PATIENCE) {
             if line.contains(part) {
                 return line;
             }

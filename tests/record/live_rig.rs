@@ -2,15 +2,14 @@
 //! of a recorded program, and the verification of a folder.
 
 use std::fs;
-use std::io::{BufRead, BufReader, Write};
-use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use crate::support::live::{self, Live, PATIENCE, folder, run};
+use crate::support::live::{Live, folder, run};
+pub use crate::support::operator::Operator;
 use crate::support::process::message;
 use rungd::engine::Engine;
 use rungd::load;
@@ -32,67 +31,6 @@ rung = [
 /// A short period, and a Modbus server that clients may write to.
 pub const FAST: &str = "[scan]\nperiod = \"2ms\"\n[modbus-server]\nlisten = \"127.0.0.1:0\"\n\
                         writable = [\"MC1..MC2\", \"MHR1..MHR2\"]\n";
-
-/// The operator's socket, kept open.
-pub struct Operator {
-    stream: BufReader<UnixStream>,
-    socket: PathBuf,
-    asked: Instant,
-}
-
-/// rungd closes a connection that is silent for a minute.
-const IDLE: Duration = Duration::from_secs(40);
-
-impl Operator {
-    pub fn new(live: &Live) -> Operator {
-        let (stream, socket) = (BufReader::new(live.connect()), live.socket.clone());
-        Operator { stream, socket, asked: Instant::now() }
-    }
-
-    pub fn ask(&mut self, request: &Value) -> Value {
-        if self.asked.elapsed() >= IDLE {
-            self.stream = BufReader::new(live::connect(&self.socket));
-        }
-        self.asked = Instant::now();
-        self.stream.get_mut().write_all(format!("{request}\n").as_bytes()).unwrap();
-        let mut line = String::new();
-        self.stream.read_line(&mut line).unwrap();
-        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{request}: {error}: `{line}`"))
-    }
-
-    pub fn status(&mut self) -> Value {
-        self.ask(&json!({"do": "status"}))["ok"].clone()
-    }
-
-    /// Complete scans since the start of the process.
-    pub fn scans(&mut self) -> u64 {
-        self.status()["scans"].as_u64().unwrap()
-    }
-
-    /// Waits until `more` further scans are complete; fails if no scan completes for a long time.
-    pub fn await_scans(&mut self, more: u64) {
-        let mut seen = self.scans();
-        let wanted = seen + more;
-        while seen < wanted {
-            let after = |status: &Value| status["scans"].as_u64().filter(|scans| *scans > seen);
-            let status = self.await_status(|status| after(status).is_some());
-            seen = after(&status).unwrap();
-        }
-    }
-
-    /// Waits for a status that fits, and returns it.
-    pub fn await_status(&mut self, wanted: impl Fn(&Value) -> bool) -> Value {
-        let deadline = Instant::now() + PATIENCE;
-        loop {
-            let status = self.status();
-            if wanted(&status) {
-                return status;
-            }
-            assert!(Instant::now() < deadline, "not what was waited for: {status}");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    }
-}
 
 /// `rungd run … --record DIR` of a folder, without `RUNGD_RECORD` in the environment.
 pub fn recorded_run(folder: &Path, dir: &Path) -> Command {

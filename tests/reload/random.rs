@@ -5,9 +5,9 @@
 //! Makes `RUNGD_RELOADS` (150) reloads from the seed `RUNGD_RELOAD_SEED` (1). The long run:
 //! `RUNGD_RELOADS=10000 cargo test --release --test it reload::random:: -- --nocapture`
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::os::unix::net::UnixStream;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::live::Live;
 use crate::support::numbers::Numbers;
+use crate::support::operator::Operator;
 use crate::support::setting::setting;
 use serde_json::{Value, json};
 
@@ -155,17 +156,7 @@ fn bad(version: u64, numbers: &mut Numbers) -> (Vec<u8>, Option<String>) {
     }
 }
 
-/// The operator's socket, kept open.
-struct Operator(BufReader<UnixStream>);
-
 impl Operator {
-    fn ask(&mut self, request: &Value) -> Value {
-        self.0.get_mut().write_all(format!("{request}\n").as_bytes()).unwrap();
-        let mut line = String::new();
-        self.0.read_line(&mut line).unwrap();
-        serde_json::from_str(&line).unwrap()
-    }
-
     /// The number of scans, and the operands' values in the last one.
     fn read(&mut self, operands: &[&str]) -> (i64, Vec<i64>) {
         let answer = self.ask(&json!({"do": "read", "operands": operands}));
@@ -220,7 +211,7 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
     uses.has = first.has;
     let live = Live::start(&first.ladder, CONTROLLER, &[]);
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
-    let mut operator = Operator(BufReader::new(live.connect()));
+    let mut operator = Operator::new(&live);
     while operator.read(&["D2"]).0 < 5 {
         thread::sleep(Duration::from_millis(5));
     }
@@ -283,10 +274,10 @@ fn clients(
     stop: &Arc<AtomicBool>,
     requests: &Arc<AtomicU64>,
 ) -> [thread::JoinHandle<()>; 2] {
-    let (ended, requests, stream) = (Arc::clone(stop), Arc::clone(requests), live.connect());
+    let (ended, requests) = (Arc::clone(stop), Arc::clone(requests));
     let modbus = thread::spawn(move || modbus_load(port, &ended, &requests));
-    let ended = Arc::clone(stop);
-    [modbus, thread::spawn(move || watch(stream, &ended))]
+    let (ended, socket) = (Arc::clone(stop), live.socket.clone());
+    [modbus, thread::spawn(move || watch(&socket, &ended))]
 }
 
 /// Reads the memory of one scan, and compares its operands with each other, with the number of the
@@ -335,8 +326,8 @@ impl Uses {
 }
 
 /// Reads values that must come from one program in each scan, also a block's `Running`.
-fn watch(stream: UnixStream, stop: &AtomicBool) {
-    let mut operator = Operator(BufReader::new(stream));
+fn watch(socket: &Path, stop: &AtomicBool) {
+    let mut operator = Operator::at(socket);
     for number in 0.. {
         if stop.load(Ordering::Relaxed) {
             return;
@@ -361,7 +352,7 @@ fn watch(stream: UnixStream, stop: &AtomicBool) {
 fn a_bad_reload_changes_no_bit() {
     let mut numbers = Numbers(99);
     let live = Live::start(&good(1, &mut numbers), CONTROLLER, &[]);
-    let mut operator = Operator(BufReader::new(live.connect()));
+    let mut operator = Operator::new(&live);
     while operator.read(&["D2"]).0 < 50 {
         thread::sleep(Duration::from_millis(5));
     }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::retain::memory::{Plant, Running, file, find, message, run};
+use crate::retain::memory::{Plant, Running, ask, file, find, message, run};
 use rungd::retain::content::{self, Content, address};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;
@@ -42,13 +42,6 @@ fn run_and_kill(plant: &Plant) {
     ask(plant, &["retain", "save"]);
     running.child.kill().unwrap();
     running.end();
-}
-
-fn ask(plant: &Plant, words: &[&str]) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-    String::from_utf8(output.stdout).unwrap()
 }
 
 fn read(plant: &Plant, operand: &str) -> String {

@@ -1,6 +1,8 @@
 //! A plant whose memory shows whether it is from one scan, and a reader of its file.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
 
 use rungd::isa::{Space, WordSpace};
 use rungd::retain::content::{self, RetainedElement};
@@ -37,6 +39,23 @@ pub fn run(plant: &Plant, scans: &str) -> Vec<Value> {
     let lines = running.rest();
     assert_eq!(running.end().code(), Some(code_of(&lines)), "{lines:#?}");
     lines
+}
+
+/// The output of a command that calls a plant's controller; it must succeed. A command that waits
+/// until memory is durable gives up if the machine's disk stalls for a minute, and says so; then it
+/// is run again.
+pub fn ask(plant: &Plant, words: &[&str]) -> String {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
+        if output.status.success() {
+            return String::from_utf8(output.stdout).unwrap();
+        }
+        let said = String::from_utf8_lossy(&output.stderr);
+        let stalls = said.contains("the disk has not answered in time");
+        assert!(stalls && Instant::now() < deadline, "{words:?}: {said}");
+    }
 }
 
 pub fn file(plant: &Plant) -> PathBuf {

@@ -6,7 +6,9 @@ use std::fs;
 use std::os::unix::fs::{FileExt, symlink};
 use std::path::{Path, PathBuf};
 
-use crate::retain::memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message, run, until};
+use crate::retain::memory::{
+    COUNTS, KEEPS, Plant, Running, ask, file, find, held, message, run, until,
+};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::format::{Stamp, put_slot, slot_bytes};
 use rungd::retain::slots::survey;
@@ -150,13 +152,6 @@ fn a_file_that_was_emptied_under_the_running_controller_is_made_anew() {
 
 const STILL: &str = "[[program]]\nname = \"Main\"\nrung = [\n\
     { when = [\"$FirstScan\"], do = [\"MOVE 7 to=D0\"] },\n]\n";
-
-fn ask(plant: &Plant, words: &[&str]) -> String {
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
-    let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
 
 /// D0 in the newest image, and whether the image is from after an orderly stop.
 fn kept_d0(plant: &Plant) -> Option<(i32, bool)> {

@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
-use crate::retain::memory::{Plant, Running};
+use crate::retain::memory::{Plant, Running, ask};
 use crate::support::setting::setting;
 
 const LADDER: &str = r#"
@@ -102,13 +102,6 @@ impl Draw {
         mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         (mixed ^ (mixed >> 31)) % limit
     }
-}
-
-fn ask(plant: &Plant, words: &[&str]) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
-    assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
 }
 
 /// Every operand with its value, as a condition.

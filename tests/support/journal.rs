@@ -6,6 +6,7 @@
 //! `journalctl`.
 
 use crate::support::needs::not_installed;
+use crate::support::patience::PATIENCE;
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::net::UnixDatagram;
@@ -101,7 +102,7 @@ impl FakeJournal {
 
     /// Waits until `wanted` accepts the entries.
     pub fn wait_until(&self, wanted: impl Fn(&[Fields]) -> bool) {
-        let deadline = Instant::now() + Duration::from_secs(30);
+        let deadline = Instant::now() + PATIENCE;
         while !wanted(&self.entries()) {
             if Instant::now() > deadline {
                 let entries = self.entries();

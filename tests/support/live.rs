@@ -11,11 +11,9 @@ use std::time::{Duration, Instant};
 
 use crate::support::calm::calm;
 use crate::support::metronome::Stopwatch;
+pub use crate::support::patience::PATIENCE;
 use crate::support::system;
 use serde_json::Value;
-
-/// The longest wait of a test for an event that should come within milliseconds.
-pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The outputs and the exit code of a command.
 #[derive(Debug)]

@@ -5,9 +5,7 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use crate::support::metronome;
-
-/// The longest wait for a reply, on a busy machine.
-pub const REPLY_WAIT_MAX: Duration = Duration::from_secs(20);
+use crate::support::patience::PATIENCE;
 
 /// A frame around a PDU.
 pub fn frame(transaction: u16, unit: u8, pdu: &[u8]) -> Vec<u8> {
@@ -26,7 +24,7 @@ impl Client {
     pub fn connect(address: &str) -> Client {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_nodelay(true).unwrap();
-        stream.set_read_timeout(Some(REPLY_WAIT_MAX)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
         Client { stream, transaction: 0 }
     }
 

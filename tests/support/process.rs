@@ -14,11 +14,9 @@ use crate::support::calm::calm;
 use crate::support::metronome::{self, HeldUp};
 #[allow(unused_imports)]
 pub use crate::support::needs::{Need, not_installed, skip};
+pub use crate::support::patience::PATIENCE;
 use crate::support::system;
 use serde_json::Value;
-
-/// The longest wait of a test for an event that should come within milliseconds.
-pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A ladder that switches Y0 every 100 ms; the log shows each change.
 pub const BLINKS: &str = "[tags]\nlamp = { at = \"Y0\", log = \"change\" }\n\

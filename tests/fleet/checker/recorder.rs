@@ -5,13 +5,11 @@ use std::io::Result;
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::packets::{self, Packet};
 use super::story::{Connection, Published, Step};
-
-/// The longest wait for an action of a client that should take seconds.
-const PATIENCE: Duration = Duration::from_secs(120);
+use crate::support::patience::PATIENCE;
 
 /// The broker.
 pub struct Recorder {
