@@ -39,11 +39,12 @@ fn story(version: &str) -> Story {
     let value = rungd::sparkplug::MetricValue::Bool(true);
     let ask = commanded(vocabulary::REBIRTH, rungd::sparkplug::DataType::Boolean, value);
     let ask = Payload { timestamp: Some(now_ms()), metrics: vec![ask], seq: None };
-    // A node that learns more of its controller right after its first birth sends a second one.
+    // On a busy machine a node may learn its controller's tags after a birth; then it sends a further
+    // birth by itself, perhaps now. (`src/edge/node_tests.rs` counts births in virtual time.)
     let births = |all: &[Connection]| count(&all[0], MessageKind::NodeBirth);
     let before = births(&recorder.connections());
     recorder.deliver("spBv1.0/plant/NCMD/press", ask.bytes());
-    recorder.until("a birth on request", |all| births(all) == before + 1);
+    recorder.until("a birth on request", |all| births(all) > before);
     recorder.cut();
     begin(&recorder, 2);
     recorder.deliver(STATE, HostState { online: false, timestamp: now_ms() }.bytes());
