@@ -33,6 +33,9 @@ struct Book {
     /// acknowledged.
     delivered: u16,
     acknowledged: u16,
+    /// A delivered message until its acknowledgement, with the number of its connection. What the
+    /// client sends before that may not know the message yet.
+    under_way: Option<(usize, Published)>,
 }
 
 /// This machine's clock, ms since 1970.
@@ -55,7 +58,8 @@ impl Recorder {
         Recorder { url, kept }
     }
 
-    /// Delivers a message to the client, and waits for its acknowledgement.
+    /// Delivers a message to the client, and waits for its acknowledgement. In the story the client
+    /// has the message from then on.
     pub fn deliver(&self, topic: &str, payload: Vec<u8>) {
         let (topic, at_ms) = (topic.to_owned(), now_ms());
         let message = Published { topic, payload, qos: 1, retain: false, at_ms };
@@ -64,7 +68,7 @@ impl Recorder {
         let (mut stream, version) = (stream.try_clone().unwrap(), *version);
         book.delivered += 1;
         packets::deliver(&mut stream, version, book.delivered, &message).unwrap();
-        book.connections.last_mut().expect("a connection").steps.push(Step::Got(message));
+        book.under_way = Some((book.connections.len() - 1, message));
         let due = book.delivered;
         drop(book);
         self.wait("an acknowledgement", |book| book.acknowledged >= due);
@@ -139,7 +143,12 @@ impl Kept {
                     self.step(at, Step::Subscribed(filters));
                 }
                 Packet::Acknowledged => {
-                    self.book().acknowledged += 1;
+                    let mut book = self.book();
+                    book.acknowledged += 1;
+                    if let Some((to, message)) = book.under_way.take() {
+                        book.connections[to].steps.push(Step::Got(message));
+                    }
+                    drop(book);
                     self.news.notify_all();
                 }
                 Packet::Ping => {
