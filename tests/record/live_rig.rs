@@ -1,5 +1,5 @@
-//! Helpers for the tests of the real rungd and its recording: an open operator's socket, the engine
-//! of a recorded program, and the verification of a folder.
+//! Helpers for the tests of the real rungd and its recording: the engine of a recorded program, the
+//! verification of a folder, and a control.
 
 use std::fs;
 use std::path::{Path, PathBuf};
