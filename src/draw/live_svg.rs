@@ -10,15 +10,6 @@ use super::grid::RungGrid;
 use super::power::flow_of_power;
 use super::svg::{self, Decoration};
 
-/// The drawing of a rung, whose elements can be lit.
-#[derive(Clone, Debug)]
-pub struct LiveDrawing {
-    /// The `svg` element.
-    pub svg: String,
-    /// Its width and height, in pixels.
-    pub size: (usize, usize),
-}
-
 struct Live;
 
 impl Decoration for Live {
@@ -35,18 +26,16 @@ impl Decoration for Live {
     }
 }
 
-/// The drawing of a rung. `title`: its description for screen readers.
-pub fn drawing(grid: &RungGrid, title: &str) -> LiveDrawing {
+/// The drawing of a rung, an `svg` element. `title`: its description for screen readers.
+pub fn drawing(grid: &RungGrid, title: &str) -> String {
     let drawing = svg::rung(grid, &Live);
-    let size = (drawing.width, drawing.height);
-    let (width, height) = size;
+    let (width, height) = (drawing.width, drawing.height);
     let title = svg::escaped(title);
-    let svg = format!(
+    format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{title}\" \
          width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n{}</svg>",
         drawing.body
-    );
-    LiveDrawing { svg, size }
+    )
 }
 
 /// The power of an executed rung: a character for each element that can be lit.

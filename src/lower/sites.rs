@@ -45,8 +45,6 @@ pub struct RungPart {
     pub rung: u32,
     /// The branch; `None`: the rung's legs and its `do`.
     pub branch: Option<u32>,
-    /// The first batch of the part.
-    pub first: u32,
     /// The batch before which all contacts of the part have been evaluated.
     pub ready: u32,
     /// The powers of its contacts.
@@ -60,8 +58,8 @@ impl Sites {
     pub(super) fn begin(&mut self, element: ElementId, rung: u32, branch: Option<u32>) {
         let (batch, leaf) = (self.batches.len() as u32, self.leaves.len() as u32);
         let instructions = self.instructions..self.instructions;
-        let (leaves, first, ready) = (leaf..leaf, batch, batch);
-        self.parts.push(RungPart { element, rung, branch, first, ready, leaves, instructions });
+        let (leaves, ready) = (leaf..leaf, batch);
+        self.parts.push(RungPart { element, rung, branch, ready, leaves, instructions });
     }
 
     /// Ends the contacts of the part.

@@ -155,11 +155,6 @@ impl Recorder {
         self.block(open.clone(), None, &mut self.who.clone())
     }
 
-    /// The monotonic time of the newest scan in the current section, ns; `None` if it has no scan.
-    pub fn newest_ns(&self) -> Option<u64> {
-        self.open.as_ref()?.times_ns.map(|(_, last)| last)
-    }
-
     fn state(&mut self, state: Option<Vec<u8>>, mut next: OpenSection) -> Option<RecordBlock> {
         let lost = std::mem::take(&mut self.lost);
         self.awaits_state = false;

@@ -202,7 +202,6 @@ fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let count = (to + 1).saturating_sub(from).min(RUNGS_MAX);
     let rung = |rung: &RungPicture| {
         let title = rung.title();
-        let drawing = live_svg::drawing(&rung.grid, &title);
         let (file, line) = &rung.place;
         let of_use = rung.of_use.as_ref().map(|of| &of.name);
         json!({
@@ -212,7 +211,7 @@ fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
             "file": file,
             "line": line,
             "use": of_use,
-            "svg": drawing.svg,
+            "svg": live_svg::drawing(&rung.grid, &title),
             "words": view.program.words(element, rung.number),
         })
     };

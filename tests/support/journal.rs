@@ -34,19 +34,33 @@ pub fn installed(program: &str, package: &str) -> bool {
 pub const JOURNAL_REMOTE: &str = "/lib/systemd/systemd-journal-remote";
 
 /// A datagram and its time of arrival.
-#[derive(Clone)]
-pub struct Received {
-    pub at_us: u128,
-    pub bytes: Vec<u8>,
+struct Received {
+    at_us: u128,
+    bytes: Vec<u8>,
 }
 
 /// The fields of an entry.
 pub type Fields = BTreeMap<String, String>;
 
+/// The datagrams so far. Each is parsed once, when somebody looks at the entries.
+#[derive(Default)]
+struct Inbox {
+    received: Vec<Received>,
+    entries: Vec<Fields>,
+}
+
+impl Inbox {
+    fn entries(&mut self) -> &[Fields] {
+        let new = &self.received[self.entries.len()..];
+        self.entries.extend(new.iter().map(|received| fields(&received.bytes)));
+        &self.entries
+    }
+}
+
 /// A socket in place of journald's.
 pub struct FakeJournal {
     pub folder: PathBuf,
-    received: Arc<Mutex<Vec<Received>>>,
+    inbox: Arc<Mutex<Inbox>>,
     /// While a test holds this lock, no datagram is received.
     gate: Arc<Mutex<()>>,
 }
@@ -60,8 +74,8 @@ impl FakeJournal {
         let folder = std::env::temp_dir().join(name);
         fs::create_dir_all(&folder).unwrap();
         let socket = UnixDatagram::bind(folder.join("socket")).unwrap();
-        let received = Arc::new(Mutex::new(Vec::new()));
-        let (sink, gate) = (Arc::clone(&received), Arc::new(Mutex::new(())));
+        let inbox = Arc::new(Mutex::new(Inbox::default()));
+        let (sink, gate) = (Arc::clone(&inbox), Arc::new(Mutex::new(())));
         let passing = Arc::clone(&gate);
         thread::spawn(move || {
             let mut bytes = vec![0; 1 << 18];
@@ -69,23 +83,19 @@ impl FakeJournal {
                 drop(passing.lock().unwrap());
                 let at_us = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_micros();
                 let bytes = bytes[..length].to_vec();
-                sink.lock().unwrap().push(Received { at_us, bytes });
+                sink.lock().unwrap().received.push(Received { at_us, bytes });
             }
         });
-        FakeJournal { folder, received, gate }
+        FakeJournal { folder, inbox, gate }
     }
 
     pub fn socket(&self) -> PathBuf {
         self.folder.join("socket")
     }
 
-    pub fn received(&self) -> Vec<Received> {
-        self.received.lock().unwrap().clone()
-    }
-
     /// All entries so far.
     pub fn entries(&self) -> Vec<Fields> {
-        self.received().iter().map(|received| fields(&received.bytes)).collect()
+        self.inbox.lock().unwrap().entries().to_vec()
     }
 
     /// Receives nothing while the returned guard is held.
@@ -103,7 +113,7 @@ impl FakeJournal {
     /// Waits until `wanted` accepts the entries.
     pub fn wait_until(&self, wanted: impl Fn(&[Fields]) -> bool) {
         let deadline = Instant::now() + PATIENCE;
-        while !wanted(&self.entries()) {
+        while !wanted(self.inbox.lock().unwrap().entries()) {
             if Instant::now() > deadline {
                 let entries = self.entries();
                 let last = &entries[entries.len().saturating_sub(50)..];
@@ -118,7 +128,8 @@ impl FakeJournal {
         let folder = self.folder.join("journal");
         fs::create_dir_all(&folder).unwrap();
         let mut export = Vec::new();
-        for (number, Received { at_us, bytes }) in self.received().iter().enumerate() {
+        let inbox = self.inbox.lock().unwrap();
+        for (number, Received { at_us, bytes }) in inbox.received.iter().enumerate() {
             let trusted = format!(
                 "__REALTIME_TIMESTAMP={at_us}\n__MONOTONIC_TIMESTAMP={}\n\
                  _BOOT_ID=f0e1d2c3b4a5968778695a4b3c2d1e0f\n_TRANSPORT=journal\n_HOSTNAME=plant\n\

@@ -42,8 +42,6 @@ pub struct ModbusServer {
 /// `[[modbus-server.write]]`.
 #[derive(Clone, Debug)]
 pub struct WriteList {
-    /// The place of its header.
-    pub span: Span,
     /// `ranges`: the ranges that may be written.
     pub ranges: Vec<Text>,
     /// `clients`: the addresses of the clients that may write them.
@@ -191,7 +189,6 @@ fn read_entry(mut table: Table<'_>) -> MapEntry {
 }
 
 fn read_list(mut table: Table<'_>) -> WriteList {
-    let span = table.span();
     table.require("ranges", "[\"MHR10..MHR19\"]");
     table.require("clients", "[\"192.168.1.0/24\"]");
     let ranges =
@@ -201,7 +198,7 @@ fn read_list(mut table: Table<'_>) -> WriteList {
         key("clients", "The clients: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`.").limited(NOT_EMPTY),
     );
     table.finish();
-    WriteList { span, ranges, clients }
+    WriteList { ranges, clients }
 }
 
 fn read_mapping(mut table: Table<'_>, [from, to]: [&'static str; 2]) -> Mapping {

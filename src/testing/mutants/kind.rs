@@ -14,11 +14,6 @@ macro_rules! kinds {
             pub fn name(self) -> &'static str {
                 match self { $(MutantKind::$kind => $name),* }
             }
-
-            /// Its description, in one sentence.
-            pub fn doc(self) -> &'static str {
-                match self { $(MutantKind::$kind => $doc),* }
-            }
         }
     };
 }
