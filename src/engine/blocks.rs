@@ -6,14 +6,14 @@
 
 use std::ops::Range;
 
-use super::control::{Control, ControlKind, RestartState, StageList};
+use super::control::{ControlKind, RestartState, StageList};
 use super::events::{BlockEvent, Element, Events, MathEvent};
 use super::eye::{Deed, Eye};
 use super::image::BitCell;
 use super::math::{Calculator, Maths};
 use super::memory::Memory;
 use super::ops::OpKind;
-use super::program::{BlockRole, ElementCode, Program};
+use super::program::{BlockRole, Program};
 use super::reach::{Far, Reach};
 use crate::isa::{Bit, BlockId, ElementId, StageId};
 
@@ -195,8 +195,8 @@ impl Machine {
         let state = &mut self.blocks[id.0 as usize];
         state.executed |= code.has_rungs;
         self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
-        let code = code.clone();
-        self.execute::<R>(&code, ElementId { block: id, stage: None }, eye)
+        let batches = code.batches.clone();
+        self.execute::<R>(batches, ElementId { block: id, stage: None }, eye)
     }
 
     fn execute_stage<R: Reach>(
@@ -209,25 +209,39 @@ impl Machine {
         let state = &mut self.stages[stage.0 as usize];
         state.executed |= code.has_rungs;
         self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
-        let code = code.clone();
-        self.execute::<R>(&code, ElementId { block, stage: Some(stage) }, eye)
+        let batches = code.batches.clone();
+        self.execute::<R>(batches, ElementId { block, stage: Some(stage) }, eye)
     }
 
-    /// Executes an element's batches; returns `false` if an instruction ended the block's
-    /// execution.
+    /// Executes an element; returns `false` if an instruction ended the block's execution.
+    #[inline(always)]
     fn execute<R: Reach>(
         &mut self,
-        code: &ElementCode,
+        batches: Range<u32>,
         element: ElementId,
         eye: &mut impl Eye,
     ) -> bool {
         let seen =
             Deed::Element(element.stage.map_or(Element::Block(element.block), Element::Stage));
         eye.before(seen, &self.memory.image);
+        // Many Programs have no rungs outside of their Stages.
+        let goes_on = batches.is_empty() || self.execute_all::<R>(batches, element, eye);
+        eye.after(seen, &self.memory.image);
+        goes_on
+    }
+
+    /// Executes an element's batches; returns `false` if an instruction ended the block's
+    /// execution.
+    #[inline(never)]
+    fn execute_all<R: Reach>(
+        &mut self,
+        batches: Range<u32>,
+        element: ElementId,
+        eye: &mut impl Eye,
+    ) -> bool {
         let mut maths_told = self.events.maths().len();
-        let mut goes_on = true;
-        let mut at = eye.next(code.batches.clone());
-        while at < code.batches.end {
+        let mut at = eye.next(batches.clone());
+        while at < batches.end {
             eye.before(Deed::Batch(at), &self.memory.image);
             let batch = self.program.tables.batches[at as usize];
             let places = batch.first as usize..batch.first as usize + batch.count as usize;
@@ -238,25 +252,28 @@ impl Machine {
                 let in_columns = batch.kind == OpKind::Columns;
                 self.calculate::<R>(places, in_columns, maths_told);
             } else {
-                goes_on = self.control_all(places, element);
+                let goes_on = self.control_all(places, element);
                 maths_told = self.events.maths().len();
+                if !goes_on {
+                    eye.after(Deed::Batch(at), &self.memory.image);
+                    return false;
+                }
             }
             eye.after(Deed::Batch(at), &self.memory.image);
-            if !goes_on {
-                break;
-            }
-            at = eye.next(at + 1..code.batches.end);
+            at = eye.next(at + 1..batches.end);
         }
-        eye.after(seen, &self.memory.image);
-        goes_on
+        true
     }
 
     /// Executes a batch of control instructions; returns `false` if an instruction ended the
     /// block's execution.
+    #[inline(always)]
     fn control_all(&mut self, at: Range<usize>, element: ElementId) -> bool {
         for at in at {
-            let control = self.program.tables.ops.control[at];
-            if !self.control(control, element) {
+            let control = &self.program.tables.ops.control[at];
+            let on = self.memory.image.power(control.leg);
+            // Few of a scan's control instructions have something to do.
+            if (on || control.kind.acts_while_off()) && !self.control(at, on, element) {
                 return false;
             }
         }
@@ -287,10 +304,11 @@ impl Machine {
         });
     }
 
-    /// Executes a control instruction; returns `false` if it ended its block's execution.
-    fn control(&mut self, control: Control, element: ElementId) -> bool {
-        let on = self.memory.image.power(control.leg);
-        match control.kind {
+    /// Executes a control instruction that acts with this power of its rung; returns `false` if it
+    /// ended its block's execution.
+    #[inline(never)]
+    fn control(&mut self, at: usize, on: bool, element: ElementId) -> bool {
+        match self.program.tables.ops.control[at].kind {
             ControlKind::Restart(restart) => return self.restart(restart, on, element),
             ControlKind::EnableOnce { task, history } => self.enable_once(task, history, on),
             ControlKind::EnableEvery { task, every, pick } => {
@@ -299,7 +317,6 @@ impl Machine {
                 }
                 self.enable_every(task, every, on);
             }
-            _ if !on => {}
             ControlKind::Run(program) => self.start_program(program),
             ControlKind::Halt(block) => {
                 self.halt(block);

@@ -75,6 +75,27 @@ pub enum ControlKind {
     Stop,
 }
 
+impl ControlKind {
+    /// Whether it also acts while its rung is OFF: it stores its edge's history, or disables its
+    /// Task.
+    #[inline(always)]
+    pub(super) fn acts_while_off(&self) -> bool {
+        match self {
+            ControlKind::Restart(_)
+            | ControlKind::EnableOnce { .. }
+            | ControlKind::EnableEvery { .. } => true,
+            ControlKind::Run(_)
+            | ControlKind::Halt(_)
+            | ControlKind::Exit
+            | ControlKind::Jump(_)
+            | ControlKind::StageOn(_)
+            | ControlKind::StageOff(_)
+            | ControlKind::Converge { .. }
+            | ControlKind::Stop => false,
+        }
+    }
+}
+
 /// RESTART's Program and the cell of its edge history.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]

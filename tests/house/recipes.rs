@@ -71,7 +71,12 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
     (
         "ControlKind",
         "Adding an instruction",
-        &["src/engine/blocks.rs", "src/engine/slice.rs", "src/engine/written.rs"],
+        &[
+            "src/engine/blocks.rs",
+            "src/engine/control.rs",
+            "src/engine/slice.rs",
+            "src/engine/written.rs",
+        ],
     ),
     (
         "Termination",
