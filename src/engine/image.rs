@@ -77,12 +77,13 @@ impl Image {
         self.forces
     }
 
-    /// Forces these cells and no others.
-    pub(super) fn put_forced(&mut self, bits: &[bool], words: &[bool]) {
-        self.forced_bits.copy_from_slice(bits);
-        self.forced_words.copy_from_slice(words);
-        let forced = |cells: &[bool]| cells.iter().filter(|forced| **forced).count() as u32;
-        self.forces = forced(bits) + forced(words);
+    /// Forces these cells and no others. `forces`: their number.
+    pub(super) fn put_forced(&mut self, forces: u32, bits: &[bool], words: &[bool]) {
+        if forces > 0 || self.forces > 0 {
+            self.forced_bits.copy_from_slice(bits);
+            self.forced_words.copy_from_slice(words);
+        }
+        self.forces = forces;
     }
 
     /// Writes a bit, unless it is forced; returns whether that changed it.

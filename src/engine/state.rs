@@ -129,7 +129,7 @@ impl Engine {
         let image = &mut machine.memory.image;
         image.bits[..state.bits.len()].copy_from_slice(&state.bits);
         image.words[..state.words.len()].copy_from_slice(&state.words);
-        image.put_forced(&state.forced_bits, &state.forced_words);
+        image.put_forced(state.forces, &state.forced_bits, &state.forced_words);
         machine.blocks.copy_from_slice(&state.blocks);
         machine.stages.copy_from_slice(&state.stages);
         (machine.now_ns, machine.stop_requested) = (state.now_ns, state.stop_requested);

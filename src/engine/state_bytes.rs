@@ -19,9 +19,13 @@ impl EngineState {
         out.extend((self.bits.len() as u32).to_le_bytes());
         out.extend_from_slice(&self.bits);
         out.extend((self.words.len() as u32).to_le_bytes());
-        self.words.iter().for_each(|word| out.extend(word.to_le_bytes()));
-        write_forced(&self.forced_bits, out);
-        write_forced(&self.forced_words, out);
+        let first = out.len();
+        out.resize(first + 4 * self.words.len(), 0);
+        let places = out[first..].as_chunks_mut().0.iter_mut();
+        places.zip(&self.words).for_each(|(bytes, word)| *bytes = word.to_le_bytes());
+        for forced in [&self.forced_bits, &self.forced_words] {
+            write_forced(if self.forces > 0 { forced } else { &[] }, out);
+        }
         out.extend((self.blocks.len() as u32).to_le_bytes());
         for block in &self.blocks {
             out.push(flags([block.pass_due, block.first_turn, block.executed, block.recurrent]));
@@ -45,11 +49,10 @@ impl EngineState {
         let count = bytes.u32()? as usize;
         let words = bytes.take(count.checked_mul(4)?)?.as_chunks().0.iter();
         let words: Box<[i32]> = words.map(|word| i32::from_le_bytes(*word)).collect();
-        let forced_bits = bytes.forced(bits.len())?;
-        let forced_words = bytes.forced(words.len())?;
-        let forced = |cells: &[bool]| cells.iter().filter(|forced| **forced).count() as u32;
+        let (bits_forced, forced_bits) = bytes.forced(bits.len())?;
+        let (words_forced, forced_words) = bytes.forced(words.len())?;
         let state = EngineState {
-            forces: forced(&forced_bits) + forced(&forced_words),
+            forces: bits_forced.checked_add(words_forced)?,
             blocks: bytes.list(ByteSource::block)?,
             stages: bytes.list(ByteSource::stage)?,
             bits,
@@ -95,16 +98,18 @@ impl ByteSource<'_> {
         self.u64().filter(|time_ms| *time_ms < TIME_END_NS / 1_000_000)
     }
 
-    /// Reads which of `cells` cells are forced: their numbers, each once, in ascending order.
-    fn forced(&mut self, cells: usize) -> Option<Box<[bool]>> {
+    /// Reads how many and which of `cells` cells are forced: their numbers, each once, in ascending
+    /// order.
+    fn forced(&mut self, cells: usize) -> Option<(u32, Box<[bool]>)> {
         let mut forced = vec![false; cells];
         let mut least = 0;
-        for _ in 0..self.u32()? {
+        let count = self.u32()?;
+        for _ in 0..count {
             let at = self.u32()? as usize;
             *forced.get_mut(at).filter(|_| at >= least)? = true;
             least = at + 1;
         }
-        Some(forced.into())
+        Some((count, forced.into()))
     }
 
     /// Reads a length and a list of that length. Allocates only as the bytes of the list are found.

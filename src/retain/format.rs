@@ -227,8 +227,8 @@ pub fn read_slot(bytes: &[u8], id: u64) -> Result<(Stamp, &[u8]), BadSlot> {
 /// of all partial sums, so it depends on the position of each word.
 fn running_sum(bytes: &[u8]) -> u64 {
     let (mut low, mut high) = (0_u32, 0_u32);
-    for word in bytes.chunks_exact(4) {
-        low = low.wrapping_add(u32_at(word, 0));
+    for word in bytes.as_chunks().0 {
+        low = low.wrapping_add(u32::from_le_bytes(*word));
         high = high.wrapping_add(low);
     }
     u64::from(high) << 32 | u64::from(low)

@@ -145,22 +145,25 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 
 /// How often a name has each letter. The distance of two names is at least the distance of their
 /// letters in any order.
-struct Letters([i16; 128]);
+struct Letters {
+    counts: [i16; 128],
+    /// The number of letters; 0 if the name is not ASCII.
+    length: usize,
+}
 
 impl Letters {
     fn of(name: &str) -> Letters {
         let mut counts = [0; 128];
         name.bytes().for_each(|byte| counts[usize::from(byte & 127)] += 1);
-        Letters(if name.is_ascii() { counts } else { [0; 128] })
+        Letters { counts, length: if name.is_ascii() { name.len() } else { 0 } }
     }
 
     /// A lower bound of the distance; 0 if a name is empty, not ASCII or too long to be compared.
     fn slips_at_least(&self, candidate: &str) -> usize {
-        let own: i16 = self.0.iter().sum();
-        if own == 0 || !candidate.is_ascii() || candidate.len() > COMPARED_MAX {
+        if self.length == 0 || !candidate.is_ascii() || candidate.len() > COMPARED_MAX {
             return 0;
         }
-        let mut left = self.0;
+        let mut left = self.counts;
         let mut more = 0;
         for byte in candidate.bytes() {
             let count = &mut left[usize::from(byte.to_ascii_lowercase())];
@@ -168,7 +171,7 @@ impl Letters {
             *count -= 1;
         }
         let shared = candidate.len() - more;
-        more.max(usize::from(own.unsigned_abs()).saturating_sub(shared))
+        more.max(self.length.saturating_sub(shared))
     }
 }
 

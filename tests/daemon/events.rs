@@ -85,9 +85,16 @@ fn the_recipe_names_every_place() {
     for folder in ["src", "docs", "config", "packaging", "tests"] {
         all_files(&root().join(folder), &mut files);
     }
+    // An ID has 32 letters and digits.
+    let has_id = |word: &str| events::all().any(|event| word.contains(event.id));
+    let has_ids = |text: &str| {
+        text.split(|c: char| !c.is_ascii_alphanumeric())
+            .any(|word| word.len() >= 32 && has_id(word))
+    };
+    assert!(events::all().all(|event| has_ids(&format!("({})", event.id))));
     for path in files {
         let Ok(text) = fs::read_to_string(&path) else { continue };
-        if events::all().any(|event| text.contains(event.id)) {
+        if has_ids(&text) {
             let place = path.strip_prefix(root()).expect("it was found there").to_string_lossy();
             let is_named = named.iter().any(|named| place.starts_with(named));
             assert!(is_named, "{place} has IDs of events, and the recipe does not name it");

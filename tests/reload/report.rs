@@ -259,6 +259,9 @@ impl Swap<'_> {
         for n in (0..2048).filter(|_| !gone) {
             for space in [BitSpace::Y, BitSpace::C] {
                 let bit = Bit::Space(space, n);
+                if !self.was_on(bit) {
+                    continue;
+                }
                 // A tag with a `type` keeps its bit when its place changes.
                 let from = Cell::Bit(self.old.symbols.layout.bit(bit));
                 let to = self.plan.transfer.cell(from);
@@ -267,7 +270,7 @@ impl Swap<'_> {
                     || report
                         .iter()
                         .any(|l| l.contains(&format!("({bit}) ")) || l.contains("is new"));
-                if self.was_on(bit) && !is_on && !named {
+                if !is_on && !named {
                     missed.push(format!("{bit} went OFF"));
                 }
             }

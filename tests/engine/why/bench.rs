@@ -11,6 +11,8 @@ use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::runtime::exchange::Mode;
 use rungd::runtime::{SectionStart, TapeEntry, TapeSection};
 use rungd::source::span::SourceFile;
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 pub struct Bench {
@@ -25,6 +27,8 @@ pub struct Bench {
     pub operands: Vec<String>,
     /// The operands that changed.
     pub lively: Vec<String>,
+    /// The cells of the names that were looked up: a look-up takes long.
+    cells: RefCell<HashMap<String, Option<Cell>>>,
 }
 
 fn section(engine: &Engine, number: u64, running: bool) -> TapeSection {
@@ -92,7 +96,18 @@ impl Bench {
             first != end || sections.iter().any(|section| section.state.value(cell) != first)
         };
         let lively = operands.iter().filter(changes).cloned().collect();
-        Bench { case, text, program, subject, sections, scans, operands, lively }
+        let cells = RefCell::default();
+        Bench { case, text, program, subject, sections, scans, operands, lively, cells }
+    }
+
+    /// The cell of an operand; `None` for every other text.
+    pub fn cell(&self, name: &str) -> Option<Cell> {
+        if let Some(cell) = self.cells.borrow().get(name) {
+            return *cell;
+        }
+        let cell = self.subject.cell(name).ok();
+        self.cells.borrow_mut().insert(name.to_owned(), cell);
+        cell
     }
 }
 
