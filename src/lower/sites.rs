@@ -56,9 +56,8 @@ pub struct RungPart {
 impl Sites {
     /// Begins the contacts of a part of a rung.
     pub(super) fn begin(&mut self, element: ElementId, rung: u32, branch: Option<u32>) {
-        let (batch, leaf) = (self.batches.len() as u32, self.leaves.len() as u32);
-        let instructions = self.instructions..self.instructions;
-        let (leaves, ready) = (leaf..leaf, batch);
+        let (ready, leaf) = (self.batches.len() as u32, self.leaves.len() as u32);
+        let (leaves, instructions) = (leaf..leaf, self.instructions..self.instructions);
         self.parts.push(RungPart { element, rung, branch, ready, leaves, instructions });
     }
 

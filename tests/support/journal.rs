@@ -107,7 +107,8 @@ impl FakeJournal {
     pub fn wait_for(&self, event: &str) -> Fields {
         let is = |entry: &&Fields| entry["RUNGD_EVENT"] == event;
         self.wait_until(|entries| entries.iter().any(|entry| is(&entry)));
-        self.entries().iter().find(is).expect("it was there").clone()
+        let mut inbox = self.inbox.lock().unwrap();
+        inbox.entries().iter().find(is).expect("it was there").clone()
     }
 
     /// Waits until `wanted` accepts the entries.

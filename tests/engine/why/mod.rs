@@ -43,7 +43,7 @@ fn why_stands_before_an_independent_judge() {
                 false => At::Scan(rng.below(bench.scans as usize) as u64),
             };
             let mut past = bench.sections.clone();
-            let cell = bench.subject.cell(&name).expect("it is an operand");
+            let cell = bench.cell(&name).expect("it is an operand");
             let limits = Limits { depth: 2, ..Limits::default() };
             let answer = bench.subject.why(&mut past, cell, (at, limits));
             let answer = answer.unwrap_or_else(|refusal| panic!("seed {seed}: {refusal:?}"));

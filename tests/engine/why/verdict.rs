@@ -139,7 +139,7 @@ fn is_unjudged(cause: &Cause, bench: &Bench) -> bool {
     let words: Vec<&str> = place.text.split_whitespace().collect();
     let to = words.iter().find_map(|word| word.strip_prefix("to="));
     let target = to.unwrap_or(words.get(1).copied().unwrap_or_default());
-    matches!(words[0], "COPY" | "FILL") || bench.subject.cell(target).is_err()
+    matches!(words[0], "COPY" | "FILL") || bench.cell(target).is_none()
 }
 
 /// (b) The named contacts decide the leg. (c) None of them can be left out. Checks this for the
@@ -290,7 +290,7 @@ fn change(bench: &Bench, cell: Cell, trace: &Trace, found: &Remedy) -> Result<()
         Remedy::None(_) => {}
     }
     for input in ["X0", "X1", "X2", "X3"] {
-        let at = bench.subject.cell(input).expect("an input");
+        let at = bench.cell(input).expect("an input");
         let operand = rungd::observe::OperandName {
             cell: at,
             name: input.to_owned(),
