@@ -271,13 +271,13 @@ impl Worker {
 
     /// Writes the latest image, if there is one and it differs from the durable one.
     fn save(&mut self) -> Saved {
-        let latest = self.port.latest();
+        let (latest, plan) = self.plans.latest(&self.port);
         if latest.scans == 0 {
             return Err(NotSaved::NothingToKeep);
         }
         if latest.generation != self.generation {
             self.generation = latest.generation;
-            self.keeper.set_plan(RetainPlan::clone(&self.plans.of(latest.generation)));
+            self.keeper.set_plan(RetainPlan::clone(&plan));
         }
         let begin = Instant::now();
         self.tried = Some(begin);

@@ -195,6 +195,14 @@ impl Names {
         self.operand(&written.text, what)
     }
 
+    /// The operand of an earlier program in this one: by the text of its request if that still
+    /// names the same address, otherwise by its address. `None` if this program does not have it.
+    pub(crate) fn again(&self, operand: &Variable) -> Option<Variable> {
+        let texts = [&operand.operand, &operand.address];
+        let mut found = texts.into_iter().filter_map(|text| self.find_one(text).ok());
+        found.find(|now| now.address == operand.address)
+    }
+
     /// The refusal of a name that is not an operand; it may be a use of a template.
     fn use_only(&self, text: &str, unknown: Refusal) -> Refusal {
         let is_block = self.scope.look_up(text).is_ok();

@@ -243,3 +243,28 @@ rung = []
     assert_eq!(unit("shift[1]").as_deref(), Some("t"));
     assert_eq!((unit("D1").as_deref(), unit("pump")), (Some("bar"), None));
 }
+
+#[test]
+fn after_a_reload_an_operand_is_where_its_element_is() {
+    let names_of = |tags: &str| {
+        let text = format!("[tags]\n{tags}[[program]]\nname = \"Main\"\nrung = []\n");
+        let file = SourceFile { name: "ladder.toml".into(), text };
+        let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+        let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+        Names::new(&program, &lower(&program).1)
+    };
+    let size = |at: &str| format!("size = {{ at = \"{at}\", spare = true }}\n");
+    let typed = |name: &str| format!("{name} = {{ type = \"int\", spare = true }}\n");
+    let old = names_of(&[size("D1"), typed("own"), typed("gone")].concat());
+    let new = names_of(&[size("D2"), typed("a0"), typed("a1"), typed("own")].concat());
+    let [of_tag, own, gone] = ["size", "own", "gone"].map(|name| old.find_one(name).unwrap());
+    let moved = new.again(&own).unwrap();
+    assert_eq!((&*moved.operand, &*moved.address), ("own", "own"));
+    assert_ne!(moved.cell, own.cell, "the tag before it has moved it");
+    assert_eq!(moved.cell, new.find_one("own").unwrap().cell);
+    // A write to `size` went to D1, and `size` is D2 now.
+    let left = new.again(&of_tag).unwrap();
+    assert_eq!((&*left.operand, &*left.address, left.tag), ("D1", "D1", None));
+    assert_eq!(new.again(&gone), None);
+    assert_eq!(old.again(&of_tag), Some(of_tag), "the same program, the same words");
+}

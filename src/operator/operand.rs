@@ -3,7 +3,10 @@
 //! Made by [`super::names::Names`]. This module decides whether an operand may be written and
 //! forced (`docs/operator.md`), but not which users may do this.
 
+use std::fmt;
+
 use super::protocol::{GivenValue, Held, Refusal, RefusalKind, ShownValue};
+use super::value::write_name;
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, NearestReal, Real, Word, WordSpace};
 use crate::runtime::exchange::{Mode, Snapshot};
@@ -26,6 +29,13 @@ pub struct Variable {
     pub what: Address,
     /// The operand's cell in memory.
     pub cell: Cell,
+}
+
+impl fmt::Display for Variable {
+    /// The form `parts.Acc (CT0.Acc)`, or only the address.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_name(f, self.tag.as_deref(), &self.address)
+    }
 }
 
 impl Variable {

@@ -86,9 +86,18 @@ impl fmt::Display for Held {
 impl fmt::Display for ShownValue {
     /// The form `parts.Acc (CT0.Acc)`, or only the address.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.tag {
-            Some(tag) if *tag != self.address => write!(f, "{tag} ({})", self.address),
-            Some(_) | None => f.write_str(&self.address),
-        }
+        write_name(f, self.tag.as_deref(), &self.address)
+    }
+}
+
+/// Writes the names of an operand: `parts.Acc (CT0.Acc)`, or only the address.
+pub(super) fn write_name(
+    f: &mut fmt::Formatter<'_>,
+    tag: Option<&str>,
+    address: &str,
+) -> fmt::Result {
+    match tag {
+        Some(tag) if tag != address => write!(f, "{tag} ({address})"),
+        Some(_) | None => f.write_str(address),
     }
 }

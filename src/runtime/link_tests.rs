@@ -3,15 +3,17 @@
 use super::command::Forces;
 use super::exchange::{
     BATCH_WRITES_MAX, FaultReason, Mode, Outcome, Port, QUEUED_BATCHES_MAX, Refused,
-    SCAN_WRITES_MAX, StopReason, Write,
+    SCAN_WRITES_MAX, Snapshot, StopReason, Write,
 };
 use super::image::Safe;
 use super::link::*;
+use super::swap::Generations;
 use std::future::Future;
 use std::pin::{Pin, pin};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Poll, Wake};
+use std::thread;
 
 use super::command::{Answer, Before, Command, Denial};
 use crate::engine::{BitCell, Cell, Renumbered, WordCell};
@@ -272,4 +274,24 @@ fn a_wait_for_an_image_ends_with_the_first_that_is_as_wanted() {
     world.pump();
     let Poll::Ready(image) = poll(shows.as_mut(), &bell) else { panic!("it is there") };
     assert_eq!((bell.rung(), image.scans), (2, 2));
+}
+
+#[test]
+fn an_image_is_read_with_the_data_of_its_own_program() {
+    let (port, _scan, _world) = small();
+    let data = Generations::new(0);
+    let first = port.latest();
+    thread::scope(|threads| {
+        let swaps = threads.spawn(|| {
+            for generation in 1..20_000 {
+                data.insert(generation, generation);
+                port.publish(Arc::new(Snapshot { generation, ..(*first).clone() }));
+                data.forget_before(generation);
+            }
+        });
+        while !swaps.is_finished() {
+            let (image, of) = data.latest(&port);
+            assert_eq!(*of, image.generation);
+        }
+    });
 }

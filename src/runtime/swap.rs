@@ -4,8 +4,8 @@
 //! transfer of the old state, snapshots of the new shape. It goes in through a ring with a
 //! [`Command::Swap`], and the scan thread swaps between two scans. The package comes back with the
 //! old machine, which is dropped outside the scan thread. Readers keep their data about programs by
-//! generation ([`Generations`]): every snapshot has its generation, so no image is read with the
-//! layout of a different program.
+//! generation ([`Generations`]): every snapshot has its generation, and [`Generations::latest`]
+//! returns both together, so no image is read with the layout of a different program.
 
 use std::sync::{Arc, Mutex};
 
@@ -216,16 +216,34 @@ impl<T> Generations<T> {
         self.locked(|list| list.push((generation, Arc::new(of))));
     }
 
+    /// The latest image, and the data of its program.
+    pub fn latest(&self, port: &Port) -> (Arc<Snapshot>, Arc<T>) {
+        loop {
+            let image = port.latest();
+            // A program's data are removed only after an image of a later program was published: if
+            // they are gone, the next look finds that image.
+            if let Some(of) = self.find(image.generation) {
+                return (image, of);
+            }
+        }
+    }
+
     /// The data of a program; if the program is no longer in the list, the data of the last one.
     pub fn of(&self, generation: u32) -> Arc<T> {
+        let last = || self.locked(|list| list.last().map(|(_, of)| Arc::clone(of)));
+        let found = self.find(generation).or_else(last);
+        found.expect("there is one from the beginning, and one stays")
+    }
+
+    fn find(&self, generation: u32) -> Option<Arc<T>> {
         self.locked(|list| {
-            let known = list.iter().find(|(of, _)| *of == generation).or(list.last());
-            let (_, found) = known.expect("there is one from the beginning, and one stays");
-            Arc::clone(found)
+            let (_, of) = list.iter().find(|(of, _)| *of == generation)?;
+            Some(Arc::clone(of))
         })
     }
 
-    /// Removes the data of all programs before this one.
+    /// Removes the data of all programs before this one. The latest image must not be of one of
+    /// them.
     pub fn forget_before(&self, generation: u32) {
         self.locked(|list| list.retain(|(of, _)| *of >= generation));
     }

@@ -335,3 +335,60 @@ fn a_reload_without_a_socket_is_a_signal_and_says_so() {
     assert_eq!(said.code, 0, "{said:?}");
     assert!(said.err.contains("SIGHUP is sent, and the log has the outcome"), "{said:?}");
 }
+
+/// A program with `before` tags of a type before `own`, which only an operator writes.
+fn own_after(before: usize) -> String {
+    let tag = |name: &str| format!("{name} = {{ type = \"int\", spare = true }}\n");
+    let tags = (0..before).map(|n| tag(&format!("a{n}"))).collect::<String>();
+    let rung = "{ when = [\"$On\"], do = [\"ADD D2 1 to=D2\"] }";
+    format!("[tags]\n{tags}{}[[program]]\nname = \"Main\"\nrung = [ {rung} ]\n", tag("own"))
+}
+
+/// Asks for a change, and reloads `next` before the scan that makes the change. The result is the
+/// answer to the change.
+fn changed_by_a_reload(live: &Live, change: &Value, next: &str) -> Value {
+    write(live, "ladder.toml", next);
+    let mut client = live::connect(&live.socket);
+    client.write_all(format!("{change}\n").as_bytes()).unwrap();
+    live.ok("reload");
+    answer(&client)
+}
+
+#[test]
+fn a_change_that_waits_for_its_scan_is_answered_from_the_reloaded_program() {
+    let live = Live::start(&own_after(400), "[scan]\nperiod = \"900ms\"\nwatchdog = \"5s\"\n", &[]);
+    let to = |value: u64| serde_json::json!({"do": "write", "operand": "own", "value": value});
+    // `own` moves to the place of a different tag, and its old place is beyond the new memory.
+    for (value, before) in [(7, 0), (8, 400), (9, 3)] {
+        let answer = changed_by_a_reload(&live, &to(value), &own_after(before));
+        assert_eq!(answer["ok"]["now"]["value"], value, "{answer}");
+        assert_eq!(
+            (&answer["ok"]["note"], &answer["ok"]["now"]["forced"]),
+            (&Value::Null, &false.into())
+        );
+        live.line(&format!("wrote {value} to own: it was "));
+    }
+    // Whether the reload or the scan comes first depends on the machine: until the reload does.
+    let (gone, deadline) = (own_after(0).replace("own", "other"), Instant::now() + live::PATIENCE);
+    let message = loop {
+        let answer = changed_by_a_reload(&live, &to(10), &gone);
+        if let Some(message) = answer["error"]["message"].as_str() {
+            break message.to_owned();
+        }
+        assert_eq!(answer["ok"]["now"]["value"], 10, "{answer}");
+        assert!(Instant::now() < deadline, "each scan comes before the reload");
+        write(&live, "ladder.toml", &own_after(0));
+        live.ok("reload");
+    };
+    assert!(message.contains("does not have the named operand"), "{message}");
+    live.line("; a reload has removed it meanwhile");
+    // Forces are released in the program that runs then.
+    write(&live, "ladder.toml", &own_after(400));
+    live.ok("reload");
+    live.ok("force own 5");
+    let release = serde_json::json!({"do": "unforce-all"});
+    let answer = changed_by_a_reload(&live, &release, &own_after(1));
+    let released = answer["ok"]["values"].as_array().unwrap_or_else(|| panic!("{answer}"));
+    let own = &released[0];
+    assert_eq!((released.len(), &own["operand"], &own["value"]), (1, &"own".into(), &5.into()));
+}

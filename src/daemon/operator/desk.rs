@@ -15,18 +15,18 @@ use super::memory;
 use super::peer::Peer;
 use super::record;
 use super::status::{View, reason};
-use super::told_change::{ToldChange, WaitingWrite};
+use super::told_change::{ToldChange, WaitingWrite, Was};
 use crate::daemon::log;
 use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
-use crate::events::{self, Level};
+use crate::events::{self, Event, Level};
 use crate::isa::{Address, Bit, BitSpace};
 use crate::locked::locked;
 use crate::operator::names::Names;
 use crate::operator::operand::Variable;
 use crate::operator::protocol::{
-    self, Answered, Change, GivenValue, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
-    RefusalKind, Request, Values,
+    self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
+    Refusal, RefusalKind, Request, ShownValue, Values,
 };
 use crate::runtime::command::{Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Port, Refused, Snapshot, Write};
@@ -63,9 +63,15 @@ impl Desk {
 
     /// The latest image, and the names of its program.
     pub(super) fn seen(&self) -> (Arc<Snapshot>, Arc<View>) {
-        let latest = self.port.latest();
-        let view = self.views.of(latest.generation);
-        (latest, view)
+        self.views.latest(&self.port)
+    }
+
+    /// An operand of a request in the latest image: a reload may have replaced the program since
+    /// then. `None` if the present program does not have the operand.
+    fn sight(&self, operand: &Variable) -> Option<Sight> {
+        let (latest, view) = self.seen();
+        let operand = view.names.again(operand)?;
+        Some(Sight { latest, view, operand })
     }
 
     /// The names of the running program.
@@ -188,37 +194,30 @@ impl Desk {
             Err(_) if is_long => false,
             Err(_) => return Err(no_answer()),
         };
-        let latest = self.port.latest();
-        let mut change = Change {
-            now: self.now(operand.clone()).seen(&latest),
-            ..change(&operand, &before, &latest)
-        };
-        let written = operand.held(value);
+        let (was, written) = (was(&operand, &before), operand.held(value));
+        let told = ToldChange::new(peer, &operand, was);
         if seen {
-            change.note = self.note(&operand, value, &change);
-            let did = format!("wrote {written} to {}", change.now);
-            ToldChange::new(peer, &operand, &change).tell(&events::OPERATOR_WRITE, &did);
-        } else {
-            let write = WaitingWrite { written, period };
-            ToldChange::new(peer, &operand, &change).tell_waiting(write);
-            change.note = Some(write.note());
+            let did = format!("wrote {written} to {operand}");
+            let sight = self.changed(told, &events::OPERATOR_WRITE, &did)?;
+            return Ok(Change { note: sight.note(written, &before), ..sight.change(was) });
         }
-        Ok(change)
+        let sight = self.sight(&operand).ok_or_else(|| denied(Denial::Gone))?;
+        let write = WaitingWrite { written, period };
+        told.tell_waiting(write);
+        Ok(Change { note: Some(write.note()), ..sight.change(was) })
     }
 
-    /// A warning if this operand will be overwritten: by a driver or by the ladder.
-    fn note(&self, operand: &Variable, value: i32, change: &Change) -> Option<String> {
-        let written = operand.held(value);
-        if let Some(driver) = self.seen().1.about.driver_of(operand.what) {
-            let name = &operand.operand;
-            return Some(format!(
-                "{driver} moves `{name}` and will write it again: to hold it, `rungd force {name} \
-                 {written}`"
-            ));
-        }
-        (change.now.value != written).then(|| {
-            format!("it became {written}, but the same scan overwrote it: to hold it, force it")
-        })
+    /// Logs a change that is done: `did`. Returns the operand after it.
+    ///
+    /// # Errors
+    /// A reload has removed the operand since then.
+    fn changed(&self, told: ToldChange<'_>, event: &Event, did: &str) -> Answered<Sight> {
+        let Some(sight) = self.sight(told.operand()) else {
+            told.tell_gone(event, did);
+            return Err(denied(Denial::Gone));
+        };
+        told.tell(event, did, sight.shown().value);
+        Ok(sight)
     }
 
     fn not_taken(&self, why: Refused) -> Refusal {
@@ -244,15 +243,14 @@ impl Desk {
         let id = self.hand_in(peer, latest.generation, force)?;
         // The name is stored first: the status may show the force before the answer arrives.
         self.forced().insert(operand.what, operand.operand.clone());
-        let before = self.carried_out(id).await?;
-        let mut change = self.forced_change(&operand, before);
+        let was = was_at(&operand, self.carried_out(id).await?);
+        let forced = operand.held(value);
+        let did = format!("forced {operand} to {forced}");
+        let told = ToldChange::new(peer, &operand, was);
+        let sight = self.changed(told, &events::OPERATOR_FORCE, &did)?;
         let is_output = matches!(operand.what, Address::Bit(Bit::Space(BitSpace::Y, _)));
-        if is_output && self.port.latest().mode != Mode::Run {
-            change.note = Some(STAYS_SAFE.to_owned());
-        }
-        let did = format!("forced {} to {}", change.now, operand.held(value));
-        ToldChange::new(peer, &operand, &change).tell(&events::OPERATOR_FORCE, &did);
-        Ok(change)
+        let stays_safe = is_output && sight.latest.mode != Mode::Run;
+        Ok(Change { note: stays_safe.then(|| STAYS_SAFE.to_owned()), ..sight.change(was) })
     }
 
     async fn unforce(&self, peer: &Peer, text: &str) -> Answered<Change> {
@@ -264,14 +262,16 @@ impl Desk {
         let before = self
             .carried_out(self.hand_in(peer, latest.generation, Command::Release(operand.cell))?)
             .await?;
-        let mut change = self.forced_change(&operand, before);
-        if before.forced {
-            let did = format!("ended the force of {}", change.now);
-            ToldChange::new(peer, &operand, &change).tell(&events::OPERATOR_UNFORCE, &did);
-        } else {
-            change.note = Some(format!("it was not forced; {}", self.forced_now(text.trim())));
+        let was = was_at(&operand, before);
+        if was.forced {
+            let did = format!("ended the force of {operand}");
+            let told = ToldChange::new(peer, &operand, was);
+            let sight = self.changed(told, &events::OPERATOR_UNFORCE, &did)?;
+            return Ok(sight.change(was));
         }
-        Ok(change)
+        let sight = self.sight(&operand).ok_or_else(|| denied(Denial::Gone))?;
+        let note = Some(format!("it was not forced; {}", self.forced_now(text.trim())));
+        Ok(Change { note, ..sight.change(was) })
     }
 
     /// The operands that can be unforced instead. Since the force, a reload may have changed the
@@ -298,27 +298,24 @@ impl Desk {
         }
     }
 
-    fn forced_change(&self, operand: &Variable, before: Before) -> Change {
-        Change {
-            before: operand.held(before.value),
-            was_forced: before.forced,
-            now: self.now(operand.clone()).seen(&self.port.latest()),
-            note: None,
-        }
-    }
-
     async fn unforce_all(&self, peer: &Peer) -> Answered<Values> {
-        let before = self.port.latest();
-        let forces = self.forces(&before, &self.views.of(before.generation).names);
-        let operands: Vec<Variable> = forces.into_iter().map(|(operand, _)| operand).collect();
+        let (before, view) = self.seen();
+        let forces = self.forces(&before, &view.names);
         self.carried_out(self.hand_in(peer, before.generation, Command::ReleaseAll)?).await?;
-        let latest = self.port.latest();
-        for operand in &operands {
-            let change = Change { was_forced: true, ..change(operand, &before, &latest) };
-            let did = format!("ended the force of {}", change.now);
-            ToldChange::new(peer, operand, &change).tell(&events::OPERATOR_UNFORCE, &did);
+        let (latest, view) = self.seen();
+        let mut released = Vec::new();
+        for (operand, _) in &forces {
+            let told = ToldChange::new(peer, operand, was(operand, &before));
+            let did = format!("ended the force of {operand}");
+            match view.names.again(operand) {
+                Some(now) => {
+                    told.tell(&events::OPERATOR_UNFORCE, &did, now.seen(&latest).value);
+                    released.push(now);
+                }
+                None => told.tell_gone(&events::OPERATOR_UNFORCE, &did),
+            }
         }
-        Ok(values(&latest, &operands))
+        Ok(values(&latest, &released))
     }
 
     async fn mode(&self, peer: &Peer, to: ModeWanted) -> Answered<ModeChange> {
@@ -390,14 +387,46 @@ impl Desk {
         Ok(id)
     }
 
-    /// The operand in the program that runs now: a reload may have replaced the program.
-    fn now(&self, operand: Variable) -> Variable {
-        self.names().find_one(&operand.operand).unwrap_or(operand)
-    }
-
     async fn carried_out(&self, id: CommandId) -> Answered<Before> {
         let answered = timeout(self.wait(), self.port.answered(id)).await;
         answered.map_err(|_| no_answer())?.map_err(denied)
+    }
+}
+
+/// An operand in the latest image, by the names of that image's program.
+struct Sight {
+    latest: Arc<Snapshot>,
+    view: Arc<View>,
+    operand: Variable,
+}
+
+impl Sight {
+    fn shown(&self) -> ShownValue {
+        self.operand.seen(&self.latest)
+    }
+
+    fn change(&self, was: Was) -> Change {
+        Change { before: was.value, was_forced: was.forced, now: self.shown(), note: None }
+    }
+
+    /// A warning if the written value will be overwritten or already is: by a driver, the ladder or
+    /// a reload. `before`: the image before the write.
+    fn note(&self, written: Held, before: &Snapshot) -> Option<String> {
+        let (name, now) = (&self.operand.operand, self.shown().value);
+        if let Some(driver) = self.view.about.driver_of(self.operand.what) {
+            return Some(format!(
+                "{driver} moves `{name}` and will write it again: to hold it, `rungd force {name} \
+                 {written}`"
+            ));
+        }
+        if now == written {
+            return None;
+        }
+        Some(if self.latest.generation == before.generation {
+            format!("it became {written}, but the same scan overwrote it: to hold it, force it")
+        } else {
+            format!("it became {written}; meanwhile the program was reloaded, and now it is {now}")
+        })
     }
 }
 
@@ -435,13 +464,15 @@ fn values(image: &Snapshot, operands: &[Variable]) -> Values {
     }
 }
 
-fn change(operand: &Variable, before: &Snapshot, latest: &Snapshot) -> Change {
-    Change {
-        before: operand.held(before.value(operand.cell)),
-        was_forced: before.forces.has(operand.cell),
-        now: operand.seen(latest),
-        note: None,
-    }
+/// The state of an operand in an image of its own program.
+fn was(operand: &Variable, image: &Snapshot) -> Was {
+    let value = operand.held(image.value(operand.cell));
+    Was { value, forced: image.forces.has(operand.cell) }
+}
+
+/// The state of an operand that the scan thread found before a change.
+fn was_at(operand: &Variable, found: Before) -> Was {
+    Was { value: operand.held(found.value), forced: found.forced }
 }
 
 fn denied(why: Denial) -> Refusal {

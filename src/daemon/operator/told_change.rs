@@ -2,13 +2,14 @@
 //!
 //! Called by `desk` after the change. It changes nothing itself.
 
+use std::fmt::Display;
 use std::time::Duration;
 
 use super::peer::Peer;
 use crate::daemon::narration::span;
 use crate::events::{self, Event};
 use crate::operator::operand::Variable;
-use crate::operator::protocol::{Change, Held};
+use crate::operator::protocol::Held;
 use crate::say::say;
 
 /// A change of an operand, and the user who made it.
@@ -16,7 +17,14 @@ use crate::say::say;
 pub(super) struct ToldChange<'a> {
     peer: &'a Peer,
     operand: &'a Variable,
-    change: &'a Change,
+    was: Was,
+}
+
+/// The state of an operand before a change.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Was {
+    pub value: Held,
+    pub forced: bool,
 }
 
 /// A write that no scan has seen yet.
@@ -28,29 +36,39 @@ pub(super) struct WaitingWrite {
 }
 
 impl<'a> ToldChange<'a> {
-    pub fn new(peer: &'a Peer, operand: &'a Variable, change: &'a Change) -> ToldChange<'a> {
-        ToldChange { peer, operand, change }
+    pub fn new(peer: &'a Peer, operand: &'a Variable, was: Was) -> ToldChange<'a> {
+        ToldChange { peer, operand, was }
     }
 
-    /// Logs the change.
-    pub fn tell(self, event: &Event, did: &str) {
-        let Change { before, was_forced, now, .. } = self.change;
-        let forced = if *was_forced { ", forced" } else { "" };
-        let words = format!("{did}: it was {before}{forced}, and is {}", now.value);
-        self.line(event, now.value, &words);
+    pub fn operand(self) -> &'a Variable {
+        self.operand
+    }
+
+    /// Logs the change. `now`: the value after it.
+    pub fn tell(self, event: &Event, did: &str, now: Held) {
+        let Was { value, forced } = self.was;
+        let forced = if forced { ", forced" } else { "" };
+        let words = format!("{did}: it was {value}{forced}, and is {now}");
+        self.line(event, now, &words);
+    }
+
+    /// Logs a change of an operand that a reload has removed meanwhile: there is no value after it.
+    pub fn tell_gone(self, event: &Event, did: &str) {
+        let Was { value, .. } = self.was;
+        let words = format!("{did}: it was {value}; a reload has removed it meanwhile");
+        self.line(event, "gone", &words);
     }
 
     /// Logs a write that no scan has seen yet. No further line follows.
     pub fn tell_waiting(self, write: WaitingWrite) {
-        let Change { before, now, .. } = self.change;
-        let note = write.note();
-        let words = format!("asked to write to {now}: {note}; until then it is {before}");
+        let (operand, before, note) = (self.operand, self.was.value, write.note());
+        let words = format!("asked to write to {operand}: {note}; until then it is {before}");
         self.line(&events::OPERATOR_WRITE, write.written, &words);
     }
 
     /// Logs a line with these words, and with the values before and after.
-    fn line(self, event: &Event, after: Held, words: &str) {
-        let (peer, address, before) = (self.peer, &self.operand.address, self.change.before);
+    fn line(self, event: &Event, after: impl Display, words: &str) {
+        let (peer, address, before) = (self.peer, &self.operand.address, self.was.value);
         say!(
             *event at Info,
             who = %peer.name,

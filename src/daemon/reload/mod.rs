@@ -378,7 +378,9 @@ impl Reloads {
                 continue;
             }
             let Some(Pending { running, back, .. }) = inner.pending.take() else { continue };
-            self.views.forget_before(generation.saturating_sub(1));
+            // The image of the new program may not be published yet.
+            let shown = self.port.latest().generation;
+            self.views.forget_before(generation.saturating_sub(1).min(shown));
             let probation = if back { Duration::ZERO } else { running.setup.probation };
             log::take_over(&running.setup.log);
             let old = std::mem::replace(&mut inner.running, running);

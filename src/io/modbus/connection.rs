@@ -115,15 +115,13 @@ impl Connection {
     /// The reply's PDU.
     async fn reply(&self, unit: u8, pdu: &[u8]) -> Vec<u8> {
         let asker = Asker { unit, client: self.client.ip() };
-        let latest = self.shared.port.latest();
-        let map = self.shared.maps.of(latest.generation);
+        let (latest, map) = self.shared.latest();
         let (request, done) = match answer::answer(&map, asker, pdu, &latest) {
             Answer::Reply(reply) => return reply,
             Answer::Refused(request, refusal) => (request, Err(refusal)),
             Answer::Write(request, batch) => {
                 let done = self.write(latest.generation, batch).await.and_then(|()| {
-                    let latest = self.shared.port.latest();
-                    let map = self.shared.maps.of(latest.generation);
+                    let (latest, map) = self.shared.latest();
                     answer::written(&map, unit, (pdu, &request), &latest)
                 });
                 (request, done)

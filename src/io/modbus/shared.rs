@@ -4,6 +4,7 @@
 //! Made by `server`, read by each `connection`.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::map::Map;
@@ -11,7 +12,7 @@ use super::pdu::ModbusRequest;
 use super::refusal::ModbusRefusal;
 use super::settings::Modbus;
 use crate::runtime::Generations;
-use crate::runtime::exchange::Port;
+use crate::runtime::exchange::{Port, Snapshot};
 use crate::say::say;
 
 /// The state that the connections share.
@@ -25,6 +26,11 @@ pub(super) struct ServerState {
 }
 
 impl ServerState {
+    /// The latest image, and the map of its program.
+    pub fn latest(&self) -> (Arc<Snapshot>, Arc<Map>) {
+        self.maps.latest(&self.port)
+    }
+
     /// Logs a well-formed request that was refused.
     pub fn log_refusal(
         &self,

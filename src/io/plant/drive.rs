@@ -71,9 +71,8 @@ impl PlantDrive {
     /// the safe values too. For any other bit, they read its value after the last complete scan.
     fn step(&mut self) {
         let now_ms = self.started.elapsed().as_millis() as u64;
-        let seen = self.port.latest();
+        let (seen, now) = self.programs.latest(&self.port);
         if seen.generation != self.generation {
-            let now = self.programs.of(seen.generation);
             self.device = self.device.going_on(&now.rules);
             (self.generation, self.layout) = (seen.generation, now.layout.clone());
         }
