@@ -8,17 +8,21 @@ use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::nearest::counted;
 use crate::source::span::SourceFile;
 
+/// The names of a ladder.
+fn names_of(text: &str) -> Names {
+    let file = SourceFile { name: "ladder.toml".into(), text: text.to_owned() };
+    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+    Names::new(&program, &lower(&program).1)
+}
+
 /// The names of a ladder with `count` tags and `count` Stages.
 fn many(count: usize) -> Names {
     let tags = (0..count).map(|n| format!("tag_{n} = {{ at = \"C{n}\", spare = true }}\n"));
     let stage = |n| format!("[[program.stage]]\nname = \"Stage_{n}\"\nrung = []\n");
     let stages = (0..count).map(stage).collect::<String>();
     let tags = tags.collect::<String>();
-    let text = format!("[tags]\n{tags}[[program]]\nname = \"Main\"\n{stages}");
-    let file = SourceFile { name: "ladder.toml".into(), text };
-    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
-    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
-    Names::new(&program, &lower(&program).1)
+    names_of(&format!("[tags]\n{tags}[[program]]\nname = \"Main\"\n{stages}"))
 }
 
 #[test]
@@ -59,10 +63,7 @@ rung = [ { when = ["$On"], do = ["OUT Y0"] } ]
 "#;
 
 fn names() -> Names {
-    let file = SourceFile { name: "ladder.toml".into(), text: LADDER.into() };
-    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
-    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
-    Names::new(&program, &lower(&program).1)
+    names_of(LADDER)
 }
 
 #[test]
@@ -174,10 +175,7 @@ fn a_tag_with_a_type_is_known_by_its_name_alone() {
     let text = "[tags]\nhours = { type = \"timer\" }\n\
                 size = { type = \"int\", doc = \"Of a bin\" }\n[[program]]\nname = \"Main\"\n\
                 rung = [ { when = [\"size > 3\"], do = [\"TMR hours preset=1s\"] } ]\n";
-    let file = SourceFile { name: "ladder.toml".into(), text: text.into() };
-    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
-    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
-    let names = Names::new(&program, &lower(&program).1);
+    let names = names_of(text);
     let found = names.find("hours").unwrap();
     let said: Vec<_> = found.iter().map(|operand| operand.address.as_str()).collect();
     assert_eq!(said, ["hours.Acc", "hours.Done", "hours.Reset", "hours.Zero", "hours.Timing"]);
@@ -246,17 +244,13 @@ rung = []
 
 #[test]
 fn after_a_reload_an_operand_is_where_its_element_is() {
-    let names_of = |tags: &str| {
-        let text = format!("[tags]\n{tags}[[program]]\nname = \"Main\"\nrung = []\n");
-        let file = SourceFile { name: "ladder.toml".into(), text };
-        let (program, findings) = load_ladders(&[file], &LoadOptions::default());
-        let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
-        Names::new(&program, &lower(&program).1)
+    let with = |tags: [String; 4]| {
+        names_of(&format!("[tags]\n{}[[program]]\nname = \"Main\"\nrung = []\n", tags.concat()))
     };
     let size = |at: &str| format!("size = {{ at = \"{at}\", spare = true }}\n");
     let typed = |name: &str| format!("{name} = {{ type = \"int\", spare = true }}\n");
-    let old = names_of(&[size("D1"), typed("own"), typed("gone")].concat());
-    let new = names_of(&[size("D2"), typed("a0"), typed("a1"), typed("own")].concat());
+    let old = with([size("D1"), typed("b0"), typed("own"), typed("gone")]);
+    let new = with([size("D2"), typed("a0"), typed("own"), String::new()]);
     let [of_tag, own, gone] = ["size", "own", "gone"].map(|name| old.find_one(name).unwrap());
     let moved = new.again(&own).unwrap();
     assert_eq!((&*moved.operand, &*moved.address), ("own", "own"));

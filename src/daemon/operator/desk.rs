@@ -194,20 +194,27 @@ impl Desk {
             Err(_) if is_long => false,
             Err(_) => return Err(no_answer()),
         };
-        let (was, written) = (was(&operand, &before), operand.held(value));
+        let (was, written) = (Was::of(&operand, &before), operand.held(value));
         let told = ToldChange::new(peer, &operand, was);
-        if seen {
+        let Some(sight) = self.sight(&operand) else {
+            // Whether a scan took the write before the reload is not known.
+            let asked = format!("asked to write {written} to {operand}");
+            told.tell_gone(&events::OPERATOR_WRITE, &asked);
+            return Err(denied(Denial::Gone));
+        };
+        let note = if seen {
             let did = format!("wrote {written} to {operand}");
-            let sight = self.changed(told, &events::OPERATOR_WRITE, &did)?;
-            return Ok(Change { note: sight.note(written, &before), ..sight.change(was) });
-        }
-        let sight = self.sight(&operand).ok_or_else(|| denied(Denial::Gone))?;
-        let write = WaitingWrite { written, period };
-        told.tell_waiting(write);
-        Ok(Change { note: Some(write.note()), ..sight.change(was) })
+            told.tell(&events::OPERATOR_WRITE, &did, sight.shown().value);
+            sight.note(written, &before)
+        } else {
+            let write = WaitingWrite { written, period };
+            told.tell_waiting(write);
+            Some(write.note())
+        };
+        Ok(Change { note, ..sight.change(was) })
     }
 
-    /// Logs a change that is done: `did`. Returns the operand after it.
+    /// Logs a command that the scan thread has carried out: `did`. Returns the operand after it.
     ///
     /// # Errors
     /// A reload has removed the operand since then.
@@ -243,7 +250,7 @@ impl Desk {
         let id = self.hand_in(peer, latest.generation, force)?;
         // The name is stored first: the status may show the force before the answer arrives.
         self.forced().insert(operand.what, operand.operand.clone());
-        let was = was_at(&operand, self.carried_out(id).await?);
+        let was = Was::found(&operand, self.carried_out(id).await?);
         let forced = operand.held(value);
         let did = format!("forced {operand} to {forced}");
         let told = ToldChange::new(peer, &operand, was);
@@ -262,7 +269,7 @@ impl Desk {
         let before = self
             .carried_out(self.hand_in(peer, latest.generation, Command::Release(operand.cell))?)
             .await?;
-        let was = was_at(&operand, before);
+        let was = Was::found(&operand, before);
         if was.forced {
             let did = format!("ended the force of {operand}");
             let told = ToldChange::new(peer, &operand, was);
@@ -305,7 +312,7 @@ impl Desk {
         let (latest, view) = self.seen();
         let mut released = Vec::new();
         for (operand, _) in &forces {
-            let told = ToldChange::new(peer, operand, was(operand, &before));
+            let told = ToldChange::new(peer, operand, Was::of(operand, &before));
             let did = format!("ended the force of {operand}");
             match view.names.again(operand) {
                 Some(now) => {
@@ -462,17 +469,6 @@ fn values(image: &Snapshot, operands: &[Variable]) -> Values {
         scans: image.scans,
         values: operands.iter().map(|operand| operand.seen(image)).collect(),
     }
-}
-
-/// The state of an operand in an image of its own program.
-fn was(operand: &Variable, image: &Snapshot) -> Was {
-    let value = operand.held(image.value(operand.cell));
-    Was { value, forced: image.forces.has(operand.cell) }
-}
-
-/// The state of an operand that the scan thread found before a change.
-fn was_at(operand: &Variable, found: Before) -> Was {
-    Was { value: operand.held(found.value), forced: found.forced }
 }
 
 fn denied(why: Denial) -> Refusal {

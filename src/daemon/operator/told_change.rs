@@ -10,6 +10,8 @@ use crate::daemon::narration::span;
 use crate::events::{self, Event};
 use crate::operator::operand::Variable;
 use crate::operator::protocol::Held;
+use crate::runtime::command::Before;
+use crate::runtime::exchange::Snapshot;
 use crate::say::say;
 
 /// A change of an operand, and the user who made it.
@@ -33,6 +35,19 @@ pub(super) struct WaitingWrite {
     pub written: Held,
     /// The scan period.
     pub period: Duration,
+}
+
+impl Was {
+    /// The state of an operand in an image of its own program.
+    pub fn of(operand: &Variable, image: &Snapshot) -> Was {
+        let value = operand.held(image.value(operand.cell));
+        Was { value, forced: image.forces.has(operand.cell) }
+    }
+
+    /// The state of an operand that the scan thread found before a command.
+    pub fn found(operand: &Variable, before: Before) -> Was {
+        Was { value: operand.held(before.value), forced: before.forced }
+    }
 }
 
 impl<'a> ToldChange<'a> {
