@@ -49,6 +49,9 @@ pub struct Shape {
 pub enum Publication {
     /// A complete scan, or the memory after the passes of a stop.
     Image(Arc<Snapshot>),
+    /// The memory with which a new program begins its first scan in RUN. It is shown only if a
+    /// fault comes before the first image of that program.
+    Beginning(Arc<Snapshot>),
     /// A fault and its time; there is no new image.
     Fault(FaultReason, u64),
     /// A spare of an earlier program.
@@ -107,6 +110,8 @@ pub struct WorldSide {
     spares: Producer<Arc<Snapshot>>,
     published: Consumer<Publication>,
     retired: Vec<Arc<Snapshot>>,
+    /// The beginning of a program that no image is shown of yet.
+    beginning: Option<Arc<Snapshot>>,
     answers: Answers,
     first_output: usize,
     forces_active: usize,
@@ -159,6 +164,7 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
         spares: spare_in,
         published: publish_out,
         retired: Vec::with_capacity(RETIRED_MAX),
+        beginning: None,
         answers,
         first_output: shape.first_output,
         forces_active: shape.forces_active,
@@ -256,7 +262,22 @@ impl ScanSide {
 
     /// Publishes an image; false if there is no spare snapshot.
     pub fn publish(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) -> bool {
-        let Some(mut spare) = self.spare() else { return false };
+        let Some(snapshot) = self.snapshot(facts, image) else { return false };
+        self.hand_over(Publication::Image(snapshot));
+        true
+    }
+
+    /// Publishes the beginning of a program that was swapped in.
+    pub fn publish_beginning(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) {
+        // The program has brought spare snapshots.
+        if let Some(snapshot) = self.snapshot(facts, image) {
+            self.hand_over(Publication::Beginning(snapshot));
+        }
+    }
+
+    /// A spare snapshot with this image; `None` if there is no spare.
+    fn snapshot(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) -> Option<Arc<Snapshot>> {
+        let mut spare = self.spare()?;
         // A spare has no reader: the world has checked that before it put it into the ring.
         if let Some(snapshot) = Arc::get_mut(&mut spare) {
             snapshot.scans = facts.scans;
@@ -269,8 +290,7 @@ impl ScanSide {
             snapshot.words.copy_from_slice(&image.1[..snapshot.words.len()]);
             snapshot.tickets_done = self.applied;
         }
-        self.hand_over(Publication::Image(spare));
-        true
+        Some(spare)
     }
 
     /// A spare of this program. Spares of earlier programs are returned to the world, which drops
@@ -308,10 +328,17 @@ impl WorldSide {
         // now are delivered after all publications of this call.
         let answers = self.answers.waiting();
         while let Ok(publication) = self.published.pop() {
-            if let Publication::Outlived(spare) = publication {
-                drop(spare);
-                continue;
-            }
+            let publication = match publication {
+                Publication::Outlived(spare) => {
+                    drop(spare);
+                    continue;
+                }
+                Publication::Beginning(snapshot) => {
+                    self.beginning = Some(snapshot);
+                    continue;
+                }
+                Publication::Image(_) | Publication::Fault(..) => publication,
+            };
             any = true;
             let was_stuck = self.port.hear();
             // Batches first: a refusal must be known before a snapshot that counts the ticket is
@@ -322,7 +349,7 @@ impl WorldSide {
                 // The monitor has reported this fault already: its time stays.
                 Publication::Fault(reason, _) if was_stuck => self.show_fault(reason, None),
                 Publication::Fault(reason, now_ns) => self.show_fault(reason, Some(now_ns)),
-                Publication::Outlived(_) => {}
+                Publication::Beginning(_) | Publication::Outlived(_) => {}
             }
         }
         self.drain_returns();
@@ -350,6 +377,8 @@ impl WorldSide {
 
     fn show(&mut self, mut snapshot: Arc<Snapshot>) {
         let Some(fresh) = Arc::get_mut(&mut snapshot) else { return };
+        // An image of its program, or of a later one.
+        self.retired.extend(self.beginning.take());
         let latest = self.port.latest();
         let same = fresh.generation == latest.generation;
         if matches!(fresh.mode, Mode::Fault(_)) && same {
@@ -393,12 +422,24 @@ impl WorldSide {
     }
 
     fn show_fault(&mut self, reason: FaultReason, since_ns: Option<u64>) {
-        let mut snapshot = Snapshot::clone(&self.port.latest());
+        let mut snapshot = self.before_fault();
         snapshot.since_ns = since_ns.unwrap_or(snapshot.since_ns);
         snapshot.mode = Mode::Fault(reason);
         let safe = Arc::clone(&snapshot.safe);
         make_safe(&mut snapshot.outputs, &safe);
         self.swap(Arc::new(snapshot));
+    }
+
+    /// The latest image. If the fault is in the first scan of a new program: the memory with which
+    /// that scan began, and the outputs as they are driven.
+    fn before_fault(&mut self) -> Snapshot {
+        let latest = self.port.latest();
+        let Some(beginning) = self.beginning.take() else { return Snapshot::clone(&latest) };
+        let mut snapshot = Snapshot::clone(&beginning);
+        snapshot.outputs.copy_from_slice(&latest.outputs);
+        snapshot.since_ns = latest.since_ns;
+        self.retired.push(beginning);
+        snapshot
     }
 
     fn swap(&mut self, snapshot: Arc<Snapshot>) {

@@ -181,9 +181,15 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.machine.swapped(generation);
         self.journal.tell(self.scans, now_ns, RecordEvent::Swapped { generation, swap_ns });
         self.swaps.give_back(package);
-        match faulted {
-            true => self.enter_run(now_ns),
-            false => self.unpublished |= self.mode != Mode::Run,
+        if faulted {
+            self.enter_run(now_ns);
+        }
+        match self.mode {
+            Mode::Run => {
+                let (side, facts, image) = self.shown(now_ns);
+                side.publish_beginning(facts, image);
+            }
+            Mode::Stop(_) | Mode::Fault(_) => self.unpublished = true,
         }
     }
 
@@ -398,9 +404,16 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     pub(super) fn publish(&mut self, now_ns: u64) {
-        let Scanner { scans, mode, since_ns, ending, ref forces, .. } = *self;
+        let (side, facts, image) = self.shown(now_ns);
+        self.unpublished = !side.publish(facts, image);
+    }
+
+    /// What is published: the facts and the image, beside the end that publishes them.
+    fn shown(&mut self, now_ns: u64) -> (&mut ScanSide, Facts<'_>, (&[u8], &[i32])) {
+        let Scanner { scans, mode, since_ns, ending, .. } = *self;
+        let Scanner { side, forces, machine, .. } = self;
         let facts = Facts { scans, now_ns, mode, since_ns, ending, forces };
-        self.unpublished = !self.side.publish(facts, self.machine.image());
+        (side, facts, machine.image())
     }
 
     fn ask_for_stop(&mut self) {

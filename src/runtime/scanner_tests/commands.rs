@@ -11,7 +11,7 @@ impl Rig {
         self.port.command(command).unwrap()
     }
 
-    fn order_and_step(&mut self, command: Command) -> CommandId {
+    pub(super) fn order_and_step(&mut self, command: Command) -> CommandId {
         let id = self.order(command);
         self.step();
         id

@@ -1,6 +1,6 @@
 //! Tests of the swap of a program between two scans: the publications and the returned package.
 
-use super::super::command::{Answer, CommandId, Denial};
+use super::super::command::{Answer, Command, CommandId, Denial};
 use super::super::record::Carried;
 use super::super::swap::{Contents, Package};
 use super::*;
@@ -34,6 +34,16 @@ impl Rig {
             safe: vec![Safe::On],
         };
         Package::new(machine, contents, &self.port.latest())
+    }
+
+    /// Does the same as [`Rig::package`], with this safe value of Y0.
+    fn package_with(&self, generation: u32, takes_ns: u64, safe: Safe) -> Package<Fake> {
+        let mut package = self.package(generation, takes_ns);
+        package.safe = vec![safe];
+        package.fresh.iter_mut().for_each(|fresh| {
+            std::sync::Arc::get_mut(fresh).unwrap().safe = vec![safe].into();
+        });
+        package
     }
 
     fn swap(&mut self, generation: u32, takes_ns: u64, resume: bool) -> CommandId {
@@ -128,6 +138,47 @@ fn behind_a_panic_no_other_program_is_taken_and_none_is_lost() {
 }
 
 #[test]
+fn a_fault_in_the_first_scan_of_a_new_program_shows_this_program() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(3);
+    let package = rig.package_with(1, 100 * MS, Safe::Off);
+    let id = rig.reloader.hand_in(package, false).unwrap();
+    rig.step();
+    let latest = rig.port.latest();
+    let fault = Mode::Fault(FaultReason::ScanTooLong { scan_us: 100_000 });
+    assert_eq!((latest.generation, latest.scans, latest.mode), (1, 3, fault));
+    assert_eq!((latest.bits.len(), &*latest.words), (2, &[3][..]), "as that scan found it");
+    assert_eq!(*latest.outputs, [0], "its safe values");
+    assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))));
+
+    let id = rig.swap(2, 100 * MS, true);
+    assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))));
+    rig.step();
+    let latest = rig.port.latest();
+    assert_eq!((latest.generation, latest.scans, latest.mode), (2, 3, fault), "resumed, and again");
+    let force = rig.order_and_step(Command::Force { cell: Cell::Word(WordCell(0)), value: 7 });
+    assert!(matches!(rig.port.answer(force), Some(Answer::Done(_))), "no cell is of a gone program");
+}
+
+#[test]
+fn a_first_scan_that_hangs_shows_its_program_with_its_safe_values() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(3);
+    let package = rig.package_with(1, MS, Safe::Off);
+    let _ = rig.reloader.hand_in(package, false).unwrap();
+    let now_ns = rig.clock.now_ns();
+    rig.scanner.obey(now_ns);
+    rig.scanner.beat.begin(now_ns);
+    rig.monitor.turn(now_ns + MS);
+    assert_eq!(rig.port.latest().generation, 0, "while the scan may be in time");
+    rig.monitor.turn(now_ns + 1000 * MS);
+    let latest = rig.port.latest();
+    let fault = Mode::Fault(FaultReason::ScanNeverEnds);
+    assert_eq!((latest.generation, latest.scans, latest.mode), (1, 3, fault));
+    assert_eq!(*latest.outputs, [0], "its safe values");
+}
+
+#[test]
 fn another_programs_safe_values_hold_from_the_swap_on() {
     let mut rig = rig(|_, _| {});
     rig.steps(2);
@@ -136,11 +187,7 @@ fn another_programs_safe_values_hold_from_the_swap_on() {
     for (generation, safe, outputs) in
         [(1, Safe::On, 1), (2, Safe::Hold, 1), (3, Safe::Off, 0), (4, Safe::Hold, 0)]
     {
-        let mut package = rig.package(generation, MS);
-        package.safe = vec![safe];
-        package.fresh.iter_mut().for_each(|fresh| {
-            std::sync::Arc::get_mut(fresh).unwrap().safe = vec![safe].into();
-        });
+        let package = rig.package_with(generation, MS, safe);
         rig.reloader.hand_in(package, false).unwrap();
         rig.step();
         let latest = rig.port.latest();
