@@ -15,6 +15,7 @@ mod plan;
 mod report;
 mod rungs;
 mod tags;
+mod wired;
 
 use crate::engine::Transfer;
 use moves::Moves;
@@ -22,6 +23,7 @@ use plan::Pairs;
 pub use plan::{ReloadPlan, Side};
 pub use report::OldMemory;
 pub(crate) use report::WARNING;
+pub(crate) use wired::misfit;
 
 /// The reason why files with different devices are not reloaded.
 pub(crate) const OTHER_DEVICES: &str = "its devices, or their order, differ from the running ones: \

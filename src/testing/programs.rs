@@ -12,9 +12,11 @@ use super::names::TestNames;
 use super::step_words::StepWord;
 use super::suite::{ProgramId, TestProgram};
 use crate::controller;
+use crate::controller::device::Device;
 use crate::controller::written::WrittenController;
 use crate::load::bench::{InputKind, bench, identity_of, input_kind, path_of};
 use crate::load::{self, Loaded, OpenTexts};
+use crate::lower::lower;
 use crate::reload;
 use crate::resolve::LoadOptions;
 use crate::source::finding::{Code, Finding};
@@ -196,7 +198,16 @@ impl<'a> Programs<'a> {
         if program.devices != running.devices {
             return Some(format!("{file}: {}", reload::OTHER_DEVICES));
         }
-        (program.sizes != running.sizes).then(|| format!("{file}: {}", reload::OTHER_SIZES))
+        if program.sizes != running.sizes {
+            return Some(format!("{file}: {}", reload::OTHER_SIZES));
+        }
+        let devices = &self.programs[0].controller.devices;
+        if devices.is_empty() {
+            return None;
+        }
+        let ((_, first), (_, next)) = (lower(running), lower(program));
+        let misfit = reload::misfit(devices.iter().flat_map(Device::wired), &first, &next);
+        misfit.map(|why| format!("{file}: {why}"))
     }
 }
 

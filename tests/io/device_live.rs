@@ -104,3 +104,54 @@ fn a_reload_names_what_of_a_device_needs_a_restart() {
     live.line("its devices, or their order, differ from the running ones");
     live.await_values("Y0 line1.Stale", "ON ON");
 }
+
+/// A reload keeps a device's wiring, so it must not give the wired cell to a different element.
+#[test]
+fn a_reload_that_would_wire_a_device_to_a_different_element_is_refused() {
+    let ladder = "[ladder]\ndevices = [\"line1\"]\n[[program]]\nname = \"Main\"\n\
+                  [[program.stage]]\nname = \"Wait\"\nrung = [ { when = [\"X0\"], do = [\"JMP \
+                  Open\"] } ]\n[[program.stage]]\nname = \"Open\"\nrung = [ { when = [\"$On\"], do \
+                  = [\"OUT Y0\", \"MOVE 1 to=D0\"] } ]\n";
+    let controller = format!("{}[memory]\nD = 8\n", device("line1", "127.0.0.1:9"));
+    let controller = controller.replace("\"Y0\"", "\"Main.Open\"");
+    let live = Live::start(ladder, &controller, &[]);
+    live.await_values("Main.Wait", "ON");
+    let write = |ladder: &str| std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
+    let refused = |ladder: &str, why: &str| {
+        write(ladder);
+        for words in ["reload --dry-run", "reload"] {
+            let said = live.say(words);
+            assert_eq!(said.code, 78, "{said:?}");
+            assert!(said.err.contains(why), "{said:?}");
+        }
+    };
+    let stage =
+        "[[program.stage]]\nname = \"New\"\nrung = [ { when = [\"$On\"], do = [\"OUT Y1\"] } ]\n";
+    let before = ladder.replacen("[[program.stage]]", &format!("{stage}[[program.stage]]"), 1);
+    refused(
+        &before,
+        "device `line1` is wired to `Main.Open` until a restart, and this program moves",
+    );
+    let gone = ladder.replace("Open", "Closed");
+    let controller_file = live.folder.join("controller.toml");
+    let controller = std::fs::read_to_string(&controller_file).unwrap();
+    std::fs::write(&controller_file, controller.replace("Main.Open", "Main.Closed")).unwrap();
+    refused(&gone, "wired to `Main.Open` until a restart, and this program does not have it");
+
+    // D5 is free in the files, but not before a restart.
+    let free = controller.replace("\"D5\"", "\"D6\"");
+    std::fs::write(&controller_file, &free).unwrap();
+    let typed = ladder.replace(
+        "[[program]]",
+        "[tags]\nsize = { type = \"int\" }\nmore = { type = \
+                                \"int\" }\n[[program]]",
+    );
+    let typed = typed.replace("MOVE 1 to=D0", "MOVE 1 to=D7\", \"MOVE more to=size");
+    refused(&typed, "device `line1` is wired to D5 until a restart, and this program would place");
+
+    // A stage behind the wired one leaves its cell where it is.
+    std::fs::write(&controller_file, &controller).unwrap();
+    write(&format!("{ladder}{stage}"));
+    live.ok("reload");
+    live.await_values("Main.Wait Main.New", "ON OFF");
+}

@@ -29,6 +29,15 @@ pub struct Device {
     pub driver: DriverSettings,
 }
 
+impl Device {
+    /// Its name with each address of its map.
+    pub(crate) fn wired(&self) -> impl Iterator<Item = (&str, Address)> {
+        let inputs = self.inputs.iter().map(|input| input.address);
+        let addresses = inputs.chain(self.outputs.iter().map(|output| output.address));
+        addresses.map(|address| (self.name.as_str(), address))
+    }
+}
+
 /// The values of a lost device's inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnLoss {

@@ -36,8 +36,8 @@ use crate::runtime::{Package, Reloader, Swapped, Taped, monotonic_ns};
 use crate::say::say;
 use dry::DryRuns;
 use reading::FileReader;
+use ready::Ready;
 pub(super) use ready::Running;
-use ready::{Fit, Ready};
 use trial::{Trial, Verdict};
 
 /// The shortest time limit for the scan thread's answer.
@@ -223,7 +223,7 @@ impl Reloads {
             let inner = self.settled().await;
             (Arc::clone(&inner.started), Arc::clone(&inner.running))
         };
-        let next = self.read(&running).await?;
+        let next = self.read(&started).await?;
         let mut inner = self.settled().await;
         if !Arc::ptr_eq(&inner.running, &running) {
             let message = "the previous program was put back while the files were read: nothing is \
@@ -258,13 +258,10 @@ impl Reloads {
         Ok(done)
     }
 
-    /// Reads the current files of a program.
-    async fn read(&self, of: &Running) -> Answered<Running> {
-        let path = PathBuf::from(&of.setup.controller);
-        let sizes = of.setup.symbols.layout.sizes().clone();
-        let devices = of.setup.symbols.devices.clone();
-        let fit = Fit { sizes, devices };
-        let read = self.files.done(move |progress| ready::read(&path, &fit, progress)).await;
+    /// Reads the current files.
+    async fn read(&self, first: &Arc<Running>) -> Answered<Running> {
+        let (path, first) = (PathBuf::from(&first.setup.controller), Arc::clone(first));
+        let read = self.files.done(move |progress| ready::read(&path, &first, progress)).await;
         let read = read.map_err(|why| refused(format!("{why} Nothing is changed")))?;
         read.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))
     }

@@ -8,13 +8,13 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::controller::device::Device;
 use crate::daemon::config::{self, Setup};
 use crate::daemon::narration::{Narration, span};
 use crate::daemon::systemd::fault_too_late;
 use crate::engine::{self, Engine};
-use crate::isa::MemorySizes;
 use crate::progress::Progress;
-use crate::reload::{OTHER_DEVICES, OTHER_SIZES, ReloadPlan, Side, WARNING};
+use crate::reload::{self, OTHER_DEVICES, OTHER_SIZES, ReloadPlan, Side, WARNING};
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package, Safe, Taped};
 use crate::source::render::Style;
@@ -32,23 +32,22 @@ pub(super) struct Ready {
     pub package: Box<Package<Taped>>,
 }
 
-/// The properties that the files must keep for a reload without a restart.
-pub(super) struct Fit {
-    pub sizes: MemorySizes,
-    /// The names of the field devices, in their order.
-    pub devices: Vec<String>,
-}
-
-/// Reads and checks the files; the text of `Err` contains all findings.
-pub(super) fn read(path: &Path, fit: &Fit, progress: &Progress) -> Result<Running, String> {
+/// Reads and checks the files; the text of `Err` contains all findings. The files must keep the
+/// sizes of memory, the devices and their cells, as in `first`, the first program of the process.
+pub(super) fn read(path: &Path, first: &Running, progress: &Progress) -> Result<Running, String> {
     let style = Style { color: false, deny_warnings: false };
     let loaded = config::load(path, style, progress).map_err(|failure| format!("{failure:#}"))?;
     let (program, setup) = loaded?;
-    if setup.symbols.devices != fit.devices {
+    let (symbols, needed) = (&setup.symbols, &first.setup.symbols);
+    if symbols.devices != needed.devices {
         return Err(format!("{}: {OTHER_DEVICES}", setup.controller));
     }
-    if setup.symbols.layout.sizes() != &fit.sizes {
+    if symbols.layout.sizes() != needed.layout.sizes() {
         return Err(format!("{}: {OTHER_SIZES}", setup.controller));
+    }
+    let wired = first.setup.devices.iter().flat_map(Device::wired);
+    if let Some(why) = reload::misfit(wired, needed, symbols) {
+        return Err(format!("{}: {why}", setup.controller));
     }
     Ok(Running { program, setup })
 }

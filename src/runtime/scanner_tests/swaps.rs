@@ -157,7 +157,10 @@ fn a_fault_in_the_first_scan_of_a_new_program_shows_this_program() {
     let latest = rig.port.latest();
     assert_eq!((latest.generation, latest.scans, latest.mode), (2, 3, fault), "resumed, and again");
     let force = rig.order_and_step(Command::Force { cell: Cell::Word(WordCell(0)), value: 7 });
-    assert!(matches!(rig.port.answer(force), Some(Answer::Done(_))), "no cell is of a gone program");
+    assert!(
+        matches!(rig.port.answer(force), Some(Answer::Done(_))),
+        "no cell is of a gone program"
+    );
 }
 
 #[test]
