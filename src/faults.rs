@@ -13,6 +13,8 @@ pub enum FaultPoint {
     Scan = 1,
     /// The scan takes one second longer.
     Stall,
+    /// The scan stalls as long as the file `$RUNGD_FAULTS.hold` exists.
+    Hang,
     /// A panic in the scan thread, between two scans.
     Thread,
     /// A panic in the monitor thread.
@@ -61,9 +63,10 @@ mod armed {
 
     use super::FaultPoint;
 
-    const POINTS: [(&str, FaultPoint); 11] = [
+    const POINTS: [(&str, FaultPoint); 12] = [
         ("scan", FaultPoint::Scan),
         ("stall", FaultPoint::Stall),
+        ("hang", FaultPoint::Hang),
         ("thread", FaultPoint::Thread),
         ("monitor", FaultPoint::Monitor),
         ("device", FaultPoint::Device),
@@ -130,7 +133,7 @@ mod armed {
             FaultPoint::Stall | FaultPoint::Disk | FaultPoint::RecordDisk => {
                 thread::sleep(STALL);
             }
-            FaultPoint::Record => stall_while_held(),
+            FaultPoint::Record | FaultPoint::Hang => stall_while_held(),
             FaultPoint::Scan
             | FaultPoint::Thread
             | FaultPoint::Monitor

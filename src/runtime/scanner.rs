@@ -280,6 +280,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     fn execute(&mut self, now_ns: u64) -> bool {
         faults::point(FaultPoint::Scan);
         faults::point(FaultPoint::Stall);
+        faults::point(FaultPoint::Hang);
         self.obey(now_ns);
         let (times, local_s) = (self.books.scan_times(), self.clock.local_s());
         self.machine.begin_scan(&ScanStart { number: self.scans + 1, now_ns, times, local_s });

@@ -209,6 +209,38 @@ fn a_program_reloaded_in_fault_has_no_way_back_but_by_hand() {
     live.await_ok("rollback");
 }
 
+/// The scan hangs for longer than a reload waits for its answer.
+#[test]
+#[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
+fn a_swap_that_comes_late_is_entered_and_no_other_one_passes_it() {
+    let controller = "scan.watchdog = \"9s\"\nreload.probation = \"0ms\"\n";
+    let live = Live::start_to_stall(&says(1), controller, &[]);
+    live.await_values("D0", "1");
+    live.hang();
+    put(&live, &says(2));
+    let said = live.say("reload");
+    assert!(
+        said.err.contains("no scan has processed it in time; it may still be done"),
+        "{said:?}"
+    );
+    for words in ["reload", "rollback"] {
+        put(&live, &says(3));
+        let said = live.say(words);
+        assert_eq!(said.code, 1, "{said:?}");
+        let why = if words == "reload" { "still waits for the scan thread" } else { "nothing to" };
+        assert!(said.err.contains(why), "{said:?}");
+    }
+    live.go_on();
+    let line = live.line("reloaded: the new program is loaded (FAULT");
+    assert_eq!(line["event"], "reload-done");
+    live.ok("mode run");
+    live.await_values("D0", "2");
+    live.ok("reload");
+    live.await_values("D0", "3");
+    live.ok("rollback");
+    live.await_values("D0", "2");
+}
+
 #[test]
 fn a_tag_that_moves_is_a_warning() {
     let tagged = |at: &str| {

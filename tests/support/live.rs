@@ -86,8 +86,23 @@ impl Live {
 
     /// Makes the next scan take a second longer.
     pub fn stall(&self) {
+        self.fault("stall");
+    }
+
+    /// Makes the next scan stall until [`Live::go_on`].
+    pub fn hang(&self) {
+        std::fs::write(self.folder.join("faults.hold"), "").unwrap();
+        self.fault("hang");
+    }
+
+    /// Ends the stall of a scan.
+    pub fn go_on(&self) {
+        std::fs::remove_file(self.folder.join("faults.hold")).unwrap();
+    }
+
+    fn fault(&self, point: &str) {
         let faults = self.folder.join("faults");
-        std::fs::write(&faults, "stall").unwrap();
+        std::fs::write(&faults, point).unwrap();
         let deadline = Instant::now() + PATIENCE;
         while faults.exists() {
             assert!(Instant::now() < deadline, "it does not look for faults");

@@ -30,7 +30,7 @@ use crate::engine::Cell;
 use crate::locked::locked;
 use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
 use crate::reload::{OldMemory, ReloadPlan};
-use crate::runtime::command::Denial;
+use crate::runtime::command::{Answer, CommandId, Denial};
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, Taped, monotonic_ns};
 use crate::say::say;
@@ -42,6 +42,10 @@ use trial::{Trial, Verdict};
 
 /// The shortest time limit for the scan thread's answer.
 const ANSWER_LEAST: Duration = Duration::from_secs(10);
+/// The refusal while the program of an earlier request waits for the scan thread.
+const STILL_WAITS: &str = "the program of an earlier request still waits for the scan thread, which \
+                           is held up: the log will say what became of it; if that lasts, restart \
+                           rungd";
 /// The longest time that a reload waits for the end of earlier reloads.
 const TURN_MAX: Duration = Duration::from_secs(60);
 
@@ -53,6 +57,8 @@ pub(super) struct Reloads {
     files: FileReader,
     /// A SIGHUP waits for its turn. A second SIGHUP would read the same files, and is ignored.
     hangup_waits: AtomicBool,
+    /// A swap was not answered in time; the scan thread may still make it.
+    swap_waits: AtomicBool,
     /// Locked during a swap, never while files are read.
     inner: tokio::sync::Mutex<Inner>,
     /// The generation of the program on trial, and its trial.
@@ -88,10 +94,23 @@ struct Inner {
 
 /// A program that waits for the scan thread's swap.
 struct Pending {
+    id: CommandId,
     generation: u32,
     running: Arc<Running>,
-    /// Whether the swap is a rollback.
-    back: bool,
+    plan: ReloadPlan,
+    /// The forced cells before the swap.
+    forces: Vec<Cell>,
+    wish: Wish,
+}
+
+/// A requested swap.
+struct Wish {
+    who: String,
+    direction: SwapDirection,
+    /// The report's lines about settings that take effect with the swap.
+    settings: Vec<String>,
+    /// The changed settings that need a restart.
+    restart: Vec<String>,
 }
 
 /// A fault of the program of this generation.
@@ -101,12 +120,13 @@ struct OwnFault {
 }
 
 /// The direction of a swap.
-#[derive(Clone, Copy, Default)]
-struct SwapDirection {
-    /// To the previous program: a rollback.
-    back: bool,
-    /// Whether the mode changes from FAULT to RUN.
-    resume: bool,
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum SwapDirection {
+    /// To the program of the files.
+    Forward,
+    /// To the previous program: a rollback. If a fault of the new program is the reason, the mode
+    /// changes from FAULT to RUN.
+    Back(Option<FaultReason>),
 }
 
 impl Reloads {
@@ -120,6 +140,7 @@ impl Reloads {
             dry: DryRuns::new(),
             files: FileReader::new(limit),
             hangup_waits: AtomicBool::new(false),
+            swap_waits: AtomicBool::new(false),
             inner: tokio::sync::Mutex::new(inner),
             trial: Mutex::new(None),
             port,
@@ -166,6 +187,12 @@ impl Reloads {
 
     /// Checks whether a new program has a fault within its probation, or has passed it.
     pub fn look(self: &Arc<Self>, latest: &Snapshot) {
+        if self.swap_waits.load(Ordering::Acquire)
+            && let Ok(mut inner) = self.inner.try_lock()
+        {
+            self.settle(&mut inner);
+            self.swap_waits.store(inner.pending.is_some(), Ordering::Release);
+        }
         let mut trial = self.trial();
         let Some((generation, on_trial)) = &mut *trial else { return };
         let generation = *generation;
@@ -251,11 +278,8 @@ impl Reloads {
             let report = [report, settings].concat();
             return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
         }
-        let (report, swap_us) = self.swap(&mut inner, ready, SwapDirection::default()).await?;
-        let report = [report, settings].concat();
-        let done = Reloaded { restart, ..self.reloaded(setup, report, Some(swap_us)) };
-        tell::done(who, &done, setup, self.on_trial().map(|(_, trial)| trial));
-        Ok(done)
+        let (who, direction) = (who.to_owned(), SwapDirection::Forward);
+        self.swap(&mut inner, ready, Wish { who, direction, settings, restart }).await
     }
 
     /// Reads the current files.
@@ -300,54 +324,47 @@ impl Reloads {
         };
         let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;
         let settings = ready::settings(&inner.started.setup, &inner.running.setup, &previous.setup);
-        let direction = SwapDirection { back: true, resume: fault.is_some() };
-        let (report, swap_us) = self.swap(&mut inner, ready, direction).await?;
-        let report = [report, settings].concat();
-        let done = self.reloaded(&previous.setup, report, Some(swap_us));
-        tell::rolled_back(who, &done, fault.map(|fault| fault.reason));
-        Ok(done)
+        let direction = SwapDirection::Back(fault.map(|fault| fault.reason));
+        let (who, restart) = (who.to_owned(), Vec::new());
+        self.swap(&mut inner, ready, Wish { who, direction, settings, restart }).await
     }
 
-    /// Hands a program to the scan thread, and waits for the swap. Returns the report and the
-    /// duration of the swap in microseconds.
-    async fn swap(
-        &self,
-        inner: &mut Inner,
-        ready: Ready,
-        direction: SwapDirection,
-    ) -> Answered<(Vec<String>, f64)> {
+    /// Hands a program to the scan thread, and waits for the swap.
+    async fn swap(&self, inner: &mut Inner, ready: Ready, wish: Wish) -> Answered<Reloaded> {
+        if inner.pending.is_some() {
+            // This program was prepared as the successor of the running one, and would follow the
+            // waiting one.
+            return Err(refused(STILL_WAITS.to_owned()));
+        }
         let Ready { running, plan, package, .. } = ready;
-        let SwapDirection { back, resume } = direction;
         let generation = package.generation;
         self.views.insert(generation, &running.setup);
         inner.generation = generation;
-        inner.pending = Some(Pending { generation, running, back });
         let forces = self.port.latest().forces.list().to_vec();
-        let handed_in = inner.reloader.hand_in(*package, resume);
-        let answer = match handed_in {
-            Ok(id) => {
-                let patience = self.port.patience().max(ANSWER_LEAST);
-                timeout(patience, self.port.answered(id)).await
-            }
-            Err(denial) => Ok(Err(denial)),
+        let resume = matches!(wish.direction, SwapDirection::Back(Some(_)));
+        let denied = |denial: Denial| {
+            self.views.remove(generation);
+            refused(denial.to_string())
         };
-        match answer {
+        let id = inner.reloader.hand_in(*package, resume).map_err(denied)?;
+        inner.pending = Some(Pending { id, generation, running, plan, forces, wish });
+        let patience = self.port.patience().max(ANSWER_LEAST);
+        match timeout(patience, self.port.answered(id)).await {
             Err(_) => {
+                self.swap_waits.store(true, Ordering::Release);
                 let message = "no scan has processed it in time; it may still be done";
-                return Err(Refusal::new(RefusalKind::NoAnswer, message));
+                Err(Refusal::new(RefusalKind::NoAnswer, message))
             }
             Ok(Err(denial)) => {
                 inner.pending = None;
-                self.views.remove(generation);
-                return Err(refused(denial.to_string()));
+                Err(denied(denial))
             }
-            Ok(Ok(_)) => {}
+            Ok(Ok(_)) => {
+                let bug =
+                    || refused("a bug in rungd: the old program did not come back".to_owned());
+                self.settle(inner).ok_or_else(bug)
+            }
         }
-        let mut told = (Vec::new(), 0.0);
-        self.settle(inner, |package, swapped| {
-            told = (report(&plan, package, &forces), swapped.took_ns as f64 / 1000.0);
-        });
-        Ok(told)
     }
 
     /// The program on trial, if there is one.
@@ -362,36 +379,72 @@ impl Reloads {
     /// Locks the programs, and enters the swaps that the scan thread has completed.
     async fn settled(&self) -> tokio::sync::MutexGuard<'_, Inner> {
         let mut inner = self.inner.lock().await;
-        self.settle(&mut inner, |_, _| {});
+        self.settle(&mut inner);
         inner
     }
 
-    /// Takes back the packages that the scan thread has returned, and enters their swaps.
-    fn settle(&self, inner: &mut Inner, mut look: impl FnMut(&Package<Taped>, Swapped)) {
+    /// Takes back the packages that the scan thread has returned. Enters and logs the swap of the
+    /// waiting program, and returns its report.
+    fn settle(&self, inner: &mut Inner) -> Option<Reloaded> {
+        let mut done = None;
         while let Some(package) = inner.reloader.returned() {
             let Some(swapped) = package.swapped else { continue };
-            let (generation, on_its_way) = (package.generation, inner.pending.as_ref());
-            if on_its_way.is_none_or(|pending| pending.generation != generation) {
-                continue;
+            let waits = |pending: &mut Pending| pending.generation == package.generation;
+            if let Some(pending) = inner.pending.take_if(waits) {
+                done = Some(self.enter(inner, pending, &package, swapped));
             }
-            let Some(Pending { running, back, .. }) = inner.pending.take() else { continue };
-            // The image of the new program may not be published yet.
-            let shown = self.port.latest().generation;
-            self.views.forget_before(generation.saturating_sub(1).min(shown));
-            let probation = if back { Duration::ZERO } else { running.setup.probation };
-            log::take_over(&running.setup.log);
-            let old = std::mem::replace(&mut inner.running, running);
+        }
+        if let Some(Pending { id, generation, .. }) = inner.pending
+            && let Some(Answer::Denied(_)) = self.port.answer(id)
+        {
+            inner.pending = None;
+            self.views.remove(generation);
+        }
+        done
+    }
+
+    fn enter(
+        &self,
+        inner: &mut Inner,
+        pending: Pending,
+        package: &Package<Taped>,
+        swapped: Swapped,
+    ) -> Reloaded {
+        let Pending { generation, running, plan, forces, wish, .. } = pending;
+        // The image of the new program may not be published yet.
+        let shown = self.port.latest().generation;
+        self.views.forget_before(generation.saturating_sub(1).min(shown));
+        log::take_over(&running.setup.log);
+        let old = std::mem::replace(&mut inner.running, Arc::clone(&running));
+        let trial = {
             let mut trial = self.trial();
-            match (back, &*trial) {
-                (true, _) => inner.way_back = None,
+            let probation = match (wish.direction, &*trial) {
+                (SwapDirection::Back(_), _) => {
+                    inner.way_back = None;
+                    Duration::ZERO
+                }
                 // The replaced program has not passed its probation: the target of a rollback stays
                 // the last program that has passed it.
-                (false, Some(_)) if inner.way_back.is_some() => {}
-                (false, _) => inner.way_back = Some(old),
-            }
+                (SwapDirection::Forward, Some(_)) if inner.way_back.is_some() => {
+                    running.setup.probation
+                }
+                (SwapDirection::Forward, _) => {
+                    inner.way_back = Some(old);
+                    running.setup.probation
+                }
+            };
             *trial = Trial::new(probation, swapped.mode).map(|trial| (generation, trial));
-            look(&package, swapped);
+            trial.map(|(_, trial)| trial)
+        };
+        let report = [report(&plan, package, &forces), wish.settings].concat();
+        let swap_us = Some(swapped.took_ns as f64 / 1000.0);
+        let done =
+            Reloaded { restart: wish.restart, ..self.reloaded(&running.setup, report, swap_us) };
+        match wish.direction {
+            SwapDirection::Forward => tell::done(&wish.who, &done, &running.setup, trial),
+            SwapDirection::Back(fault) => tell::rolled_back(&wish.who, &done, fault),
         }
+        done
     }
 
     fn reloaded(&self, setup: &Setup, report: Vec<String>, swap_us: Option<f64>) -> Reloaded {
