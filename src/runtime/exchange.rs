@@ -81,6 +81,9 @@ pub enum Refused {
     QueueFull,
     /// More than [`BATCH_WRITES_MAX`] writes.
     TooLarge,
+    /// The program was reloaded before a scan saw the batch, and the new program does not have one
+    /// of its cells.
+    Overtaken,
 }
 
 /// The outcome of a batch.
@@ -90,8 +93,8 @@ pub(crate) enum Outcome {
     Pending,
     /// A scan that saw it is complete, and in [`Port::latest`].
     Applied,
-    /// The controller left RUN before a scan that saw it was complete.
-    Refused,
+    /// The controller left RUN before a scan that saw it was complete, or a reload came first.
+    Refused(Refused),
 }
 
 /// A batch. It goes to the scan, and comes back to be freed.
@@ -101,7 +104,7 @@ pub(crate) struct Batch {
     pub ticket: Ticket,
     /// The generation of the program that the cells belong to.
     pub generation: u32,
-    /// The writes; the scan applies all of them, in this order.
+    /// The writes; the scan applies all of them, in this order, or none.
     pub writes: Vec<Write>,
 }
 
@@ -161,7 +164,7 @@ struct Door {
 /// The accepted batches that were refused later.
 #[derive(Default)]
 struct Refusals {
-    tickets: VecDeque<u64>,
+    tickets: VecDeque<(u64, Refused)>,
     /// The scan thread no longer answers: pending writes and commands are refused.
     all_pending: bool,
 }
@@ -296,7 +299,8 @@ impl Port {
     }
 
     /// Does the same as [`Port::submit`], for the cells of the program of this generation. If it is
-    /// reloaded before the scan, each write goes to the cell of its element in the new program.
+    /// reloaded before the scan, each write goes to the cell of its element in the new program; if
+    /// one of the elements is gone, the batch is refused.
     ///
     /// # Errors
     /// The same as those of [`Port::submit`].
@@ -324,12 +328,13 @@ impl Port {
     /// [`Port::latest`].
     ///
     /// # Errors
-    /// [`Refused::NotRunning`]: the controller left RUN first.
+    /// [`Refused::NotRunning`]: the controller left RUN first. [`Refused::Overtaken`]: a reload came
+    /// first.
     pub(crate) fn done(&self, ticket: Ticket) -> impl Future<Output = Result<(), Refused>> + use<> {
         self.until(move |port| match port.outcome(ticket) {
             Outcome::Pending => None,
             Outcome::Applied => Some(Ok(())),
-            Outcome::Refused => Some(Err(Refused::NotRunning)),
+            Outcome::Refused(why) => Some(Err(why)),
         })
     }
 
@@ -338,14 +343,11 @@ impl Port {
         // `latest` is read first: a refusal is entered before the snapshot that counts its ticket.
         let seen = ticket.0 <= self.latest().tickets_done;
         let refusals = locked(&self.shared.refusals);
-        if refusals.tickets.contains(&ticket.0) {
-            Outcome::Refused
-        } else if seen {
-            Outcome::Applied
-        } else if refusals.all_pending {
-            Outcome::Refused
-        } else {
-            Outcome::Pending
+        match refusals.tickets.iter().find(|(refused, _)| *refused == ticket.0) {
+            Some((_, why)) => Outcome::Refused(*why),
+            None if seen => Outcome::Applied,
+            None if refusals.all_pending => Outcome::Refused(Refused::NotRunning),
+            None => Outcome::Pending,
         }
     }
 
@@ -414,12 +416,12 @@ impl Port {
         old
     }
 
-    pub(super) fn refuse(&self, ticket: Ticket) {
+    pub(super) fn refuse(&self, ticket: Ticket, why: Refused) {
         let mut refusals = locked(&self.shared.refusals);
         if refusals.tickets.len() == REFUSED_TICKETS_KEPT {
             refusals.tickets.pop_front();
         }
-        refusals.tickets.push_back(ticket.0);
+        refusals.tickets.push_back((ticket.0, why));
         drop(refusals);
         self.wake();
     }

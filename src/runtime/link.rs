@@ -15,7 +15,7 @@ use std::sync::atomic::Ordering;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::command::{Answers, Orders, desk};
-use super::exchange::{Batch, Port, QUEUED_BATCHES_MAX, Tempo, Ticket, Write};
+use super::exchange::{Batch, Port, QUEUED_BATCHES_MAX, Refused, Tempo, Ticket, Write};
 use super::forces::Forces;
 use super::image::{Safe, Snapshot};
 use super::mode::{FaultReason, Mode, StopReason};
@@ -23,6 +23,9 @@ use crate::engine::{BitCell, Cell, Renumbered, WordCell};
 
 /// The number of spare snapshots at the start; the world refills the ring below half of it.
 pub(super) const SPARES: usize = 8;
+
+/// The number of swaps over which a cell is followed: at most so many come between two scans.
+pub(super) const SWAPS_FOLLOWED: usize = 8;
 
 /// The greatest number of snapshots that wait for their last reader; further ones are freed.
 const RETIRED_MAX: usize = 64;
@@ -78,7 +81,7 @@ pub struct Returned {
     /// The batch.
     pub batch: Batch,
     /// Whether a scan applied it.
-    pub applied: bool,
+    pub outcome: Result<(), Refused>,
 }
 
 /// The scan thread's end.
@@ -96,9 +99,8 @@ pub struct ScanSide {
     pub(super) orders: Orders,
     /// The generation of the program.
     pub(super) generation: u32,
-    /// The generation of the program before it, and the cells of that program that have a different
-    /// number in this one.
-    before: (u32, Renumbered),
+    /// The programs before it.
+    earlier: EarlierPrograms,
     /// Spare snapshots that came with the program.
     pub(super) fresh: Vec<Arc<Snapshot>>,
 }
@@ -155,7 +157,7 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
         applied: 0,
         orders,
         generation: 0,
-        before: (0, Renumbered::default()),
+        earlier: EarlierPrograms::default(),
         fresh: Vec::new(),
     };
     let world = WorldSide {
@@ -182,15 +184,15 @@ impl ScanSide {
     /// Continues with the program of this generation. Takes its new numbers of cells, and returns
     /// those of the last swap in the same variable, so that they are freed elsewhere.
     pub fn adopt(&mut self, generation: u32, renumbered: &mut Renumbered) {
-        self.before.0 = self.generation;
-        std::mem::swap(&mut self.before.1, renumbered);
+        self.earlier.enter(self.generation, renumbered);
         self.generation = generation;
     }
 
     /// The cell of the present program for a cell of the program of `generation`. `None` if the
-    /// present program does not have the element, or if `generation` is more than one swap ago.
+    /// present program does not have the element, or if `generation` is more than
+    /// [`SWAPS_FOLLOWED`] swaps ago.
     pub fn cell(&self, generation: u32, cell: Cell) -> Option<Cell> {
-        renumbered((self.generation, &self.before), generation, cell)
+        if generation == self.generation { Some(cell) } else { self.earlier.cell(generation, cell) }
     }
 
     /// Sets the tempo of the next scans.
@@ -216,19 +218,23 @@ impl ScanSide {
     /// answers all batches of a scan. The batch's inputs are set here for the next scans; this scan
     /// has read its inputs already, so it must apply them itself.
     pub fn next_batch(&mut self, writes_left: usize) -> Option<(Ticket, &[Write])> {
-        // Every taken batch needs a place in the ring of returned batches.
-        if self.taken.len() >= self.returns.slots().min(QUEUED_BATCHES_MAX) {
-            return None;
-        }
-        if self.batches.peek().ok()?.writes.len() > writes_left {
-            return None;
-        }
-        let mut batch = self.batches.pop().ok()?;
-        self.port.shared.waiting_writes.fetch_sub(batch.writes.len(), Ordering::AcqRel);
-        if batch.generation != self.generation {
-            let now = (self.generation, &self.before);
-            batch.writes.retain_mut(|write| is_renumbered(now, batch.generation, write));
-        }
+        let batch = loop {
+            // Every taken batch needs a place in the ring of returned batches.
+            if self.taken.len() >= self.returns.slots().min(QUEUED_BATCHES_MAX) {
+                return None;
+            }
+            if self.batches.peek().ok()?.writes.len() > writes_left {
+                return None;
+            }
+            let mut batch = self.batches.pop().ok()?;
+            self.port.shared.waiting_writes.fetch_sub(batch.writes.len(), Ordering::AcqRel);
+            let (generation, earlier) = (batch.generation, &self.earlier);
+            let is_present = |write: &mut Write| earlier.is_renumbered(generation, write);
+            if generation == self.generation || batch.writes.iter_mut().all(is_present) {
+                break batch;
+            }
+            give_back(&mut self.returns, Returned { batch, outcome: Err(Refused::Overtaken) });
+        };
         for write in &batch.writes {
             if let Write::Input(x, on) = *write {
                 self.port.set_input(x, on);
@@ -241,16 +247,12 @@ impl ScanSide {
     /// Answers all taken batches: as applied, after their scan is complete and before it is
     /// published; or as refused.
     pub fn answer(&mut self, applied: bool) {
+        let outcome = if applied { Ok(()) } else { Err(Refused::NotRunning) };
         for batch in self.taken.drain(..) {
             if applied {
                 self.applied = batch.ticket.0;
             }
-            if let Err(rtrb::PushError::Full(kept)) = self.returns.push(Returned { batch, applied })
-            {
-                // Never reached: `next_batch` has checked for a free place, and only this side
-                // fills the ring. The memory is leaked, because the scan thread must not free.
-                std::mem::forget(kept);
-            }
+            give_back(&mut self.returns, Returned { batch, outcome });
         }
     }
 
@@ -369,8 +371,8 @@ impl WorldSide {
 
     fn drain_returns(&mut self) {
         while let Ok(returned) = self.returns.pop() {
-            if !returned.applied {
-                self.port.refuse(Ticket(returned.batch.ticket.0));
+            if let Err(why) = returned.outcome {
+                self.port.refuse(Ticket(returned.batch.ticket.0), why);
             }
         }
     }
@@ -472,32 +474,52 @@ impl WorldSide {
     }
 }
 
-/// Does the same as [`ScanSide::cell`]; `now` is the generation, and the program before it.
-fn renumbered(now: (u32, &(u32, Renumbered)), of: u32, cell: Cell) -> Option<Cell> {
-    let (generation, (before, cells)) = now;
-    match of {
-        _ if of == generation => Some(cell),
-        _ if of == *before => cells.cell(cell),
-        _ => None,
+/// The last programs before the present one, the oldest first: their generations, and the cells that
+/// have a different number in the program after it. A generation of `None`: there was none yet.
+#[derive(Default)]
+struct EarlierPrograms([(Option<u32>, Renumbered); SWAPS_FOLLOWED]);
+
+impl EarlierPrograms {
+    /// Adds the program of this generation. The cells of the oldest one are returned in the same
+    /// variable.
+    fn enter(&mut self, generation: u32, renumbered: &mut Renumbered) {
+        self.0.rotate_left(1);
+        let (last, cells) = &mut self.0[SWAPS_FOLLOWED - 1];
+        *last = Some(generation);
+        std::mem::swap(cells, renumbered);
+    }
+
+    /// The cell of the present program for a cell of an earlier one.
+    fn cell(&self, generation: u32, cell: Cell) -> Option<Cell> {
+        let at = self.0.iter().position(|(of, _)| *of == Some(generation))?;
+        self.0[at..].iter().try_fold(cell, |cell, (_, cells)| cells.cell(cell))
+    }
+
+    /// Changes the cell of a write of an earlier program to its element's present cell; false if
+    /// there is none.
+    fn is_renumbered(&self, generation: u32, write: &mut Write) -> bool {
+        let cell = match write {
+            Write::Bit(cell, _) => Cell::Bit(*cell),
+            Write::Word(cell, _) | Write::Masked { cell, .. } => Cell::Word(*cell),
+            Write::Input(..) => return true,
+        };
+        match (write, self.cell(generation, cell)) {
+            (Write::Bit(cell, _), Some(Cell::Bit(to))) => *cell = to,
+            (Write::Word(cell, _) | Write::Masked { cell, .. }, Some(Cell::Word(to))) => *cell = to,
+            (Write::Bit(..) | Write::Word(..) | Write::Masked { .. } | Write::Input(..), _) => {
+                return false;
+            }
+        }
+        true
     }
 }
 
-/// Changes the cell of a write of an earlier program to its element's present cell; false if there
-/// is none.
-fn is_renumbered(now: (u32, &(u32, Renumbered)), of: u32, write: &mut Write) -> bool {
-    let cell = match write {
-        Write::Bit(cell, _) => Cell::Bit(*cell),
-        Write::Word(cell, _) | Write::Masked { cell, .. } => Cell::Word(*cell),
-        Write::Input(..) => return true,
-    };
-    match (write, renumbered(now, of, cell)) {
-        (Write::Bit(cell, _), Some(Cell::Bit(to))) => *cell = to,
-        (Write::Word(cell, _) | Write::Masked { cell, .. }, Some(Cell::Word(to))) => *cell = to,
-        (Write::Bit(..) | Write::Word(..) | Write::Masked { .. } | Write::Input(..), _) => {
-            return false;
-        }
+fn give_back(returns: &mut Producer<Returned>, returned: Returned) {
+    if let Err(rtrb::PushError::Full(kept)) = returns.push(returned) {
+        // Never reached: `next_batch` has checked for a free place, and only this side fills the
+        // ring. The memory is leaked, because the scan thread must not free.
+        std::mem::forget(kept);
     }
-    true
 }
 
 fn make_safe(outputs: &mut [u8], safe: &[Safe]) {

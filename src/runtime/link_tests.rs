@@ -89,7 +89,7 @@ fn leaving_run_refuses_what_waits_and_holds_what_holds() {
     side.refuse_waiting();
     world.pump();
     assert_eq!(port.outcome(seen), Outcome::Applied);
-    assert_eq!(port.outcome(late), Outcome::Refused);
+    assert_eq!(port.outcome(late), Outcome::Refused(Refused::NotRunning));
     assert_eq!(port.submit(vec![]), Err(Refused::NotRunning));
     let latest = port.latest();
     assert_eq!(latest.mode, Mode::Fault(FaultReason::EnginePanic));
@@ -104,7 +104,7 @@ fn a_trip_refuses_what_will_never_be_answered() {
     let ticket = port.submit(vec![]).unwrap();
     assert!(side.next_batch(0).is_some());
     world.trip(FaultReason::ScanNeverEnds, 9);
-    assert_eq!(port.outcome(ticket), Outcome::Refused);
+    assert_eq!(port.outcome(ticket), Outcome::Refused(Refused::NotRunning));
     assert_eq!(port.latest().mode, Mode::Fault(FaultReason::ScanNeverEnds));
 }
 
@@ -176,36 +176,53 @@ fn poll<F: Future>(future: Pin<&mut F>, bell: &Arc<Bell>) -> Poll<F::Output> {
 }
 
 #[test]
-fn a_write_and_a_command_of_the_program_before_go_to_where_their_element_lies_now() {
+fn a_write_and_a_command_of_an_earlier_program_go_to_where_their_element_lies_now() {
     let (port, mut side, _world) = small();
     side.set_running(true);
     let [bit, word] = [0, 1].map(|at| (Cell::Bit(BitCell(at)), Cell::Word(WordCell(at))));
     let renumbered = || Renumbered::new(vec![(bit.0, Some(word.0)), (bit.1, None)]);
     let masked = |at| Write::Masked { cell: WordCell(at), and: 0, or: 1, signed: false };
-    let writes = vec![
-        Write::Bit(BitCell(0), true),
-        Write::Word(WordCell(0), 5),
-        Write::Word(WordCell(1), 6),
-        masked(0),
-        masked(1),
-        Write::Input(0, true),
-    ];
+    let writes = [Write::Bit(BitCell(0), true), Write::Word(WordCell(1), 6), masked(1)];
+    let writes = [&writes[..], &[Write::Input(0, true)]].concat();
+    let moved = [&[Write::Bit(BitCell(1), true)], &writes[1..]].concat();
     port.submit_to(0, writes.clone()).unwrap();
     side.adopt(1, &mut renumbered());
-    let moved = [Write::Bit(BitCell(1), true), Write::Word(WordCell(1), 6), masked(1)];
-    let moved = [&moved[..], &[Write::Input(0, true)]].concat();
     assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&moved[..]));
     assert_eq!(side.cell(0, bit.0), Some(word.0));
     assert_eq!((side.cell(0, bit.1), side.cell(1, bit.1)), (None, Some(bit.1)));
-    // A write of the present program stays as it is; a write of a program before the last has no
-    // cell.
+    // A write of the present program stays as it is.
     port.submit_to(1, writes.clone()).unwrap();
     assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&writes[..]));
-    port.submit_to(0, writes).unwrap();
-    side.adopt(2, &mut Renumbered::default());
-    assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&[Write::Input(0, true)][..]));
-    assert_eq!(side.cell(0, word.1), None);
+    // Elements are followed over several swaps between two scans, but not over any number.
+    for generation in 2..=SWAPS_FOLLOWED as u32 {
+        side.adopt(generation, &mut Renumbered::default());
+        port.submit_to(0, writes.clone()).unwrap();
+        assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&moved[..]));
+        assert_eq!(side.cell(0, bit.0), Some(word.0));
+    }
+    side.adopt(SWAPS_FOLLOWED as u32 + 1, &mut Renumbered::default());
+    assert_eq!((side.cell(0, bit.0), side.cell(1, bit.1)), (None, Some(bit.1)));
     side.answer(true);
+}
+
+#[test]
+fn a_batch_with_a_write_to_a_gone_element_is_refused_whole() {
+    let (port, mut side, mut world) = small();
+    side.set_running(true);
+    let [first, second] = [0, 1].map(|at| Write::Bit(BitCell(at), true));
+    let gone =
+        [vec![first, Write::Input(0, true), second], vec![first], vec![Write::Input(0, true)]];
+    let tickets = gone.map(|writes| port.submit_to(0, writes).unwrap());
+    let mut renumbered = Renumbered::new(vec![(Cell::Bit(BitCell(1)), None)]);
+    side.adopt(1, &mut renumbered);
+    assert_eq!(side.next_batch(100), Some((tickets[1], &[first][..])), "the next one is applied");
+    assert_eq!(side.next_batch(100), Some((tickets[2], &[Write::Input(0, true)][..])));
+    assert!(side.next_batch(100).is_none());
+    side.answer(true);
+    world.pump();
+    let outcomes = tickets.map(|ticket| port.outcome(ticket));
+    let overtaken = Outcome::Refused(Refused::Overtaken);
+    assert_eq!(outcomes, [overtaken, Outcome::Pending, Outcome::Pending], "no image is shown yet");
 }
 
 #[test]

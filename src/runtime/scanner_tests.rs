@@ -8,7 +8,9 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use super::exchange::{FaultReason, Mode, Outcome, Port, Snapshot, StopReason, Tempo, Write};
+use super::exchange::{
+    FaultReason, Mode, Outcome, Port, Refused, Snapshot, StopReason, Tempo, Write,
+};
 use super::pacing::Clock;
 use super::*;
 use crate::calendar::LocalTime;
@@ -346,7 +348,7 @@ fn a_scan_longer_than_the_watchdog_is_a_fault_and_not_complete() {
     let latest = rig.port.latest();
     assert_eq!(latest.mode, Mode::Fault(FaultReason::ScanTooLong { scan_us: 36_000 }));
     assert_eq!((latest.scans, &*latest.words, &*latest.outputs), (2, &[2][..], &[1][..]));
-    assert_eq!(rig.port.outcome(ticket), Outcome::Refused);
+    assert_eq!(rig.port.outcome(ticket), Outcome::Refused(Refused::NotRunning));
     let scans = rig.port.latest().scans;
     assert!(rig.step() && rig.step(), "it ticks");
     assert_eq!(rig.port.latest().scans, scans);

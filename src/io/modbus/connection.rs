@@ -145,7 +145,9 @@ impl Connection {
         let wait = self.shared.write_wait.max(self.shared.port.patience());
         match timeout(wait, port.done(ticket)).await {
             Err(_) => Err(ModbusRefusal::NotSeen),
-            Ok(done) => done.map_err(|_| ModbusRefusal::NotRunning(port.latest().mode)),
+            Ok(done) => {
+                done.map_err(|refused| ModbusRefusal::of_batch(refused, port.latest().mode))
+            }
         }
     }
 }

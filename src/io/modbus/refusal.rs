@@ -42,6 +42,8 @@ pub enum ModbusRefusal {
     NotRunning(Mode),
     /// Too many writes wait for the next scan.
     QueueFull,
+    /// The program was reloaded before a scan saw the write, and does not have one of its elements.
+    Overtaken,
     /// No scan was complete within the time limit of the wait. The write may still be applied.
     NotSeen,
 }
@@ -52,6 +54,7 @@ impl ModbusRefusal {
         match refused {
             Refused::NotRunning => ModbusRefusal::NotRunning(mode),
             Refused::QueueFull | Refused::TooLarge => ModbusRefusal::QueueFull,
+            Refused::Overtaken => ModbusRefusal::Overtaken,
         }
     }
 
@@ -65,7 +68,9 @@ impl ModbusRefusal {
             ModbusRefusal::BeyondLimits { .. } | ModbusRefusal::NoMask(_) => {
                 Exception::IllegalValue
             }
-            ModbusRefusal::NotRunning(_) | ModbusRefusal::NotSeen => Exception::DeviceFailure,
+            ModbusRefusal::NotRunning(_) | ModbusRefusal::Overtaken | ModbusRefusal::NotSeen => {
+                Exception::DeviceFailure
+            }
             ModbusRefusal::QueueFull => Exception::DeviceBusy,
         }
     }
@@ -95,6 +100,10 @@ impl ModbusRefusal {
             }
             ModbusRefusal::NotRunning(mode) => format!("the controller is in {}", mode.name()),
             ModbusRefusal::QueueFull => "too many writes wait for the next scan".to_owned(),
+            ModbusRefusal::Overtaken => {
+                "the program was reloaded meanwhile, and does not have one of the elements"
+                    .to_owned()
+            }
             ModbusRefusal::NotSeen => "no scan has processed it in time".to_owned(),
         }
     }

@@ -150,10 +150,10 @@ fn a_scan_thread_that_is_stuck_hears_nothing_until_it_comes_back() {
     });
     assert_eq!(rig.mode(), Mode::Fault(FaultReason::ScanNeverBegins));
     assert_eq!(rig.port.command(Command::Run), Err(Denial::ScanThreadStuck));
-    assert_eq!(rig.port.outcome(waiting), Outcome::Refused);
+    assert_eq!(rig.port.outcome(waiting), Outcome::Refused(Refused::NotRunning));
     rig.step();
     rig.step();
-    assert_eq!(rig.port.outcome(waiting), Outcome::Refused);
+    assert_eq!(rig.port.outcome(waiting), Outcome::Refused(Refused::NotRunning));
     let run = rig.order_and_step(Command::Run);
     assert_eq!(rig.done(run).mode, Mode::Fault(FaultReason::ScanNeverBegins));
     rig.step();
