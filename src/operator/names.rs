@@ -261,6 +261,11 @@ impl Names {
         }
     }
 
+    /// Whether an address is an element of a tag with a `type`: a force of it belongs to the name.
+    pub(crate) fn is_placed(&self, what: Address) -> bool {
+        self.scope.places().at(what).is_some()
+    }
+
     /// The operand in a forced cell, with its name in this program.
     pub(crate) fn at(&self, cell: Cell) -> Option<Variable> {
         self.called(self.symbols.layout.address(cell)?)

@@ -47,7 +47,8 @@ pub(in super::super) struct Desk {
     views: Generations<View>,
     port: Port,
     reloads: Arc<Reloads>,
-    /// The addresses forced since the start, each with the name by which it was forced.
+    /// The forced addresses, each with the name by which it was forced. Elements of tags with a
+    /// `type` are not in it: a reload may move them, and their forces with them.
     forced: Mutex<HashMap<Address, String>>,
 }
 
@@ -142,8 +143,10 @@ impl Desk {
     fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Variable, String)> {
         let known = self.forced();
         let forced = latest.forces.list().iter().filter_map(|cell| names.at(*cell));
-        let name =
-            |operand: &Variable| known.get(&operand.what).unwrap_or(&operand.operand).clone();
+        let name = |operand: &Variable| match known.get(&operand.what) {
+            Some(name) if !names.is_placed(operand.what) => name.clone(),
+            _ => operand.operand.clone(),
+        };
         forced.map(|operand| (operand.clone(), name(&operand))).collect()
     }
 
@@ -252,7 +255,9 @@ impl Desk {
         let force = Command::Force { cell: operand.cell, value };
         let id = self.hand_in(peer, latest.generation, force)?;
         // The name is stored first: the status may show the force before the answer arrives.
-        self.forced().insert(operand.what, operand.operand.clone());
+        if !view.names.is_placed(operand.what) {
+            self.forced().insert(operand.what, operand.operand.clone());
+        }
         let was = Was::found(&operand, self.carried_out(id).await?);
         let forced = operand.held(value);
         let did = format!("forced {operand} to {forced}");
@@ -274,6 +279,7 @@ impl Desk {
             .await?;
         let was = Was::found(&operand, before);
         if was.forced {
+            self.forced().remove(&operand.what);
             let did = format!("ended the force of {operand}");
             let told = ToldChange::new(peer, &operand, was);
             let sight = self.changed(told, &events::OPERATOR_UNFORCE, &did)?;
@@ -315,6 +321,7 @@ impl Desk {
         let (latest, view) = self.seen();
         let mut released = Vec::new();
         for (operand, _) in &forces {
+            self.forced().remove(&operand.what);
             let told = ToldChange::new(peer, operand, Was::of(operand, &before));
             let did = format!("ended the force of {operand}");
             match view.names.again(operand) {
