@@ -68,8 +68,25 @@ pub struct Setup {
     pub(super) log: LogSettings,
     /// The files, for the scan log: the controller file first.
     pub(super) files: Arc<[RecordedFile]>,
-    /// Whether everybody may read the files.
-    pub(super) is_public: bool,
+    /// Who may read the files.
+    pub(super) access: FileAccess,
+}
+
+/// Who could read the files of a program when it was loaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FileAccess {
+    Everybody,
+    NotEverybody,
+}
+
+impl FileAccess {
+    /// The program's generation, if not everybody could read its files.
+    pub(super) fn private(self, generation: u32) -> Option<u32> {
+        match self {
+            FileAccess::Everybody => None,
+            FileAccess::NotEverybody => Some(generation),
+        }
+    }
 }
 
 /// The facts about a ladder that the log shows at the start.
@@ -113,7 +130,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
     };
-    let is_public = is_public(files, progress);
+    let access = access(files, progress);
     progress.begin(Step::Lowering);
     let lowered = lower_within(program, progress);
     let (code, symbols) = lowered.ok_or_else(|| TIME_OVER.to_owned())?;
@@ -142,7 +159,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         record: controller.record.clone(),
         log: controller.log.clone(),
         files: files.iter().map(recorded).collect(),
-        is_public,
+        access,
         symbols,
     };
     Ok((code, setup))
@@ -169,12 +186,13 @@ pub fn load(
     Ok(settle(&loaded, progress))
 }
 
-/// Whether everybody may read the files.
-fn is_public(files: &[SourceFile], progress: &Progress) -> bool {
-    progress.during(files).all(|file| {
+/// Who may read the files.
+fn access(files: &[SourceFile], progress: &Progress) -> FileAccess {
+    let is_public = progress.during(files).all(|file| {
         progress.begin(Step::Reading(file.name.clone()));
         load::may_all_read(Path::new(&file.name))
-    })
+    });
+    if is_public { FileAccess::Everybody } else { FileAccess::NotEverybody }
 }
 
 fn retain(

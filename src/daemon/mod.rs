@@ -31,6 +31,7 @@ mod retain_thread;
 mod shell;
 mod signals;
 mod systemd;
+mod turns;
 
 pub use failure::StartFailure;
 pub use narration::span;

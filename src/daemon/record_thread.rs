@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::oneshot;
 
+use super::config::FileAccess;
 use super::narration::span;
 use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
@@ -55,11 +56,18 @@ pub(super) struct RecordFigures {
 /// A pending request for the recording in memory, from a section's number on.
 struct AskedRecent {
     from: u64,
-    reply: oneshot::Sender<Vec<u8>>,
+    reply: oneshot::Sender<RecentPart>,
+}
+
+/// The recording in memory, or the last part of it.
+pub(super) struct RecentPart {
+    pub bytes: Vec<u8>,
+    /// Whether everybody could read the files of all its programs when they were loaded.
+    pub is_public: bool,
 }
 
 enum Order {
-    Program(Box<RecordedProgram>),
+    Program(Box<RecordedProgram>, FileAccess),
     Recent(AskedRecent),
     End(Sender<()>),
 }
@@ -68,7 +76,7 @@ enum Order {
 pub(super) struct RecordParts {
     pub tape: TapeReader,
     pub port: Port,
-    pub first: RecordedProgram,
+    pub first: (RecordedProgram, FileAccess),
     pub memory_bytes: u64,
     pub disk: Option<RecordDisk>,
 }
@@ -79,7 +87,8 @@ impl Recording {
     /// # Errors
     /// The system cannot start a thread.
     pub fn start(parts: RecordParts) -> io::Result<Recording> {
-        let RecordParts { tape, port, first, memory_bytes, disk } = parts;
+        let RecordParts { tape, port, first: (first, access), memory_bytes, disk } = parts;
+        let private = access.private(first.generation).into_iter().collect();
         let figures = RecordFigures { memory_bytes, ..RecordFigures::default() };
         let figures = Arc::new(Mutex::new(figures));
         let (orders, inbox) = channel();
@@ -93,6 +102,7 @@ impl Recording {
             figures: Arc::clone(&figures),
             section: Instant::now(),
             asked: Vec::new(),
+            private,
             ended: None,
         };
         thread::Builder::new().name("rungd-record".into()).spawn(move || worker.work())?;
@@ -101,12 +111,12 @@ impl Recording {
 
     /// Announces the program of a reload. Call this before the program is handed to the scan
     /// thread.
-    pub fn program(&self, program: RecordedProgram) {
-        let _ = self.orders.send(Order::Program(Box::new(program)));
+    pub fn program(&self, program: RecordedProgram, access: FileAccess) {
+        let _ = self.orders.send(Order::Program(Box::new(program), access));
     }
 
     /// The recording in memory from a section's number on; `None`: the thread is gone (a bug).
-    pub async fn recent(&self, from: u64) -> Option<Vec<u8>> {
+    pub async fn recent(&self, from: u64) -> Option<RecentPart> {
         let (reply, answer) = oneshot::channel();
         self.orders.send(Order::Recent(AskedRecent { from, reply })).ok()?;
         answer.await.ok()
@@ -147,6 +157,8 @@ struct Worker {
     section: Instant,
     /// The pending requests for the recording in memory.
     asked: Vec<AskedRecent>,
+    /// The generations in memory whose files not everybody could read when they were loaded.
+    private: Vec<u32>,
     /// Set if the order to end came while the tape was read.
     ended: Option<Sender<()>>,
 }
@@ -184,7 +196,10 @@ impl Worker {
 
     fn obey(&mut self, order: Order) -> Option<Sender<()>> {
         match order {
-            Order::Program(program) => self.recorder.program(*program),
+            Order::Program(program, access) => {
+                self.private.extend(access.private(program.generation));
+                self.recorder.program(*program);
+            }
             Order::Recent(asked) => self.asked.push(asked),
             Order::End(done) => return Some(done),
         }
@@ -267,8 +282,13 @@ impl Worker {
             return;
         }
         let last = self.recorder.under_way();
+        let oldest = self.recent.oldest_generation();
+        let oldest = oldest.or(last.as_ref().map(|last| last.program.generation)).unwrap_or(0);
+        self.private.retain(|generation| *generation >= oldest);
+        let is_public = self.private.is_empty();
         for AskedRecent { from, reply } in self.asked.drain(..) {
-            let _ = reply.send(self.recent.write_from(from, last.as_ref()));
+            let bytes = self.recent.write_from(from, last.as_ref());
+            let _ = reply.send(RecentPart { bytes, is_public });
         }
     }
 }
@@ -313,6 +333,7 @@ mod tests {
             figures: Arc::default(),
             section: Instant::now(),
             asked: Vec::new(),
+            private: Vec::new(),
             ended: None,
         };
         (worker, orders)

@@ -161,7 +161,7 @@ pub fn run(
     let recording = Recording::start(RecordParts {
         tape,
         port: prepared.port(),
-        first: record::program(&setup, 0),
+        first: (record::program(&setup, 0), setup.access),
         memory_bytes: setup.record.memory_bytes,
         disk: disk.map(|dir| RecordDisk::start(&dir, &setup)).transpose()?,
     })?;

@@ -149,6 +149,15 @@ pub(crate) enum Reply<T> {
     Error(Refusal),
 }
 
+impl<T: Serialize> Reply<T> {
+    /// The reply as a line.
+    pub fn line(&self) -> Vec<u8> {
+        let mut line = serde_json::to_vec(self).unwrap_or_default();
+        line.push(b'\n');
+        line
+    }
+}
+
 /// The reason why a request is not done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {

@@ -96,6 +96,11 @@ impl Recent {
         }
     }
 
+    /// The oldest program in memory.
+    pub fn oldest_generation(&self) -> Option<u32> {
+        self.programs.front().map(|program| program.program.generation)
+    }
+
     /// The time of the first scan in memory, ns since 1970 (UTC).
     pub fn begin_ns(&self) -> Option<i64> {
         self.blocks.front().map(|block| block.begin_ns)

@@ -220,11 +220,6 @@ fn who_may_only_look_sees_alarms_and_acknowledges_none() {
     let operator = "[operator]\nsocket = \"s\"\nmode = \"0666\"\ngroup = \"4242\"\n";
     let live = Live::start(LADDER, operator, &[]);
     live.ok("write stuck on");
-    // Not every user may read the ladder's files now, so this user gets no recording.
-    let mut chmod = Command::new("chmod");
-    chmod.arg("o-r").arg(live.folder.join("ladder.toml"));
-    assert!(chmod.status().expect("chmod").success());
-    live.ok("reload");
     let copy = live.folder.join("rungd");
     let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];
     assert!(Command::new("cp").args(words).status().expect("cp").success());
@@ -233,6 +228,29 @@ fn who_may_only_look_sees_alarms_and_acknowledges_none() {
         command.args(words.split_whitespace()).env("RUNGD_SOCKET", &live.socket);
         said(command.uid(65_534).gid(gid))
     };
+    // Nobody reads a recording of files that are private now, or were so when they were loaded. The
+    // second program has a comment less, which the recording still contains.
+    let chmod = |rights: &str| {
+        let mut chmod = Command::new("chmod");
+        chmod.arg(rights).arg(live.folder.join("ladder.toml"));
+        assert!(chmod.status().expect("chmod").success());
+    };
+    let sees = |gid: u32| as_nobody("why stuck", gid);
+    let public = sees(65_534);
+    assert_eq!(public.code, 0, "everybody may read the files: {public:?}");
+    chmod("o-r");
+    assert_eq!(sees(65_534).code, 77, "loaded as public, and private since then");
+    live.ok("reload");
+    assert_eq!(sees(65_534).code, 77, "a reload of the same files");
+    let ladder = live.folder.join("ladder.toml");
+    std::fs::write(&ladder, format!("# private\n{LADDER}")).expect("a ladder");
+    live.ok("reload");
+    std::fs::write(&ladder, LADDER).expect("a ladder");
+    chmod("o+r");
+    live.ok("reload");
+    let refused = sees(65_534);
+    assert!(refused.code == 77 && refused.err.contains("could read when they were"), "{refused:?}");
+    assert_eq!(sees(4242).code, 0, "a member of the group");
     let list = as_nobody("alarms", 65_534);
     assert!(list.code == 0 && list.out.contains("  1  stuck: Gate is stuck\n"), "{list:?}");
     let refused = as_nobody("ack stuck", 65_534);

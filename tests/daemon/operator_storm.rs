@@ -137,6 +137,39 @@ fn who_asks_for_names_again_and_again_keeps_nobody_out() {
     live.end();
 }
 
+/// Recordings have many bytes here: they contain a long comment of the ladder.
+#[test]
+fn who_asks_for_recordings_again_and_again_keeps_nobody_out() {
+    let live = live();
+    let ladder = live.folder.join("ladder.toml");
+    let text = std::fs::read_to_string(&ladder).unwrap();
+    let mut state = 1_u64;
+    let comment = (0..100_000).map(|_| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        format!("{state:016x}")
+    });
+    let comment = comment.collect::<Vec<_>>().join("\n# ");
+    std::fs::write(&ladder, format!("{text}\n# {comment}\n")).unwrap();
+    live.ok("reload");
+    let (bytes, socket) = (AtomicU64::new(0), live.socket.clone());
+    let (count, worst) = storm(&live, 50, MOST, |goes_on, count| {
+        while goes_on.load(Ordering::Relaxed) {
+            let Ok(stream) = UnixStream::connect(&socket) else { continue };
+            let mut lines = BufReader::new(&stream);
+            let mut line = String::new();
+            let asked = (&stream).write_all(b"{\"do\":\"recording\"}\n").is_ok();
+            if asked && lines.read_line(&mut line).is_ok() && line.starts_with("{\"ok\"") {
+                count.fetch_add(1, Ordering::Relaxed);
+                bytes.fetch_max(line.len() as u64, Ordering::Relaxed);
+            }
+        }
+    });
+    println!("{count} recordings, a good client waited {worst:?} at worst");
+    assert!(worst < Duration::from_secs(3), "{worst:?}");
+    let bytes = bytes.into_inner();
+    assert!(count > 0 && bytes > 500_000, "{count} of {bytes} bytes");
+}
+
 #[test]
 fn who_sends_blank_lines_is_as_idle_as_who_sends_nothing() {
     let live = live();

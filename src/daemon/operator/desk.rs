@@ -26,7 +26,7 @@ use crate::operator::names::Names;
 use crate::operator::operand::Variable;
 use crate::operator::protocol::{
     self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
-    Refusal, RefusalKind, Request, ShownValue, Values,
+    Refusal, RefusalKind, Reply, Request, ShownValue, Values,
 };
 use crate::runtime::command::{Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Port, Refused, Snapshot, Write};
@@ -80,52 +80,49 @@ impl Desk {
         Arc::clone(&self.seen().1.names)
     }
 
-    pub(super) async fn answer(
-        &self,
-        peer: &Peer,
-        request: &Request,
-    ) -> Answered<serde_json::Value> {
+    /// Carries out a request; returns the line of its answer.
+    pub(super) async fn answer(&self, peer: &Peer, request: &Request) -> Answered<Vec<u8>> {
         match request {
-            Request::Status {} => as_json(&self.status()),
-            Request::Read { operands } => as_json(&self.read(operands)?),
+            Request::Status {} => answered(self.status()),
+            Request::Read { operands } => answered(self.read(operands)?),
             Request::Write { operand, value, for_user } => {
                 let peer = peer.acting_for(for_user.as_deref())?;
-                as_json(&self.write(&peer, operand, value).await?)
+                answered(self.write(&peer, operand, value).await?)
             }
-            Request::Force { operand, value } => as_json(&self.force(peer, operand, value).await?),
-            Request::Unforce { operand } => as_json(&self.unforce(peer, operand).await?),
-            Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
+            Request::Force { operand, value } => answered(self.force(peer, operand, value).await?),
+            Request::Unforce { operand } => answered(self.unforce(peer, operand).await?),
+            Request::UnforceAll {} => answered(self.unforce_all(peer).await?),
             Request::Mode { to, no_wait } => {
                 let changed = self.mode(peer, *to).await?;
-                as_json(&self.durable(changed, *to, *no_wait).await)
+                answered(self.durable(changed, *to, *no_wait).await)
             }
-            Request::Alarms {} => as_json(&self.alarms().await),
+            Request::Alarms {} => answered(self.alarms().await),
             Request::Ack { alarms, for_user } => {
                 let peer = peer.acting_for(for_user.as_deref())?;
-                as_json(&self.acknowledge(&peer, Some(alarms)).await?)
+                answered(self.acknowledge(&peer, Some(alarms)).await?)
             }
-            Request::AckAll {} => as_json(&self.acknowledge(peer, None).await?),
-            Request::LogLevel { level } => as_json(&log_level(peer, *level)),
+            Request::AckAll {} => answered(self.acknowledge(peer, None).await?),
+            Request::LogLevel { level } => answered(log_level(peer, *level)),
             Request::Reload { dry_run } => {
                 let reloads = Arc::clone(&self.reloads);
-                as_json(&reloads.reload(peer.to_string(), *dry_run).await?)
+                answered(reloads.reload(peer.to_string(), *dry_run).await?)
             }
             Request::Rollback {} => {
                 let reloads = Arc::clone(&self.reloads);
-                as_json(&reloads.rollback(peer.to_string()).await?)
+                answered(reloads.rollback(peer.to_string()).await?)
             }
             Request::RetainSave {} => {
                 let view = self.seen().1;
-                as_json(&memory::save(view.about.retention(), peer).await?)
+                answered(memory::save(view.about.retention(), peer).await?)
             }
             Request::Recording { from_section } => {
                 let (view, from) = (self.seen().1, from_section.unwrap_or(0));
-                as_json(&record::recent(&view.about, peer, from).await?)
+                record::recent(&view.about, peer, from).await
             }
-            Request::Metrics {} => as_json(&self.names().metrics()),
+            Request::Metrics {} => answered(self.names().metrics()),
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
-                as_json(&protocol::NameList { names })
+                answered(protocol::NameList { names })
             }
         }
     }
@@ -467,10 +464,9 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
     LevelChange { before, after: level }
 }
 
-fn as_json(answer: &impl Serialize) -> Answered<serde_json::Value> {
-    serde_json::to_value(answer).map_err(|bug| {
-        Refusal::new(RefusalKind::Refused, format!("a bug in rungd: the answer has no form: {bug}"))
-    })
+/// The line of an answer.
+fn answered(answer: impl Serialize) -> Answered<Vec<u8>> {
+    Ok(Reply::Ok(answer).line())
 }
 
 fn values(image: &Snapshot, operands: &[Variable]) -> Values {

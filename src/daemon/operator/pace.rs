@@ -4,6 +4,8 @@
 //! not wait. A crowd waits in the order of arrival, and costs the machine no more turns than the
 //! pace allows.
 
+use std::future::poll_fn;
+use std::pin::pin;
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
@@ -16,9 +18,22 @@ use crate::locked::locked;
 const SHARE: u32 = 3;
 
 /// The processor time that this thread has used.
-pub(super) fn thread_time() -> Duration {
+fn thread_time() -> Duration {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap_or(0))
+}
+
+/// A future's output, and the processor time that its steps took on this thread. Other tasks of the
+/// thread that run while it waits are not counted.
+pub(super) async fn metered<F: Future>(future: F) -> (F::Output, Duration) {
+    let (mut future, mut cost) = (pin!(future), Duration::ZERO);
+    let output = poll_fn(|context| {
+        let began = thread_time();
+        let polled = future.as_mut().poll(context);
+        cost += thread_time().saturating_sub(began);
+        polled
+    });
+    (output.await, cost)
 }
 
 /// Gives turns in order.
@@ -65,7 +80,7 @@ impl Pace {
     }
 
     /// Delays the next turn if this one cost more than its share. The cost is measured by
-    /// [`thread_time`], not by the time of day, so a busy machine delays no turn.
+    /// [`metered`], not by the time of day, so a busy machine delays no turn.
     pub fn charge(&self, cost: Duration) {
         *self.next() += (cost * SHARE).saturating_sub(self.every);
     }
@@ -103,6 +118,28 @@ mod tests {
             }
             assert!((least..=most).contains(&start.elapsed()), "{:?}", start.elapsed());
         }
+    }
+
+    #[tokio::test]
+    async fn a_request_is_charged_for_its_own_work_and_not_for_that_of_others() {
+        fn work() {
+            let began = thread_time();
+            while thread_time() - began < Duration::from_millis(50) {
+                std::hint::spin_loop();
+            }
+        }
+        let (working, waits) = (tokio::sync::Notify::new(), tokio::sync::Notify::new());
+        let waiting = metered(async {
+            waits.notify_one();
+            working.notified().await;
+        });
+        let other = metered(async {
+            waits.notified().await;
+            work();
+            working.notify_one();
+        });
+        let ((_, waiting), (_, other)) = tokio::join!(waiting, other);
+        assert!(waiting < other / 2, "{waiting:?} of {other:?}");
     }
 
     #[tokio::test(start_paused = true)]

@@ -1,42 +1,65 @@
 //! Answers an operator with the part of the scan log that is in memory. `rungd why` and
 //! `rungd record` use it.
 //!
-//! Called by `desk`. A recording contains the ladder's files. So a client that may only look gets a
-//! recording only if everybody may read these files.
+//! Called by `desk`. A recording contains the files of its programs. So a client that may only look
+//! gets a recording only if everybody may read the files of the running program, and could read those
+//! of all earlier programs in it when they were loaded. A recording can have many megabytes, so other
+//! threads read rights and make the answer.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
+use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
 use super::peer::Peer;
 use super::status::About;
-use crate::operator::protocol::{RecordingBytes, Refusal, RefusalKind};
-use std::time::Duration;
+use crate::load;
+use crate::operator::protocol::{Answered, RecordingBytes, Refusal, RefusalKind, Reply};
+use crate::record::RecordedFile;
 
-/// The time limit for the scan log's thread.
+/// The time limit for the scan log's thread, and for the rights of the files.
 const THREAD_MAX: Duration = Duration::from_secs(10);
 
-/// The most recent part of the scan log, as a recording: the sections from a number on.
+/// The most recent part of the scan log, as the line of an answer: the sections from a number on.
 ///
 /// # Errors
 /// The peer may not read the ladder, or the thread does not answer.
-pub(super) async fn recent(
-    about: &About,
-    peer: &Peer,
-    from: u64,
-) -> Result<RecordingBytes, Refusal> {
-    if !peer.may_change && !about.is_public() {
-        let message = format!(
-            "{peer} may only look, and a recording contains the ladder's files, which not \
-             everybody may read: recordings are for root, the user rungd runs as, and members of \
-             the socket's group; or give everybody the right to read these files"
-        );
-        return Err(Refusal::new(RefusalKind::NotPermitted, message));
+pub(super) async fn recent(about: &About, peer: &Peer, from: u64) -> Answered<Vec<u8>> {
+    if !peer.may_change && !are_public(about.files()).await {
+        return Err(private(peer));
     }
     let recent = timeout(THREAD_MAX, about.recording().recent(from)).await;
-    let Ok(Some(bytes)) = recent else {
+    let Ok(Some(recent)) = recent else {
         let message = "the thread of the scan log gives no answer (a bug in rungd)";
         return Err(Refusal::new(RefusalKind::NoAnswer, message));
     };
-    Ok(RecordingBytes { base64: BASE64_STANDARD.encode(bytes) })
+    if !peer.may_change && !recent.is_public {
+        return Err(private(peer));
+    }
+    let line = spawn_blocking(move || {
+        let base64 = BASE64_STANDARD.encode(recent.bytes);
+        Reply::Ok(RecordingBytes { base64 }).line()
+    });
+    line.await.map_err(|bug| Refusal::new(RefusalKind::Refused, format!("a bug in rungd: {bug}")))
+}
+
+/// Whether everybody may read these files now.
+async fn are_public(files: &Arc<[RecordedFile]>) -> bool {
+    let files = Arc::clone(files);
+    let look = move || files.iter().all(|file| load::may_all_read(Path::new(&file.name)));
+    matches!(timeout(THREAD_MAX, spawn_blocking(look)).await, Ok(Ok(true)))
+}
+
+fn private(peer: &Peer) -> Refusal {
+    let message = format!(
+        "{peer} may only look, and a recording contains the files of its programs, which not \
+         everybody may read, or could read when they were loaded: recordings are for root, the user \
+         rungd runs as, and members of the socket's group; or give everybody the right to read \
+         these files, and restart rungd"
+    );
+    Refusal::new(RefusalKind::NotPermitted, message)
 }

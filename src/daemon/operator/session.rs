@@ -5,21 +5,25 @@
 //! one per client, and one for all clients together. An answer is made after the previous answer
 //! was taken, so for a client that never reads, one answer is kept, and only until its time limit.
 
+use std::collections::HashMap;
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use serde::Serialize;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
 use super::desk::Desk;
-use super::pace::{Pace, thread_time};
+use super::pace::{Pace, metered};
 use super::peer::Peer;
 use super::seats::{Seat, Seats};
 use crate::daemon::narration::one_line;
-use crate::operator::protocol::{REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request};
+use crate::daemon::turns::{Turn, Turns};
+use crate::locked::locked;
+use crate::operator::protocol::{
+    Answered, REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request,
+};
 use crate::say::say;
 
 /// A client without requests is closed after this time.
@@ -44,19 +48,33 @@ const REQUESTS_AT_ONCE: u32 = 64;
 const NAMES_OF_ALL_EVERY: Duration = Duration::from_millis(20);
 const NAMES_AT_ONCE: u32 = 16;
 
+/// From this number of users on, those without a request for a recording are forgotten.
+const USERS_KEPT: usize = 64;
+
 /// The state that all sessions share.
 pub(super) struct Shared {
     desk: Desk,
     pub seats: Seats,
     requests: Pace,
     names: Pace,
+    /// The turns of the recordings, by user.
+    recordings: Mutex<HashMap<u32, Turns>>,
 }
 
 impl Shared {
     pub fn new(desk: Desk, seats: Seats) -> Shared {
         let requests = Pace::new(REQUEST_OF_ALL_EVERY, REQUESTS_AT_ONCE);
         let names = Pace::new(NAMES_OF_ALL_EVERY, NAMES_AT_ONCE);
-        Shared { desk, seats, requests, names }
+        Shared { desk, seats, requests, names, recordings: Mutex::default() }
+    }
+
+    /// The turns of a user's recordings.
+    fn turns_of(&self, uid: u32) -> Turns {
+        let mut recordings = locked(&self.recordings);
+        if recordings.len() >= USERS_KEPT {
+            recordings.retain(|_, turns| turns.is_busy());
+        }
+        recordings.entry(uid).or_insert_with(Turns::new).clone()
     }
 }
 
@@ -210,20 +228,35 @@ impl Session {
         if is_names {
             self.wait_for(pace).await?;
         }
-        let began = thread_time();
-        let answer = self.done(&request).await;
-        if let Err(refusal) = &answer {
-            self.tell_refusal(&request, refusal);
-        }
-        let line = line_of(&answer.map_or_else(Reply::Error, Reply::Ok));
+        // A user's recordings are made and taken one after the other: each can have many megabytes.
+        let _turn = match request {
+            Request::Recording { .. } => Some(self.turn().await?),
+            _ => None,
+        };
+        let (answer, cost) = metered(self.done(&request)).await;
+        let line = answer.unwrap_or_else(|refusal| {
+            self.tell_refusal(&request, &refusal);
+            Reply::<()>::Error(refusal).line()
+        });
         if request.only_looks() {
-            // A request that only looks awaits nothing: all of this time was spent on the answer.
-            pace.charge(thread_time().saturating_sub(began));
+            pace.charge(cost);
         }
         self.send_line(&line).await
     }
 
-    async fn done(&self, request: &Request) -> Result<serde_json::Value, Refusal> {
+    /// Waits for the turn of this user.
+    async fn turn(&self) -> Result<Turn, Closed> {
+        self.seat.set_busy(false);
+        let turns = self.shared.turns_of(self.peer.uid);
+        let turn = tokio::select! {
+            () = self.seat.asked_to_leave() => return Err(Closed::MadeRoom),
+            turn = turns.turn() => turn,
+        };
+        self.seat.set_busy(true);
+        Ok(turn)
+    }
+
+    async fn done(&self, request: &Request) -> Answered<Vec<u8>> {
         if !request.only_looks() && !self.peer.may_change {
             let message = format!(
                 "{} may only look: changes and dry runs are for root, the user rungd runs as, and \
@@ -265,8 +298,8 @@ impl Session {
         }
     }
 
-    async fn send(&mut self, reply: &impl Serialize) -> Result<(), Closed> {
-        self.send_line(&line_of(reply)).await
+    async fn send(&mut self, reply: &Reply<()>) -> Result<(), Closed> {
+        self.send_line(&reply.line()).await
     }
 
     async fn send_line(&mut self, line: &[u8]) -> Result<(), Closed> {
@@ -294,15 +327,9 @@ fn short(text: &str) -> String {
     }
 }
 
-fn line_of(reply: &impl Serialize) -> Vec<u8> {
-    let mut line = serde_json::to_vec(reply).unwrap_or_default();
-    line.push(b'\n');
-    line
-}
-
 /// Informs a client that no seat is free, if this is possible without waiting.
 pub(super) fn turn_away(stream: &UnixStream, seats: usize) {
     let message = format!("{seats} clients are being served already; try again");
     let refusal = Refusal::new(RefusalKind::Refused, message);
-    let _ = stream.try_write(&line_of(&Reply::<()>::Error(refusal)));
+    let _ = stream.try_write(&Reply::<()>::Error(refusal).line());
 }

@@ -24,6 +24,7 @@ use crate::operator::protocol::{
     self, Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, PROTOCOL,
     Posture, Record, RecordDir, Retain, Scan, ShownValue, Spread, Status,
 };
+use crate::record::RecordedFile;
 use crate::resolve::program::BlockKind;
 use crate::runtime::exchange::{Mode, Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
@@ -80,8 +81,7 @@ impl View {
 pub(in super::super) struct About {
     controller: String,
     ladder: LadderFacts,
-    /// Whether everybody may read the files.
-    is_public: bool,
+    files: Arc<[RecordedFile]>,
     parts: AboutParts,
     tempo: Tempo,
     blocks: Vec<NamedBlock>,
@@ -118,7 +118,7 @@ impl About {
         About {
             controller: setup.controller.clone(),
             ladder: setup.ladder.clone(),
-            is_public: setup.is_public,
+            files: Arc::clone(&setup.files),
             parts: parts.clone(),
             tempo: setup.pace.tempo,
             blocks: named_blocks(setup),
@@ -139,9 +139,9 @@ impl About {
         &self.parts.recording
     }
 
-    /// Whether everybody may read the program's files.
-    pub(super) fn is_public(&self) -> bool {
-        self.is_public
+    /// The program's files.
+    pub(super) fn files(&self) -> &Arc<[RecordedFile]> {
+        &self.files
     }
 
     /// The driver that moves an input, or a word or bit that serves as an input.

@@ -6,7 +6,6 @@
 //! is completed even if its client disconnects. While a reload reads files, it holds no lock that a
 //! rollback needs, so a rollback never waits for files.
 
-mod dry;
 mod reading;
 mod ready;
 mod tell;
@@ -26,6 +25,7 @@ pub(super) use views::Views;
 use super::config::Setup;
 use super::log;
 use super::systemd::{Notice, Systemd};
+use super::turns::Turns;
 use crate::engine::Cell;
 use crate::locked::locked;
 use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
@@ -34,7 +34,6 @@ use crate::runtime::command::{Answer, CommandId, Denial};
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, Taped, monotonic_ns};
 use crate::say::say;
-use dry::DryRuns;
 use reading::FileReader;
 use ready::Ready;
 pub(super) use ready::Running;
@@ -53,7 +52,7 @@ const TURN_MAX: Duration = Duration::from_secs(60);
 pub(super) struct Reloads {
     /// Held by the one reload that reads files and swaps programs.
     turn: tokio::sync::Mutex<()>,
-    dry: DryRuns,
+    dry: Turns,
     files: FileReader,
     /// A SIGHUP waits for its turn. A second SIGHUP would read the same files, and is ignored.
     hangup_waits: AtomicBool,
@@ -137,7 +136,7 @@ impl Reloads {
         let inner = Inner { reloader, started, running, way_back, pending, generation };
         Reloads {
             turn: tokio::sync::Mutex::default(),
-            dry: DryRuns::new(),
+            dry: Turns::new(),
             files: FileReader::new(limit),
             hangup_waits: AtomicBool::new(false),
             swap_waits: AtomicBool::new(false),
@@ -153,9 +152,10 @@ impl Reloads {
     pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Answered<Reloaded> {
         let done = tokio::spawn(async move {
             let done = match dry_run {
-                true => {
-                    self.dry.one(self.in_turn(&who, true)).await.unwrap_or_else(another_dry_run)
-                }
+                true => match self.dry.try_turn().await {
+                    Some(_turn) => self.in_turn(&who, true).await,
+                    None => another_dry_run(),
+                },
                 false => self.in_turn(&who, false).await,
             };
             if let (Err(refusal), false) = (&done, dry_run) {

@@ -24,7 +24,7 @@ pub(in super::super) struct Views {
 impl Views {
     /// Enters a program, before its swap.
     pub(super) fn insert(&self, generation: u32, setup: &Setup) {
-        self.about.recording.program(record::program(setup, generation));
+        self.about.recording.program(record::program(setup, generation), setup.access);
         self.desk.insert(generation, View::new(setup, &self.about));
         self.narration.insert(generation, setup.narration.clone());
         let layout = &setup.symbols.layout;
