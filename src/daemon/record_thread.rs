@@ -18,6 +18,7 @@ use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
 use crate::faults::{self, FaultPoint};
 use crate::locked::locked;
+use crate::operator::protocol::RECORDING_BYTES_MAX;
 use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder};
 use crate::runtime::exchange::Port;
 use crate::runtime::{TapeEntry, TapeReader};
@@ -287,7 +288,7 @@ impl Worker {
         self.private.retain(|generation| *generation >= oldest);
         let is_public = self.private.is_empty();
         for AskedRecent { from, reply } in self.asked.drain(..) {
-            let bytes = self.recent.write_from(from, last.as_ref());
+            let bytes = self.recent.write_from(from, last.as_ref(), RECORDING_BYTES_MAX);
             let _ = reply.send(RecentPart { bytes, is_public });
         }
     }

@@ -117,9 +117,9 @@ pub fn run(
     let inputs = initial_inputs(&program, &setup);
     let mut engine = Engine::new(program.clone());
     let place = operator::SocketSpec::of(&setup.operator, &setup.controller);
-    let has_operator = place.is_some();
     // Before the file of retentive memory is made, so that a refused start leaves no file.
     let socket = place.as_ref().map(operator::claim).transpose()?.flatten();
+    let has_operator = socket.is_some();
     let retained = setup.retain.as_ref().map(|wanted| {
         let runs_cold = options.runs_cold.unwrap_or(wanted.runs_cold);
         let wanted = RetainSettings { runs_cold, has_operator, ..wanted.clone() };

@@ -227,13 +227,17 @@ impl LoggedPlant {
     /// The answer of the controller's memory.
     pub fn answer(&self, from: u64) -> Recording {
         let logs = self.logs.lock().expect("it is whole");
-        Recording::of_bytes(logs.recent.write_from(from, logs.recorder.under_way().as_ref()))
+        Recording::of_bytes(logs.recent.write_from(
+            from,
+            logs.recorder.under_way().as_ref(),
+            usize::MAX,
+        ))
     }
 
     /// The whole recording.
     pub fn all(&self) -> Recording {
         let logs = self.logs.lock().expect("it is whole");
-        Recording::of_bytes(logs.disk.write_from(0, logs.recorder.under_way().as_ref()))
+        Recording::of_bytes(logs.disk.write_from(0, logs.recorder.under_way().as_ref(), usize::MAX))
     }
 
     /// The changes after one position, up to another.

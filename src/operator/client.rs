@@ -17,7 +17,7 @@ use rustix::io::Errno;
 use rustix::net::sockopt::socket_peercred;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 
-use super::protocol::{Awaited, Refusal, Reply, Request};
+use super::protocol::{Awaited, RECORDING_BYTES_MAX, Refusal, Reply, Request};
 use super::{SOCKET_DEFAULT, SOCKET_NAME};
 
 /// The time limit for an answer that the controller makes at once.
@@ -35,6 +35,7 @@ const SEND_MAX: Duration = Duration::from_secs(5);
 const CONNECT_EVERY: Duration = Duration::from_micros(200);
 /// The longest answer.
 const ANSWER_BYTES_MAX: usize = 64 << 20;
+const _: () = assert!(RECORDING_BYTES_MAX.div_ceil(3) * 4 + 100 < ANSWER_BYTES_MAX);
 
 /// The reason why there is no answer.
 #[derive(Debug)]

@@ -21,6 +21,9 @@ pub(crate) use super::value::{Held, ShownValue};
 use crate::events::Level;
 use crate::runtime::exchange::Mode;
 
+/// The most bytes of a recording in an answer; the answer contains them as base64.
+pub(crate) const RECORDING_BYTES_MAX: usize = 45 << 20;
+
 /// The version of this protocol, as sent in [`Status`].
 pub(crate) const PROTOCOL: u32 = 1;
 

@@ -113,8 +113,9 @@ impl Recent {
 
     /// The blocks from a section's number on as a recording. `last`: a block to append that is not
     /// kept. The recording begins with a base image, and therefore perhaps with an earlier block;
-    /// the newest block is always in it.
-    pub fn write_from(&self, from: u64, last: Option<&RecordBlock>) -> Vec<u8> {
+    /// the newest block is always in it. It has at most `most` bytes: if that is too little, it
+    /// begins with a later base image, as long as there is one.
+    pub fn write_from(&self, from: u64, last: Option<&RecordBlock>, most: usize) -> Vec<u8> {
         let at = self.blocks.partition_point(|block| block.sequence < from);
         let is_whole = last.is_some_and(RecordBlock::has_base);
         let newest = self.blocks.len().saturating_sub(usize::from(!is_whole));
@@ -122,6 +123,7 @@ impl Recent {
         while first > 0 && self.blocks.get(first).map_or(!is_whole, |block| !block.has_base) {
             first -= 1;
         }
+        first = self.within(first, most.saturating_sub(last.map_or(0, |last| last.bytes(true))));
         let mut out = self.write_blocks(first);
         let Some(last) = last.filter(|last| !self.blocks.is_empty() || last.has_base()) else {
             return out;
@@ -142,6 +144,24 @@ impl Recent {
         };
         last.write(sum, true, &mut out);
         out
+    }
+
+    /// The first block with a base image from `first` on with which the recording has at most `most`
+    /// bytes; if there is none, the last block with a base image.
+    fn within(&self, first: usize, most: usize) -> usize {
+        let programs: usize = self.programs.iter().map(|program| program.start.bytes.len()).sum();
+        let blocks = self.blocks.iter().skip(first).map(|block| block.bytes);
+        let (mut bytes, mut begin) = (programs + blocks.sum::<usize>(), first);
+        for (at, block) in self.blocks.iter().enumerate().skip(first) {
+            if block.has_base {
+                begin = at;
+                if bytes <= most {
+                    break;
+                }
+            }
+            bytes -= block.bytes;
+        }
+        begin
     }
 
     /// All blocks as a recording: a segment for each program.

@@ -13,7 +13,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snip
 
 use super::finding::{Finding, Severity};
 use super::span::{FileId, SourceFile, Span};
-use super::wording::shown_name;
+use super::wording::{is_obeyed, shown_name};
 use crate::progress::{Progress, UNASKED};
 
 /// How findings are printed.
@@ -207,11 +207,11 @@ fn snippets<'a>(
             places(part).map(|(span, ..)| clamp(span, text, lines)).collect();
         let ExcerptLines { range: window, is_cut } = window(&spans, text, lines);
         let excerpt = &text[window.clone()];
-        let mut snippet = Snippet::source(with_unix_line_ends(excerpt))
+        let mut snippet = Snippet::source(shown_excerpt(excerpt))
             .line_start(lines.number(window.start))
             .path(if is_cut { told(source, lines, &spans) } else { shown_name(&source.name) });
         for ((_, label, kind), span) in places(part).zip(spans) {
-            let at = |byte: usize| without_returns(excerpt, byte - window.start);
+            let at = |byte: usize| shown_place(excerpt, byte - window.start);
             let span = at(span.start)..at(span.end);
             let label = (!label.is_empty()).then_some(label);
             snippet = snippet.annotation(kind.span(span).label(label));
@@ -221,22 +221,35 @@ fn snippets<'a>(
     order.into_iter().filter_map(snippet).collect()
 }
 
-/// An excerpt without the `\r` of Windows line ends, which would be drawn at the end of each line.
-fn with_unix_line_ends(excerpt: &str) -> Cow<'_, str> {
-    match excerpt.contains('\r') {
+/// An excerpt without the `\r` of Windows line ends, which would be drawn at the end of each line,
+/// and with U+FFFD in the place of every other character that a terminal obeys. The drawing library
+/// replaces those of ASCII itself.
+fn shown_excerpt(excerpt: &str) -> Cow<'_, str> {
+    let excerpt = match excerpt.contains('\r') {
         true => {
             let excerpt = excerpt.replace("\r\n", "\n");
             Cow::Owned(excerpt.strip_suffix('\r').map(str::to_owned).unwrap_or(excerpt))
         }
         false => Cow::Borrowed(excerpt),
+    };
+    match excerpt.contains(is_replaced) {
+        true => Cow::Owned(excerpt.replace(is_replaced, "\u{fffd}")),
+        false => excerpt,
     }
 }
 
-/// The place in the result of [`with_unix_line_ends`] for a place in the excerpt.
-fn without_returns(excerpt: &str, at: usize) -> usize {
+fn is_replaced(c: char) -> bool {
+    is_obeyed(c) && !c.is_ascii()
+}
+
+/// The place in the result of [`shown_excerpt`] for a place in the excerpt.
+fn shown_place(excerpt: &str, at: usize) -> usize {
     let before = excerpt.match_indices('\r').take_while(|(place, _)| *place < at);
     let gone = |place: usize| matches!(excerpt.as_bytes().get(place + 1), Some(b'\n') | None);
-    at - before.filter(|(place, _)| gone(*place)).count()
+    let returns = before.filter(|(place, _)| gone(*place)).count();
+    let replaced = excerpt[..at].matches(is_replaced);
+    let grown: usize = replaced.map(|c| '\u{fffd}'.len_utf8() - c.len()).sum();
+    at - returns + grown
 }
 
 /// A place as a range of whole characters within the text: one character wide if the place is

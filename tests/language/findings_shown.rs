@@ -121,3 +121,24 @@ fn windows_line_ends_and_odd_file_names_are_not_drawn() {
     assert!(!said.contains(['\u{1b}', '\r', '\u{240d}']), "{said}");
     assert_eq!(said.lines().filter(|line| line.ends_with("^^^")).count(), 1, "{said}");
 }
+
+/// C1 controls and signs that turn the direction of writing, in an excerpt and before its place.
+#[test]
+fn no_character_of_a_file_moves_the_cursor_or_turns_the_text() {
+    let obeyed: String = ('\u{1}'..='\u{9f}')
+        .filter(|c| c.is_control() && !matches!(c, '\t' | '\n' | '\r'))
+        .chain(['\u{200e}', '\u{200f}', '\u{61c}'])
+        .chain('\u{202a}'..='\u{202e}')
+        .chain('\u{2066}'..='\u{2069}')
+        .collect();
+    let text = format!("# {obeyed}\nat = \"{obeyed}X9\" # {obeyed}\n");
+    let at = text.find("X9").unwrap();
+    let finding = Finding::new(Code::UnknownName, place(at, at + 2), "there is no such place")
+        .related(place(0, 1), "the first");
+    let said = render(&[finding], &file(text), Style::default());
+    assert!(!said.contains(|c| c != '\n' && obeyed.contains(c)), "{said:?}");
+    let marked = said.lines().find(|line| line.contains("at = ")).unwrap();
+    let marks = said.lines().find(|line| line.ends_with("^^")).unwrap();
+    let column = |line: &str, of: &str| line.split(of).next().unwrap().chars().count();
+    assert_eq!(column(marked, "X9"), column(marks, "^^"), "{said}");
+}

@@ -176,13 +176,22 @@ fn memory_holds_the_newest_blocks_and_no_more_than_its_bytes() {
             assert_eq!(pair[0].head.sequence + 1, pair[1].head.sequence);
         }
         for from in [0, sequence.saturating_sub(4), sequence, sequence + 9] {
-            let part = read(&recent.write_from(from, None)).blocks;
+            let part = read(&recent.write_from(from, None, usize::MAX)).blocks;
             let (begin, end) = (part[0].head.sequence, part[part.len() - 1].head.sequence);
             let oldest = first.head.sequence;
             // A base image is at most two sections earlier.
             let wanted = from.min(sequence);
             assert!(part[0].has_base && end == sequence, "{from}: {begin} to {end}");
             assert!(begin <= wanted.max(oldest) && begin + 2 >= wanted, "{from}: {begin}");
+        }
+        for most in [0, 500, 1000, 3000, size] {
+            let bytes = recent.write_from(0, None, most);
+            let FileIndex { blocks: part, flaws } = read(&bytes);
+            assert!(flaws.is_empty() && part[part.len() - 1].head == block.head);
+            assert!(part[0].has_base);
+            let later_bases = part[1..].iter().filter(|block| block.has_base).count();
+            assert!(bytes.len() <= most || later_bases == 0, "{} of {most}", bytes.len());
+            assert!(most < size || part.len() == blocks.len(), "nothing is left out in vain");
         }
         assert!(sequence < 10 || blocks.len() > 2);
     }

@@ -173,7 +173,7 @@ fn a_section_under_way_is_had_without_its_end() {
         // Right after a state there is no section under way.
         let Some(block) = asked.recorder.under_way() else { continue };
         seen += 1;
-        let recording = Recording::of_bytes(kept.write_from(0, Some(&block)));
+        let recording = Recording::of_bytes(kept.write_from(0, Some(&block), usize::MAX));
         assert!(recording.flaws.is_empty() && recording.count() == asked.blocks.len() + 1);
         let last = recording.head(asked.blocks.len());
         assert_eq!(last.number + u64::from(last.scans), scan + 2);

@@ -1,6 +1,7 @@
 //! The real binary and its retentive memory: starts, ends, changed programs, wrong files.
 
 use std::fs;
+use std::process::Command;
 use std::time::Duration;
 
 use crate::retain::crash::status;
@@ -423,21 +424,39 @@ fn a_stop_whose_image_cannot_be_kept_says_so_and_what_to_do() {
     assert_eq!(code, Some(74));
 }
 
+/// Starts a controller that stays in STOP, and says how it runs without an operator's command.
+fn starts_cold_without_a_socket(command: &mut Command) {
+    let mut running = Running::new(command);
+    for words in ["nothing is restored", "STOP: nothing was found"] {
+        let line = running.line(words);
+        let said = message(&line);
+        assert!(said.contains("rungd run --cold-start run FILE"), "{said}");
+        assert!(said.contains("`[retain] cold-start = \"run\"`"), "{said}");
+        assert!(!said.contains("restart"), "{said}");
+    }
+    running.stop();
+}
+
+/// The environment names a socket that cannot be made; then a controller runs without one.
+#[test]
+fn without_the_socket_of_the_environment_it_is_said_how_a_cold_controller_runs() {
+    let keeps = KEEPS.replace("cold-start = \"run\"\n", "");
+    let keeps = keeps.replace("[operator]\nsocket = \"op\"\n", "");
+    let too_long = format!("/tmp/{}", "x".repeat(120));
+    for socket in ["/no/such/folder/rungd.sock", &too_long] {
+        let plant = Plant::new(COUNTS, &keeps);
+        let mut command = plant.command(&[] as &[&str]);
+        starts_cold_without_a_socket(command.env("RUNGD_SOCKET", socket));
+    }
+}
+
 #[test]
 fn without_an_operators_socket_it_is_said_how_a_cold_controller_runs() {
     let keeps =
         KEEPS.replace("cold-start = \"run\"\n", "").replace("socket = \"op\"", "enabled = false");
     let plant = Plant::new(COUNTS, &keeps);
     for _ in 0..2 {
-        let mut running = Running::new(&mut plant.command(&[] as &[&str]));
-        for words in ["nothing is restored", "STOP: nothing was found"] {
-            let line = running.line(words);
-            let said = message(&line);
-            assert!(said.contains("rungd run --cold-start run FILE"), "{said}");
-            assert!(said.contains("`[retain] cold-start = \"run\"`"), "{said}");
-            assert!(!said.contains("restart"), "{said}");
-        }
-        running.stop();
+        starts_cold_without_a_socket(&mut plant.command(&[] as &[&str]));
     }
     let mut command = plant.command(&[] as &[&str]);
     let mut running = Running::new(command.args(["--cold-start", "run", "--scans", "50"]));

@@ -150,7 +150,13 @@ impl Claim {
     /// # Errors
     /// A controller answers there, or the system refuses.
     pub fn new(spec: &SocketSpec) -> Result<Claim, StartFailure> {
-        // This check comes first: a lock belongs only beside a socket.
+        // These checks come first: a lock belongs only beside a socket.
+        if spec.path.as_os_str().len() > SOCKET_BYTES_MAX {
+            return Err(spec.failure(&format!(
+                "its path has more than {SOCKET_BYTES_MAX} bytes, which is too long for a socket; \
+                 start rungd in a folder nearer to it, or name a different path"
+            )));
+        }
         is_socket_or_nothing(spec)?;
         let lock = lock(spec)?;
         clear(spec)?;
@@ -175,12 +181,6 @@ fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), StartFailure>
     let gid = spec.group.as_deref().map(group_number).transpose()?;
     // While the lock is held, no other process uses this name.
     let fresh = beside(path, ".new");
-    if path.as_os_str().len() > SOCKET_BYTES_MAX {
-        return Err(spec.failure(&format!(
-            "its path has more than {SOCKET_BYTES_MAX} bytes, which is too long for a socket; \
-             start rungd in a folder nearer to it, or name a different path"
-        )));
-    }
     let _ = fs::remove_file(&fresh);
     let listener =
         UnixListener::bind(&fresh).map_err(|error| spec.not_made(&error.to_string(), &error))?;
