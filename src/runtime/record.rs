@@ -96,6 +96,9 @@ pub(super) struct Journal {
     records: Producer<Record>,
     reports: Producer<Statistics>,
     dropped: Arc<AtomicU64>,
+    /// A swap for which the ring had no place. It must come before every further record, because
+    /// these have the numbers of the new program.
+    untold: Option<Record>,
 }
 
 /// The reader's end.
@@ -111,13 +114,27 @@ pub(super) fn journal() -> (Journal, JournalReader) {
     let dropped = Arc::new(AtomicU64::new(0));
     let reader =
         JournalReader { records: record_out, reports: report_out, dropped: Arc::clone(&dropped) };
-    (Journal { records, reports, dropped }, reader)
+    (Journal { records, reports, dropped, untold: None }, reader)
 }
 
 impl Journal {
     pub fn tell(&mut self, scan: u64, at_ns: u64, what: RecordEvent) {
-        if self.records.push(Record { scan, at_ns, what }).is_err() {
+        let record = Record { scan, at_ns, what };
+        if let RecordEvent::Swapped { .. } = record.what {
+            self.untold = Some(record);
+            return self.catch_up();
+        }
+        self.catch_up();
+        if self.untold.is_some() || self.records.push(record).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Tells the last swap if the ring had no place for it.
+    pub fn catch_up(&mut self) {
+        if let Some(record) = self.untold.take() {
+            self.untold =
+                self.records.push(record).err().map(|rtrb::PushError::Full(record)| record);
         }
     }
 

@@ -229,6 +229,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
         self.give();
         self.machine.settle();
+        self.journal.catch_up();
         if !scans && self.mode == Mode::Run {
             // An operator has started RUN: its first scan is due at once.
             return true;

@@ -74,6 +74,26 @@ fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
     assert_eq!((rig.port.latest().scans, rig.port.latest().bits.len()), (54, 2));
 }
 
+/// The log's reader is late: the ring of records is full.
+#[test]
+fn a_swap_is_told_before_every_record_with_the_numbers_of_its_program() {
+    let watched = Watched { bits: vec![BitCell(0)], words: vec![] };
+    let mut rig = rig(|_, settings| settings.watched = watched);
+    rig.steps(3);
+    let told = |rig: &Rig| rig.heard.take().join("\n");
+    // Every scan tells a change of bit 0.
+    (0..5000).for_each(|_| _ = rig.scanner.step());
+    let _ = rig.reloader.hand_in(rig.package(1, MS), false).unwrap();
+    (0..3).for_each(|_| _ = rig.scanner.step());
+    rig.monitor.turn(rig.clock.now_ns());
+    let late = told(&rig);
+    assert!(late.contains("Bit { watch: 0") && !late.contains("Swapped"), "the ring was full");
+    rig.step();
+    let lines = told(&rig);
+    let first = lines.lines().next().unwrap_or_default();
+    assert!(first.contains("Swapped { generation: 1"), "{lines}");
+}
+
 #[test]
 fn many_swaps_lose_no_snapshot_and_no_scan() {
     let mut rig = rig(|_, _| {});
