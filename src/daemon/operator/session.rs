@@ -229,10 +229,8 @@ impl Session {
             self.wait_for(pace).await?;
         }
         // A user's recordings are made and taken one after the other: each can have many megabytes.
-        let _turn = match request {
-            Request::Recording { .. } => Some(self.turn().await?),
-            _ => None,
-        };
+        let is_recording = matches!(request, Request::Recording { .. });
+        let _turn = if is_recording { Some(self.turn().await?) } else { None };
         let (answer, cost) = metered(self.done(&request)).await;
         let line = answer.unwrap_or_else(|refusal| {
             self.tell_refusal(&request, &refusal);
