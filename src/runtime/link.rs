@@ -15,6 +15,7 @@ use std::sync::atomic::Ordering;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::command::{Answers, Orders, desk};
+use super::earlier::EarlierPrograms;
 use super::exchange::{Batch, Port, QUEUED_BATCHES_MAX, Refused, Tempo, Ticket, Write};
 use super::forces::Forces;
 use super::image::{Safe, Snapshot};
@@ -23,9 +24,6 @@ use crate::engine::{BitCell, Cell, Renumbered, WordCell};
 
 /// The number of spare snapshots at the start; the world refills the ring below half of it.
 pub(super) const SPARES: usize = 8;
-
-/// The number of swaps over which a cell is followed: at most so many come between two scans.
-pub(super) const SWAPS_FOLLOWED: usize = 8;
 
 /// The greatest number of snapshots that wait for their last reader; further ones are freed.
 const RETIRED_MAX: usize = 64;
@@ -80,7 +78,7 @@ pub struct Facts<'a> {
 pub struct Returned {
     /// The batch.
     pub batch: Batch,
-    /// Whether a scan applied it.
+    /// `Ok` if a scan applied it.
     pub outcome: Result<(), Refused>,
 }
 
@@ -190,7 +188,7 @@ impl ScanSide {
 
     /// The cell of the present program for a cell of the program of `generation`. `None` if the
     /// present program does not have the element, or if `generation` is more than
-    /// [`SWAPS_FOLLOWED`] swaps ago.
+    /// `SWAPS_FOLLOWED` swaps ago.
     pub fn cell(&self, generation: u32, cell: Cell) -> Option<Cell> {
         if generation == self.generation { Some(cell) } else { self.earlier.cell(generation, cell) }
     }
@@ -471,46 +469,6 @@ impl WorldSide {
             let fresh = Snapshot::clone(&self.port.latest());
             let _ = self.spares.push(Arc::new(fresh));
         }
-    }
-}
-
-/// The last programs before the present one, the oldest first: their generations, and the cells that
-/// have a different number in the program after it. A generation of `None`: there was none yet.
-#[derive(Default)]
-struct EarlierPrograms([(Option<u32>, Renumbered); SWAPS_FOLLOWED]);
-
-impl EarlierPrograms {
-    /// Adds the program of this generation. The cells of the oldest one are returned in the same
-    /// variable.
-    fn enter(&mut self, generation: u32, renumbered: &mut Renumbered) {
-        self.0.rotate_left(1);
-        let (last, cells) = &mut self.0[SWAPS_FOLLOWED - 1];
-        *last = Some(generation);
-        std::mem::swap(cells, renumbered);
-    }
-
-    /// The cell of the present program for a cell of an earlier one.
-    fn cell(&self, generation: u32, cell: Cell) -> Option<Cell> {
-        let at = self.0.iter().position(|(of, _)| *of == Some(generation))?;
-        self.0[at..].iter().try_fold(cell, |cell, (_, cells)| cells.cell(cell))
-    }
-
-    /// Changes the cell of a write of an earlier program to its element's present cell; false if
-    /// there is none.
-    fn is_renumbered(&self, generation: u32, write: &mut Write) -> bool {
-        let cell = match write {
-            Write::Bit(cell, _) => Cell::Bit(*cell),
-            Write::Word(cell, _) | Write::Masked { cell, .. } => Cell::Word(*cell),
-            Write::Input(..) => return true,
-        };
-        match (write, self.cell(generation, cell)) {
-            (Write::Bit(cell, _), Some(Cell::Bit(to))) => *cell = to,
-            (Write::Word(cell, _) | Write::Masked { cell, .. }, Some(Cell::Word(to))) => *cell = to,
-            (Write::Bit(..) | Write::Word(..) | Write::Masked { .. } | Write::Input(..), _) => {
-                return false;
-            }
-        }
-        true
     }
 }
 

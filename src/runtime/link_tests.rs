@@ -1,6 +1,7 @@
 //! Tests of the two ends of the exchange, called without threads.
 
 use super::command::Forces;
+use super::earlier::SWAPS_FOLLOWED;
 use super::exchange::{
     BATCH_WRITES_MAX, FaultReason, Mode, Outcome, Port, QUEUED_BATCHES_MAX, Refused,
     SCAN_WRITES_MAX, Snapshot, StopReason, Write,

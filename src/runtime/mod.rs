@@ -10,6 +10,7 @@
 
 mod beat;
 pub mod command;
+mod earlier;
 pub mod exchange;
 pub(crate) mod field;
 mod forces;

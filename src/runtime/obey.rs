@@ -5,12 +5,13 @@
 //! scan thread it allocates, locks and logs nothing.
 
 use super::command::{Answer, Before, Command, Denial};
-use super::exchange::{FaultReason, Mode, StopReason};
+use super::exchange::{FaultReason, Mode, StopReason, Tempo};
 use super::machine::Machine;
 use super::origin::Origin;
 use super::pacing::Clock;
+use super::record::RecordEvent;
 use super::scanner::{Scanner, TICK_NS_MAX};
-use super::swap::NO_PROGRAM;
+use super::swap::{NO_PROGRAM, Package, Swapped};
 use crate::engine::Cell;
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
@@ -125,6 +126,53 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             }
         }
         Answer::Done(before)
+    }
+
+    /// Continues with the new program; the package takes the old one away.
+    fn swap(&mut self, mut package: Box<Package<M>>, resume: bool, now_ns: u64) {
+        let begin_ns = self.clock.now_ns();
+        let faulted = matches!(self.mode, Mode::Fault(_)) && resume;
+        if self.mode == Mode::Run && self.scans == 0 {
+            // The blocks that started are not reported yet, and have the old program's numbers.
+            self.tell_events(now_ns);
+        }
+        let running = self.mode == Mode::Run || faulted;
+        package.note(&self.machine);
+        std::mem::swap(&mut self.machine, &mut package.machine);
+        let Package { machine: old, transfer, watches, carried, fresh, safe, generation, .. } =
+            &mut *package;
+        self.machine.adopt(old, transfer, running, self.forces.list());
+        self.forces.renumber(|cell| transfer.cell(cell));
+        watches.carry(&self.watches, carried, self.machine.image().1, now_ns);
+        std::mem::swap(&mut self.watches, watches);
+        std::mem::swap(&mut self.side.fresh, fresh);
+        self.field.exchange_safe(safe, !running);
+        let generation = *generation;
+        self.side.adopt(generation, &mut transfer.renumbered);
+        self.set_tempo(package.tempo);
+        let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
+        package.swapped = Some(Swapped { took_ns: swap_ns, mode: self.mode });
+        self.machine.swapped(generation);
+        self.journal.tell(self.scans, now_ns, RecordEvent::Swapped { generation, swap_ns });
+        self.swaps.give_back(package);
+        if faulted {
+            self.enter_run(now_ns);
+        }
+        match self.mode {
+            Mode::Run => {
+                let (side, facts, image) = self.shown(now_ns);
+                side.publish_beginning(facts, image);
+            }
+            Mode::Stop(_) | Mode::Fault(_) => self.unpublished = true,
+        }
+    }
+
+    /// Sets the tempo. Deadlines stay absolute: the next deadline stays, the new period follows it.
+    fn set_tempo(&mut self, tempo: Tempo) {
+        self.pace.tempo = tempo;
+        self.side.set_tempo(tempo);
+        let scans = self.mode == Mode::Run;
+        self.grid.change(if scans { tempo.period_ns } else { tempo.period_ns.min(TICK_NS_MAX) });
     }
 
     /// Begins RUN. At a fault no pass ran, so first all that executed is terminated: no timer

@@ -21,7 +21,7 @@ use super::origin::Origin;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, RecordEvent, Watched, Watches};
 use super::statistics::{Books, Meter, Statistics};
-use super::swap::{Package, Swapped, Swaps};
+use super::swap::Swaps;
 use crate::faults::{self, FaultPoint};
 
 /// The longest time until the first report of statistics.
@@ -62,14 +62,14 @@ pub struct Scanner<M, C> {
     pub(super) machine: M,
     pub(super) clock: C,
     pub(super) side: ScanSide,
-    journal: Journal,
+    pub(super) journal: Journal,
     pub(super) beat: Arc<Beat>,
-    pace: Pace,
-    grid: Grid,
+    pub(super) pace: Pace,
+    pub(super) grid: Grid,
     books: Books,
-    watches: Watches,
+    pub(super) watches: Watches,
     pub(super) swaps: Swaps<M>,
-    field: Field,
+    pub(super) field: Field,
     overruns: OverrunSummary,
     pub(super) mode: Mode,
     /// The time of the last change of mode.
@@ -78,7 +78,7 @@ pub struct Scanner<M, C> {
     ending: bool,
     pub(super) forces: Forces,
     /// Complete scans.
-    scans: u64,
+    pub(super) scans: u64,
     /// The reason for which the engine was requested to stop, if it was.
     pub(super) stopping: Option<StopReason>,
     /// Whether the last changes are still to be published: the scan is not complete, it failed, or
@@ -154,54 +154,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.enter_run(now_ns);
     }
 
-    /// Continues with the new program; the package takes the old one away.
-    pub(super) fn swap(&mut self, mut package: Box<Package<M>>, resume: bool, now_ns: u64) {
-        let begin_ns = self.clock.now_ns();
-        let faulted = matches!(self.mode, Mode::Fault(_)) && resume;
-        if self.mode == Mode::Run && self.scans == 0 {
-            // The blocks that started are not reported yet, and have the old program's numbers.
-            self.tell_events(now_ns);
-        }
-        let running = self.mode == Mode::Run || faulted;
-        package.note(&self.machine);
-        std::mem::swap(&mut self.machine, &mut package.machine);
-        let Package { machine: old, transfer, watches, carried, fresh, safe, generation, .. } =
-            &mut *package;
-        self.machine.adopt(old, transfer, running, self.forces.list());
-        self.forces.renumber(|cell| transfer.cell(cell));
-        watches.carry(&self.watches, carried, self.machine.image().1, now_ns);
-        std::mem::swap(&mut self.watches, watches);
-        std::mem::swap(&mut self.side.fresh, fresh);
-        self.field.exchange_safe(safe, !running);
-        let generation = *generation;
-        self.side.adopt(generation, &mut transfer.renumbered);
-        self.set_tempo(package.tempo);
-        let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
-        package.swapped = Some(Swapped { took_ns: swap_ns, mode: self.mode });
-        self.machine.swapped(generation);
-        self.journal.tell(self.scans, now_ns, RecordEvent::Swapped { generation, swap_ns });
-        self.swaps.give_back(package);
-        if faulted {
-            self.enter_run(now_ns);
-        }
-        match self.mode {
-            Mode::Run => {
-                let (side, facts, image) = self.shown(now_ns);
-                side.publish_beginning(facts, image);
-            }
-            Mode::Stop(_) | Mode::Fault(_) => self.unpublished = true,
-        }
-    }
-
-    /// Sets the tempo. Deadlines stay absolute: the next deadline stays, the new period follows it.
-    fn set_tempo(&mut self, tempo: Tempo) {
-        self.pace.tempo = tempo;
-        self.side.set_tempo(tempo);
-        let scans = self.mode == Mode::Run;
-        self.grid.change(if scans { tempo.period_ns } else { tempo.period_ns.min(TICK_NS_MAX) });
-    }
-
-    fn enter_run(&mut self, now_ns: u64) {
+    pub(super) fn enter_run(&mut self, now_ns: u64) {
         (self.stopping, self.last_ticks) = (None, 0);
         self.overruns = OverrunSummary::default();
         self.grid = Grid::new(now_ns, self.pace.tempo.period_ns);
@@ -411,7 +364,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// What is published: the facts and the image, beside the end that publishes them.
-    fn shown(&mut self, now_ns: u64) -> (&mut ScanSide, Facts<'_>, (&[u8], &[i32])) {
+    pub(super) fn shown(&mut self, now_ns: u64) -> (&mut ScanSide, Facts<'_>, (&[u8], &[i32])) {
         let Scanner { scans, mode, since_ns, ending, .. } = *self;
         let Scanner { side, forces, machine, .. } = self;
         let facts = Facts { scans, now_ns, mode, since_ns, ending, forces };
@@ -450,7 +403,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    fn tell_events(&mut self, now_ns: u64) {
+    pub(super) fn tell_events(&mut self, now_ns: u64) {
         let Scanner { machine, journal, watches, scans, .. } = self;
         let (events, lost) = machine.events();
         for event in events {

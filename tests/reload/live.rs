@@ -394,3 +394,32 @@ fn a_change_that_waits_for_its_scan_is_answered_from_the_reloaded_program() {
     let [own] = &released[..] else { panic!("{answer}") };
     assert_eq!((&own["operand"], &own["value"]), (&"own".into(), &5.into()));
 }
+
+/// The force of a tag with a `type` belongs to the name, and a reload gives its place to a different
+/// tag.
+#[test]
+fn a_force_of_a_tag_with_a_type_is_shown_by_no_name_but_its_own() {
+    let ladder = |tags: &str| {
+        format!(
+            "[tags]\n{tags}[[program]]\nname = \"Main\"\nrung = [ {{ when = [\"beta\"], do = \
+             [\"OUT gamma\"] }} ]\n"
+        )
+    };
+    let tags = "beta = { type = \"bit\" }\ngamma = { type = \"bit\" }\n";
+    let live = Live::start(&ladder(tags), "", &[]);
+    live.ok("force beta on");
+    live.ok("force gamma on");
+    let more = format!("alpha = {{ type = \"bit\" }}\n{tags}");
+    std::fs::write(live.folder.join("ladder.toml"), ladder(&more)).unwrap();
+    live.ok("reload");
+    for tag in ["gamma", "beta"] {
+        let said = live.ok(&format!("unforce {tag}"));
+        assert!(said.ends_with(", was ON, forced\n"), "{said}");
+        let said = live.say(&format!("unforce {tag}"));
+        let note = match tag {
+            "gamma" => "it was not forced; forced now: beta",
+            _ => "it was not forced; nothing is forced",
+        };
+        assert!(said.err.contains(note), "{said:?}");
+    }
+}

@@ -56,10 +56,10 @@ async fn are_public(files: &Arc<[RecordedFile]>) -> bool {
 
 fn private(peer: &Peer) -> Refusal {
     let message = format!(
-        "{peer} may only look, and a recording contains the files of its programs, which not \
-         everybody may read, or could read when they were loaded: recordings are for root, the user \
-         rungd runs as, and members of the socket's group; or give everybody the right to read \
-         these files, and restart rungd"
+        "{peer} may only look, and a recording contains the ladder's files, which not everybody may \
+         read, or could read when they were loaded: recordings are for root, the user rungd runs \
+         as, and members of the socket's group; or give everybody the right to read these files, \
+         and restart rungd"
     );
     Refusal::new(RefusalKind::NotPermitted, message)
 }

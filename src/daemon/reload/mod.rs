@@ -99,11 +99,11 @@ struct Pending {
     plan: ReloadPlan,
     /// The forced cells before the swap.
     forces: Vec<Cell>,
-    wish: Wish,
+    request: SwapRequest,
 }
 
 /// A requested swap.
-struct Wish {
+struct SwapRequest {
     who: String,
     direction: SwapDirection,
     /// The report's lines about settings that take effect with the swap.
@@ -276,10 +276,11 @@ impl Reloads {
                 passed: None,
             });
             let report = [report, settings].concat();
-            return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
+            let dry_run = true;
+            return Ok(Reloaded { dry_run, restart, ..self.reloaded(setup, report, None) });
         }
         let (who, direction) = (who.to_owned(), SwapDirection::Forward);
-        self.swap(&mut inner, ready, Wish { who, direction, settings, restart }).await
+        self.swap(&mut inner, ready, SwapRequest { who, direction, settings, restart }).await
     }
 
     /// Reads the current files.
@@ -293,11 +294,11 @@ impl Reloads {
     /// The answer if the files are unchanged: nothing is swapped, and a rollback has the same
     /// target as before.
     fn same(&self, who: &str, setup: &Setup, restart: Vec<String>, dry_run: bool) -> Reloaded {
-        let same = Reloaded { same: true, restart, ..self.reloaded(setup, Vec::new(), None) };
-        if dry_run {
-            return same.dry();
+        let reloaded = self.reloaded(setup, Vec::new(), None);
+        let same = Reloaded { dry_run, same: true, restart, ..reloaded };
+        if !dry_run {
+            tell::same(who, &same);
         }
-        tell::same(who, &same);
         same
     }
 
@@ -326,11 +327,16 @@ impl Reloads {
         let settings = ready::settings(&inner.started.setup, &inner.running.setup, &previous.setup);
         let direction = SwapDirection::Back(fault.map(|fault| fault.reason));
         let (who, restart) = (who.to_owned(), Vec::new());
-        self.swap(&mut inner, ready, Wish { who, direction, settings, restart }).await
+        self.swap(&mut inner, ready, SwapRequest { who, direction, settings, restart }).await
     }
 
     /// Hands a program to the scan thread, and waits for the swap.
-    async fn swap(&self, inner: &mut Inner, ready: Ready, wish: Wish) -> Answered<Reloaded> {
+    async fn swap(
+        &self,
+        inner: &mut Inner,
+        ready: Ready,
+        request: SwapRequest,
+    ) -> Answered<Reloaded> {
         if inner.pending.is_some() {
             // This program was prepared as the successor of the running one, and would follow the
             // waiting one.
@@ -341,13 +347,13 @@ impl Reloads {
         self.views.insert(generation, &running.setup);
         inner.generation = generation;
         let forces = self.port.latest().forces.list().to_vec();
-        let resume = matches!(wish.direction, SwapDirection::Back(Some(_)));
+        let resume = matches!(request.direction, SwapDirection::Back(Some(_)));
         let denied = |denial: Denial| {
             self.views.remove(generation);
             refused(denial.to_string())
         };
         let id = inner.reloader.hand_in(*package, resume).map_err(denied)?;
-        inner.pending = Some(Pending { id, generation, running, plan, forces, wish });
+        inner.pending = Some(Pending { id, generation, running, plan, forces, request });
         let patience = self.port.patience().max(ANSWER_LEAST);
         match timeout(patience, self.port.answered(id)).await {
             Err(_) => {
@@ -410,7 +416,7 @@ impl Reloads {
         package: &Package<Taped>,
         swapped: Swapped,
     ) -> Reloaded {
-        let Pending { generation, running, plan, forces, wish, .. } = pending;
+        let Pending { generation, running, plan, forces, request, .. } = pending;
         // The image of the new program may not be published yet.
         let shown = self.port.latest().generation;
         self.views.forget_before(generation.saturating_sub(1).min(shown));
@@ -418,7 +424,7 @@ impl Reloads {
         let old = std::mem::replace(&mut inner.running, Arc::clone(&running));
         let trial = {
             let mut trial = self.trial();
-            let probation = match (wish.direction, &*trial) {
+            let probation = match (request.direction, &*trial) {
                 (SwapDirection::Back(_), _) => {
                     inner.way_back = None;
                     Duration::ZERO
@@ -436,13 +442,13 @@ impl Reloads {
             *trial = Trial::new(probation, swapped.mode).map(|trial| (generation, trial));
             trial.map(|(_, trial)| trial)
         };
-        let report = [report(&plan, package, &forces), wish.settings].concat();
+        let report = [report(&plan, package, &forces), request.settings].concat();
         let swap_us = Some(swapped.took_ns as f64 / 1000.0);
         let done =
-            Reloaded { restart: wish.restart, ..self.reloaded(&running.setup, report, swap_us) };
-        match wish.direction {
-            SwapDirection::Forward => tell::done(&wish.who, &done, &running.setup, trial),
-            SwapDirection::Back(fault) => tell::rolled_back(&wish.who, &done, fault),
+            Reloaded { restart: request.restart, ..self.reloaded(&running.setup, report, swap_us) };
+        match request.direction {
+            SwapDirection::Forward => tell::done(&request.who, &done, &running.setup, trial),
+            SwapDirection::Back(fault) => tell::rolled_back(&request.who, &done, fault),
         }
         done
     }
@@ -476,17 +482,6 @@ fn report(plan: &ReloadPlan, package: &Package<Taped>, forces: &[Cell]) -> Vec<S
     let passed = Some(image.bits());
     let layout = &engine.program().layout;
     plan.report(&OldMemory { layout, bits: &bits, words: &words, forces, passed })
-}
-
-trait Dry {
-    fn dry(self) -> Self;
-}
-
-impl Dry for Reloaded {
-    /// The same answer, marked as that of a dry run.
-    fn dry(self) -> Reloaded {
-        Reloaded { dry_run: true, ..self }
-    }
 }
 
 fn another_dry_run() -> Answered<Reloaded> {
