@@ -1,7 +1,7 @@
 //! The cells of earlier programs: where their elements are in the present program.
 //!
-//! Used by `link` on the scan thread, for batches and commands that were made for a program before a
-//! reload. Nothing is allocated or freed.
+//! Used by `link` on the scan thread, for batches and commands that were made for a program before
+//! a reload. Nothing is allocated or freed.
 
 use super::exchange::Write;
 use crate::engine::{Cell, Renumbered};
@@ -9,8 +9,8 @@ use crate::engine::{Cell, Renumbered};
 /// The number of swaps between two scans over which a cell is followed.
 pub(super) const SWAPS_FOLLOWED: usize = 8;
 
-/// The last programs before the present one, the oldest first: their generations, and the cells that
-/// have a different number in the program after it. A generation of `None`: there was none yet.
+/// The last programs before the present one, the oldest first: their generations, and the cells
+/// that have a different number in the program after it. `None`: there was none yet.
 #[derive(Default)]
 pub(super) struct EarlierPrograms([(Option<u32>, Renumbered); SWAPS_FOLLOWED]);
 

@@ -328,8 +328,8 @@ impl Port {
     /// [`Port::latest`].
     ///
     /// # Errors
-    /// [`Refused::NotRunning`]: the controller left RUN first. [`Refused::Overtaken`]: a reload came
-    /// first.
+    /// [`Refused::NotRunning`]: the controller left RUN first. [`Refused::Overtaken`]: a reload
+    /// came first.
     pub(crate) fn done(&self, ticket: Ticket) -> impl Future<Output = Result<(), Refused>> + use<> {
         self.until(move |port| match port.outcome(ticket) {
             Outcome::Pending => None,

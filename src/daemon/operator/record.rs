@@ -2,9 +2,9 @@
 //! `rungd record` use it.
 //!
 //! Called by `desk`. A recording contains the files of its programs. So a client that may only look
-//! gets a recording only if everybody may read the files of the running program, and could read those
-//! of all earlier programs in it when they were loaded. A recording can have many megabytes, so other
-//! threads read rights and make the answer.
+//! gets a recording only if everybody may read the files of the running program, and could read
+//! those of all earlier programs in it when they were loaded. A recording can have many megabytes,
+//! so other threads read rights and make the answer.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -56,10 +56,10 @@ async fn are_public(files: &Arc<[RecordedFile]>) -> bool {
 
 fn private(peer: &Peer) -> Refusal {
     let message = format!(
-        "{peer} may only look, and a recording contains the ladder's files, which not everybody may \
-         read, or could read when they were loaded: recordings are for root, the user rungd runs \
-         as, and members of the socket's group; or give everybody the right to read these files, \
-         and restart rungd"
+        "{peer} may only look, and a recording contains the ladder's files, which not everybody \
+         may read, or could read when they were loaded: recordings are for root, the user rungd \
+         runs as, and members of the socket's group; or give everybody the right to read these \
+         files, and restart rungd"
     );
     Refusal::new(RefusalKind::NotPermitted, message)
 }
