@@ -146,8 +146,8 @@ impl Recent {
         out
     }
 
-    /// The first block with a base image from `first` on with which the recording has at most `most`
-    /// bytes; if there is none, the last block with a base image.
+    /// The first block with a base image from `first` on with which the recording has at most
+    /// `most` bytes; if there is none, the last block with a base image.
     fn within(&self, first: usize, most: usize) -> usize {
         let programs: usize = self.programs.iter().map(|program| program.start.bytes.len()).sum();
         let blocks = self.blocks.iter().skip(first).map(|block| block.bytes);

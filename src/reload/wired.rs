@@ -1,9 +1,10 @@
 //! Whether a new program keeps the cells to which field devices are wired.
 //!
-//! The wiring of a device stays over a reload, by cells. Addresses keep their cells. But the bits of
-//! blocks and Stages have names instead of addresses, and their cells depend on the number of blocks
-//! and Stages before them. And a tag with a `type` gets a place that no file names, although a
-//! device may still be wired to it. Both are refused, because a device would take the wrong element.
+//! The wiring of a device stays over a reload, by cells. Addresses keep their cells. But the bits
+//! of blocks and Stages have names instead of addresses, and their cells depend on the number of
+//! blocks and Stages before them. And a tag with a `type` gets a place that no file names, although
+//! a device may still be wired to it. Both are refused, because a device would take the wrong
+//! element.
 
 use crate::isa::{Address, Bit, BlockId, StageId};
 use crate::lower::Symbols;

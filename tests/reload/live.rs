@@ -395,8 +395,8 @@ fn a_change_that_waits_for_its_scan_is_answered_from_the_reloaded_program() {
     assert_eq!((&own["operand"], &own["value"]), (&"own".into(), &5.into()));
 }
 
-/// The force of a tag with a `type` belongs to the name, and a reload gives its place to a different
-/// tag.
+/// The force of a tag with a `type` belongs to the name, and a reload gives its place to a
+/// different tag.
 #[test]
 fn a_force_of_a_tag_with_a_type_is_shown_by_no_name_but_its_own() {
     let ladder = |tags: &str| {

@@ -42,9 +42,9 @@ use trial::{Trial, Verdict};
 /// The shortest time limit for the scan thread's answer.
 const ANSWER_LEAST: Duration = Duration::from_secs(10);
 /// The refusal while the program of an earlier request waits for the scan thread.
-const STILL_WAITS: &str = "the program of an earlier request still waits for the scan thread, which \
-                           is held up: the log will say what became of it; if that lasts, restart \
-                           rungd";
+const STILL_WAITS: &str = "the program of an earlier request still waits for the scan thread, \
+                           which is held up: the log will say what became of it; if that lasts, \
+                           restart rungd";
 /// The longest time that a reload waits for the end of earlier reloads.
 const TURN_MAX: Duration = Duration::from_secs(60);
 
