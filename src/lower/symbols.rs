@@ -6,7 +6,7 @@
 use super::identity::Identity;
 use super::word_limits::WordLimits;
 use crate::engine::{BitCell, Cell, Element, Layout};
-use crate::isa::{Address, BlockId, DeviceId, StageId, Structure, Word};
+use crate::isa::{Address, Bit, BlockId, DeviceId, StageId, Structure, Word};
 use crate::resolve::priority::Priority;
 use crate::resolve::program::{Program, TagMeaning};
 
@@ -115,6 +115,17 @@ impl Symbols {
     /// A field device's name.
     pub(crate) fn device(&self, id: DeviceId) -> &str {
         &self.devices[id.0 as usize]
+    }
+
+    /// The name of a bit that has no address: of a Stage, a block or a field device.
+    pub(crate) fn name(&self, bit: Bit) -> Option<String> {
+        match bit {
+            Bit::Stage(id) => Some(self.stage(id).to_owned()),
+            Bit::Running(id) => Some(format!("{}.Running", self.block(id))),
+            Bit::Done(id) => Some(format!("{}.Done", self.block(id))),
+            Bit::Device(id, health) => Some(format!("{}.{}", self.device(id), health.name())),
+            Bit::Space(..) | Bit::Flag(..) => None,
+        }
     }
 
     /// An element's name: its block's or its Stage's.

@@ -248,17 +248,11 @@ impl Names {
     }
 
     fn address(&self, what: Address) -> String {
-        match what {
-            Address::Bit(Bit::Stage(id)) => self.symbols.stage(id).to_owned(),
-            Address::Bit(Bit::Running(id)) => format!("{}.Running", self.symbols.block(id)),
-            Address::Bit(Bit::Done(id)) => format!("{}.Done", self.symbols.block(id)),
-            Address::Bit(Bit::Device(id, health)) => {
-                format!("{}.{}", self.symbols.device(id), health.name())
-            }
-            Address::Bit(Bit::Space(..) | Bit::Flag(..))
-            | Address::Word(_)
-            | Address::Structure(_) => self.scope.places().say(what),
-        }
+        let name = match what {
+            Address::Bit(bit) => self.symbols.name(bit),
+            Address::Word(_) | Address::Structure(_) => None,
+        };
+        name.unwrap_or_else(|| self.scope.places().say(what))
     }
 
     /// Whether an address is an element of a tag with a `type`: a force of it belongs to the name.

@@ -25,7 +25,7 @@ pub(crate) fn misfit<'a>(
             ));
         }
         let Address::Bit(bit) = address else { return None };
-        let name = name_of(bit, first)?;
+        let name = first.name(bit)?;
         match again(bit, first, next) {
             None => Some(format!(
                 "device `{device}` is wired to `{name}` until a restart, and this program does \
@@ -40,16 +40,6 @@ pub(crate) fn misfit<'a>(
         }
     })?;
     Some(format!("{misfit}; nothing is reloaded until then"))
-}
-
-/// The name of a bit of a block or Stage.
-fn name_of(bit: Bit, symbols: &Symbols) -> Option<String> {
-    match bit {
-        Bit::Stage(id) => Some(symbols.stage(id).to_owned()),
-        Bit::Running(id) => Some(format!("{}.Running", symbols.block(id))),
-        Bit::Done(id) => Some(format!("{}.Done", symbols.block(id))),
-        Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => None,
-    }
 }
 
 /// The bit of the same name in the next program.

@@ -328,28 +328,20 @@ impl WorldSide {
         // now are delivered after all publications of this call.
         let answers = self.answers.waiting();
         while let Ok(publication) = self.published.pop() {
-            let publication = match publication {
-                Publication::Outlived(spare) => {
-                    drop(spare);
-                    continue;
-                }
-                Publication::Beginning(snapshot) => {
-                    self.beginning = Some(snapshot);
-                    continue;
-                }
-                Publication::Image(_) | Publication::Fault(..) => publication,
-            };
-            any = true;
-            let was_stuck = self.port.hear();
-            // Batches first: a refusal must be known before a snapshot that counts the ticket is
-            // visible.
-            self.drain_returns();
             match publication {
-                Publication::Image(snapshot) => self.show(snapshot),
-                // The monitor has reported this fault already: its time stays.
-                Publication::Fault(reason, _) if was_stuck => self.show_fault(reason, None),
-                Publication::Fault(reason, now_ns) => self.show_fault(reason, Some(now_ns)),
-                Publication::Beginning(_) | Publication::Outlived(_) => {}
+                Publication::Outlived(spare) => drop(spare),
+                Publication::Beginning(snapshot) => self.beginning = Some(snapshot),
+                Publication::Image(snapshot) => {
+                    self.hear();
+                    self.show(snapshot);
+                    any = true;
+                }
+                Publication::Fault(reason, now_ns) => {
+                    // If it was stuck, the monitor has reported this fault already: its time stays.
+                    let was_stuck = self.hear();
+                    self.show_fault(reason, (!was_stuck).then_some(now_ns));
+                    any = true;
+                }
             }
         }
         self.drain_returns();
@@ -359,6 +351,14 @@ impl WorldSide {
         }
         self.refill();
         any
+    }
+
+    /// Notes a sign of life; returns whether the scan thread was stuck. Takes the returned batches:
+    /// a refusal must be known before a snapshot that counts the ticket is visible.
+    fn hear(&mut self) -> bool {
+        let was_stuck = self.port.hear();
+        self.drain_returns();
+        was_stuck
     }
 
     /// Shows a fault that the scan thread cannot report itself, and refuses pending requests.

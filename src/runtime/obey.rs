@@ -1,5 +1,6 @@
-//! Executes an operator's commands on the scan thread: between two scans, or at a tick. With a long
-//! period it also looks for commands while it waits.
+//! Executes commands on the scan thread: those of an operator, and the swap of a program. They are
+//! executed between two scans, or at a tick. With a long period it also looks for commands while it
+//! waits.
 //!
 //! Called by `scanner`, which sends the answers after the effects are published. Like the whole
 //! scan thread it allocates, locks and logs nothing.

@@ -247,7 +247,7 @@ fn shown_place(excerpt: &str, at: usize) -> usize {
     let before = excerpt.match_indices('\r').take_while(|(place, _)| *place < at);
     let gone = |place: usize| matches!(excerpt.as_bytes().get(place + 1), Some(b'\n') | None);
     let returns = before.filter(|(place, _)| gone(*place)).count();
-    let replaced = excerpt[..at].matches(is_replaced);
+    let replaced = excerpt.get(..at).unwrap_or(excerpt).matches(is_replaced);
     let grown: usize = replaced.map(|c| '\u{fffd}'.len_utf8() - c.len()).sum();
     at - returns + grown
 }

@@ -189,16 +189,15 @@ impl Desk {
         let period = Duration::from_nanos(self.port.tempo().period_ns);
         let is_long = period > PERIOD_AWAITED_MAX;
         let patience = if is_long { PERIOD_AWAITED_MAX } else { self.wait() };
-        let (seen, is_gone) = match timeout(patience, self.port.done(ticket)).await {
-            Ok(Err(Refused::Overtaken)) => (false, true),
-            Ok(done) => (done.map(|()| true).map_err(|why| self.not_taken(why))?, false),
-            Err(_) if is_long => (false, false),
+        let seen = match timeout(patience, self.port.done(ticket)).await {
+            Ok(Err(Refused::Overtaken)) => None,
+            Ok(done) => Some(done.map(|()| true).map_err(|why| self.not_taken(why))?),
+            Err(_) if is_long => Some(false),
             Err(_) => return Err(no_answer()),
         };
         let (was, written) = (Was::of(&operand, &before), operand.held(value));
         let told = ToldChange::new(peer, &operand, was);
-        let sight = if is_gone { None } else { self.sight(&operand) };
-        let Some(sight) = sight else {
+        let Some((seen, sight)) = seen.zip(self.sight(&operand)) else {
             // A scan may have taken the write before the reload, unless the batch was refused.
             let asked = format!("asked to write {written} to {operand}");
             told.tell_gone(&events::OPERATOR_WRITE, &asked);

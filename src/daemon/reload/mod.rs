@@ -119,7 +119,7 @@ struct OwnFault {
 }
 
 /// The direction of a swap.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 enum SwapDirection {
     /// To the program of the files.
     Forward,
@@ -303,6 +303,11 @@ impl Reloads {
     }
 
     async fn ready(&self, inner: &mut Inner, next: Arc<Running>) -> Answered<Ready> {
+        if inner.pending.is_some() {
+            // It would be prepared as the successor of the running program, and follow the waiting
+            // one.
+            return Err(refused(STILL_WAITS.to_owned()));
+        }
         let (running, generation) = (Arc::clone(&inner.running), inner.generation + 1);
         let latest = self.port.latest();
         let made = spawn_blocking(move || Ready::of(&running, next, generation, &latest)).await;
@@ -337,11 +342,6 @@ impl Reloads {
         ready: Ready,
         request: SwapRequest,
     ) -> Answered<Reloaded> {
-        if inner.pending.is_some() {
-            // This program was prepared as the successor of the running one, and would follow the
-            // waiting one.
-            return Err(refused(STILL_WAITS.to_owned()));
-        }
         let Ready { running, plan, package, .. } = ready;
         let generation = package.generation;
         self.views.insert(generation, &running.setup);
@@ -422,26 +422,24 @@ impl Reloads {
         self.views.forget_before(generation.saturating_sub(1).min(shown));
         log::take_over(&running.setup.log);
         let old = std::mem::replace(&mut inner.running, Arc::clone(&running));
-        let trial = {
-            let mut trial = self.trial();
-            let probation = match (request.direction, &*trial) {
-                (SwapDirection::Back(_), _) => {
-                    inner.way_back = None;
-                    Duration::ZERO
-                }
-                // The replaced program has not passed its probation: the target of a rollback stays
-                // the last program that has passed it.
-                (SwapDirection::Forward, Some(_)) if inner.way_back.is_some() => {
-                    running.setup.probation
-                }
-                (SwapDirection::Forward, _) => {
+        let mut on_trial = self.trial();
+        let probation = match request.direction {
+            SwapDirection::Back(_) => {
+                inner.way_back = None;
+                Duration::ZERO
+            }
+            SwapDirection::Forward => {
+                // If the replaced program has not passed its probation, the target of a rollback
+                // stays the last program that has passed it.
+                if on_trial.is_none() || inner.way_back.is_none() {
                     inner.way_back = Some(old);
-                    running.setup.probation
                 }
-            };
-            *trial = Trial::new(probation, swapped.mode).map(|trial| (generation, trial));
-            trial.map(|(_, trial)| trial)
+                running.setup.probation
+            }
         };
+        let trial = Trial::new(probation, swapped.mode);
+        *on_trial = trial.map(|trial| (generation, trial));
+        drop(on_trial);
         let report = [report(&plan, package, &forces), request.settings].concat();
         let swap_us = Some(swapped.took_ns as f64 / 1000.0);
         let done =
