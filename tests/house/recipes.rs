@@ -4,7 +4,9 @@
 //!
 //! The target folder of the copy is that of this test, so that all dependencies are compiled
 //! already. The crate itself is not finished, because the compiler stops at the errors. One copy
-//! has all additions and is compiled once for all tests.
+//! has all additions and is compiled once for all tests. It has a version of its own: a package of
+//! the same name and version would replace what cargo knows of the crate's last build, and the next
+//! `cargo test` would compile the crate again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -107,6 +109,8 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
     ("Request", "Adding a command", &["src/operator/protocol.rs", "src/daemon/operator/desk.rs"]),
 ];
 
+const VERSION_OF_COPY: &str = concat!(env!("CARGO_PKG_VERSION"), "-copy");
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -117,8 +121,13 @@ fn copy(name: &str, additions: &[Additions]) -> PathBuf {
     let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&copy);
     copy_folder(&root().join("src"), &copy.join("src"));
+    let package = |version| format!("name = \"rungd\"\nversion = \"{version}\"\n");
     for file in ["Cargo.toml", "Cargo.lock"] {
-        fs::copy(root().join(file), copy.join(file)).expect("copied");
+        let text = fs::read_to_string(root().join(file)).expect("readable");
+        let before = package(env!("CARGO_PKG_VERSION"));
+        assert_eq!(text.matches(&before).count(), 1, "{file} has not once: {before}");
+        let text = text.replace(&before, &package(VERSION_OF_COPY));
+        fs::write(copy.join(file), text).expect("writable");
     }
     for folder in ["benches", "config", "docs", "tests"] {
         symlink(root().join(folder), copy.join(folder)).expect("linked");
@@ -173,9 +182,25 @@ fn errors(copy: &Path) -> Vec<String> {
     ]);
     cargo.args(["--color", "never", "--profile", profile, "--target-dir"]);
     cargo.arg(folder.parent().expect("the target folder")).current_dir(copy);
+    // Cargo set these for this test. The build script of `ring` reads them: with other values than
+    // before, `ring` and all that uses it would be built again, and also by the next `cargo test`.
+    for (name, _) in std::env::vars_os() {
+        let text = name.to_string_lossy();
+        if ["CARGO_MANIFEST_", "CARGO_PKG_"].iter().any(|prefix| text.starts_with(prefix)) {
+            cargo.env_remove(name);
+        }
+    }
     let output = cargo.env("CARGO_INCREMENTAL", "0").output().expect("cargo runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success(), "the compiler asks for nothing: {said}");
+    let of_copy = format!("rungd v{VERSION_OF_COPY} ");
+    let again = said.lines().find(|line| {
+        line.trim_start().strip_prefix("Compiling ").is_some_and(|of| !of.starts_with(&of_copy))
+    });
+    assert!(
+        again.is_none(),
+        "not only the copy is compiled, the next `cargo test` is slow: {said}"
+    );
     let errors: Vec<String> =
         said.lines().filter(|line| line.contains(": error")).map(str::to_owned).collect();
     assert!(!errors.is_empty(), "{said}");
