@@ -123,21 +123,23 @@ fn copy(name: &str, additions: &[Additions]) -> PathBuf {
     copy_folder(&root().join("src"), &copy.join("src"));
     let package = |version| format!("name = \"rungd\"\nversion = \"{version}\"\n");
     for file in ["Cargo.toml", "Cargo.lock"] {
-        let text = fs::read_to_string(root().join(file)).expect("readable");
-        let before = package(env!("CARGO_PKG_VERSION"));
-        assert_eq!(text.matches(&before).count(), 1, "{file} has not once: {before}");
-        let text = text.replace(&before, &package(VERSION_OF_COPY));
-        fs::write(copy.join(file), text).expect("writable");
+        fs::copy(root().join(file), copy.join(file)).expect("copied");
+        replace(&copy.join(file), &package(env!("CARGO_PKG_VERSION")), &package(VERSION_OF_COPY));
     }
     for folder in ["benches", "config", "docs", "tests"] {
         symlink(root().join(folder), copy.join(folder)).expect("linked");
     }
     for (file, before, after) in additions.iter().copied().flatten() {
-        let text = fs::read_to_string(copy.join(file)).expect("it was copied");
-        assert_eq!(text.matches(before).count(), 1, "{file} has not once: {before}");
-        fs::write(copy.join(file), text.replace(before, after)).expect("writable");
+        replace(&copy.join(file), before, after);
     }
     copy
+}
+
+/// Replaces a text that stands in the file once.
+fn replace(file: &Path, before: &str, after: &str) {
+    let text = fs::read_to_string(file).expect("it was copied");
+    assert_eq!(text.matches(before).count(), 1, "{} has not once: {before}", file.display());
+    fs::write(file, text.replace(before, after)).expect("writable");
 }
 
 fn copy_folder(from: &Path, to: &Path) {
