@@ -5,7 +5,7 @@
 //! RSTCT and the termination pass use it too. In a loop over operations of one kind, the rule is a
 //! constant.
 
-use super::memory::{OnlyIf, View};
+use super::memory::{View, select};
 use super::ops::{Cnt, Cntdn, Operation, Rstct, Udc};
 use super::places::{Counter, CounterRule};
 use super::reach::Reach;
@@ -111,7 +111,7 @@ impl Operation for Cnt {
         let before = view.word(self.counter.acc());
         let counted = before.wrapping_add(i32::from(counts));
         // A sum that is less than before has wrapped: then `.Acc` stays at the limit.
-        let acc = counted.wrapping_sub(i32::from(counted < before)).unless(reset);
+        let acc = select(reset, 0, counted.wrapping_sub(i32::from(counted < before)));
         self.counter.put(view, ReadRule::Up(preset), acc, reset);
     }
 }
@@ -127,7 +127,7 @@ impl Operation for Cntdn {
         let loads = reset | (state.bit(LOADED) ^ 1);
         view.put_state(self.counter.at, State::of([(DN, leg), (LOADED, 1)]));
         let acc = view.word(self.counter.acc());
-        let from = preset.only_if(loads) | acc.unless(loads);
+        let from = select(loads, preset, acc);
         let acc = from.saturating_sub(i32::from(counts & (reset ^ 1)));
         self.counter.put(view, ReadRule::Down(preset), acc, reset);
     }
@@ -144,7 +144,7 @@ impl Operation for Udc {
         view.put_state(self.counter.at, State::of([(UP, up), (DN, dn)]));
         let step = i32::from(adds) - i32::from(takes);
         let acc = view.word(self.counter.acc()).saturating_add(step);
-        let acc = acc.unless(reset);
+        let acc = select(reset, 0, acc);
         self.counter.put(view, rule, acc, reset);
     }
 }

@@ -9,7 +9,7 @@
 
 use super::image::Image;
 use super::power::{LegPowers, Powers};
-use super::reach::{Cells, Reach, Records};
+use super::reach::{Cells, Forces, Reach, Records};
 use super::record::{FLAGS, RECORD, State};
 use super::role::{BitOwn, BitRole, BitWritten, WordRole, WordWritten};
 
@@ -23,33 +23,18 @@ pub(super) struct Memory {
     pub elapsed_ms: i32,
 }
 
-/// Selects a value without a branch. The choice differs between neighbouring operations and from
-/// scan to scan, and a mispredicted branch costs more than a whole operation.
-pub(super) trait OnlyIf {
-    /// Itself if the bit (0 or 1) is ON, else 0.
-    fn only_if(self, bit: u8) -> Self;
-    /// Itself if the bit (0 or 1) is OFF, else 0.
-    fn unless(self, bit: u8) -> Self;
-}
-
-impl OnlyIf for i32 {
-    #[inline(always)]
-    fn only_if(self, bit: u8) -> i32 {
-        self & 0i32.wrapping_sub(i32::from(bit))
-    }
-
-    #[inline(always)]
-    fn unless(self, bit: u8) -> i32 {
-        self & (i32::from(bit) - 1)
-    }
+/// Selects a value by a bit (0 or 1), without a branch. The choice differs between neighbouring
+/// operations and from scan to scan, and a mispredicted branch costs more than a whole operation.
+#[inline(always)]
+pub(super) fn select(bit: u8, on: i32, off: i32) -> i32 {
+    std::hint::select_unpredictable(bit != 0, on, off)
 }
 
 /// [`Memory`] for one batch.
 pub(super) struct View<'a, R: Reach> {
     bits: &'a mut R::Bits,
     words: &'a mut R::Words,
-    forced_bits: &'a [bool],
-    forced_words: &'a [bool],
+    forces: R::Forces<'a>,
     pub elapsed_ms: i32,
 }
 
@@ -59,8 +44,7 @@ impl Memory {
         View {
             bits: R::bits(&mut self.image.bits),
             words: R::words(&mut self.image.words),
-            forced_bits: &self.image.forced_bits,
-            forced_words: &self.image.forced_words,
+            forces: R::Forces::of(&self.image.forced_bits, &self.image.forced_words),
             elapsed_ms: self.elapsed_ms,
         }
     }
@@ -103,7 +87,7 @@ impl<R: Reach> View<'_, R> {
     /// Writes a bit, unless it is forced.
     #[inline(always)]
     pub fn put_bit(&mut self, BitWritten(cell): BitWritten, value: u8) {
-        if !R::FORCED || !self.forced_bits[cell as usize] {
+        if !self.forces.has_bit(cell) {
             *self.bits.cell_mut(cell) = value;
         }
     }
@@ -118,7 +102,7 @@ impl<R: Reach> View<'_, R> {
     #[inline(always)]
     pub fn put_word(&mut self, WordWritten(cell): WordWritten, value: i32) -> i32 {
         let word = self.words.cell_mut(cell);
-        if !R::FORCED || !self.forced_words[cell as usize] {
+        if !self.forces.has_word(cell) {
             *word = value;
         }
         *word
@@ -146,7 +130,7 @@ impl<R: Reach> View<'_, R> {
     /// Writes the four flags of a counter or timer, in the order of the layout.
     #[inline(always)]
     pub fn put_flags(&mut self, record: u32, flags: [u8; 4]) {
-        if R::FORCED {
+        if R::Forces::ANY {
             let first = record * RECORD as u32;
             for (cell, flag) in (first..).zip(flags) {
                 self.put_bit(BitWritten(cell), flag);

@@ -11,8 +11,8 @@ pub(super) const NEAR: usize = 1 << 16;
 
 /// How operations address memory.
 pub(super) trait Reach {
-    /// Whether writes check for forced cells, to discard such writes.
-    const FORCED: bool;
+    /// What writes ask whether a cell is forced, to discard such writes.
+    type Forces<'a>: Forces<'a>;
     /// The bits of the image, one byte each, including the records.
     type Bits: Cells<u8> + Records + ?Sized;
     /// The words of the image.
@@ -22,6 +22,64 @@ pub(super) trait Reach {
     fn bits(bits: &mut [u8]) -> &mut Self::Bits;
     /// The words as this reach addresses them.
     fn words(words: &mut [i32]) -> &mut Self::Words;
+}
+
+/// Which cells are forced.
+pub(super) trait Forces<'a> {
+    /// Whether any cell can be forced.
+    const ANY: bool;
+
+    /// The forces, given for each bit and for each word whether it is forced.
+    fn of(bits: &'a [bool], words: &'a [bool]) -> Self;
+    fn has_bit(&self, cell: u32) -> bool;
+    fn has_word(&self, cell: u32) -> bool;
+}
+
+/// No forces: nothing is stored for a batch, and nothing is checked.
+pub(super) struct NoForces;
+
+/// The forces of an image: for each cell whether it is forced.
+pub(super) struct ForcedCells<'a> {
+    bits: &'a [bool],
+    words: &'a [bool],
+}
+
+impl<'a> Forces<'a> for NoForces {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn of(_: &'a [bool], _: &'a [bool]) -> NoForces {
+        NoForces
+    }
+
+    #[inline(always)]
+    fn has_bit(&self, _: u32) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn has_word(&self, _: u32) -> bool {
+        false
+    }
+}
+
+impl<'a> Forces<'a> for ForcedCells<'a> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn of(bits: &'a [bool], words: &'a [bool]) -> ForcedCells<'a> {
+        ForcedCells { bits, words }
+    }
+
+    #[inline(always)]
+    fn has_bit(&self, cell: u32) -> bool {
+        self.bits[cell as usize]
+    }
+
+    #[inline(always)]
+    fn has_word(&self, cell: u32) -> bool {
+        self.words[cell as usize]
+    }
 }
 
 /// Access to cells by number.
@@ -45,7 +103,7 @@ pub(super) struct Far;
 pub(super) struct Forced;
 
 impl Reach for Near {
-    const FORCED: bool = false;
+    type Forces<'a> = NoForces;
     type Bits = [u8; NEAR];
     type Words = [i32; NEAR];
 
@@ -59,9 +117,9 @@ impl Reach for Near {
 }
 
 macro_rules! any_length {
-    ($reach:ident, forced: $forced:literal) => {
+    ($reach:ident, forces: $Forces:ty) => {
         impl Reach for $reach {
-            const FORCED: bool = $forced;
+            type Forces<'a> = $Forces;
             type Bits = [u8];
             type Words = [i32];
 
@@ -76,8 +134,8 @@ macro_rules! any_length {
     };
 }
 
-any_length!(Far, forced: false);
-any_length!(Forced, forced: true);
+any_length!(Far, forces: NoForces);
+any_length!(Forced, forces: ForcedCells<'a>);
 
 impl<T> Cells<T> for [T; NEAR] {
     #[inline(always)]

@@ -5,7 +5,7 @@
 //! does not drift. All timers of an element execute together, so the element computes this time
 //! once. A preset `<= 0` is treated as 0.
 
-use super::memory::{OnlyIf, View};
+use super::memory::{View, select};
 use super::ops::{Offdtmr, Ondtmr, Operation, Rstt, Tmr, Tmra, Tmradown, Tmrdown};
 use super::places::{Timer, TimerRule};
 use super::reach::Reach;
@@ -75,7 +75,7 @@ fn run_up<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let on = leg & (state.bit(PENDING) ^ 1);
     let adds = on & state.bit(RUNNING);
     view.put_state(timer.at, State::of([(RUNNING, on)]));
-    let acc = up(timer.acc(view), view.elapsed_ms).only_if(adds);
+    let acc = select(adds, up(timer.acc(view), view.elapsed_ms), 0);
     let acc = timer.put_acc(view, acc);
     let done = on & u8::from(acc >= preset);
     timer.put_flags(view, acc, Flags { done, reset: on ^ 1, timing: on });
@@ -131,8 +131,8 @@ fn run_off_delay<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let counts = live & (was_on | was_timing);
     let loads = leg | was_on;
     let remaining = down(timer.acc(view), view.elapsed_ms);
-    let acc = preset.only_if(loads) | remaining.unless(loads);
-    let acc = timer.put_acc(view, acc.only_if(leg | counts));
+    let acc = select(loads, preset, remaining);
+    let acc = timer.put_acc(view, select(leg | counts, acc, 0));
     let positive = u8::from(acc > 0);
     let timing = counts & positive;
     view.put_state(timer.at, State::of([(RUNNING, timing), (LEG, leg)]));
@@ -149,7 +149,7 @@ fn run_down<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let advances = on & state.bit(RUNNING);
     view.put_state(timer.at, State::of([(RUNNING, on)]));
     let remaining = down(timer.acc(view), view.elapsed_ms);
-    let acc = remaining.only_if(advances) | timer.preset(view).unless(advances);
+    let acc = select(advances, remaining, timer.preset(view));
     let acc = timer.put_acc(view, acc);
     let done = on & u8::from(acc <= 0);
     let timing = on & u8::from(acc != 0);
@@ -184,8 +184,8 @@ impl Operation for Tmra {
         let Accumulating { reset, times, adds } = Accumulating::of(view.state(timer.at), en, rst);
         view.put_state(timer.at, State::of([(RUNNING, times)]));
         let preset = timer.preset(view);
-        let acc = up(timer.acc(view), view.elapsed_ms.only_if(adds));
-        let acc = timer.put_acc(view, acc.unless(reset));
+        let acc = up(timer.acc(view), select(adds, view.elapsed_ms, 0));
+        let acc = timer.put_acc(view, select(reset, 0, acc));
         let done = u8::from(acc >= preset) & (reset ^ 1);
         timer.put_flags(view, acc, Flags { done, reset, timing: times });
     }
@@ -201,8 +201,8 @@ impl Operation for Tmradown {
         let loads = reset | (state.bit(LOADED) ^ 1);
         view.put_state(timer.at, State::of([(RUNNING, times), (LOADED, 1)]));
         let preset = timer.preset(view);
-        let from = preset.only_if(loads) | timer.acc(view).unless(loads);
-        let acc = down(from, view.elapsed_ms).only_if(takes) | from.unless(takes);
+        let from = select(loads, preset, timer.acc(view));
+        let acc = select(takes, down(from, view.elapsed_ms), from);
         let acc = timer.put_acc(view, acc);
         let done = u8::from(acc <= 0) & (reset ^ 1);
         let timing = times & u8::from(acc != 0);
