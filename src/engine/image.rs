@@ -57,6 +57,17 @@ impl Image {
         self.bits[cell.0 as usize] != 0
     }
 
+    /// 64 bits from `first` on; the lowest one is that of `first`.
+    pub(super) fn packed(&self, first: BitCell) -> u64 {
+        let first = first.0 as usize;
+        let (eights, _) = self.bits[first..first + 64].as_chunks::<8>();
+        let pack = |packed: u64, eight: &[u8; 8]| {
+            // Multiplied, byte i of the eight arrives at bit i of the highest byte.
+            packed << 8 | u64::from_be_bytes(*eight).wrapping_mul(0x8040_2010_0804_0201) >> 56
+        };
+        eights.iter().rev().fold(0, pack)
+    }
+
     /// A word's value.
     pub fn word(&self, cell: WordCell) -> i32 {
         self.words[cell.0 as usize]
@@ -154,6 +165,23 @@ fn put_unforced<T: Copy>(cells: &mut [T], forced: &[bool], forces: u32, values: 
     for ((cell, forced), value) in cells.iter_mut().zip(forced).zip(values) {
         if !forced {
             *cell = *value;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn packed_bits_are_those_of_the_image(values: u64, first in 0u32..NEAR as u32 - 64) {
+            let mut image = Image::new(NEAR, 1);
+            for at in 0..64 {
+                image.write_bit(BitCell(first + at), values >> at & 1 != 0);
+            }
+            prop_assert_eq!(image.packed(BitCell(first)), values);
         }
     }
 }

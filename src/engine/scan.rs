@@ -151,6 +151,12 @@ impl Engine {
         self.write_bit(cell, on);
     }
 
+    /// Of 64 inputs from `Xn` on: those whose value in memory is not the given one. The lowest bit
+    /// is that of `Xn`.
+    pub(crate) fn differing_inputs(&self, n: u32, values: u64) -> u64 {
+        self.machine.memory.image.packed(self.input_cell(n)) ^ values
+    }
+
     /// Step 3: one queued write of a public bit. Discarded while it is forced.
     pub fn write_bit(&mut self, cell: BitCell, on: bool) {
         self.change_bit(cell, on);

@@ -20,6 +20,7 @@ use super::exchange::{Batch, Port, QUEUED_BATCHES_MAX, Refused, Tempo, Ticket, W
 use super::forces::Forces;
 use super::image::{Safe, Snapshot};
 use super::mode::{FaultReason, Mode, StopReason};
+use super::unwired::UnwiredInputs;
 use crate::engine::{BitCell, Cell, Renumbered, WordCell};
 
 /// The number of spare snapshots at the start; the world refills the ring below half of it.
@@ -198,18 +199,15 @@ impl ScanSide {
         self.port.set_tempo(tempo);
     }
 
-    /// Visits the inputs with their latest values, except those of a mask, 64 to a word.
-    pub fn inputs_but(&self, mask: &[u64], mut visit: impl FnMut(u32, bool)) {
-        let count = self.port.shared.input_count;
-        for (at, word) in self.port.shared.inputs.iter().enumerate() {
-            let (word, masked) = (word.load(Ordering::Relaxed), mask.get(at).copied().unwrap_or(0));
+    /// All inputs with their latest values; those of `moved`, 64 to a word, are not given.
+    pub fn inputs(&self, moved: &[u64]) -> impl Iterator<Item = UnwiredInputs> {
+        let (count, words) = (self.port.shared.input_count, &self.port.shared.inputs);
+        words.iter().enumerate().map(move |(at, word)| {
             let first = at as u32 * 64;
-            for bit in 0..64.min(count - first) {
-                if masked >> bit & 1 == 0 {
-                    visit(first + bit, word >> bit & 1 != 0);
-                }
-            }
-        }
+            let present = u64::MAX >> (64 - (count - first).min(64));
+            let given = present & !moved.get(at).copied().unwrap_or(0);
+            UnwiredInputs { first, values: word.load(Ordering::Relaxed), given }
+        })
     }
 
     /// The next batch with its writes, if there are at most `writes_left`. [`ScanSide::answer`]

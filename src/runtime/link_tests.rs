@@ -9,6 +9,7 @@ use super::exchange::{
 use super::image::Safe;
 use super::link::*;
 use super::swap::Generations;
+use super::unwired::UnwiredInputs;
 use std::future::Future;
 use std::pin::{Pin, pin};
 use std::sync::Arc;
@@ -58,9 +59,10 @@ fn inputs_are_read_as_set_last() {
     port.set_input(2, true);
     port.set_input(0, false);
     port.set_input(3, true);
-    let mut inputs = Vec::new();
-    scan.inputs_but(&[], |x, on| inputs.push((x, on)));
-    assert_eq!(inputs, [(0, false), (1, false), (2, true)]);
+    let given =
+        |moved: &[u64]| scan.inputs(moved).flat_map(UnwiredInputs::each).collect::<Vec<_>>();
+    assert_eq!(given(&[]), [(0, false), (1, false), (2, true)]);
+    assert_eq!(given(&[0b10]), [(0, false), (2, true)], "a device moves X1");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 
 use super::mode::Mode;
 use super::origin::Origin;
+use super::unwired::UnwiredInputs;
 use crate::calendar::LocalTime;
 use crate::engine::{BitCell, BlockEvent, Cell, Engine, MathEvent, ScanTimes, Transfer, WordCell};
 
@@ -14,7 +15,7 @@ pub trait Machine {
     fn start(&mut self, now_ns: u64);
     /// Step 1 of a scan.
     fn begin_scan(&mut self, start: &ScanStart);
-    /// Step 2, for every X.
+    /// Step 2: sets one X.
     fn set_input(&mut self, x: u32, on: bool);
     /// Step 3, for every queued write.
     fn write_bit(&mut self, cell: BitCell, on: bool);
@@ -43,6 +44,20 @@ pub trait Machine {
     fn events(&self) -> (&[BlockEvent], u32);
     /// The MATHs that had a mishap in the last scan.
     fn maths(&self) -> &[MathEvent];
+
+    /// Of 64 X from `first` on: those whose value may differ from the given one. The lowest bit is
+    /// that of `first`.
+    fn differing_inputs(&self, _first: u32, _values: u64) -> u64 {
+        u64::MAX
+    }
+    /// Step 2, for up to 64 X: sets those whose value differs. Most inputs keep their value from
+    /// scan to scan.
+    fn set_inputs(&mut self, inputs: UnwiredInputs) {
+        let differing = self.differing_inputs(inputs.first, inputs.values);
+        for (x, on) in (UnwiredInputs { given: inputs.given & differing, ..inputs }).each() {
+            self.set_input(x, on);
+        }
+    }
 
     /// Sets the origin of the writes, forces and releases that follow.
     fn comes_from(&mut self, _: Origin) {}
@@ -79,6 +94,10 @@ impl Machine for Engine {
 
     fn set_input(&mut self, x: u32, on: bool) {
         Engine::set_input(self, x, on);
+    }
+
+    fn differing_inputs(&self, first: u32, values: u64) -> u64 {
+        Engine::differing_inputs(self, first, values)
     }
 
     fn write_bit(&mut self, cell: BitCell, on: bool) {

@@ -39,6 +39,7 @@ mod sys;
 mod tape;
 mod tape_reader;
 mod tape_section;
+mod unwired;
 pub(crate) mod wall;
 pub mod wiring;
 
@@ -70,6 +71,7 @@ pub use sys::monotonic_ns;
 pub use tape::{TapeEntry, Taped};
 pub use tape_reader::{TapeReader, tape, tape_of};
 pub use tape_section::{NumberedCall, SectionStart, TapeSection, numbered_calls, scan_begins};
+pub use unwired::UnwiredInputs;
 
 use crate::engine::Layout;
 use crate::isa::status::st;

@@ -239,7 +239,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let (times, local_s) = (self.books.scan_times(), self.clock.local_s());
         self.machine.begin_scan(&ScanStart { number: self.scans + 1, now_ns, times, local_s });
         let Scanner { side, machine, field, .. } = self;
-        side.inputs_but(field.moved(), |x, on| machine.set_input(x, on));
+        side.inputs(field.moved()).for_each(|inputs| machine.set_inputs(inputs));
         self.bring_in(now_ns);
         let mut writes_left = SCAN_WRITES_MAX;
         while let Some((ticket, writes)) = self.side.next_batch(writes_left) {

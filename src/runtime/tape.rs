@@ -274,6 +274,10 @@ impl Machine for Taped {
         self.write_bit(cell, on);
     }
 
+    fn differing_inputs(&self, first: u32, values: u64) -> u64 {
+        self.engine.differing_inputs(first, values)
+    }
+
     fn write_bit(&mut self, cell: BitCell, on: bool) {
         if self.engine.change_bit(cell, on) {
             self.keep_write(Cell::Bit(cell), i32::from(on));

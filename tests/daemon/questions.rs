@@ -275,17 +275,20 @@ fn told_to_journal(journal: &FakeJournal, folder: &Path) -> Mixing {
     operator(folder, &["force", "mixer", "off"]);
     operator(folder, &["unforce", "mixer"]);
     operator(folder, &["write", "recipe", "5"]);
-    mixing.pause();
+    // The overrun can be told before `pause` returns.
     let since = journal.entries().len();
+    mixing.pause();
+    let overrun = |entries: &[Fields]| {
+        let is = |entry: &Fields| entry["RUNGD_EVENT"] == "overrun";
+        entries[since..].iter().position(is).map(|at| since + at)
+    };
+    let is_withheld = |entry: &Fields| {
+        entry.get("RUNGD_WITHHELD").map(String::as_str) == Some("modbus-write-refused")
+    };
+    journal.wait_until(|entries| overrun(entries).is_some() && entries.iter().any(is_withheld));
     journal.wait_until(|entries| {
-        let mut new = entries[since..].iter().map(|entry| entry["RUNGD_EVENT"].as_str());
-        new.any(|event| event == "overrun")
-            && entries.iter().any(|entry| {
-                let withheld = entry.get("RUNGD_WITHHELD").map(String::as_str);
-                withheld == Some("modbus-write-refused")
-            })
+        overrun(entries).is_some_and(|at| entries[at..].iter().any(is_heartbeat))
     });
-    journal.wait_until(|entries| entries[since + 1..].iter().any(is_heartbeat));
     mixing
 }
 

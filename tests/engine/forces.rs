@@ -1,6 +1,9 @@
 //! Forces, which no ladder can set: a forced bit or word keeps its value during the whole scan.
 //! Inputs, queued writes and the writes of all instructions to it are discarded.
 
+use proptest::prelude::*;
+use rungd::runtime::{Machine, UnwiredInputs};
+
 use crate::support::plc::{Plc, plc};
 
 /// Every instruction that writes bits or words, each to an operand of its own, in a Program that
@@ -282,4 +285,27 @@ fn a_forced_status_bit_or_word_keeps_its_value() {
     plc.force("DST0", 77);
     plc.scans(3);
     assert_eq!(plc.values(["ST0", "Y0", "DST0"]), [1, 1, 77]);
+}
+
+proptest! {
+    /// The scanner sets inputs 64 at a time, and skips those that already have their value: all end
+    /// as if they were set one by one, forced inputs and those of devices included.
+    #[test]
+    fn inputs_are_set_together_as_one_by_one(before: u64, values: u64, given: u64, forced: u64) {
+        let bit = |of: u64, at: u32| of >> at & 1 != 0;
+        let mut plc = crate::support::plc::stopped("");
+        for at in 0..64 {
+            plc.engine.set_input(64 + at, bit(before, at));
+            if bit(forced, at) {
+                plc.force(&format!("X{}", 64 + at), i32::from(bit(before, at)));
+            }
+        }
+        Machine::set_inputs(&mut plc.engine, UnwiredInputs { first: 64, values, given });
+        let expected = values & given & !forced | before & !(given & !forced);
+        for at in 0..64 {
+            let name = format!("X{}", 64 + at);
+            prop_assert_eq!(plc.value(&name) != 0, bit(expected, at), "{}", name);
+        }
+        prop_assert_eq!([plc.value("X63"), plc.value("X128")], [0, 0]);
+    }
 }

@@ -15,7 +15,7 @@ use crate::io::modbus::settings::Modbus;
 use crate::isa::{Bit, BitSpace, MemorySizes, Space, Word, WordSpace};
 use crate::runtime::command::Forces;
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason, Write};
-use crate::runtime::{Facts, Safe, ScanSide, Shape, WorldSide, link};
+use crate::runtime::{Facts, Safe, ScanSide, Shape, UnwiredInputs, WorldSide, link};
 
 /// An order of a test to the scan thread.
 #[derive(Clone, Copy)]
@@ -229,7 +229,9 @@ impl Scanner {
     fn one_scan(&mut self, number: u64, bits: &mut [u8], words: &mut [i32]) {
         let layout = self.layout.clone();
         let input = |x| layout.bit(Bit::Space(BitSpace::X, x)).0 as usize;
-        self.scan.inputs_but(&[], |x, on| bits[input(x)] = u8::from(on));
+        for (x, on) in self.scan.inputs(&[]).flat_map(UnwiredInputs::each) {
+            bits[input(x)] = u8::from(on);
+        }
         while let Some((_, writes)) = self.scan.next_batch(usize::MAX) {
             for write in writes {
                 match *write {
