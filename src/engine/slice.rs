@@ -27,7 +27,7 @@ use super::record::RECORD;
 use super::role::Role;
 use super::wiring::{Wiring, WiringMaker};
 use super::written::Stretches;
-use crate::isa::{Bit, BlockId, ElementId, StageId, Structure, Word};
+use crate::isa::{Bit, BlockId, ElementId, NumberMap, StageId, Structure, Word};
 
 /// The longest stretch of written cells whose writers are listed cell by cell.
 const LISTED_MAX: u32 = 16;
@@ -171,8 +171,9 @@ struct CellNumbers {
 struct Cone<'p> {
     program: &'p Program,
     formulas: Formulas<'p>,
-    /// The steps that write a cell, by the cell's number.
-    writers: Vec<Vec<SliceStep>>,
+    /// The steps that write a cell, by the cell's number. Memory has far more cells than a small
+    /// program writes.
+    writers: NumberMap<u32, Vec<SliceStep>>,
     /// The steps that write long stretches of cells.
     wide: Vec<(SliceStep, Stretches)>,
     /// The element of each step: batches, then passes, then turns.
@@ -193,7 +194,7 @@ impl<'p> Cone<'p> {
         let mut cone = Cone {
             program,
             formulas,
-            writers: vec![Vec::new(); cells],
+            writers: NumberMap::default(),
             wide: Vec::new(),
             elements: vec![nobody; steps],
             kept: vec![false; steps],
@@ -234,7 +235,8 @@ impl<'p> Cone<'p> {
             self.wide.push((step, written));
         } else {
             for cell in cells(&written) {
-                self.writers[number(self.program, cell)].push(step);
+                let number = self.number(cell);
+                self.writers.entry(number).or_default().push(step);
             }
         }
         if self.stops(step) {
@@ -321,8 +323,8 @@ impl<'p> Cone<'p> {
     /// Keeps every step that writes a known cell.
     fn close(&mut self) {
         while let Some(cell) = self.todo.pop() {
-            let listed = std::mem::take(&mut self.writers[number(self.program, cell)]);
-            listed.into_iter().for_each(|step| self.keep(step));
+            let listed = self.writers.remove(&self.number(cell));
+            listed.into_iter().flatten().for_each(|step| self.keep(step));
             for at in 0..self.wide.len() {
                 if self.wide[at].1.has(cell) {
                     self.keep(self.wide[at].0);

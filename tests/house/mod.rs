@@ -4,6 +4,7 @@
 //! They are those invariants of `ARCHITECTURE.md` that a reader of a change could easily overlook.
 
 mod cycles;
+mod dead;
 mod names;
 mod pages;
 mod parameters;
