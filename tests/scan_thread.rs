@@ -455,7 +455,7 @@ fn the_scan_threads_sources_name_nothing_that_waits() {
         "Mutex", "RwLock", "Condvar", "println!", "tracing", "std::fs", "std::net", "std::io",
         "format!", ".recv(", "vec!", "Box::new", "String",
     ];
-    for file in ["scanner.rs", "obey.rs", "beat.rs", "pacing.rs", "machine.rs"] {
+    for file in ["scanner.rs", "scan_loop.rs", "obey.rs", "beat.rs", "pacing.rs", "machine.rs"] {
         let text = std::fs::read_to_string(folder.join(file)).unwrap();
         let code = text.split("#[cfg(test)]").next().unwrap_or_default();
         let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));

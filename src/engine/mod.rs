@@ -26,6 +26,7 @@ mod image;
 pub(crate) mod integer;
 mod layout;
 mod logic;
+mod machine;
 mod math;
 mod memory;
 mod mishap;

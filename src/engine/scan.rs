@@ -4,11 +4,11 @@
 //! caller passes the timestamp, the inputs and the queued writes, and reads the image afterwards.
 //! Steps 8 and 9 (publishing images, outputs and statistics) are the caller's work.
 
-use super::blocks::{BlockState, Machine, StageState};
 use super::events::{BlockEvent, Events, MathEvent};
 use super::eye::{Blind, Deed, Eye};
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
+use super::machine::{BlockState, Machine, StageState};
 use super::math::Calculator;
 use super::memory::Memory;
 use super::program::{BlockRole, Program};

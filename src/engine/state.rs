@@ -4,9 +4,9 @@
 //! state into memory that was allocated before. Data that lasts only for one call is not in a
 //! state: events, and the slots of formulas.
 
-use super::blocks::{BlockState, StageState};
 use super::image::{BitCell, WordCell};
 use super::layout::Cell;
+use super::machine::{BlockState, StageState};
 use super::program::Program;
 use super::scan::Engine;
 

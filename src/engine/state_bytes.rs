@@ -4,7 +4,7 @@
 //! outside never cause a panic: [`EngineState::read`] refuses bytes that cannot be a state of any
 //! program; `state_check` refuses a state that cannot be one of a given program.
 
-use super::blocks::{BlockState, StageState};
+use super::machine::{BlockState, StageState};
 use super::state::EngineState;
 use super::state_check::{INTERVAL_MAX_NS, TIME_END_NS};
 use crate::byte_source::ByteSource;

@@ -3,9 +3,9 @@
 //! Behaviour: `docs/semantics.md`, section 4, the table of the pass. An element has a pass only if
 //! at least one of its rungs executed since its last pass.
 
-use super::blocks::Machine;
 use super::events::Element;
 use super::eye::{Deed, Eye};
+use super::machine::Machine;
 use super::program::{ElementCode, PassStep};
 use super::reach::Reach;
 use super::role::{BitOwn, BitWritten};

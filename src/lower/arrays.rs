@@ -1,7 +1,7 @@
 //! COPY, FILL and SR as operations.
 
 use super::assembler::Assembler;
-use super::instructions::Legs;
+use super::legs::Legs;
 use crate::engine::ops::{
     BitOwn, BitRead, BitsRead, BitsWritten, CopyBits, CopyWords, FillBits, FillWords, LegPowers,
     Op, Shift, Sr, WordForm, WordsRead, WordsWritten,

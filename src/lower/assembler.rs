@@ -9,8 +9,7 @@ use super::schedule;
 use super::sites::Sites;
 use super::word_limits::WordLimits;
 use crate::engine::ops::{
-    And2, AnyWord, ArrayLimits, BitOwn, Cells, Formulas, LegPowers, Math, Op, OpKind, Power,
-    Powers, Reads, StageList, Step, WordRead, reads,
+    ArrayLimits, BitOwn, Cells, Formulas, Math, Op, OpKind, Reads, StageList, Step, reads,
 };
 use crate::engine::{
     self, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables, WordCell,
@@ -163,21 +162,6 @@ impl<'p> Assembler<'p> {
         cell
     }
 
-    /// The word of a value. An element outside of its array has the value 0.
-    pub fn value(&mut self, value: Value) -> WordRead {
-        match value {
-            Value::Const(value, _) => WordRead(self.constant(value)),
-            Value::Real(real) => WordRead(self.constant(real.cell())),
-            Value::Word(word) => WordRead(self.layout.word(word).0),
-            Value::Element(element) => self.picked_word(element),
-        }
-    }
-
-    /// The word of a value, integer or real.
-    pub fn any(&mut self, value: Value) -> AnyWord {
-        AnyWord { word: self.value(value), real: value.is_real() }
-    }
-
     /// Allots a private word, 0 at the start.
     pub fn private_word(&mut self) -> u32 {
         let cell = self.words;
@@ -284,27 +268,6 @@ impl<'p> Assembler<'p> {
         let first = self.tables.stage_lists.len() as u32;
         self.tables.stage_lists.extend(stages);
         StageList { first, count: self.tables.stage_lists.len() as u32 - first }
-    }
-
-    /// Returns a leg whose value stays the same while its rung executes. Inputs, private bits and
-    /// the status bits of step 1 stay the same by themselves; any other bit is copied.
-    pub fn keep(&mut self, leg: LegPowers) -> LegPowers {
-        let power = self.one_power(leg);
-        LegPowers::of(self.keep_power(power))
-    }
-
-    fn keep_power(&mut self, power: Power) -> Power {
-        let cell = power.cell();
-        let first_x = self.layout.bit(Bit::Space(BitSpace::X, 0)).0;
-        let first_st = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
-        let inputs = first_x..first_x + self.layout.sizes().x;
-        let status = first_st..first_st + crate::isa::status::st::DIVIDE_BY_ZERO;
-        if cell >= self.layout.bit_count() || inputs.contains(&cell) || status.contains(&cell) {
-            return power;
-        }
-        let copy = self.private_bit();
-        self.op(Op::And2(And2 { cell: BitOwn(copy), of: Powers::new([power, power]) }));
-        Power::of(copy)
     }
 
     /// Schedules the current element's operations and ends the element.

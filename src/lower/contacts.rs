@@ -7,6 +7,7 @@ use crate::engine::ops::{
     And2, And3, And4, AnyWord, BitOwn, BitRead, Equal, EqualMixed, Fall, LegPowers, Less,
     LessMixed, Op, Power, Powers, Rise,
 };
+use crate::isa::{Bit, BitSpace};
 use crate::resolve::program::{Comparison, Contact, Edge, Value};
 
 impl Assembler<'_> {
@@ -109,6 +110,27 @@ impl Assembler<'_> {
     pub fn one_power(&mut self, leg: LegPowers) -> Power {
         let [a, b] = leg.each();
         if a == b { a } else { self.and(&[a, b]) }
+    }
+
+    /// Returns a leg whose value stays the same while its rung executes. Inputs, private bits and
+    /// the status bits of step 1 stay the same by themselves; any other bit is copied.
+    pub fn keep(&mut self, leg: LegPowers) -> LegPowers {
+        let power = self.one_power(leg);
+        LegPowers::of(self.keep_power(power))
+    }
+
+    fn keep_power(&mut self, power: Power) -> Power {
+        let cell = power.cell();
+        let first_x = self.layout.bit(Bit::Space(BitSpace::X, 0)).0;
+        let first_st = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
+        let inputs = first_x..first_x + self.layout.sizes().x;
+        let status = first_st..first_st + crate::isa::status::st::DIVIDE_BY_ZERO;
+        if cell >= self.layout.bit_count() || inputs.contains(&cell) || status.contains(&cell) {
+            return power;
+        }
+        let copy = self.private_bit();
+        self.op(Op::And2(And2 { cell: BitOwn(copy), of: Powers::new([power, power]) }));
+        Power::of(copy)
     }
 
     fn gate(&mut self, op: impl FnOnce(BitOwn) -> Op) -> Power {

@@ -1,40 +1,21 @@
-//! Elements of arrays that a word selects.
+//! Instructions with elements of arrays that a word selects, and MATH.
 //!
-//! For a contact or compare, a separate operation reads the element, right before the contact or
-//! compare. An instruction must also turn the status bit of a wrong index ON and report it: it
-//! becomes a MATH, or a MATH reads its operand beforehand.
+//! Called by `instructions` and `arrays`. Such an instruction must also turn the status bit of a
+//! wrong index ON and report it: it becomes a MATH, or a MATH reads its operand beforehand. For a
+//! contact or compare, an operation of `values` reads the element.
 
 use super::assembler::Assembler;
 use crate::engine::PassStep;
 use crate::engine::ops::{
-    BitOwn, BitWritten, BitsRead, Elements, LegPowers, Math, Op, PickBit, PickWord, Power, Put,
-    PutAt, Target, WordRead, WordWritten, WordsRead,
+    BitWritten, Elements, LegPowers, Math, Op, Power, Put, PutAt, Target, WordRead, WordWritten,
 };
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Space};
 use crate::resolve::array::{Array, Element};
 use crate::resolve::formula::{Binary, Formula, NumberType, Part, type_of_array};
-use crate::resolve::instruction::{Source, Value, WordPlace};
+use crate::resolve::instruction::{Source, Target as MathTarget, Value, WordPlace};
 
 impl Assembler<'_> {
-    /// The power of a bit that a word selects; OFF if the index is outside of the array.
-    pub fn picked_bit(&mut self, element: Element) -> Power {
-        let from = BitsRead(self.cells(element.array));
-        let index = WordRead(self.layout.word(element.index).0);
-        let cell = self.private_bit();
-        self.op(Op::PickBit(PickBit { cell: BitOwn(cell), from, index }));
-        Power::of(cell)
-    }
-
-    /// A word that a word selects; 0 if the index is outside of the array.
-    pub fn picked_word(&mut self, element: Element) -> WordRead {
-        let from = WordsRead(self.cells(element.array));
-        let index = WordRead(self.layout.word(element.index).0);
-        let cell = self.private_word();
-        self.op(Op::PickWord(PickWord { cell: WordWritten(cell), from, index }));
-        WordRead(cell)
-    }
-
     /// The word of a preset. Its owner reads it at every execution and, if `in_pass`, in the pass
     /// too.
     pub fn owner_preset(&mut self, value: Value, in_pass: bool) -> WordRead {
@@ -125,8 +106,25 @@ impl Assembler<'_> {
         Op::Math(Math { quiet: true, ..math })
     }
 
+    /// Lowers a MATH.
+    pub fn math(
+        &mut self,
+        target: MathTarget,
+        index: Option<&Formula>,
+        formula: &Formula,
+        leg: LegPowers,
+    ) -> Op {
+        let put = match (target, index) {
+            (MathTarget::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
+            (MathTarget::Word(word), _) => self.put_in_word(word),
+            (MathTarget::Array(array), Some(index)) => self.math_element(array, index, leg),
+            (MathTarget::Array(_), None) => unreachable!("an element has an index"),
+        };
+        Op::Math(self.formula_into(put, formula, leg))
+    }
+
     /// The target of a MATH with an index, which is evaluated first.
-    pub fn math_element(&mut self, array: Array, index: &Formula, leg: LegPowers) -> Put {
+    fn math_element(&mut self, array: Array, index: &Formula, leg: LegPowers) -> Put {
         let cell = match index.parts[..] {
             [Part::Word(word)] => self.layout.word(word).0,
             _ => {

@@ -1,6 +1,6 @@
 //! Turns the expression of a MATH into steps.
 //!
-//! Called by `instructions`. Walks the parts, which are in postfix order, with a stack of operands.
+//! Called by `elements`. Walks the parts, which are in postfix order, with a stack of operands.
 //! A word or constant stays in place, and its operator reads it there. A result stays in the
 //! accumulator of its type until a different result needs the accumulator; then it moves to the
 //! slot of its place on the stack.
@@ -8,33 +8,14 @@
 use super::assembler::Assembler;
 use super::formula_marks::{Mark, marks};
 use crate::engine::ops::{
-    Accumulator, At, BitWritten, Code, LegPowers, Math, Op, Operator, Put, Step,
+    Accumulator, At, Code, LegPowers, Math, Operator, Put, Step, Target, WordWritten,
 };
-use crate::engine::ops::{Target, WordWritten};
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Real, Word};
 use crate::resolve::array::Array;
 use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary, type_of, type_of_array};
-use crate::resolve::instruction::Target as MathTarget;
 
 impl Assembler<'_> {
-    /// Lowers a MATH.
-    pub fn math(
-        &mut self,
-        target: MathTarget,
-        index: Option<&Formula>,
-        formula: &Formula,
-        leg: LegPowers,
-    ) -> Op {
-        let put = match (target, index) {
-            (MathTarget::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
-            (MathTarget::Word(word), _) => self.put_in_word(word),
-            (MathTarget::Array(array), Some(index)) => self.math_element(array, index, leg),
-            (MathTarget::Array(_), None) => unreachable!("an element has an index"),
-        };
-        Op::Math(self.formula_into(put, formula, leg))
-    }
-
     /// A MATH that evaluates a formula and stores the result in `put`.
     pub fn formula_into(&mut self, put: Put, formula: &Formula, leg: LegPowers) -> Math {
         let mut builder = Builder {

@@ -6,6 +6,7 @@
 
 use super::assembler::Assembler;
 use super::identity::Interval;
+use super::legs::Legs;
 use super::sites::Sites;
 use crate::engine::ops::{
     Add, AddMixed, AnyTarget, BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter,
@@ -20,21 +21,6 @@ use crate::isa::{Bit, BitSpace, BlockId, LegName, StageId, Structure, Word};
 use crate::resolve::instruction::{Coil, CountDirection, Delay, Source, TimerKind, WordPlace};
 use crate::resolve::program::{Action, Instruction, Value, Written};
 use crate::source::span::Located;
-
-/// The powers of an instruction's legs.
-#[derive(Clone, Copy)]
-pub(super) struct Legs<'a>(pub &'a [(LegName, LegPowers)]);
-
-impl Legs<'_> {
-    pub fn leg(self, name: LegName) -> LegPowers {
-        let leg = self.0.iter().find(|(n, _)| *n == name);
-        leg.expect("the resolver gives every leg").1
-    }
-
-    pub fn when(self) -> LegPowers {
-        self.leg(LegName::When)
-    }
-}
 
 /// An instruction as an operation, and the parts of it that a termination pass may act on.
 struct Lowered {

@@ -18,11 +18,13 @@ mod formula_marks;
 pub(crate) mod identity;
 mod instructions;
 mod last_uses;
+mod legs;
 mod regions;
 mod rungs;
 pub mod schedule;
 pub mod sites;
 mod symbols;
+mod values;
 mod word_limits;
 
 pub(crate) use symbols::Alarm;
@@ -37,7 +39,7 @@ use crate::isa::ElementId;
 use crate::progress::{Progress, UNASKED};
 use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use assembler::Assembler;
-use instructions::Legs;
+use legs::Legs;
 use sites::Sites;
 
 /// Lowers a program, with operations of one kind put together.

@@ -291,15 +291,6 @@ impl Inquiry<'_> {
         });
         presets.collect()
     }
-
-    /// Adds a cell to those that a search for a change may edit.
-    pub fn propose(&mut self, cell: Cell, values: Vec<i32>) {
-        let known = self.free.iter_mut().find(|(of, _)| *of == cell);
-        match known {
-            Some((_, known)) => known.extend(values),
-            None => self.free.push((cell, values)),
-        }
-    }
 }
 
 /// Whether a section begins with memory as it was at the start of the process. The first scan of

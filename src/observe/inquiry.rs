@@ -217,4 +217,13 @@ impl<'a> Inquiry<'a> {
         };
         Found { at, before: Some(change.before), in_last_scan, writer }
     }
+
+    /// Adds a cell to those that a search for a change may edit.
+    pub fn propose(&mut self, cell: Cell, values: Vec<i32>) {
+        let known = self.free.iter_mut().find(|(of, _)| *of == cell);
+        match known {
+            Some((_, known)) => known.extend(values),
+            None => self.free.push((cell, values)),
+        }
+    }
 }

@@ -5,8 +5,8 @@
 
 use super::Resolver;
 use super::array::Array;
-use super::declare::kept;
 use super::mistake::address_mistake;
+use super::names::kept;
 use super::priority::Priority;
 use super::program::{OfArray, Program, Tag, TagMeaning};
 use crate::isa::address_text;
@@ -130,18 +130,6 @@ impl Resolver<'_> {
             self.find(finding.help("give one value for all, or a list with one for each element"));
         }
         list.value.iter().map(|value| self.tag_value(value, meaning)).collect()
-    }
-
-    /// Reports a list of initial values for a tag without `count`.
-    pub(super) fn no_list(&mut self, tag: &ladder::Tag) {
-        if let Some(list) = &tag.initials {
-            let message = "a list of values does not fit a tag without `count`";
-            let finding = Finding::new(Code::TagKey, list.span, message);
-            self.find(finding.help(match list.value.len() {
-                0 | 1 => "write one value, without brackets".to_owned(),
-                count => format!("write `count = {count}`, or one value"),
-            }));
-        }
     }
 
     /// Marks all elements of an array as used if one of them is.

@@ -1,13 +1,12 @@
 //! Resolves contacts: every name becomes a bit, or a value in a compare. Called by `rung`.
 
 use super::Resolver;
-use super::array::Array;
 use super::program::{Contact, Value, Written};
+use super::resolver::of_array;
 use super::scope::{Misplaced, Thing};
 use crate::isa::Address;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact as written;
-use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
 impl Resolver<'_> {
@@ -109,55 +108,4 @@ impl Resolver<'_> {
         self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a number", &help);
         None
     }
-
-    /// Records that the ladder names a tag's constant at this place.
-    pub(super) fn note_constant(&mut self, name: &str, span: Span) {
-        let tag = self.scope.tag_index(name);
-        self.constants.extend(tag.map(|tag| (span, tag)));
-    }
-
-    /// Adds the finding for a thing of the wrong kind.
-    pub(super) fn wrong_kind(&mut self, of: Misplaced, wanted: &str, help: &str) {
-        let Misplaced { name, span, thing } = of;
-        let message = format!("`{name}` is {}, not {wanted}", self.kind_words(thing));
-        self.find(
-            Finding::new(Code::OperandType, span, message)
-                .label(format!("{wanted} belongs here"))
-                .help(help),
-        );
-    }
-
-    /// The kind of a thing, in words.
-    pub(super) fn kind_words(&self, thing: Thing) -> &'static str {
-        use crate::isa::Structure;
-        match thing {
-            Thing::Array(_) => "an array",
-            Thing::Element(element) if element.array.is_bits() => "a bit",
-            Thing::Address(Address::Bit(_)) => "a bit",
-            Thing::Address(Address::Word(_)) | Thing::Element(_) => "a word",
-            Thing::Address(Address::Structure(Structure::Counter(_))) => "a counter",
-            Thing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
-            Thing::Address(Address::Structure(Structure::Sensaphone(_))) => "a Sensaphone counter",
-            Thing::Constant(..) | Thing::Real(_) => "a constant",
-            Thing::Device(_) => "a device",
-            Thing::Block(id) => match self.scope.block_of(id) {
-                Some((_, block)) if block.kind == super::program::BlockKind::Program => "a program",
-                _ => "a task",
-            },
-        }
-    }
-}
-
-/// The help for an array in the place of one element.
-pub(super) fn of_array(name: &str, array: Array) -> String {
-    if let Some((array, _)) = name.split_once('[') {
-        return format!(
-            "name one element: `{array}[3]`, or `{array}[step]` with a word as the index"
-        );
-    }
-    let last = array.count - 1;
-    format!(
-        "name one element, `{name}[0]` to `{name}[{last}]`, or `{name}[step]` with a word as the \
-         index"
-    )
 }

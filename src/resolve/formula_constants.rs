@@ -1,11 +1,11 @@
 //! `math-constants`: numbers in an expression that can only be a mistake, such as a division by 0.
 //!
-//! Part of `formula_resolver`. Only numbers written in the expression count. A named constant or a
+//! Called by `formula_resolver`. Only numbers written in the expression count. A named constant or a
 //! template's argument is a setting, and an `if` in the expression may handle the value 0.
 
 use super::Resolver;
 use super::formula::{Binary, NumberType};
-use super::formula_resolver::TypedOperand;
+use super::formula_operands::TypedOperand;
 use crate::isa::Function;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;

@@ -1,18 +1,16 @@
 //! Arrays in MATH: elements with an index that is an expression, and whole arrays among the
 //! arguments of `sum`, `min` and `max`.
 //!
-//! Part of `formula_resolver`. An element with a constant index becomes a plain word or bit.
+//! Called by `formula_resolver` and `math`. An element with a constant index becomes a plain word or bit.
 
 use super::Resolver;
 use super::array::{Array, Element};
-use super::contact::of_array;
-use super::formula::{Formula, NumberType, Part, Unary, type_of_array};
-use super::formula_resolver::{Form, TypedOperand, Walk};
-use super::instruction::Target;
+use super::formula::{NumberType, Part, Unary, type_of_array};
+use super::formula_operands::{Form, TypedOperand, Walk};
 use super::program::NamedArray;
+use super::resolver::of_array;
 use super::scope::Thing;
-use crate::isa::{Address, Spec};
-use crate::source::expression as written;
+use crate::isa::Address;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::{Located, Span};
 
@@ -21,53 +19,6 @@ use crate::source::span::{Located, Span};
 const ELEMENTS_MAX: usize = 1_000_000;
 
 impl Resolver<'_> {
-    /// Resolves a target with an index. With a constant index, it is a plain word or bit.
-    pub(super) fn math_element(
-        &mut self,
-        name: &Located<String>,
-        index: &written::Expression,
-        spec: &'static Spec,
-    ) -> Option<(Located<Target>, Option<Formula>)> {
-        let array = self.array_of(name);
-        let index = self.expression(index);
-        let (array, (index, whole)) = (array?, index?);
-        if !self.whole_number(whole) {
-            return None;
-        }
-        let element = |at: i64| format!("{}[{at}]", name.value);
-        if let Some((at, _)) = constant(&index.parts) {
-            self.names_an_element(name.span);
-            return Some((self.plain_target(element(at), name.span, spec)?, None));
-        }
-        if !array.is_writable() {
-            // Adds the finding that any of its elements would have.
-            self.plain_target(element(0), name.span, spec);
-            return None;
-        }
-        Some((Located { value: Target::Array(array), span: name.span }, Some(index)))
-    }
-
-    /// Resolves a target that a word selects, with its index. A template's argument may be such a
-    /// target.
-    pub(super) fn math_selected(
-        &mut self,
-        name: &Located<String>,
-        spec: &'static Spec,
-    ) -> Option<(Located<Target>, Option<Formula>)> {
-        let Ok(Thing::Element(element)) = self.scope.look_up(&name.value).map(|f| f.thing) else {
-            return Some((self.plain_target(name.value.clone(), name.span, spec)?, None));
-        };
-        // Marks its tag as used, and records the index.
-        self.look_up(&name.value, name.span);
-        if !element.array.is_writable() {
-            let base = name.value.split('[').next().unwrap_or_default();
-            self.plain_target(format!("{base}[0]"), name.span, spec);
-            return None;
-        }
-        let index = Formula { parts: vec![Part::Word(element.index)] };
-        Some((Located { value: Target::Array(element.array), span: name.span }, Some(index)))
-    }
-
     /// Resolves a name in an expression: one value, or a whole array.
     pub(super) fn name(&mut self, walk: &mut Walk, name: &str, span: Span) {
         let array = match self.scope.look_up(name).map(|found| found.thing) {
@@ -144,7 +95,7 @@ impl Resolver<'_> {
     }
 
     /// The array with this name. Marks its tag as used.
-    fn array_of(&mut self, name: &Located<String>) -> Option<Array> {
+    pub(super) fn array_of(&mut self, name: &Located<String>) -> Option<Array> {
         let thing = self.look_up(&name.value, name.span)?;
         if let Thing::Array(array) = thing {
             return Some(array);
@@ -156,7 +107,7 @@ impl Resolver<'_> {
     }
 
     /// Removes the record that the ladder names a whole array here, because it names one element.
-    fn names_an_element(&mut self, place: Span) {
+    pub(super) fn names_an_element(&mut self, place: Span) {
         let is_there = |(span, _): &mut (Span, NamedArray)| {
             span.file == place.file && (place.start..place.end).contains(&span.start)
         };
@@ -164,7 +115,7 @@ impl Resolver<'_> {
     }
 
     /// Whether an index is a whole number; if not, adds a finding.
-    fn whole_number(&mut self, index: TypedOperand) -> bool {
+    pub(super) fn whole_number(&mut self, index: TypedOperand) -> bool {
         if index.of == NumberType::Integer {
             return true;
         }
@@ -194,7 +145,7 @@ fn element(array: Array, span: Span) -> TypedOperand {
 }
 
 /// A constant at the end of an expression, and the number of its parts.
-fn constant(parts: &[Part]) -> Option<(i64, usize)> {
+pub(super) fn constant(parts: &[Part]) -> Option<(i64, usize)> {
     match parts {
         [.., Part::Integer(n), Part::Unary(Unary::Minus, _)] => Some((-n, 2)),
         [.., Part::Integer(n)] => Some((*n, 1)),

@@ -1,126 +1,20 @@
-//! Resolves MATH: its target, the names of its expression, and the types of its operators.
+//! Resolves the expression of a MATH: its names, and the types of its operators.
 //!
-//! Called by `operand`. Visits the parts in a loop with a stack of operands, so that no expression
+//! Called by `math`. Visits the parts in a loop with a stack of operands, so that no expression
 //! is too deep. All mistakes of an expression are found, not only the first.
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;
-use super::array::{Array, Element};
-use super::contact::of_array;
-use super::formula::{Binary, Formula, NumberType, Part, Unary, type_of};
-use super::instruction::{Action, Instruction, Target};
-use super::scope::{Misplaced, Thing};
+use super::formula::{Binary, Formula, NumberType, Part, Unary};
+use super::formula_operands::{Form, TypedOperand, Walk};
+use crate::isa::Function;
 use crate::isa::function::{FUNCTIONS, ResultType};
-use crate::isa::{Address, Function, Spec};
-use crate::source::atom::{Atom, AtomKind};
 use crate::source::expression::{self as written, PartKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::{Located, Span};
 
-/// An operand on the stack.
-#[derive(Clone, Copy)]
-pub(super) struct TypedOperand {
-    pub of: NumberType,
-    /// Its place.
-    pub span: Span,
-    /// A division of integers whose lost fraction affects this operand: the places of its sign and
-    /// of its operands.
-    pub division: Option<(Span, [Span; 2])>,
-    /// The form, for the warning about a complement.
-    pub form: Form,
-    /// The array, if the operand is a whole array; each of its elements is a part.
-    pub whole: Option<Array>,
-    /// The value, if the operand is a number and not a name.
-    pub literal: Option<f64>,
-}
-
-/// The form of an operand, for the warning about a complement.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
-    Bit,
-    ComplementOfBit,
-    Other,
-}
-
-impl TypedOperand {
-    pub fn new(of: NumberType, span: Span) -> TypedOperand {
-        TypedOperand { of, span, division: None, form: Form::Other, whole: None, literal: None }
-    }
-}
-
 impl Resolver<'_> {
-    /// Resolves a MATH; `None` if it has a mistake.
-    pub(super) fn math(
-        &mut self,
-        span: Span,
-        formula: &written::Formula,
-        spec: &'static Spec,
-    ) -> Option<Instruction> {
-        let target = self.math_target(formula, spec);
-        let resolved = self.expression(&formula.expression);
-        let ((target, index), (formula, whole)) = (target?, resolved?);
-        self.doubts(target.value, whole);
-        let index = index.map(Box::new);
-        let action = Action::Math { target, index, formula: Box::new(formula) };
-        Some(Instruction { mnemonic: spec.mnemonic, span, action })
-    }
-
-    fn math_target(
-        &mut self,
-        formula: &written::Formula,
-        spec: &'static Spec,
-    ) -> Option<(Located<Target>, Option<Formula>)> {
-        let name = &formula.target;
-        if let Some(index) = &formula.index {
-            return self.math_element(name, index, spec);
-        }
-        self.math_selected(name, spec)
-    }
-
-    /// Resolves a target without an index, or with a constant index.
-    pub(super) fn plain_target(
-        &mut self,
-        name: String,
-        span: Span,
-        spec: &'static Spec,
-    ) -> Option<Located<Target>> {
-        let found = self.scope.look_up(&name).map(|found| found.thing);
-        let atom = Atom { kind: AtomKind::Name(name), span };
-        let value = match found {
-            Ok(Thing::Address(Address::Bit(_))) => Target::Bit(self.writable_bit(&atom, spec)?),
-            _ => Target::Word(self.writable_word(&atom, spec)?),
-        };
-        Some(Located { value, span })
-    }
-
-    /// The warnings about an expression and its target.
-    fn doubts(&mut self, target: Target, whole: TypedOperand) {
-        match target {
-            _ if target.is_real() => {
-                let Some((sign, [left, right])) = whole.division else { return };
-                let (left, right) = (self.text(left), self.text(right));
-                let is_constant = right.bytes().all(|b| b.is_ascii_digit());
-                let real = match is_constant {
-                    true => format!("{left} / {right}.0"),
-                    false => format!("toreal({left}) / {right}"),
-                };
-                let message = "a division of integers loses its fraction before it is stored";
-                let finding = Finding::new(Code::IntegerDivisionIntoReal, sign, message);
-                let help = format!("write `{real}`, or `trunc({real})` if the loss is meant");
-                self.find(finding.label("both sides are integers").help(help));
-            }
-            _ if target.is_bit() && whole.form == Form::ComplementOfBit => {
-                let name = self.text(whole.span).trim_start_matches('~').trim_start();
-                let message = "`~` of a bit is -1 or -2, which is never 0";
-                let finding = Finding::new(Code::ComplementOfBit, whole.span, message);
-                let help = format!("the opposite of a bit is `!{name}`");
-                self.find(finding.label("the target is always ON").help(help));
-            }
-            Target::Word(_) | Target::Bit(_) | Target::Array(_) => {}
-        }
-    }
-
     /// Resolves an expression; also returns it as an operand with its type.
     pub(super) fn expression(
         &mut self,
@@ -151,40 +45,6 @@ impl Resolver<'_> {
         let last = walk.operands.pop()?;
         self.one_value(&mut walk, last);
         walk.whole.then_some((Formula { parts: walk.parts }, last))
-    }
-
-    /// Resolves a name as an operand of an expression.
-    pub(super) fn operand_of(&mut self, name: &str, span: Span) -> Option<(Part, TypedOperand)> {
-        let operand = |of| TypedOperand::new(of, span);
-        let integer = operand(NumberType::Integer);
-        let thing = self.look_up(name, span)?;
-        let help = match thing {
-            Thing::Real(real) => {
-                self.note_constant(name, span);
-                return Some((Part::Real(real), operand(NumberType::Real)));
-            }
-            Thing::Constant(value, _) => {
-                self.note_constant(name, span);
-                return Some((Part::Integer(i64::from(value)), integer));
-            }
-            Thing::Address(address @ Address::Word(word)) => {
-                self.note(name, span, address);
-                return Some((Part::Word(word), operand(type_of(word))));
-            }
-            Thing::Address(address @ Address::Bit(bit)) => {
-                self.note(name, span, address);
-                return Some((Part::Bit(bit), TypedOperand { form: Form::Bit, ..integer }));
-            }
-            Thing::Address(Address::Structure(structure)) => {
-                let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
-                format!("its value is `{name}.{acc}`")
-            }
-            Thing::Array(array) | Thing::Element(Element { array, .. }) => of_array(name, array),
-            Thing::Block(_) => format!("its bit is `{name}.Running`"),
-            Thing::Device(_) => format!("its bits are `{name}.Ok` and `{name}.Stale`"),
-        };
-        self.wrong_kind(Misplaced { name, span, thing }, "a value", &help);
-        None
     }
 
     fn unary(&mut self, walk: &mut Walk, operator: Unary, span: Span) {
@@ -295,27 +155,6 @@ impl Resolver<'_> {
             arguments.iter().map(|operand| operand.whole.map_or(1, |array| array.count)).sum();
         self.constants_of_call(function, &arguments, span);
         walk.push(Part::Call(function, count, of), whole);
-    }
-}
-
-/// The parts resolved so far, and the operands that wait for their operator.
-pub(super) struct Walk {
-    pub parts: Vec<Part>,
-    pub operands: Vec<TypedOperand>,
-    /// Whether no part had a mistake.
-    pub whole: bool,
-}
-
-impl Walk {
-    pub fn push(&mut self, part: Part, operand: TypedOperand) {
-        self.parts.push(part);
-        self.operands.push(operand);
-    }
-
-    /// Adds an operand with a mistake as an integer, which causes no further finding.
-    pub fn unknown(&mut self, span: Span) {
-        self.whole = false;
-        self.push(Part::Integer(0), TypedOperand::new(NumberType::Integer, span));
     }
 }
 

@@ -1,17 +1,14 @@
 //! Resolves instructions: checks each operand against the instruction table. Called by `rung`.
 
 use super::Resolver;
-use super::contact::of_array;
 use super::declare::BUILT_IN;
 use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
 use super::places::type_of;
 use super::program::BlockKind;
 use super::scope::{Misplaced, Thing};
+use super::writable::reset_of;
 use crate::isa::duration;
-use crate::isa::{
-    Address, Bit, BitSpace, BlockId, LegName, Mnemonic, OperandKind, OperandSpec, Spec, Structure,
-    Word,
-};
+use crate::isa::{Address, BlockId, LegName, OperandKind, OperandSpec, Spec, Structure};
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::{self as written};
@@ -187,90 +184,6 @@ impl Resolver<'_> {
         Some(OperandValue::Value(value))
     }
 
-    pub(super) fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
-        let (name, thing) = self.thing(atom, "a bit", &["bit"])?;
-        let Thing::Address(address @ Address::Bit(bit)) = thing else {
-            let help = match thing {
-                Thing::Array(array) => of_array(name, array),
-                Thing::Address(Address::Structure(structure)) if spec.mnemonic == Mnemonic::Rst => {
-                    format!("write `{} {name}`", reset_of(structure))
-                }
-                Thing::Address(_)
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Element(_) => {
-                    format!("`{}` writes a bit: `Y0`, `C0`, or a tag of one", spec.name)
-                }
-            };
-            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a bit", &help);
-            return None;
-        };
-        if bit.writable_by_ladder() {
-            self.note(name, atom.span, address);
-            return Some(bit);
-        }
-        let help = match bit {
-            Bit::Space(BitSpace::X, n) => {
-                let message = format!("`{name}` is an input: no instruction writes it");
-                let finding = Finding::new(Code::WriteToInput, atom.span, message);
-                self.find(finding.help(format!(
-                    "outputs are `Y{n}` and the like, internal bits `C{n}`; to try inputs out, \
-                     use a stimulus or a simulated device"
-                )));
-                return None;
-            }
-            Bit::Stage(_) => "SGSET, SGRST and JMP turn stages ON and OFF",
-            Bit::Running(_) | Bit::Done(_) => "RUN, HALT and ENTASK start and stop blocks",
-            Bit::Device(..) => "it shows the state of the device; nothing writes it",
-            Bit::Flag(..) => "the owning instruction writes it; RSTCT, RSTT and RES reset it",
-            Bit::Space(..) => "status bits are the controller's; use a C bit",
-        };
-        let message = format!("`{name}` is read-only");
-        self.find(Finding::new(Code::ReadOnly, atom.span, message).help(help));
-        None
-    }
-
-    pub(super) fn writable_word(&mut self, atom: &Atom, spec: &Spec) -> Option<Word> {
-        let (name, thing) = self.thing(atom, "a word", &["int", "real", "word"])?;
-        let Thing::Address(address @ Address::Word(word)) = thing else {
-            let help = match thing {
-                Thing::Address(Address::Structure(Structure::Sensaphone(_))) => {
-                    format!("its words are `{name}.ACC` and `{name}.PRE`")
-                }
-                Thing::Address(Address::Structure(_)) => format!("its word is `{name}.Acc`"),
-                Thing::Array(array) => of_array(name, array),
-                Thing::Address(Address::Bit(_) | Address::Word(_))
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Element(_)
-                    if spec.mnemonic == Mnemonic::Math =>
-                {
-                    "its target is a word or a bit: `MATH D0 = …`".to_owned()
-                }
-                Thing::Address(Address::Bit(_) | Address::Word(_))
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Element(_) => format!("`{}` writes to a word: `to=D0`", spec.name),
-            };
-            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a word", &help);
-            return None;
-        };
-        if !word.writable() {
-            let message = format!("`{name}` is read-only");
-            let finding = Finding::new(Code::ReadOnly, atom.span, message);
-            self.find(finding.help("status words are the controller's; use a D or V word"));
-            return None;
-        }
-        self.note(name, atom.span, address);
-        Some(word)
-    }
-
     /// A structure of the same kind as `like`.
     fn structure(&mut self, atom: &Atom, like: Structure, spec: &Spec) -> Option<Structure> {
         let wanted = match like {
@@ -305,28 +218,6 @@ impl Resolver<'_> {
         };
         self.wrong_kind(Misplaced { name, span: atom.span, thing }, wanted, &help);
         None
-    }
-
-    /// Looks up an operand's name; a constant becomes a finding. `types` are the types of tags that
-    /// are accepted here.
-    fn thing<'t>(
-        &mut self,
-        atom: &'t Atom,
-        wanted: &str,
-        types: &[&str],
-    ) -> Option<(&'t str, Thing)> {
-        let name = self.name_of(atom, wanted)?;
-        Some((name, self.look_up_as(name, atom.span, types)?))
-    }
-
-    /// The operand's name; a constant becomes a finding.
-    fn name_of<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<&'t str> {
-        if atom.name().is_none() {
-            let message = format!("`{atom}` is a constant, not {wanted}");
-            let finding = Finding::new(Code::OperandType, atom.span, message);
-            self.find(finding.label(format!("{wanted} belongs here")));
-        }
-        atom.name()
     }
 
     /// Resolves a block of any kind. The rule `block-rule` checks whether the instruction may act
@@ -384,15 +275,6 @@ impl Resolver<'_> {
         };
         self.find(Finding::new(Code::UnknownStage, atom.span, message).help(help));
         None
-    }
-}
-
-/// The instruction that resets a structure.
-fn reset_of(structure: Structure) -> &'static str {
-    match structure {
-        Structure::Counter(_) => "RSTCT",
-        Structure::Timer(_) => "RSTT",
-        Structure::Sensaphone(_) => "RES",
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use super::Resolver;
-use super::declare::{NAME_MAX, kept};
+use super::names::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
 use crate::isa::{BlockId, Function, LegName, Mnemonic, Spec, dialects};
 use crate::source::finding::{Code, Finding};

@@ -3,9 +3,9 @@
 use std::collections::HashSet;
 
 use super::Resolver;
-use super::declare::kept;
 use super::layers::Layers;
 use super::mistake::address_mistake;
+use super::names::kept;
 use super::priority::Priority;
 use super::program::{Program, Tag, TagMeaning, Written};
 use crate::isa::address_text;
@@ -56,6 +56,18 @@ impl Resolver<'_> {
     }
 
     /// Reports an alarm's text that is too long. Texts of templates are checked elsewhere, with
+    /// Reports a list of initial values for a tag without `count`.
+    fn no_list(&mut self, tag: &ladder::Tag) {
+        if let Some(list) = &tag.initials {
+            let message = "a list of values does not fit a tag without `count`";
+            let finding = Finding::new(Code::TagKey, list.span, message);
+            self.find(finding.help(match list.value.len() {
+                0 | 1 => "write one value, without brackets".to_owned(),
+                count => format!("write `count = {count}`, or one value"),
+            }));
+        }
+    }
+
     /// their arguments.
     fn long_alarm(&mut self, tag: &ladder::Tag) {
         let Some(alarm) = tag.alarm.as_ref().filter(|alarm| !Layers::is_layered(alarm.span)) else {

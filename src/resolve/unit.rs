@@ -7,7 +7,7 @@
 use std::collections::HashSet;
 
 use super::Resolver;
-use super::declare::kept;
+use super::names::kept;
 use super::program::{Program, TagMeaning};
 use crate::isa::{Address, NumberMap};
 use crate::source::finding::{Code, Finding};

@@ -30,6 +30,7 @@ mod origin;
 pub mod pacing;
 mod posture;
 mod record;
+mod scan_loop;
 mod scanner;
 #[cfg(test)]
 mod scanner_tests;

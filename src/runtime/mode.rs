@@ -1,7 +1,7 @@
 //! The modes of a controller, and the reasons for them.
 //!
 //! The scan thread enters a mode, snapshots contain it, the log reports it. This file has only
-//! numbers and words; the transitions are in `scanner` and `obey`.
+//! numbers and words; the transitions are in `scanner`, `scan_loop` and `obey`.
 
 use std::fmt;
 

@@ -1,8 +1,7 @@
 //! Executes commands on the scan thread: those of an operator, and the swap of a program. They are
-//! executed between two scans, or at a tick. With a long period it also looks for commands while it
-//! waits.
+//! executed between two scans, at a tick, or during a long wait.
 //!
-//! Called by `scanner`, which sends the answers after the effects are published. Like the whole
+//! Called by `scan_loop`, which sends the answers after the effects are published. Like the whole
 //! scan thread it allocates, locks and logs nothing.
 
 use super::command::{Answer, Before, Command, Denial};
@@ -16,40 +15,6 @@ use super::swap::{NO_PROGRAM, Package, Swapped};
 use crate::engine::Cell;
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
-    /// Sleeps until the deadline, or until the last scan is requested, which then comes at once.
-    /// During a long wait the thread gives a sign of life and executes commands every
-    /// [`TICK_NS_MAX`].
-    pub(super) fn wait_until(&mut self, deadline_ns: u64) {
-        loop {
-            let now_ns = self.clock.now_ns();
-            if deadline_ns.saturating_sub(now_ns) <= TICK_NS_MAX {
-                return self.clock.sleep_until(deadline_ns);
-            }
-            self.clock.sleep_until(now_ns + TICK_NS_MAX);
-            if !self.pause() {
-                return;
-            }
-        }
-    }
-
-    /// Executes commands during a long wait; false if the thread must not wait for the next scan.
-    pub(super) fn pause(&mut self) -> bool {
-        self.beat.pulse();
-        if self.side.orders.wait() || self.unpublished {
-            let now_ns = self.clock.now_ns();
-            if self.guarded(|scanner| scanner.obey(now_ns)).is_none() {
-                let _ = self.beat.arrive();
-                self.fail(FaultReason::EnginePanic, now_ns);
-            } else if self.stopping.is_none() {
-                self.publish(now_ns);
-                self.give();
-            }
-            // A stop is answered after its last scan, which comes next.
-            self.machine.settle();
-        }
-        self.mode == Mode::Run && self.stopping.is_none() && !self.beat.stop_requested()
-    }
-
     /// Executes the waiting commands in order. A command behind a stop waits until STOP is reached.
     pub(super) fn obey(&mut self, now_ns: u64) {
         while let Some((id, generation, command)) = self.side.orders.next() {

@@ -1,8 +1,9 @@
-//! The scan thread's loop: wait for the grid, scan or tick, measure, publish.
+//! The state of the scan thread, and its changes of mode. `scan_loop` runs the thread, `obey`
+//! executes commands.
 //!
-//! It owns the engine. It takes the time from its [`Clock`], the inputs and writes from its side of
-//! the exchange, and hands on images, records and statistics. It allocates nothing, takes no lock,
-//! writes no log and touches no file: `tests/scan_thread.rs` verifies this.
+//! The scanner owns the engine. It takes the time from its [`Clock`], the inputs and writes from
+//! its side of the exchange, and hands on images, records and statistics. It allocates nothing,
+//! takes no lock, writes no log and touches no file: `tests/scan_thread.rs` verifies this.
 //!
 //! Modes are those of `docs/semantics.md`, section 4. A panic of the engine is a fault, and so is a
 //! scan that takes longer than the watchdog allows. That scan is not complete: its image is not
@@ -13,24 +14,20 @@ use std::sync::Arc;
 
 use super::beat::Beat;
 use super::command::Forces;
-use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Tempo, Write};
-use super::field::{Field, InputStep};
+use super::exchange::{FaultReason, Mode, StopReason, Tempo};
+use super::field::Field;
 use super::link::{Facts, ScanSide};
-use super::machine::{Machine, ScanStart};
-use super::origin::Origin;
+use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, RecordEvent, Watched, Watches};
 use super::statistics::{Books, Meter, Statistics};
 use super::swap::Swaps;
-use crate::faults::{self, FaultPoint};
 
 /// The longest time until the first report of statistics.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
 /// The longest time between two ticks in STOP and FAULT, and between two checks for commands while
 /// the thread waits for a distant scan.
 pub(super) const TICK_NS_MAX: u64 = 100_000_000;
-/// The number of ticks for which the thread waits, at its end, for a spare snapshot to show STOP.
-const LAST_TICKS_MAX: u32 = 1000;
 
 /// The scanner's settings at the start.
 #[derive(Clone, Debug)]
@@ -57,7 +54,7 @@ pub struct Report {
     pub statistics: Statistics,
 }
 
-/// The scan thread's loop and all that it owns.
+/// The scan thread's state: all that it owns.
 pub struct Scanner<M, C> {
     pub(super) machine: M,
     pub(super) clock: C,
@@ -66,16 +63,16 @@ pub struct Scanner<M, C> {
     pub(super) beat: Arc<Beat>,
     pub(super) pace: Pace,
     pub(super) grid: Grid,
-    books: Books,
+    pub(super) books: Books,
     pub(super) watches: Watches,
     pub(super) swaps: Swaps<M>,
     pub(super) field: Field,
-    overruns: OverrunSummary,
+    pub(super) overruns: OverrunSummary,
     pub(super) mode: Mode,
     /// The time of the last change of mode.
     since_ns: u64,
     /// A stop was requested: this scan or the next one is the last of its RUN.
-    ending: bool,
+    pub(super) ending: bool,
     pub(super) forces: Forces,
     /// Complete scans.
     pub(super) scans: u64,
@@ -84,8 +81,8 @@ pub struct Scanner<M, C> {
     /// Whether the last changes are still to be published: the scan is not complete, it failed, or
     /// there was no spare snapshot.
     pub(super) unpublished: bool,
-    last_ticks: u32,
-    next_report_ns: u64,
+    pub(super) last_ticks: u32,
+    pub(super) next_report_ns: u64,
     ended_ns: u64,
 }
 
@@ -165,36 +162,6 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.enter(Mode::Run, now_ns);
     }
 
-    /// Waits for the next grid point and does its work; false once the thread is to end.
-    pub fn step(&mut self) -> bool {
-        faults::point(FaultPoint::Thread);
-        let deadline_ns = self.grid.deadline_ns();
-        let scans = self.mode == Mode::Run;
-        if scans {
-            self.beat.expect(deadline_ns);
-        }
-        self.wait_until(deadline_ns);
-        let woke_ns = self.clock.now_ns();
-        if scans && self.mode == Mode::Run {
-            self.scan(woke_ns, woke_ns.saturating_sub(deadline_ns));
-        } else {
-            self.tick(woke_ns);
-        }
-        self.give();
-        self.machine.settle();
-        self.journal.catch_up();
-        if !scans && self.mode == Mode::Run {
-            // An operator has started RUN: its first scan is due at once.
-            return true;
-        }
-        let end_ns = self.clock.now_ns();
-        let skipped = self.grid.advance(end_ns);
-        if self.mode == Mode::Run {
-            self.account(skipped, woke_ns.saturating_sub(deadline_ns), end_ns);
-        }
-        !self.is_over()
-    }
-
     /// The statistics since the start of RUN, for observers.
     pub(crate) fn meter(&self) -> Meter {
         self.books.meter()
@@ -204,111 +171,6 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     pub(crate) fn report(&self) -> Report {
         let statistics = self.books.whole(self.ended_ns);
         Report { mode: self.mode, scans: self.scans, statistics }
-    }
-
-    fn scan(&mut self, woke_ns: u64, lateness_ns: u64) {
-        self.beat.begin(woke_ns);
-        if !self.beat.arrive() {
-            // The monitor has reported the scan as missing, and outputs are safe already.
-            let _ = self.beat.end();
-            return self.fail(FaultReason::ScanNeverBegins, woke_ns);
-        }
-        self.ask_for_stop();
-        let last = self.guarded(|scanner| scanner.execute(woke_ns));
-        let scan_ns = self.clock.now_ns().saturating_sub(woke_ns);
-        let in_time = self.beat.end() && scan_ns <= self.pace.tempo.watchdog_ns;
-        match last {
-            None => self.fail(FaultReason::EnginePanic, woke_ns),
-            Some(_) if !in_time => self.fail(too_long(scan_ns), woke_ns),
-            Some(last) => {
-                self.books.scan(scan_ns, lateness_ns);
-                self.ending = last || self.machine.stops();
-                if self.complete(woke_ns) && last {
-                    self.stop(woke_ns);
-                }
-            }
-        }
-    }
-
-    /// Executes an operator's commands, then steps 1 to 7.
-    fn execute(&mut self, now_ns: u64) -> bool {
-        faults::point(FaultPoint::Scan);
-        faults::point(FaultPoint::Stall);
-        faults::point(FaultPoint::Hang);
-        self.obey(now_ns);
-        let (times, local_s) = (self.books.scan_times(), self.clock.local_s());
-        self.machine.begin_scan(&ScanStart { number: self.scans + 1, now_ns, times, local_s });
-        let Scanner { side, machine, field, .. } = self;
-        side.inputs(field.moved()).for_each(|inputs| machine.set_inputs(inputs));
-        self.bring_in(now_ns);
-        let mut writes_left = SCAN_WRITES_MAX;
-        while let Some((ticket, writes)) = self.side.next_batch(writes_left) {
-            writes_left -= writes.len();
-            self.machine.comes_from(Origin::Batch(ticket));
-            for write in writes {
-                match *write {
-                    Write::Bit(cell, on) => self.machine.write_bit(cell, on),
-                    Write::Word(cell, value) => self.machine.write_word(cell, value),
-                    Write::Masked { cell, and, or, signed } => {
-                        let held = self.machine.image().1[cell.0 as usize];
-                        self.machine.write_word(cell, Write::masked(held, (and, or), signed));
-                    }
-                    Write::Input(x, on) => self.machine.set_input(x, on),
-                }
-            }
-        }
-        self.machine.execute()
-    }
-
-    /// The rest of the input step: takes the inputs of field devices.
-    fn bring_in(&mut self, now_ns: u64) {
-        let Scanner { field, machine, journal, scans, .. } = self;
-        let step = InputStep { scan: *scans, now_ns };
-        field.bring_in(machine, step, |what| journal.tell(*scans, now_ns, what));
-    }
-
-    /// Steps 8 and 9; false if local outputs took so long that it is a fault.
-    fn complete(&mut self, now_ns: u64) -> bool {
-        if let Err(reason) = self.bring_out() {
-            self.fail(reason, now_ns);
-            return false;
-        }
-        self.scans += 1;
-        // If the monitor closed the entry for batches by mistake, this opens it again.
-        self.side.set_running(true);
-        self.side.answer(true);
-        self.publish(now_ns);
-        self.tell_events(now_ns);
-        self.beat.pulse();
-        true
-    }
-
-    /// Writes local outputs; the watchdog covers that time too.
-    fn bring_out(&mut self) -> Result<(), FaultReason> {
-        if !self.field.has_local() {
-            return Ok(());
-        }
-        let begin_ns = self.clock.now_ns();
-        self.beat.begin(begin_ns);
-        self.field.bring_out(&self.machine);
-        let took_ns = self.clock.now_ns().saturating_sub(begin_ns);
-        let in_time = self.beat.end() && took_ns <= self.pace.tempo.watchdog_ns;
-        if in_time { Ok(()) } else { Err(too_long(took_ns)) }
-    }
-
-    /// After the last scan: the passes, then STOP.
-    fn stop(&mut self, now_ns: u64) {
-        self.side.set_running(false);
-        match self.terminate(now_ns) {
-            Err(fault) => self.fail(fault, now_ns),
-            Ok(()) => {
-                self.field.make_safe(Some(self.machine.image()));
-                self.leave_run(now_ns);
-                self.enter(Mode::Stop(self.stopping.unwrap_or(StopReason::Instruction)), now_ns);
-                self.unpublished = true;
-                self.publish_stop(now_ns);
-            }
-        }
     }
 
     /// Runs the passes of all that executed.
@@ -339,20 +201,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.enter(Mode::Fault(reason), now_ns);
     }
 
-    /// A tick in STOP and FAULT: no scan, but a sign of life.
-    fn tick(&mut self, now_ns: u64) {
-        self.side.refuse_waiting();
-        self.field.tick((!matches!(self.mode, Mode::Fault(_))).then(|| self.machine.image()));
-        if self.guarded(|scanner| scanner.obey(now_ns)).is_none() {
-            self.fail(FaultReason::EnginePanic, now_ns);
-        }
-        if self.mode != Mode::Run {
-            self.publish_stop(now_ns);
-        }
-        self.beat.pulse();
-    }
-
-    fn publish_stop(&mut self, now_ns: u64) {
+    pub(super) fn publish_stop(&mut self, now_ns: u64) {
         if self.unpublished {
             self.publish(now_ns);
         }
@@ -371,21 +220,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         (side, facts, machine.image())
     }
 
-    fn ask_for_stop(&mut self) {
-        if self.stopping.is_some() {
-            return;
-        }
-        if self.beat.stop_requested() {
-            self.stopping = Some(StopReason::Signal);
-        } else if self.pace.scans.is_some_and(|limit| self.scans + 1 >= limit) {
-            self.stopping = Some(StopReason::ScanLimit);
-        }
-        if self.stopping.is_some() {
-            self.machine.request_stop();
-        }
-    }
-
-    fn enter(&mut self, mode: Mode, now_ns: u64) {
+    pub(super) fn enter(&mut self, mode: Mode, now_ns: u64) {
         (self.mode, self.since_ns, self.ending) = (mode, now_ns, false);
         if mode != Mode::Run {
             // An operator must not wait for a long period.
@@ -395,7 +230,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.journal.tell(self.scans, now_ns, RecordEvent::Mode(mode));
     }
 
-    fn leave_run(&mut self, now_ns: u64) {
+    pub(super) fn leave_run(&mut self, now_ns: u64) {
         self.ended_ns = now_ns;
         self.books.end(now_ns);
         if let Some(what) = self.overruns.take(now_ns) {
@@ -424,44 +259,14 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
     }
 
-    /// Counts overruns, and sends the reports that are due.
-    fn account(&mut self, skipped: u64, late_ns: u64, now_ns: u64) {
-        if skipped > 0 {
-            self.books.overrun(skipped);
-            self.overruns.add(skipped, self.books.last_scan_ns(), late_ns);
-        }
-        if let Some(what) = self.overruns.due(now_ns) {
-            self.journal.tell(self.scans, now_ns, what);
-        }
-        let Some(every_ns) = self.pace.statistics_every_ns else { return };
-        if now_ns >= self.next_report_ns {
-            self.next_report_ns = now_ns + every_ns;
-            self.journal.report(self.books.take_report(now_ns));
-        }
-    }
-
     /// Makes a call that may panic; `None` if it did.
     pub(super) fn guarded<T>(&mut self, call: impl FnOnce(&mut Self) -> T) -> Option<T> {
         // After a panic the engine is not called again, so nothing reads its inconsistent memory.
         catch_unwind(AssertUnwindSafe(|| call(self))).ok()
     }
-
-    /// Whether the thread ends. A signal ends it in STOP and FAULT too. With a limited number of
-    /// scans, only an intended STOP waits for an operator.
-    fn is_over(&mut self) -> bool {
-        let asked = match self.mode {
-            Mode::Run => false,
-            Mode::Stop(StopReason::Signal | StopReason::ScanLimit) => true,
-            Mode::Stop(reason) if reason.is_meant() => self.beat.stop_requested(),
-            Mode::Stop(_) | Mode::Fault(_) => {
-                self.pace.scans.is_some() || self.beat.stop_requested()
-            }
-        };
-        self.last_ticks += u32::from(asked);
-        asked && (!self.unpublished || self.last_ticks > LAST_TICKS_MAX)
-    }
 }
 
-fn too_long(scan_ns: u64) -> FaultReason {
+/// The fault of a scan that took this time.
+pub(super) fn too_long(scan_ns: u64) -> FaultReason {
     FaultReason::ScanTooLong { scan_us: u32::try_from(scan_ns / 1000).unwrap_or(u32::MAX) }
 }

@@ -1,8 +1,10 @@
 //! Finds the files of `src/` that use each other in a circle.
 //!
 //! A file uses a second file if it names an item of that file, in a `use` or in a path in its text.
-//! A re-exported name (`pub use`) counts as a name of the file that defines it. Inline modules,
-//! tests among them, are ignored. Methods are ignored too, because no path names them.
+//! A re-exported name (`pub use`) counts as a name of the file that defines it. A file also uses a
+//! file of the same top-level module if it calls a method whose name only that file defines. Calls
+//! of methods with the same name in several files are not seen, because no path says which of them
+//! is meant. Inline modules, tests among them, are ignored.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,8 +19,13 @@ struct Module {
     globs: Vec<Path>,
 }
 
+/// Names of methods that one file defines, and that types of the standard library have too.
+const OF_THE_STANDARD_LIBRARY: [&str; 3] = ["any", "clone", "spawn"];
+
 pub struct Crate {
     modules: BTreeMap<Path, Module>,
+    /// For each name of a method, the modules that define one.
+    methods: BTreeMap<String, Vec<Path>>,
 }
 
 /// `engine/ops.rs` is `engine::ops`, and `engine/mod.rs` is `engine`.
@@ -102,11 +109,14 @@ impl Crate {
         let files = files.filter(|(name, _)| name != "main.rs");
         let files: Vec<_> = files.map(|(name, text)| (path_of(&name), code(&text))).collect();
         let empty = |text| Module { text, imports: BTreeMap::new(), globs: Vec::new() };
-        let mut all = Crate { modules: BTreeMap::new() };
+        let mut all = Crate { modules: BTreeMap::new(), methods: BTreeMap::new() };
         let mut uses = Vec::new();
         for (path, text) in files {
             let (imports, rest) = statements(&text);
             uses.push((path.clone(), imports));
+            for name in methods(&rest) {
+                all.methods.entry(name.to_owned()).or_default().push(path.clone());
+            }
             all.modules.insert(path, empty(rest));
         }
         for (path, trees) in uses {
@@ -185,8 +195,17 @@ impl Crate {
             let target = self.absolute(path, written);
             used.extend(target.and_then(|target| self.maker(&target, 9)));
         }
+        used.extend(called(&module.text).filter_map(|name| self.method(path, name)));
         used.remove(path);
         used
+    }
+
+    /// The module that defines a method called in a module, if only one can be meant.
+    fn method(&self, path: &Path, name: &str) -> Option<Path> {
+        let makers = self.methods.get(name)?;
+        let [maker] = makers.as_slice() else { return None };
+        let is_meant = maker[0] == path[0] && !OF_THE_STANDARD_LIBRARY.contains(&name);
+        is_meant.then(|| maker.clone())
     }
 
     /// The modules that are in a circle, each with the modules of its circles.
@@ -231,6 +250,28 @@ fn reached<'a>(from: &Path, edges: &'a BTreeMap<&'a Path, BTreeSet<Path>>) -> BT
     seen
 }
 
+/// The names of the methods and associated functions that a text defines: rustfmt indents them.
+fn methods(code: &str) -> impl Iterator<Item = &str> {
+    let indented = code.lines().filter(|line| line.starts_with(' '));
+    let functions = indented.filter_map(|line| line.split_once("fn "));
+    functions.map(|(_, rest)| word(rest)).filter(|name| !name.is_empty())
+}
+
+/// The names of the methods that a text calls.
+fn called(code: &str) -> impl Iterator<Item = &str> {
+    code.split('.').skip(1).filter_map(|rest| {
+        let name = word(rest);
+        let behind = &rest[name.len()..];
+        (behind.starts_with('(') || behind.starts_with("::<")).then_some(name)
+    })
+}
+
+/// The word at the beginning of a text.
+fn word(text: &str) -> &str {
+    let end = text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+    &text[..end.unwrap_or(text.len())]
+}
+
 /// The words of a text that contain `::`.
 fn paths(text: &str) -> impl Iterator<Item = &str> {
     let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == ':';
@@ -255,4 +296,17 @@ fn a_circle_is_found_through_imports_paths_and_names_handed_on() {
     assert!(circles(&[root, b, straight]).is_empty());
     let glob = ("a/c.rs", "use crate::a::*;\nuse super::b;\npub struct C;\nfn f(_: b::B) {}\n");
     assert_eq!(circles(&[root, b, glob]), ["a::b", "a::c"]);
+}
+
+#[test]
+fn a_circle_is_found_through_methods() {
+    let root = ("a/mod.rs", "mod b;\nmod c;\n");
+    let own =
+        ("a/b.rs", "pub struct B;\nimpl B {\n    fn one(&self) {\n        self.two();\n    }\n}\n");
+    let other = ("a/c.rs", "use super::b::B;\nimpl B {\n    pub fn two(&self) {}\n}\n");
+    assert_eq!(circles(&[root, own, other]), ["a::b", "a::c"]);
+    let third = ("a/d.rs", "trait D {\n    fn two(&self);\n}\n");
+    assert!(circles(&[root, own, other, third]).is_empty());
+    let far = ("d/c.rs", "use crate::a::b::B;\nimpl B {\n    pub fn two(&self) {}\n}\n");
+    assert!(circles(&[root, own, far]).is_empty());
 }

@@ -23,7 +23,7 @@ use driver::{
 
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
 use crate::progress::Progress;
-use crate::resolve::declare::NAME_MAX;
+use crate::resolve::names::NAME_MAX;
 use crate::resolve::operands::resolve_operands;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding, Severity};

@@ -7,8 +7,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::kind::{KINDS, Kind};
 use super::{given, texts};
-use crate::resolve::declare::{NAME_MAX, NameRole, forbidden, kept};
 use crate::resolve::mistake::LISTED_MAX;
+use crate::resolve::names::{NAME_MAX, NameRole, forbidden, kept};
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{Entry, Parameter, Template, Use};

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::keys::{Keys, PartKind};
 use crate::io::plant::settings::PointId;
-use crate::resolve::declare::NAME_MAX;
+use crate::resolve::names::NAME_MAX;
 use crate::source::atom::is_name;
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::{KnownNames, Near};
