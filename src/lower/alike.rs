@@ -42,13 +42,13 @@ pub(super) fn groups(maths: Vec<Math>, steps: &[Step], formulas: Formulas) -> Ve
 }
 
 /// The steps of a formula without their cells; `None`: the formula needs rows.
-type Form = Option<(Vec<StepShape>, Accumulator)>;
+type FormulaShape = Option<(Vec<StepShape>, Accumulator)>;
 
 #[derive(Default)]
 struct Grouping<'f> {
     groups: Vec<AlikeMaths>,
     /// The positions of the groups of each form, ascending.
-    of_form: HashMap<Form, Vec<usize>>,
+    of_form: HashMap<FormulaShape, Vec<usize>>,
     uses: LastUses,
     /// No group before this one accepts a further MATH.
     open_from: usize,
@@ -93,7 +93,7 @@ impl Grouping<'_> {
         reads_status || arrays.iter().any(|arrays| !arrays.is_empty())
     }
 
-    fn group_at_or_behind(&mut self, form: Form, earliest: usize) -> usize {
+    fn group_at_or_behind(&mut self, form: FormulaShape, earliest: usize) -> usize {
         let in_columns = form.is_some();
         let positions = self.of_form.entry(form).or_default();
         let first = positions.partition_point(|at| *at < earliest);

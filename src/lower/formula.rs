@@ -42,13 +42,13 @@ impl Assembler<'_> {
 /// An operand that waits for its operator.
 #[derive(Clone, Copy)]
 pub(super) struct Operand {
-    pub place: Place,
+    pub place: OperandPlace,
     pub of: NumberType,
 }
 
 /// The place of an operand.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Place {
+pub(super) enum OperandPlace {
     Integer(i64),
     Real(Real),
     Word(u32),
@@ -85,11 +85,11 @@ impl Builder<'_, '_> {
 
     fn part(&mut self, part: &Part) {
         match *part {
-            Part::Integer(n) => self.push(Place::Integer(n), NumberType::Integer),
-            Part::Real(real) => self.push(Place::Real(real), NumberType::Real),
+            Part::Integer(n) => self.push(OperandPlace::Integer(n), NumberType::Integer),
+            Part::Real(real) => self.push(OperandPlace::Real(real), NumberType::Real),
             Part::Word(word) => {
                 let cell = self.assembler.layout.word(word).0;
-                self.push(Place::Word(cell), type_of(word));
+                self.push(OperandPlace::Word(cell), type_of(word));
             }
             Part::Bit(bit) => self.bit(bit),
             Part::Element(array) => self.element(array),
@@ -109,7 +109,7 @@ impl Builder<'_, '_> {
         } else {
             self.step(Code::LoadBit, to, cell, 0);
         }
-        self.push(Place::Accumulator, NumberType::Integer);
+        self.push(OperandPlace::Accumulator, NumberType::Integer);
     }
 
     /// The element of an array that the last operand selects.
@@ -130,7 +130,7 @@ impl Builder<'_, '_> {
         self.operands[last].of = of;
     }
 
-    pub(super) fn push(&mut self, place: Place, of: NumberType) {
+    pub(super) fn push(&mut self, place: OperandPlace, of: NumberType) {
         self.operands.push(Operand { place, of });
     }
 
@@ -141,7 +141,8 @@ impl Builder<'_, '_> {
     /// If an operand is in this accumulator, assigns the slot of its place to it. Returns the slot
     /// for the step that needs the accumulator; 0 if there is no such operand.
     fn slot_of_waiting(&mut self, of: NumberType) -> u32 {
-        let is_there = |operand: &Operand| operand.place == Place::Accumulator && operand.of == of;
+        let is_there =
+            |operand: &Operand| operand.place == OperandPlace::Accumulator && operand.of == of;
         match self.operands.iter().position(is_there) {
             Some(at) => self.wait(at),
             None => 0,
@@ -152,7 +153,7 @@ impl Builder<'_, '_> {
     fn wait(&mut self, at: usize) -> u32 {
         let slot = at as u32 + 1;
         self.slots = self.slots.max(slot + 1);
-        self.operands[at].place = Place::Slot(slot);
+        self.operands[at].place = OperandPlace::Slot(slot);
         slot
     }
 
@@ -169,11 +170,11 @@ impl Builder<'_, '_> {
         let operand = self.operands[at];
         let word = if operand.of == of { At::Word } else { At::Whole };
         match operand.place {
-            Place::Accumulator => (At::Accumulator, 0),
-            Place::Slot(slot) => (At::Slot, slot),
-            Place::Word(cell) => (word, cell),
-            Place::Integer(n) => (word, self.assembler.constant(n as i32)),
-            Place::Real(real) => (word, self.assembler.constant(real.cell())),
+            OperandPlace::Accumulator => (At::Accumulator, 0),
+            OperandPlace::Slot(slot) => (At::Slot, slot),
+            OperandPlace::Word(cell) => (word, cell),
+            OperandPlace::Integer(n) => (word, self.assembler.constant(n as i32)),
+            OperandPlace::Real(real) => (word, self.assembler.constant(real.cell())),
         }
     }
 
@@ -194,7 +195,7 @@ impl Builder<'_, '_> {
         };
         let to = self.slot_of_waiting(of);
         self.step(code, to, cell, 0);
-        self.operands[at] = Operand { place: Place::Accumulator, of };
+        self.operands[at] = Operand { place: OperandPlace::Accumulator, of };
     }
 
     /// Converts an integer result to a real if an operator needs a real. Words and constants are
@@ -204,10 +205,10 @@ impl Builder<'_, '_> {
         if operand.of == of {
             return;
         }
-        if let Place::Slot(_) = operand.place {
+        if let OperandPlace::Slot(_) = operand.place {
             self.load(at);
         }
-        if self.operands[at].place == Place::Accumulator {
+        if self.operands[at].place == OperandPlace::Accumulator {
             self.save(NumberType::Real);
             self.step(Code::ToReal, 0, 0, 0);
             self.operands[at].of = of;
@@ -224,8 +225,8 @@ impl Builder<'_, '_> {
         let last = self.operands.len() - 1;
         match (operator, of, self.operands[last].place) {
             // If a word can hold the constant: -(-2147483648) does not fit.
-            (Unary::Minus, _, Place::Integer(n)) if i32::try_from(-n).is_ok() => {
-                self.operands[last].place = Place::Integer(-n);
+            (Unary::Minus, _, OperandPlace::Integer(n)) if i32::try_from(-n).is_ok() => {
+                self.operands[last].place = OperandPlace::Integer(-n);
             }
             (Unary::Minus, NumberType::Integer, _) => self.one(Code::Neg, (of, of)),
             (Unary::Minus, NumberType::Real, _) => self.one(Code::RealNeg, (of, of)),
@@ -308,7 +309,7 @@ impl Builder<'_, '_> {
             self.save(result);
         }
         self.step(code, to, a.1, b.1);
-        self.push(Place::Accumulator, result);
+        self.push(OperandPlace::Accumulator, result);
     }
 
     fn mark(&mut self, mark: Mark) {
@@ -365,7 +366,7 @@ impl Builder<'_, '_> {
         self.end_of_value(of);
         let jump = self.jumps.pop().expect("`if` has a second argument");
         self.arrive(jump);
-        self.push(Place::Accumulator, of);
+        self.push(OperandPlace::Accumulator, of);
     }
 }
 

@@ -3,7 +3,7 @@
 //! Called by `formula`, once for each call, with the arguments on the stack of operands. Matches
 //! every function of `isa::function`.
 
-use super::formula::{Builder, Operand, Place, typed};
+use super::formula::{Builder, Operand, OperandPlace, typed};
 use crate::engine::ops::{Code, Operator};
 use crate::isa::Function;
 use crate::resolve::formula::NumberType;
@@ -57,7 +57,7 @@ impl Builder<'_, '_> {
 
     /// Moves an argument to the end of the stack, where operators find it.
     fn take(&mut self, at: usize) {
-        let taken = Operand { place: Place::Integer(0), of: NumberType::Integer };
+        let taken = Operand { place: OperandPlace::Integer(0), of: NumberType::Integer };
         let argument = std::mem::replace(&mut self.operands[at], taken);
         self.operands.push(argument);
     }

@@ -6,7 +6,7 @@
 use super::Resolver;
 use super::array::{Array, Element};
 use super::formula::{NumberType, Part, Unary, type_of_array};
-use super::formula_operands::{Form, TypedOperand, Walk};
+use super::formula_operands::{OperandForm, TypedOperand, Walk};
 use super::program::NamedArray;
 use super::resolver::of_array;
 use super::scope::Thing;
@@ -140,7 +140,7 @@ impl Resolver<'_> {
 
 /// An element as an operand.
 fn element(array: Array, span: Span) -> TypedOperand {
-    let form = if array.is_bits() { Form::Bit } else { Form::Other };
+    let form = if array.is_bits() { OperandForm::Bit } else { OperandForm::Other };
     TypedOperand { form, ..TypedOperand::new(type_of_array(array), span) }
 }
 

@@ -20,7 +20,7 @@ pub(super) struct TypedOperand {
     /// of its operands.
     pub division: Option<(Span, [Span; 2])>,
     /// The form, for the warning about a complement.
-    pub form: Form,
+    pub form: OperandForm,
     /// The array, if the operand is a whole array; each of its elements is a part.
     pub whole: Option<Array>,
     /// The value, if the operand is a number and not a name.
@@ -29,7 +29,7 @@ pub(super) struct TypedOperand {
 
 /// The form of an operand, for the warning about a complement.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum OperandForm {
     Bit,
     ComplementOfBit,
     Other,
@@ -37,7 +37,14 @@ pub(super) enum Form {
 
 impl TypedOperand {
     pub fn new(of: NumberType, span: Span) -> TypedOperand {
-        TypedOperand { of, span, division: None, form: Form::Other, whole: None, literal: None }
+        TypedOperand {
+            of,
+            span,
+            division: None,
+            form: OperandForm::Other,
+            whole: None,
+            literal: None,
+        }
     }
 }
 
@@ -83,7 +90,7 @@ impl Resolver<'_> {
             }
             Thing::Address(address @ Address::Bit(bit)) => {
                 self.note(name, span, address);
-                return Some((Part::Bit(bit), TypedOperand { form: Form::Bit, ..integer }));
+                return Some((Part::Bit(bit), TypedOperand { form: OperandForm::Bit, ..integer }));
             }
             Thing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };

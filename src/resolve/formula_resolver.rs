@@ -6,7 +6,7 @@
 
 use super::Resolver;
 use super::formula::{Binary, Formula, NumberType, Part, Unary};
-use super::formula_operands::{Form, TypedOperand, Walk};
+use super::formula_operands::{OperandForm, TypedOperand, Walk};
 use crate::isa::Function;
 use crate::isa::function::{FUNCTIONS, ResultType};
 use crate::source::expression::{self as written, PartKind};
@@ -60,8 +60,8 @@ impl Resolver<'_> {
             Unary::Not => TypedOperand::new(NumberType::Integer, span),
             Unary::Complement => {
                 self.wants_integers(walk, operator.sign(), &[operand]);
-                let is_bit = operand.form == Form::Bit;
-                let form = if is_bit { Form::ComplementOfBit } else { Form::Other };
+                let is_bit = operand.form == OperandForm::Bit;
+                let form = if is_bit { OperandForm::ComplementOfBit } else { OperandForm::Other };
                 TypedOperand { form, ..TypedOperand::new(NumberType::Integer, span) }
             }
         };

@@ -5,7 +5,7 @@
 use super::Resolver;
 use super::formula::{Formula, Part};
 use super::formula_elements::constant;
-use super::formula_operands::{Form, TypedOperand};
+use super::formula_operands::{OperandForm, TypedOperand};
 use super::instruction::{Action, Instruction, Target};
 use super::scope::Thing;
 use crate::isa::{Address, Spec};
@@ -75,7 +75,7 @@ impl Resolver<'_> {
                 let help = format!("write `{real}`, or `trunc({real})` if the loss is meant");
                 self.find(finding.label("both sides are integers").help(help));
             }
-            _ if target.is_bit() && whole.form == Form::ComplementOfBit => {
+            _ if target.is_bit() && whole.form == OperandForm::ComplementOfBit => {
                 let name = self.text(whole.span).trim_start_matches('~').trim_start();
                 let message = "`~` of a bit is -1 or -2, which is never 0";
                 let finding = Finding::new(Code::ComplementOfBit, whole.span, message);
