@@ -122,7 +122,10 @@ mod tests {
 
     #[test]
     fn the_folder_is_the_owners_and_goes() {
-        let scratch = Scratch::default();
+        // In the common folder a different test may take the same name once it is free.
+        let own = Scratch::default();
+        let temp = own.write("temp/..", b"x").unwrap().parent().unwrap().to_owned();
+        let scratch = Scratch(Mutex::new(Some(made(&temp).unwrap())));
         let path = scratch.write("why ../a.txt", b"x").unwrap();
         let folder = path.parent().unwrap().to_owned();
         assert_eq!(path.file_name().unwrap(), "why_.._a.txt");
