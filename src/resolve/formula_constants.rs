@@ -1,7 +1,7 @@
 //! `math-constants`: numbers in an expression that can only be a mistake, such as a division by 0.
 //!
-//! Called by `formula_resolver`. Only numbers written in the expression count. A named constant or a
-//! template's argument is a setting, and an `if` in the expression may handle the value 0.
+//! Called by `formula_resolver`. Only numbers written in the expression count. A named constant or
+//! a template's argument is a setting, and an `if` in the expression may handle the value 0.
 
 use super::Resolver;
 use super::formula::{Binary, NumberType};

@@ -1,7 +1,8 @@
 //! Arrays in MATH: elements with an index that is an expression, and whole arrays among the
 //! arguments of `sum`, `min` and `max`.
 //!
-//! Called by `formula_resolver` and `math`. An element with a constant index becomes a plain word or bit.
+//! Called by `formula_resolver` and `math`. An element with a constant index becomes a plain word
+//! or bit.
 
 use super::Resolver;
 use super::array::{Array, Element};

@@ -1,5 +1,5 @@
-//! The state of one load, and what every part of it needs: names are looked up, their uses recorded,
-//! their mistakes reported.
+//! The state of one load, and what every part of it needs: names are looked up, their uses
+//! recorded, their mistakes reported.
 
 use std::sync::LazyLock;
 
