@@ -1,8 +1,8 @@
 //! Executes the turns of Programs, Tasks and Stages, and the instructions that start and stop them.
 //!
-//! Called by `scan`. Behaviour: `docs/semantics.md`, section 4. A stop only *marks* an element: the
-//! termination pass runs at the element's next turn, which may still come in the same scan. So
-//! every turn begins with the pass, if one is due.
+//! Called by `scan`; `machine` has the states. Behaviour: `docs/semantics.md`, section 4. A stop
+//! only *marks* an element: the termination pass runs at the element's next turn, which may still
+//! come in the same scan. So every turn begins with the pass, if one is due.
 
 use std::ops::Range;
 

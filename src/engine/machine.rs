@@ -1,8 +1,9 @@
-//! A program with its memory and the states of its blocks and Stages, and the steps that change
-//! these states: start, stop, a Stage's bit, the end of a pass.
+//! A program with its memory and the states of its blocks and Stages. Also the steps that several
+//! files share: start and stop of a block, a Stage's bit, the end of a pass, the read of an
+//! element.
 //!
-//! `blocks` and `termination` execute with them, `scan` and `transfer` make and move them.
-//! Behaviour: `docs/semantics.md`, section 4.
+//! `scan` makes the machine, `blocks` and `termination` execute it, `transfer` moves its states to
+//! a new program, `state` and `state_bytes` store them. Behaviour: `docs/semantics.md`, section 4.
 
 use super::events::{BlockEvent, Element, Events, MathEvent};
 use super::image::BitCell;
@@ -86,6 +87,7 @@ pub(super) struct Machine {
 }
 
 impl Machine {
+    /// A bit of a block or Stage.
     #[inline(always)]
     pub fn bit_of(&self, bit: Bit) -> bool {
         self.memory.image.bit(self.program.layout.bit(bit))
@@ -97,14 +99,17 @@ impl Machine {
         self.memory.image.bits[cell as usize] = u8::from(on);
     }
 
+    /// Whether a block runs.
     pub fn is_running(&self, id: BlockId) -> bool {
         self.bit_of(Bit::Running(id))
     }
 
+    /// The state of a block.
     pub fn state(&mut self, id: BlockId) -> &mut BlockState {
         &mut self.blocks[id.0 as usize]
     }
 
+    /// The state of a Stage.
     pub fn stage_state(&mut self, id: StageId) -> &mut StageState {
         &mut self.stages[id.0 as usize]
     }
@@ -119,12 +124,14 @@ impl Machine {
         }
     }
 
+    /// Starts a Program, unless it runs.
     pub fn start_program(&mut self, id: BlockId) {
         if !self.is_running(id) {
             self.mark_started(id);
         }
     }
 
+    /// Turns `.Running` ON and `.Done` OFF; the first turn follows.
     pub fn mark_started(&mut self, id: BlockId) {
         self.put_bit(Bit::Running(id), true);
         self.put_bit(Bit::Done(id), false);

@@ -47,8 +47,8 @@ type FormulaShape = Option<(Vec<StepShape>, Accumulator)>;
 #[derive(Default)]
 struct Grouping<'f> {
     groups: Vec<AlikeMaths>,
-    /// The positions of the groups of each form, ascending.
-    of_form: HashMap<FormulaShape, Vec<usize>>,
+    /// The positions of the groups of each shape, ascending.
+    of_shape: HashMap<FormulaShape, Vec<usize>>,
     uses: LastUses,
     /// No group before this one accepts a further MATH.
     open_from: usize,
@@ -61,14 +61,14 @@ impl Grouping<'_> {
         Op::Math(math).touches(&mut self.touches);
         let stays = self.stays();
         let formula = &steps[math.first as usize..][..math.count as usize];
-        let form = if stays { None } else { shapes(formula).map(|form| (form, math.result)) };
-        let in_columns = form.is_some();
+        let shape = if stays { None } else { shapes(formula).map(|of| (of, math.result)) };
+        let in_columns = shape.is_some();
         // In columns, an earlier group must have written the cells that it reads.
         let earliest = match stays {
             true => self.groups.len(),
             false => self.uses.earliest(&self.touches, in_columns).max(self.open_from),
         };
-        let at = self.group_at_or_behind(form, earliest);
+        let at = self.group_at_or_behind(shape, earliest);
         self.uses.mark(&self.touches, at);
         self.groups[at].maths.push(math);
         if stays {
@@ -93,9 +93,9 @@ impl Grouping<'_> {
         reads_status || arrays.iter().any(|arrays| !arrays.is_empty())
     }
 
-    fn group_at_or_behind(&mut self, form: FormulaShape, earliest: usize) -> usize {
-        let in_columns = form.is_some();
-        let positions = self.of_form.entry(form).or_default();
+    fn group_at_or_behind(&mut self, shape: FormulaShape, earliest: usize) -> usize {
+        let in_columns = shape.is_some();
+        let positions = self.of_shape.entry(shape).or_default();
         let first = positions.partition_point(|at| *at < earliest);
         if let Some(at) = positions.get(first) {
             return *at;

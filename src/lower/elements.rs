@@ -1,8 +1,9 @@
-//! Instructions with elements of arrays that a word selects, and MATH.
+//! Instructions with elements of arrays that a word selects.
 //!
-//! Called by `instructions` and `arrays`. Such an instruction must also turn the status bit of a
-//! wrong index ON and report it: it becomes a MATH, or a MATH reads its operand beforehand. For a
-//! contact or compare, an operation of `values` reads the element.
+//! Called by `instructions` and `arrays`; `math` uses `put_at`. An instruction with such an element
+//! must turn the status bit of a wrong index ON and report it. So it becomes a MATH, or a MATH
+//! reads its operand beforehand. For a contact or compare, an operation of `values` reads the
+//! element.
 
 use super::assembler::Assembler;
 use crate::engine::PassStep;
@@ -13,7 +14,7 @@ use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Space};
 use crate::resolve::array::{Array, Element};
 use crate::resolve::formula::{Binary, Formula, NumberType, Part, type_of_array};
-use crate::resolve::instruction::{Source, Target as MathTarget, Value, WordPlace};
+use crate::resolve::instruction::{Source, Value, WordPlace};
 
 impl Assembler<'_> {
     /// The word of a preset. Its owner reads it at every execution and, if `in_pass`, in the pass
@@ -106,38 +107,8 @@ impl Assembler<'_> {
         Op::Math(Math { quiet: true, ..math })
     }
 
-    /// Lowers a MATH.
-    pub fn math(
-        &mut self,
-        target: MathTarget,
-        index: Option<&Formula>,
-        formula: &Formula,
-        leg: LegPowers,
-    ) -> Op {
-        let put = match (target, index) {
-            (MathTarget::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
-            (MathTarget::Word(word), _) => self.put_in_word(word),
-            (MathTarget::Array(array), Some(index)) => self.math_element(array, index, leg),
-            (MathTarget::Array(_), None) => unreachable!("an element has an index"),
-        };
-        Op::Math(self.formula_into(put, formula, leg))
-    }
-
-    /// The target of a MATH with an index, which is evaluated first.
-    fn math_element(&mut self, array: Array, index: &Formula, leg: LegPowers) -> Put {
-        let cell = match index.parts[..] {
-            [Part::Word(word)] => self.layout.word(word).0,
-            _ => {
-                let cell = self.private_word();
-                let math = self.formula_into(Put::Index(WordWritten(cell)), index, leg);
-                self.op(Op::Math(math));
-                cell
-            }
-        };
-        self.put_at(array, cell)
-    }
-
-    fn put_at(&mut self, array: Array, index: u32) -> Put {
+    /// An element as a target; its index is the word in the cell `index`.
+    pub fn put_at(&mut self, array: Array, index: u32) -> Put {
         let cells = self.cells(array);
         let kind = match array.space {
             Space::Bit(_) => Elements::Bits,

@@ -1,8 +1,8 @@
 //! Turns the expression of a MATH into steps.
 //!
-//! Called by `elements`. Walks the parts, which are in postfix order, with a stack of operands.
-//! A word or constant stays in place, and its operator reads it there. A result stays in the
-//! accumulator of its type until a different result needs the accumulator; then it moves to the
+//! Called by `math` and `elements`. Walks the parts, which are in postfix order, with a stack of
+//! operands. A word or constant stays in place, and its operator reads it there. A result stays in
+//! the accumulator of its type until a different result needs the accumulator; then it moves to the
 //! slot of its place on the stack.
 
 use super::assembler::Assembler;

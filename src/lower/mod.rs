@@ -19,6 +19,7 @@ pub(crate) mod identity;
 mod instructions;
 mod last_uses;
 mod legs;
+mod math;
 mod regions;
 mod rungs;
 pub mod schedule;

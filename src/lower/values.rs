@@ -36,7 +36,7 @@ impl Assembler<'_> {
     }
 
     /// A word that a word selects; 0 if the index is outside of the array.
-    pub fn picked_word(&mut self, element: Element) -> WordRead {
+    fn picked_word(&mut self, element: Element) -> WordRead {
         let from = WordsRead(self.cells(element.array));
         let index = WordRead(self.layout.word(element.index).0);
         let cell = self.private_word();

@@ -1,7 +1,6 @@
 //! Declares the names of all tags, blocks, stages and devices, before rungs are resolved.
 //!
-//! Called by `resolve_ladders`. Fills the scope, and the program's blocks and stages, still without
-//! rungs.
+//! Called by `plain`. Fills the scope, and the program's blocks and stages, still without rungs.
 
 use std::collections::HashMap;
 

@@ -1,6 +1,7 @@
 //! The operands of an expression while it is resolved: their types, and the names among them.
 //!
-//! `formula_resolver`, `formula_elements` and `formula_constants` walk over them.
+//! `formula_resolver` and `formula_elements` make them; `formula_constants` and `math` read them
+//! for warnings.
 
 use super::Resolver;
 use super::array::{Array, Element};

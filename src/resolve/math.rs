@@ -44,7 +44,7 @@ impl Resolver<'_> {
     }
 
     /// Resolves a target without an index, or with a constant index.
-    pub(super) fn plain_target(
+    fn plain_target(
         &mut self,
         name: String,
         span: Span,
@@ -87,7 +87,7 @@ impl Resolver<'_> {
     }
 
     /// Resolves a target with an index. With a constant index, it is a plain word or bit.
-    pub(super) fn math_element(
+    fn math_element(
         &mut self,
         name: &Located<String>,
         index: &written::Expression,
@@ -114,7 +114,7 @@ impl Resolver<'_> {
 
     /// Resolves a target that a word selects, with its index. A template's argument may be such a
     /// target.
-    pub(super) fn math_selected(
+    fn math_selected(
         &mut self,
         name: &Located<String>,
         spec: &'static Spec,

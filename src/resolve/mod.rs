@@ -128,7 +128,7 @@ fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {
     findings
 }
 
-impl<'a> Resolver<'a> {
+impl Resolver<'_> {
     fn program(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Program {
         let ladders = self.expand(ladders);
         let mut program = self.plain_program(&ladders);

@@ -1,6 +1,7 @@
 //! The names that a program declares: their length and their form.
 //!
-//! `declare`, `tags` and `template` check them.
+//! `declare` and `template` check them; every file that keeps or prints a name shortens it with
+//! [`kept`].
 
 use crate::isa::address_text::reads_as_address;
 use crate::isa::{instruction, since};

@@ -1,6 +1,6 @@
 //! Determines the scan order: the order given by `order`, or, without it, programs in file order,
-//! then tasks in file order. Called by `resolve_ladders`. Built-in tasks have fixed turns and are
-//! not part of the scan order.
+//! then tasks in file order. Called by `plain`. Built-in tasks have fixed turns and are not part of
+//! the scan order.
 
 use super::Resolver;
 use super::program::{Block, BlockKind, Program};

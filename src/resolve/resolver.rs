@@ -10,6 +10,7 @@ use super::scope::{Misplaced, Scope, Thing};
 use super::template::pending::{Argument, Trial};
 use crate::isa::{Address, MemorySizes, Structure};
 use crate::progress::Progress;
+use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
@@ -168,8 +169,30 @@ impl<'a> Resolver<'a> {
         thing
     }
 
+    /// Looks up an operand's name; a constant becomes a finding. `types` are the types of tags that
+    /// are accepted here.
+    pub(super) fn thing<'t>(
+        &mut self,
+        atom: &'t Atom,
+        wanted: &str,
+        types: &[&str],
+    ) -> Option<(&'t str, Thing)> {
+        let name = self.name_of(atom, wanted)?;
+        Some((name, self.look_up_as(name, atom.span, types)?))
+    }
+
+    /// The operand's name; a constant becomes a finding.
+    pub(super) fn name_of<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<&'t str> {
+        if atom.name().is_none() {
+            let message = format!("`{atom}` is a constant, not {wanted}");
+            let finding = Finding::new(Code::OperandType, atom.span, message);
+            self.find(finding.label(format!("{wanted} belongs here")));
+        }
+        atom.name()
+    }
+
     /// Records the word or constant that is an index.
-    pub(super) fn note_index(&mut self, name: &str, span: Span) {
+    fn note_index(&mut self, name: &str, span: Span) {
         if let Some(thing) = self.look_up(name, span) {
             match thing {
                 Thing::Constant(..) => self.note_constant(name, span),

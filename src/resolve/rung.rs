@@ -1,5 +1,5 @@
 //! Resolves rungs: checks their legs against the instruction's legs, then resolves contacts and
-//! instructions. Called by `resolve_ladders`, once per block.
+//! instructions. Called by `plain`, once per block.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;

@@ -55,7 +55,6 @@ impl Resolver<'_> {
         Some(meaning)
     }
 
-    /// Reports an alarm's text that is too long. Texts of templates are checked elsewhere, with
     /// Reports a list of initial values for a tag without `count`.
     fn no_list(&mut self, tag: &ladder::Tag) {
         if let Some(list) = &tag.initials {
@@ -68,6 +67,7 @@ impl Resolver<'_> {
         }
     }
 
+    /// Reports an alarm's text that is too long. Texts of templates are checked elsewhere, with
     /// their arguments.
     fn long_alarm(&mut self, tag: &ladder::Tag) {
         let Some(alarm) = tag.alarm.as_ref().filter(|alarm| !Layers::is_layered(alarm.span)) else {

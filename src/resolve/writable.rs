@@ -10,6 +10,7 @@ use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
 
 impl Resolver<'_> {
+    /// The bit that an instruction writes. Adds a finding if the ladder may not write it.
     pub(super) fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
         let (name, thing) = self.thing(atom, "a bit", &["bit"])?;
         let Thing::Address(address @ Address::Bit(bit)) = thing else {
@@ -55,6 +56,7 @@ impl Resolver<'_> {
         None
     }
 
+    /// The word that an instruction writes. Adds a finding if the ladder may not write it.
     pub(super) fn writable_word(&mut self, atom: &Atom, spec: &Spec) -> Option<Word> {
         let (name, thing) = self.thing(atom, "a word", &["int", "real", "word"])?;
         let Thing::Address(address @ Address::Word(word)) = thing else {
@@ -92,28 +94,6 @@ impl Resolver<'_> {
         }
         self.note(name, atom.span, address);
         Some(word)
-    }
-
-    /// Looks up an operand's name; a constant becomes a finding. `types` are the types of tags that
-    /// are accepted here.
-    pub(super) fn thing<'t>(
-        &mut self,
-        atom: &'t Atom,
-        wanted: &str,
-        types: &[&str],
-    ) -> Option<(&'t str, Thing)> {
-        let name = self.name_of(atom, wanted)?;
-        Some((name, self.look_up_as(name, atom.span, types)?))
-    }
-
-    /// The operand's name; a constant becomes a finding.
-    pub(super) fn name_of<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<&'t str> {
-        if atom.name().is_none() {
-            let message = format!("`{atom}` is a constant, not {wanted}");
-            let finding = Finding::new(Code::OperandType, atom.span, message);
-            self.find(finding.label(format!("{wanted} belongs here")));
-        }
-        atom.name()
     }
 }
 

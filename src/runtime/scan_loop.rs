@@ -1,7 +1,8 @@
 //! The loop of the scan thread: wait for the grid, scan or tick, measure, publish.
 //!
-//! `scanner` has the thread's state and its changes of mode, `obey` executes the commands. This
-//! file runs them in the order of a scan's steps. Behaviour: `docs/semantics.md`, section 4.
+//! Called by the scan thread, once for each scan or tick. `scanner` has the thread's state and the
+//! steps that are shared with `obey`, which executes commands. Behaviour: `docs/semantics.md`,
+//! section 4.
 
 use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Write};
 use super::field::InputStep;
@@ -48,7 +49,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// Sleeps until the deadline, or until the last scan is requested, which then comes at once.
     /// During a long wait the thread gives a sign of life and executes commands every
     /// [`TICK_NS_MAX`].
-    pub(super) fn wait_until(&mut self, deadline_ns: u64) {
+    fn wait_until(&mut self, deadline_ns: u64) {
         loop {
             let now_ns = self.clock.now_ns();
             if deadline_ns.saturating_sub(now_ns) <= TICK_NS_MAX {

@@ -1,5 +1,5 @@
-//! The state of the scan thread, and its changes of mode. `scan_loop` runs the thread, `obey`
-//! executes commands.
+//! The state of the scan thread, and the steps that `scan_loop` and `obey` share: a change of mode,
+//! the passes, publishing, records of events.
 //!
 //! The scanner owns the engine. It takes the time from its [`Clock`], the inputs and writes from
 //! its side of the exchange, and hands on images, records and statistics. It allocates nothing,

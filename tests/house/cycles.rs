@@ -1,10 +1,13 @@
 //! Finds the files of `src/` that use each other in a circle.
 //!
 //! A file uses a second file if it names an item of that file, in a `use` or in a path in its text.
-//! A re-exported name (`pub use`) counts as a name of the file that defines it. A file also uses a
-//! file of the same top-level module if it calls a method whose name only that file defines. Calls
-//! of methods with the same name in several files are not seen, because no path says which of them
-//! is meant. Inline modules, tests among them, are ignored.
+//! A re-exported name (`pub use`) counts as a name of the file that defines it.
+//!
+//! A file also uses a file of the same top-level module if it calls a method (`.name(`) that no
+//! other file of `src/` defines. If several files define a method of that name, the text does not
+//! say which one is called, and the call is ignored. `Self::name(` is ignored, and `Type::name(`
+//! counts only as a use of the file that defines the type. Inline modules, tests among them, are
+//! ignored.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,8 +27,8 @@ const OF_THE_STANDARD_LIBRARY: [&str; 3] = ["any", "clone", "spawn"];
 
 pub struct Crate {
     modules: BTreeMap<Path, Module>,
-    /// For each name of a method, the modules that define one.
-    methods: BTreeMap<String, Vec<Path>>,
+    /// For each name of a method, the modules that define it.
+    methods: BTreeMap<String, BTreeSet<Path>>,
 }
 
 /// `engine/ops.rs` is `engine::ops`, and `engine/mod.rs` is `engine`.
@@ -115,7 +118,7 @@ impl Crate {
             let (imports, rest) = statements(&text);
             uses.push((path.clone(), imports));
             for name in methods(&rest) {
-                all.methods.entry(name.to_owned()).or_default().push(path.clone());
+                all.methods.entry(name.to_owned()).or_default().insert(path.clone());
             }
             all.modules.insert(path, empty(rest));
         }
@@ -203,7 +206,7 @@ impl Crate {
     /// The module that defines a method called in a module, if only one can be meant.
     fn method(&self, path: &Path, name: &str) -> Option<Path> {
         let makers = self.methods.get(name)?;
-        let [maker] = makers.as_slice() else { return None };
+        let maker = makers.first().filter(|_| makers.len() == 1)?;
         let is_meant = maker[0] == path[0] && !OF_THE_STANDARD_LIBRARY.contains(&name);
         is_meant.then(|| maker.clone())
     }
@@ -305,6 +308,8 @@ fn a_circle_is_found_through_methods() {
         ("a/b.rs", "pub struct B;\nimpl B {\n    fn one(&self) {\n        self.two();\n    }\n}\n");
     let other = ("a/c.rs", "use super::b::B;\nimpl B {\n    pub fn two(&self) {}\n}\n");
     assert_eq!(circles(&[root, own, other]), ["a::b", "a::c"]);
+    let both = format!("{}impl C {{\n    fn two(&self) {{}}\n}}\n", other.1);
+    assert_eq!(circles(&[root, own, ("a/c.rs", &both)]), ["a::b", "a::c"]);
     let third = ("a/d.rs", "trait D {\n    fn two(&self);\n}\n");
     assert!(circles(&[root, own, other, third]).is_empty());
     let far = ("d/c.rs", "use crate::a::b::B;\nimpl B {\n    pub fn two(&self) {}\n}\n");

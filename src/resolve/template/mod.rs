@@ -1,9 +1,9 @@
 //! Templates: replaces their uses by rungs and stages.
 //!
-//! Called by `resolve_ladders` before any name is declared. [`Resolver::expand`] expands every use.
-//! Each block then has only rungs and stages, and the ladder has the own tags of all uses
-//! (`p1.failed`). Once all names are declared, [`Resolver::check_arguments`] checks the arguments
-//! of each use. No later step handles templates.
+//! Called by `resolve` before any name is declared. [`Resolver::expand`] expands every use. Each
+//! block then has only rungs and stages, and the ladder has the own tags of all uses (`p1.failed`).
+//! Once all names are declared, `plain` calls [`Resolver::check_arguments`], which checks the
+//! arguments of each use. No later step handles templates.
 
 mod arguments;
 mod declared;

@@ -1,0 +1,42 @@
+//! Turns MATH into operations: its target, and the index of a target.
+//!
+//! Called by `instructions`. `formula` turns the expressions into steps.
+
+use super::assembler::Assembler;
+use crate::engine::ops::{BitWritten, LegPowers, Op, Put, WordWritten};
+use crate::resolve::array::Array;
+use crate::resolve::formula::{Formula, Part};
+use crate::resolve::instruction::Target;
+
+impl Assembler<'_> {
+    /// Lowers a MATH.
+    pub fn math(
+        &mut self,
+        target: Target,
+        index: Option<&Formula>,
+        formula: &Formula,
+        leg: LegPowers,
+    ) -> Op {
+        let put = match (target, index) {
+            (Target::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
+            (Target::Word(word), _) => self.put_in_word(word),
+            (Target::Array(array), Some(index)) => self.math_element(array, index, leg),
+            (Target::Array(_), None) => unreachable!("an element has an index"),
+        };
+        Op::Math(self.formula_into(put, formula, leg))
+    }
+
+    /// The target of a MATH with an index, which is evaluated first.
+    fn math_element(&mut self, array: Array, index: &Formula, leg: LegPowers) -> Put {
+        let cell = match index.parts[..] {
+            [Part::Word(word)] => self.layout.word(word).0,
+            _ => {
+                let cell = self.private_word();
+                let math = self.formula_into(Put::Index(WordWritten(cell)), index, leg);
+                self.op(Op::Math(math));
+                cell
+            }
+        };
+        self.put_at(array, cell)
+    }
+}
