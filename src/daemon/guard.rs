@@ -260,12 +260,32 @@ mod tests {
 
     const HEALTHY: Duration = Duration::from_secs(600);
 
-    fn place(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("rungd-guard-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let file = folder.join(name);
-        let _ = fs::remove_file(&file);
-        file
+    /// A file that is removed when this value is dropped.
+    struct TemporaryFile(PathBuf);
+
+    impl std::ops::Deref for TemporaryFile {
+        type Target = Path;
+
+        fn deref(&self) -> &Path {
+            &self.0
+        }
+    }
+
+    impl AsRef<Path> for TemporaryFile {
+        fn as_ref(&self) -> &Path {
+            &self.0
+        }
+    }
+
+    impl Drop for TemporaryFile {
+        fn drop(&mut self) {
+            let _ = fs::remove_file(&self.0);
+        }
+    }
+
+    fn place(name: &str) -> TemporaryFile {
+        let name = format!("rungd-guard-{}-{name}", std::process::id());
+        TemporaryFile(std::env::temp_dir().join(name))
     }
 
     fn start(file: &Path) -> Guard {

@@ -253,4 +253,5 @@ fn local_time_changes_with_summer_time_at_its_second() {
     to(autumn_s - 2);
     shows("2026-10-25T02:00:", "+01:00 ");
     assert!(!texts.text().contains("2026-03-29T02:"), "this hour is not there");
+    let _ = fs::remove_dir_all(&folder);
 }

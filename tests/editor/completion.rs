@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use crate::editor::client::Editor;
 use crate::editor::project::{self, CONTROLLER, LADDER, TEST};
+use crate::support::folder::TestFolder;
 
 /// A ladder with a name of every kind.
 pub const RICH: &str = r#"[ladder]
@@ -78,7 +79,7 @@ name = "Close"
 "#;
 
 /// An editor with the project open.
-pub fn editor(capabilities: Value) -> (project::Folder, Editor) {
+pub fn editor(capabilities: Value) -> (TestFolder, Editor) {
     let folder = project::folder();
     let mut editor = Editor::with(folder.path(), capabilities);
     for name in [CONTROLLER, LADDER, TEST] {

@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use crate::editor::client::{Editor, place_of};
-use crate::editor::project::{CONTROLLER, Folder, LADDER, TEST, folder};
+use crate::editor::project::{CONTROLLER, LADDER, TEST, folder};
+use crate::support::folder::TestFolder;
 
 /// The hover text at a place, which `^` marks in `wanted`.
 fn shown(editor: &mut Editor, name: &str, wanted: &str) -> String {
@@ -14,7 +15,7 @@ fn shown(editor: &mut Editor, name: &str, wanted: &str) -> String {
     answer["contents"]["value"].as_str().unwrap_or_default().to_owned()
 }
 
-fn opened() -> (Folder, Editor) {
+fn opened() -> (TestFolder, Editor) {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     for name in [CONTROLLER, LADDER, TEST] {

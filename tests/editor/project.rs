@@ -1,8 +1,8 @@
 //! A project for the tests of the editor: a controller file, a ladder with a template, a test.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+
+use crate::support::folder::TestFolder;
 
 pub const CONTROLLER: &str = "rungd.toml";
 pub const LADDER: &str = "plant.toml";
@@ -87,33 +87,13 @@ set = { level = 5 }
 steps = ["set start 1", "run 2 scans", "expect: valve"]
 "#;
 
-/// A folder that is removed when this value is dropped.
-pub struct Folder(PathBuf);
-
-impl Folder {
-    /// The folder's path.
-    pub fn path(&self) -> &Path {
-        &self.0
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 /// Makes an empty folder.
-pub fn empty() -> Folder {
-    static NUMBER: AtomicU32 = AtomicU32::new(0);
-    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-    let path = std::env::temp_dir().join(format!("rungd-editor-{}-{number}", std::process::id()));
-    fs::create_dir_all(&path).unwrap();
-    Folder(path.canonicalize().unwrap())
+pub fn empty() -> TestFolder {
+    TestFolder::new("editor")
 }
 
 /// Makes a folder with the project.
-pub fn folder() -> Folder {
+pub fn folder() -> TestFolder {
     let folder = empty();
     for (name, text) in [(CONTROLLER, CONTROLLER_TEXT), (LADDER, LADDER_TEXT), (TEST, TEST_TEXT)] {
         fs::write(folder.path().join(name), text).unwrap();

@@ -12,7 +12,8 @@ use serde_json::{Value, json};
 
 use crate::editor::client::{Editor, place_of};
 use crate::editor::findings::shipped;
-use crate::editor::project::{CONTROLLER, Folder, LADDER, TEST, empty, folder};
+use crate::editor::project::{CONTROLLER, LADDER, TEST, empty, folder};
+use crate::support::folder::TestFolder;
 use crate::support::run::{Rows, target};
 
 /// The answer to a rename: the edits by file, or the refusal.
@@ -242,7 +243,7 @@ fn loaded(folder: &Path, name: &str) -> Option<Loaded> {
     loaded.program.is_some().then_some(loaded)
 }
 
-fn copied() -> Folder {
+fn copied() -> TestFolder {
     let (folder, config) = (empty(), Path::new(env!("CARGO_MANIFEST_DIR")).join("config"));
     for name in shipped(&config) {
         let to = folder.path().join(&name);

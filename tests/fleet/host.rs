@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::fleet::broker::{PATIENCE, fresh_folder};
+use crate::fleet::broker::PATIENCE;
 use crate::fleet::certificates::Certificates;
 use crate::fleet::edge_rig::{CONTROLLER, Edge, LADDER};
 use crate::fleet::fleet_process::FleetProcess;
 use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
 use crate::fleet::nats::NatsCluster;
+use crate::support::folder::TestFolder;
 use crate::support::live::Live;
 
 /// The ladder of the second controller.
@@ -127,19 +128,19 @@ fn two_controllers_behind_certificates_are_compared_with_a_checkout() {
     until(("status", &shown, &["--require-run"]), |code, report| {
         code == 0 && modes(report) == BOTH_RUN
     });
-    let folder = fresh_folder("checkout");
-    check_in(&plants.press, &folder.join("plant/press"));
-    check_in(&plants.press, &folder.join("saw"));
-    check_in(&plants.press, &folder.join("plant/gone"));
-    let expected = folder.display().to_string();
+    let folder = TestFolder::new("checkout");
+    check_in(&plants.press, &folder.path().join("plant/press"));
+    check_in(&plants.press, &folder.path().join("saw"));
+    check_in(&plants.press, &folder.path().join("plant/gone"));
+    let expected = folder.path().display().to_string();
     let report = until(("status", &shown, &["--expect", &expected]), |code, report| {
         code == 1 && modes(report) == BOTH_RUN
     });
     let verdict = |at: usize| report["nodes"][at]["ladder_verdict"]["verdict"].clone();
     assert_eq!([verdict(0), verdict(1)], ["same", "differs"], "{report:#}");
     assert_eq!(report["missing"][0]["node"], "gone", "{report:#}");
-    check_in(&plants.saw, &folder.join("saw"));
-    fs::remove_dir_all(folder.join("plant/gone")).unwrap();
+    check_in(&plants.saw, &folder.path().join("saw"));
+    fs::remove_dir_all(folder.path().join("plant/gone")).unwrap();
     until(("status", &shown, &["--expect", &expected]), |code, _| code == 0);
 
     plants.saw.ok("mode stop");

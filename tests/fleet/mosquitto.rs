@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::fleet::broker::{Process, free_ports, fresh_folder, program};
+use crate::fleet::broker::{Process, free_ports, program};
 use crate::fleet::certificates::Certificates;
+use crate::support::folder::TestFolder;
 use crate::support::needs::not_installed;
 
 /// The options of a mosquitto.
@@ -23,6 +24,8 @@ pub struct Mosquitto {
     /// Present with TLS.
     pub certificates: Option<Certificates>,
     process: Process,
+    /// Dropped after the process, which writes to it.
+    _folder: TestFolder,
     lives: usize,
 }
 
@@ -38,21 +41,21 @@ impl Mosquitto {
             not_installed("openssl");
             return None;
         }
-        let folder = fresh_folder("mosquitto");
-        let certificates = options.tls.then(|| Certificates::make(&folder.join("tls")));
+        let folder = TestFolder::new("mosquitto");
+        let certificates = options.tls.then(|| Certificates::make(&folder.path().join("tls")));
         loop {
             let [port] = free_ports(1)[..] else { panic!("one port was asked for") };
-            let conf = configuration(options, certificates.as_ref(), &folder);
+            let conf = configuration(options, certificates.as_ref(), folder.path());
             let conf = format!("listener {port} 127.0.0.1\n{conf}");
-            let file = folder.join("mosquitto.conf");
+            let file = folder.path().join("mosquitto.conf");
             std::fs::write(&file, &conf).unwrap();
             let words = [mosquitto.clone(), "-c".into(), file, "-v".into()];
             let command = words.iter().map(|word| word.display().to_string()).collect();
-            let log = folder.join(format!("log-{port}"));
+            let log = folder.path().join(format!("log-{port}"));
             let mut process = Process::new(command, log);
             process.start();
             if process.waits_for(" running", 1) {
-                return Some(Mosquitto { port, certificates, process, lives: 1 });
+                return Some(Mosquitto { port, certificates, process, _folder: folder, lives: 1 });
             }
             let said = process.said();
             assert!(said.contains("Address already in use"), "{conf}\n{said}");

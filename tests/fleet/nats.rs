@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use rustix::fs::{FlockOperation, flock};
 
-use crate::fleet::broker::{PATIENCE, Process, free_ports, fresh_folder, program};
+use crate::fleet::broker::{PATIENCE, Process, free_ports, program};
+use crate::support::folder::TestFolder;
 use crate::support::needs::not_installed;
 
 /// The nodes of a cluster.
@@ -28,6 +29,8 @@ fn one_at_a_time() -> File {
 pub struct NatsCluster {
     mqtt: Vec<u16>,
     nodes: Vec<Process>,
+    /// Dropped after the nodes, which write to it.
+    _folder: TestFolder,
     _turn: Rc<File>,
 }
 
@@ -42,12 +45,13 @@ impl NatsCluster {
         let turn = Rc::new(one_at_a_time());
         loop {
             let ports = free_ports(3 * NODES);
-            let folder = fresh_folder("nats");
-            let node = |n| Process::new(command(&server, &folder, &ports, n), log(&folder, n));
+            let folder = TestFolder::new("nats");
+            let node =
+                |n| Process::new(command(&server, folder.path(), &ports, n), log(folder.path(), n));
             let mut nodes: Vec<Process> = (0..NODES).map(node).collect();
             nodes.iter_mut().for_each(Process::start);
             let mqtt = ports[..NODES].to_vec();
-            let mut cluster = NatsCluster { mqtt, nodes, _turn: Rc::clone(&turn) };
+            let mut cluster = NatsCluster { mqtt, nodes, _folder: folder, _turn: Rc::clone(&turn) };
             if (0..NODES).all(|n| cluster.waits_for(n)) {
                 return Some(cluster);
             }

@@ -6,6 +6,7 @@ use rungd::mqtt::{BrokerLogin, BrokerSettings, MqttCause, MqttVersion, TlsFiles}
 use crate::fleet::certificates::Certificates;
 use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
 use crate::fleet::sessions::{confirmed, refusal, run, session, settings};
+use crate::support::folder::TestFolder;
 
 const VERSIONS: [MqttVersion; 2] = [MqttVersion::V3, MqttVersion::V5];
 
@@ -37,8 +38,8 @@ fn both_sides_are_checked() {
         // Without a client certificate.
         insecure(refusal(&of(&TlsFiles { ca: ours.ca.clone(), ..TlsFiles::default() })).await);
         // An authority that did not sign the broker's certificate.
-        let folder = crate::fleet::broker::fresh_folder("strangers");
-        let strangers = files(&Certificates::make(&folder));
+        let folder = TestFolder::new("strangers");
+        let strangers = files(&Certificates::make(folder.path()));
         let unknown = TlsFiles { ca: strangers.ca.clone(), ..ours.clone() };
         assert!(insecure(refusal(&of(&unknown)).await).contains("invalid peer certificate"));
         // A client certificate that the broker's authority did not sign.

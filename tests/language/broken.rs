@@ -12,33 +12,18 @@ use rungd::source::render::{Style, render};
 use rungd::source::span::SourceFile;
 use rungd::testing::read_suite;
 
-/// A folder that is removed at the end.
-struct Folder(PathBuf);
+use crate::support::folder::TestFolder;
 
-impl Folder {
-    fn new(name: &str) -> Folder {
-        let folder = std::env::temp_dir().join(format!("rungd-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        Folder(folder)
-    }
-
-    /// Makes a folder with a copy of the shipped files; also returns their paths.
-    fn shipped(name: &str) -> (Folder, Vec<PathBuf>) {
-        let (folder, root) = (Folder::new(name), Path::new(env!("CARGO_MANIFEST_DIR")));
-        let mut files = Vec::new();
-        // Some tests of the library refer to the ladders of its diagrams.
-        copy(&root.join("docs/lib"), &folder.0.join("docs/lib"), &mut Vec::new());
-        copy(&root.join("config"), &folder.0.join("config"), &mut files);
-        files.sort();
-        assert!(files.len() > 70, "{}", files.len());
-        (folder, files)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
+/// Makes a folder with a copy of the shipped files; also returns their paths.
+fn shipped() -> (TestFolder, Vec<PathBuf>) {
+    let (folder, root) = (TestFolder::new("broken"), Path::new(env!("CARGO_MANIFEST_DIR")));
+    let mut files = Vec::new();
+    // Some tests of the library refer to the ladders of its diagrams.
+    copy(&root.join("docs/lib"), &folder.path().join("docs/lib"), &mut Vec::new());
+    copy(&root.join("config"), &folder.path().join("config"), &mut files);
+    files.sort();
+    assert!(files.len() > 70, "{}", files.len());
+    (folder, files)
 }
 
 fn copy(from: &Path, to: &Path, files: &mut Vec<PathBuf>) {
@@ -134,7 +119,7 @@ fn follow(before: &Told, now: &Told, lines: RangeInclusive<usize>) -> Vec<String
 
 #[test]
 fn a_broken_line_of_a_shipped_file_causes_no_other_finding() {
-    let (_folder, paths) = Folder::shipped("broken");
+    let (_folder, paths) = shipped();
     let (mut wrong, mut judged) = (Vec::new(), 0);
     for path in &paths {
         let text = fs::read_to_string(path).unwrap();

@@ -4,6 +4,7 @@ pub mod bench;
 pub mod calm;
 pub mod case;
 pub mod disk_pace;
+pub mod folder;
 pub mod journal;
 pub mod live;
 pub mod mangled;
