@@ -127,6 +127,12 @@ pub fn is_late(asked: Instant) -> bool {
     asked.elapsed() >= Duration::from_secs(2)
 }
 
+/// Whether a log tells that the disk was too slow for the last blocks at the end. What is behind
+/// them is not in the recording: neither they nor the gap before them.
+pub fn lacks_the_last(lines: &[Value]) -> bool {
+    lines.iter().any(|line| message(line).contains("the last scans may be missing"))
+}
+
 /// The scans of a period of time: their number, and how many were skipped or overran.
 #[derive(Clone, Copy, Debug)]
 struct Scans {
