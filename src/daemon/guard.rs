@@ -263,14 +263,6 @@ mod tests {
     /// A file that is removed when this value is dropped.
     struct TemporaryFile(PathBuf);
 
-    impl std::ops::Deref for TemporaryFile {
-        type Target = Path;
-
-        fn deref(&self) -> &Path {
-            &self.0
-        }
-    }
-
     impl AsRef<Path> for TemporaryFile {
         fn as_ref(&self) -> &Path {
             &self.0
@@ -288,8 +280,8 @@ mod tests {
         TemporaryFile(std::env::temp_dir().join(name))
     }
 
-    fn start(file: &Path) -> Guard {
-        Guard::begin(Some(file.to_owned()), HEALTHY)
+    fn start(file: impl AsRef<Path>) -> Guard {
+        Guard::begin(Some(file.as_ref().to_owned()), HEALTHY)
     }
 
     fn s(seconds: u64) -> Duration {
@@ -315,7 +307,7 @@ mod tests {
         let next = start(&file);
         assert_eq!(next.restarts, 7);
         next.end(Ended::Orderly);
-        assert!(!file.exists());
+        assert!(!file.0.exists());
         assert_eq!(start(&file).restarts, 0);
     }
 
@@ -334,7 +326,7 @@ mod tests {
         guard.look(s(1101), Mode::Run, 5);
         assert_eq!(guard.restarts, 0);
         guard.writing.take().unwrap().join().unwrap();
-        assert_eq!(read(&file).unwrap(), Count { restarts: 0, running: true });
+        assert_eq!(read(&file.0).unwrap(), Count { restarts: 0, running: true });
     }
 
     #[test]
@@ -373,7 +365,7 @@ mod tests {
         fs::remove_file(&file).unwrap();
         let socket = std::os::unix::net::UnixListener::bind(&file).unwrap();
         start(&file).end(Ended::Orderly);
-        assert!(file.exists(), "as a device would be");
+        assert!(file.0.exists(), "as a device would be");
         drop(socket);
         fs::remove_file(&file).unwrap();
         // The guard's temporary file does not overwrite another file either.

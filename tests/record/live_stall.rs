@@ -193,6 +193,8 @@ fn a_stall_that_is_longer_is_told_and_leaves_a_gap() {
         let most = 1 + usize::from(asked.elapsed() >= Duration::from_secs(2));
         assert!((1..=most).contains(&count(&lines, "record-failed")), "{lines:#?}");
         assert_eq!(count(&lines, "record-resumed"), 1, "{lines:#?}");
+        let resumed = lines.iter().find(|line| line["event"] == "record-resumed").unwrap();
+        assert!(resumed["blocks_lost"].as_u64() >= Some(1), "{resumed}");
         let verified = verified(&on.dir, true);
         assert!(verified.gaps >= 1 || lacks_the_last(&lines), "{verified:?}, {lines:#?}");
         assert!(verified.scans < scans, "{verified:?}");
