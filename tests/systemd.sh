@@ -244,6 +244,20 @@ test_operator() {
         container "[ \"\$(stat -c '%a %U %G' $socket)\" = '660 rungd rungd' ]"
     check "rungd status: answers" "$(in_it rungd status | head -1)" \
         eval 'in_it rungd status | grep -q RUN'
+    local view=/run/rungd/rungd-view.sock
+    check "the view socket is of a group that only looks" "$(container "stat -c '%A %U %G' $view")" \
+        container "[ \"\$(stat -c '%a %U %G' $view)\" = '660 rungd rungd-view' ]"
+    check "the view group gets a status" \
+        "$(container 'setpriv --reuid=65534 --regid=rungd-view --clear-groups rungd status' | head -1)" \
+        container 'setpriv --reuid=65534 --regid=rungd-view --clear-groups rungd status | grep -q RUN'
+    check "the view group changes nothing" \
+        "$(container 'setpriv --reuid=65534 --regid=rungd-view --clear-groups rungd mode stop 2>&1 || true' | head -1)" \
+        container '! setpriv --reuid=65534 --regid=rungd-view --clear-groups rungd mode stop'
+    local user
+    for user in rungd-web rungd-edge; do
+        check "$user looks and changes nothing" "$(container "id -Gn $user")" \
+            container "id -Gn $user | grep -qw rungd-view && ! id -Gn $user | tr ' ' '\n' | grep -qx rungd"
+    done
     check "rungd status: not for everybody" \
         "$(container 'setpriv --reuid=65534 --clear-groups rungd status 2>&1 || true' | head -1)" \
         container '! setpriv --reuid=65534 --clear-groups rungd status'

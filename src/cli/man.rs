@@ -28,10 +28,11 @@ const ENVIRONMENT: [(&str, &str); 3] = [
     ("NO_COLOR", "Findings are printed without colours if this is set to anything."),
 ];
 
-const FILES: [(&str, &str); 4] = [
+const FILES: [(&str, &str); 5] = [
     ("/etc/rungd/controller.toml", "The controller file of the service."),
     ("/etc/rungd/programs/", "The ladder files that it names."),
     ("/run/rungd/rungd.sock", "The operator's socket of the service."),
+    ("/run/rungd/rungd-view.sock", "The view socket of the service, which refuses every change."),
     ("/usr/share/doc/rungd/", "The language, the semantics, how to run a controller."),
 ];
 

@@ -1,5 +1,5 @@
-//! `[operator]`: its keys, and the settings made from them: a path of a valid length, permissions
-//! as a number. Only run time shows whether the group exists and the socket can be made.
+//! `[operator]`: its keys, and the settings made from them: paths of a valid length, permissions as
+//! numbers. Only run time shows whether the groups exist and the sockets can be made.
 
 use crate::source::finding::{Code, Finding};
 use crate::source::key::key;
@@ -19,6 +19,12 @@ pub struct WrittenOperator {
     pub(crate) mode: Option<Text>,
     /// `group`: its group, by name or number.
     pub(crate) group: Option<Text>,
+    /// `view-socket`: the path of the view socket, relative to the controller file.
+    pub(crate) view_socket: Option<Text>,
+    /// `view-mode`: its permissions, in octal digits.
+    pub(crate) view_mode: Option<Text>,
+    /// `view-group`: its group, by name or number.
+    pub(crate) view_group: Option<Text>,
 }
 
 /// The settings of the operator's socket.
@@ -32,13 +38,32 @@ pub struct Operator {
     pub(crate) mode: u32,
     /// Its group, by name or number; if not given, the daemon's own.
     pub(crate) group: Option<String>,
+    /// The view socket.
+    pub(crate) view: ViewSocket,
+}
+
+/// The settings of the view socket, which refuses every change.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ViewSocket {
+    /// Its path, relative to the controller file; if not given, beside the operator's socket.
+    pub(crate) socket: Option<String>,
+    /// Its permissions; if not given, those of the operator's socket.
+    pub(crate) mode: Option<u32>,
+    /// Its group, by name or number; if not given, the daemon's default group for it.
+    pub(crate) group: Option<String>,
 }
 
 impl Default for Operator {
     fn default() -> Self {
-        Operator { enabled: true, socket: None, mode: 0o660, group: None }
+        let view = ViewSocket { socket: None, mode: None, group: None };
+        Operator { enabled: true, socket: None, mode: MODE, group: None, view }
     }
 }
+
+/// The permissions of a socket if none are given.
+const MODE: u32 = 0o660;
+/// The form of permissions, for the schema.
+const MODE_FORM: &str = r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#;
 
 /// The longest path. The system's limit is 107 bytes, and the socket is made under a longer,
 /// temporary name.
@@ -61,11 +86,23 @@ fn read(mut table: Table<'_>) -> WrittenOperator {
             "Its path, relative to this file; if not given, in systemd's runtime folder.",
         )),
         mode: table.string(
-            key("mode", "Its permissions in octal digits; 0660 if not given.")
-                .limited(r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#),
+            key("mode", "Its permissions in octal digits; 0660 if not given.").limited(MODE_FORM),
         ),
         group: table
             .string(key("group", "Its group, by name or number; members may give commands.")),
+        view_socket: table.string(key(
+            "view-socket",
+            "A second socket, which refuses every change; `rungd-view.sock` beside `rungd.sock` if \
+             not given.",
+        )),
+        view_mode: table.string(
+            key("view-mode", "The permissions of `view-socket`; `mode` if not given.")
+                .limited(MODE_FORM),
+        ),
+        view_group: table.string(key(
+            "view-group",
+            "The group of `view-socket`: members may look, and change nothing.",
+        )),
     };
     table.finish();
     operator
@@ -73,42 +110,61 @@ fn read(mut table: Table<'_>) -> WrittenOperator {
 
 /// Makes the settings from the keys, with a finding for each wrong value.
 pub fn resolve(written: &WrittenOperator, findings: &mut Vec<Finding>) -> Operator {
-    let mut wrong = |text: &Text, message: String, help: &str| {
-        findings.push(Finding::new(Code::Controller, text.span, message).help(help));
-    };
-    let mut operator = Operator { enabled: written.enabled, ..Operator::default() };
-    if let Some(socket) = &written.socket {
+    let none = Operator::default();
+    let mut judged = Judged(findings);
+    Operator {
+        enabled: written.enabled,
+        socket: judged.socket(written.socket.as_ref(), "socket", "rungd.sock"),
+        mode: judged.mode(written.mode.as_ref(), "mode").unwrap_or(none.mode),
+        group: judged.group(written.group.as_ref(), "group", "rungd"),
+        view: ViewSocket {
+            socket: judged.socket(written.view_socket.as_ref(), "view-socket", "rungd-view.sock"),
+            mode: judged.mode(written.view_mode.as_ref(), "view-mode"),
+            group: judged.group(written.view_group.as_ref(), "view-group", "rungd-view"),
+        },
+    }
+}
+
+/// The values of the keys of one socket, judged; `key` names the key.
+struct Judged<'a>(&'a mut Vec<Finding>);
+
+impl Judged<'_> {
+    fn wrong(&mut self, text: &Text, message: String, help: &str) {
+        self.0.push(Finding::new(Code::Controller, text.span, message).help(help));
+    }
+
+    fn socket(&mut self, socket: Option<&Text>, key: &str, name: &str) -> Option<String> {
+        let socket = socket?;
         let path = &socket.text;
         if path.is_empty() || path.ends_with('/') || path.contains('\0') {
-            wrong(
-                socket,
-                "a socket is a file".into(),
-                "write `socket = \"/run/rungd/rungd.sock\"`",
-            );
+            let help = format!("write `{key} = \"/run/rungd/{name}\"`");
+            self.wrong(socket, "a socket is a file".into(), &help);
         } else if path.len() > SOCKET_BYTES_MAX {
             let message = format!("a socket's path has at most {SOCKET_BYTES_MAX} bytes");
-            wrong(socket, message, "choose a shorter one, as `/run/rungd/rungd.sock`");
+            self.wrong(socket, message, &format!("choose a shorter one, as `/run/rungd/{name}`"));
         }
-        operator.socket = Some(path.clone());
+        Some(path.clone())
     }
-    if let Some(mode) = &written.mode {
-        match octal(&mode.text) {
-            Some(bits) => operator.mode = bits,
-            None => {
-                let message = format!("`{}` is no file mode", mode.text);
-                wrong(mode, message, "write it in octal digits: `mode = \"0660\"`");
-            }
+
+    fn mode(&mut self, mode: Option<&Text>, key: &str) -> Option<u32> {
+        let mode = mode?;
+        let bits = octal(&mode.text);
+        if bits.is_none() {
+            let message = format!("`{}` is no file mode", mode.text);
+            self.wrong(mode, message, &format!("write it in octal digits: `{key} = \"0660\"`"));
         }
+        bits
     }
-    if let Some(group) = &written.group {
+
+    fn group(&mut self, group: Option<&Text>, key: &str, name: &str) -> Option<String> {
+        let group = group?;
         let odd = |c: char| c.is_whitespace() || c.is_control() || c == ':';
         if group.text.is_empty() || group.text.contains(odd) {
             let message = format!("`{}` is no group", group.text);
-            wrong(group, message, "write its name or number: `group = \"rungd\"`");
+            self.wrong(group, message, &format!("write its name or number: `{key} = \"{name}\"`"));
         }
-        operator.group = Some(group.text.clone());
+        Some(group.text.clone())
     }
-    operator
 }
 
 fn octal(text: &str) -> Option<u32> {

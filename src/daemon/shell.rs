@@ -116,10 +116,9 @@ pub fn run(
     faults::listen();
     let inputs = initial_inputs(&program, &setup);
     let mut engine = Engine::new(program.clone());
-    let place = operator::SocketSpec::of(&setup.operator, &setup.controller);
     // Before the file of retentive memory is made, so that a refused start leaves no file.
-    let socket = place.as_ref().map(operator::claim).transpose()?.flatten();
-    let has_operator = socket.is_some();
+    let sockets = operator::claim(&setup.operator, &setup.controller)?;
+    let has_operator = !sockets.is_empty();
     let retained = setup.retain.as_ref().map(|wanted| {
         let runs_cold = options.runs_cold.unwrap_or(wanted.runs_cold);
         let wanted = RetainSettings { runs_cold, has_operator, ..wanted.clone() };
@@ -168,7 +167,7 @@ pub fn run(
     let Host { tokio, signals } = host;
     let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
     let field = (prepared.lines(), healths);
-    let first = First { running, reloader, narration, field, limit, socket, book };
+    let first = First { running, reloader, narration, field, limit, sockets, book };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention, recording }))
 }
 
@@ -189,8 +188,8 @@ struct First {
     field: (Vec<Ends>, Vec<Health>),
     /// The longest time in which a reload reads and checks its files.
     limit: Duration,
-    /// The place of the operator's socket.
-    socket: Option<operator::Claim>,
+    /// The places of the operator's socket and of the view socket.
+    sockets: Vec<operator::Claim>,
     /// The book of alarms.
     book: SharedBook,
 }
@@ -351,7 +350,8 @@ async fn start_drivers(
     (retention, recording): &(Option<Retention>, Recording),
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), StartFailure> {
-    let First { running, reloader, narration, field: (ends, healths), limit, socket, book } = first;
+    let First { running, reloader, narration, field: (ends, healths), limit, sockets, book } =
+        first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
@@ -385,11 +385,9 @@ async fn start_drivers(
     let (of, port) = (Arc::clone(&running), port.clone());
     let parts = reload::ReloadParts { running: of, reloader, port: port.clone(), views, limit };
     let reloads = Arc::new(Reloads::new(parts));
-    if let Some(socket) = socket {
-        let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads));
-        if let Some(server) = operator::Server::bind(socket, desk)? {
-            drop(drivers.spawn(server.run(told(stopped))));
-        }
+    let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads));
+    for server in operator::Server::bind(sockets, desk)? {
+        drivers.spawn(server.run(told(stopped)));
     }
     Ok((drivers, reloads))
 }

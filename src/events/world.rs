@@ -100,7 +100,8 @@ rows! {
 
     OPERATOR_LISTENS = 807, "operator-listens", Info, NONE, ByName:
         "ac843103e6304e2b9c2dc286d51a2a91",
-        "The operator's socket is open: every user in its group can look and command.",
+        "A socket is open: at the operator's socket every user in its group can look and command, \
+         at the view socket only look.",
         "Nothing.";
 
     OPERATOR_CONNECTED = 808, "operator-connected", Debug, CLIENTS, ByName:
@@ -110,7 +111,7 @@ rows! {
 
     OPERATOR_ACCEPT_FAILED = 809, "operator-accept-failed", Warn, CLIENTS, ByName:
         "518fe21455194e5fa6e90b3baf40851c",
-        "The operator's socket could not accept a client. It tries again. Scans continue.",
+        "A socket for operators could not accept a client. It tries again. Scans continue.",
         "See the error: if too many files are open, raise `LimitNOFILE=` in the unit.";
 
     OPERATOR_READ_REFUSED = 810, "operator-read-refused", Debug, CLIENTS, ByName:
@@ -131,14 +132,17 @@ rows! {
 
     OPERATOR_NO_SOCKET = 813, "operator-no-socket", Warn, CLIENTS, ByName:
         "e222b907ebd44320bdd5c57d45286cf8",
-        "rungd could not make the operator's socket at the place that the environment names, so \
-         there are no operator's commands. The controller runs.",
-        "The line says why. Name a place by `[operator] socket`, or write `enabled = false`.";
+        "rungd could not make the operator's socket at the place that the environment names, or \
+         the view socket beside it: there are no operator's commands, or no socket for looks \
+         alone. The controller runs.",
+        "The line says why. Name a place by `[operator] socket` or `view-socket`, or write \
+         `enabled = false`.";
 
     OPERATOR_SOCKET_LOST = 814, "operator-socket-lost", Warn, CLIENTS, ByName:
         "c39c417f96cf477fac0b592658e6e77f",
-        "Something removed the operator's socket while the controller ran. rungd makes it again; \
-         until then, no operator's command reaches the controller. Scans continue.",
+        "Something removed the operator's socket or the view socket while the controller ran. \
+         rungd makes it again; until then, no request reaches the controller by it. Scans \
+         continue.",
         "Find out which program clears the folder, or correct what the line names.";
 
     OPERATOR_ACK = 815, "operator-ack", Info, NONE, Never:

@@ -1,4 +1,4 @@
-//! Checks that neither the file of retentive memory nor the operator's socket is one of the
+//! Checks that neither the file of retentive memory nor a socket for operators is one of the
 //! controller's other files.
 //!
 //! Called by `load` with the controller file's settings. Without this check, a start would rename a
@@ -29,7 +29,9 @@ pub(super) fn findings(
     progress: &Progress,
 ) -> Vec<Finding> {
     let memory = written.retain.file.as_ref();
-    let socket = written.operator.as_ref().and_then(|operator| operator.socket.as_ref());
+    let operator = written.operator.as_ref();
+    let socket = operator.and_then(|operator| operator.socket.as_ref());
+    let view = operator.and_then(|operator| operator.view_socket.as_ref());
     let beside = |name: &Text| {
         let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
         progress.begin(Step::Reading(path.display().to_string()));
@@ -45,9 +47,11 @@ pub(super) fn findings(
     };
     let mut findings = Vec::new();
     if let Some(memory) = memory {
-        let socket = socket.filter(|socket| beside(socket) == beside(memory));
-        let socket = socket
-            .map(|socket| OtherFile { what: "the operator's socket", named: Some(socket.span) });
+        let sockets = [(socket, "the operator's socket"), (view, "the view socket")];
+        let socket = sockets.iter().find_map(|(socket, what)| {
+            let socket = socket.filter(|socket| beside(socket) == beside(memory))?;
+            Some(OtherFile { what, named: Some(socket.span) })
+        });
         let other = input(memory).or(socket);
         let help = "write `file = \"/var/lib/rungd/memory\"`";
         findings.extend(other.map(|other| finding(memory, &other, "memory").help(help)));
@@ -55,6 +59,14 @@ pub(super) fn findings(
     if let Some(socket) = socket {
         let help = "write `socket = \"rungd.sock\"`";
         findings.extend(input(socket).map(|other| finding(socket, &other, "a socket").help(help)));
+    }
+    if let Some(view) = view {
+        let same = socket.filter(|socket| beside(socket) == beside(view));
+        let same = same
+            .map(|socket| OtherFile { what: "the operator's socket", named: Some(socket.span) });
+        let help = "write `view-socket = \"rungd-view.sock\"`";
+        let other = input(view).or(same);
+        findings.extend(other.map(|other| finding(view, &other, "a socket").help(help)));
     }
     findings
 }

@@ -16,9 +16,10 @@ use serde::de::DeserializeOwned;
 use rustix::io::Errno;
 use rustix::net::sockopt::socket_peercred;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
+use rustix::process::geteuid;
 
 use super::protocol::{Awaited, RECORDING_BYTES_MAX, Refusal, Reply, Request};
-use super::{SOCKET_DEFAULT, SOCKET_NAME};
+use super::{SOCKET_DEFAULT, SOCKET_NAME, view_socket_beside};
 
 /// The time limit for an answer that the controller makes at once.
 const ANSWER_MAX: Duration = Duration::from_secs(10);
@@ -108,6 +109,38 @@ pub(crate) fn listener(socket: &Path) -> Result<Option<i32>, CallFailure> {
     Ok(Process::of(&opened(socket)?).0)
 }
 
+/// Opens a connection for a request. One that only looks goes through the view socket, if there is
+/// one beside the operator's socket and the user may open it: so a process needs no right to make
+/// changes if it makes none.
+fn opened_for(request: &Request, operator: &Path) -> Result<UnixStream, CallFailure> {
+    let view = Some(view_socket_beside(operator));
+    let view = view.filter(|view| request.only_looks() && is_view_of(view, operator));
+    let Some(view) = view else { return opened(operator) };
+    match opened(&view) {
+        Err(unseen @ (CallFailure::NotRunning(..) | CallFailure::NotAllowed(..))) => {
+            match opened(operator) {
+                // The view socket's failure is the one that concerns this user.
+                Err(CallFailure::NotAllowed(..)) => Err(unseen),
+                other => other,
+            }
+        }
+        other => other,
+    }
+}
+
+/// Whether a socket belongs to the owner of the operator's socket, to the user or to root. In a
+/// folder that everybody may write to, a different user could make it, and answer.
+fn is_view_of(view: &Path, operator: &Path) -> bool {
+    let operator = fs::symlink_metadata(operator).map(|socket| socket.uid());
+    fs::symlink_metadata(view).is_ok_and(|view| {
+        let owner = view.uid();
+        view.file_type().is_socket()
+            && (owner == 0
+                || owner == geteuid().as_raw()
+                || operator.is_ok_and(|operator| operator == owner))
+    })
+}
+
 fn opened(socket: &Path) -> Result<UnixStream, CallFailure> {
     connected(socket).map_err(|error| {
         let failure = if error.kind() == io::ErrorKind::PermissionDenied {
@@ -126,7 +159,7 @@ fn exchanged<T: DeserializeOwned>(
     request: &Request,
     (limit, tell): (Duration, &dyn Fn(&str)),
 ) -> Result<T, CallFailure> {
-    let stream = opened(socket)?;
+    let stream = opened_for(request, socket)?;
     let wait = Wait { request, limit, began: Instant::now(), tell };
     let line = wait.exchange(stream).map_err(|error| CallFailure::Broken(socket.into(), error))?;
     match serde_json::from_slice(&line) {

@@ -16,7 +16,7 @@ mod protocol_tests;
 mod state;
 mod value;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The socket of the service.
 pub(crate) const SOCKET_DEFAULT: &str = "/run/rungd/rungd.sock";
@@ -24,8 +24,25 @@ pub(crate) const SOCKET_DEFAULT: &str = "/run/rungd/rungd.sock";
 /// The socket's name beside a controller file of `rungd init`.
 pub(crate) const SOCKET_NAME: &str = "rungd.sock";
 
+/// The part that the name of a view socket has more than that of its operator's socket.
+const VIEW: &str = "-view";
+
+/// The view socket beside an operator's socket: `rungd-view.sock` beside `rungd.sock`.
+pub(crate) fn view_socket_beside(operator: &Path) -> PathBuf {
+    let mut name = operator.file_stem().unwrap_or_default().to_owned();
+    name.push(VIEW);
+    if let Some(ending) = operator.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    operator.with_file_name(name)
+}
+
 /// The environment variable for the path of the socket.
 pub(crate) const SOCKET_VARIABLE: &str = "RUNGD_SOCKET";
+
+/// The environment variable for the group of the view socket, if the controller file names none.
+pub(crate) const VIEW_GROUP_VARIABLE: &str = "RUNGD_VIEW_GROUP";
 
 /// The socket that [`SOCKET_VARIABLE`] names; `None` if the variable is empty.
 pub(crate) fn socket_of_environment() -> Option<PathBuf> {

@@ -17,6 +17,7 @@ mod operator_hostile;
 mod operator_modes;
 mod operator_socket;
 mod operator_storm;
+mod operator_view;
 mod posture;
 mod questions;
 mod reals;

@@ -182,7 +182,7 @@ fn a_process_that_hangs_is_told_and_not_waited_for_without_end() {
     // If the queue of the socket is full, no further client can connect.
     let waiting: Vec<_> = (0..200).map_while(|_| connected(&live)).collect();
     assert!(waiting.len() < 200);
-    let said = live.say("status");
+    let said = live.say("log-level warn");
     assert!(said.code == 74 && said.err.contains("no client was accepted for 5 s"), "{said:?}");
     drop(waiting);
     live.signal("CONT");

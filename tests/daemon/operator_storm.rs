@@ -223,7 +223,7 @@ fn a_socket_that_was_taken_away_is_made_again_and_told_once() {
             (&told["event"], &told["level"]),
             (&"operator-socket-lost".into(), &"WARN".into())
         );
-        live.line("socket is open");
+        live.line("the operator's socket is open");
         await_answer(&live);
     }
     let mode =
@@ -236,8 +236,9 @@ fn a_socket_that_was_taken_away_is_made_again_and_told_once() {
     fs::rename(&aside, &live.folder).unwrap();
     let mut told: Vec<String> = Vec::new();
     while !told.iter().any(|event| event == "operator-listens") {
-        let event = live.line("")["event"].as_str().unwrap_or_default().to_owned();
-        told.extend(Some(event).filter(|event| event.starts_with("operator-")));
+        let line = live.line("");
+        let of_operator = line["socket"] == *live.socket.display().to_string();
+        told.extend(line["event"].as_str().filter(|_| of_operator).map(str::to_owned));
     }
     assert_eq!(told, ["operator-socket-lost", "operator-listens"]);
     await_answer(&live);

@@ -1,8 +1,8 @@
-//! The operator's commands at the running controller: the socket, its clients, their permissions.
+//! The operator's commands at the running controller: the sockets, their clients, the permissions.
 //!
-//! The shell makes a [`Claim`] before it opens any other file, binds a [`Server`] before the first
-//! scan, and runs it among the drivers. `socket` manages the socket's file, `peer` identifies the
-//! user at the other end, `seats` and `pace` have the limits, `session` serves one client; `desk`
+//! The shell makes [`Claim`]s before it opens any other file, binds the [`Server`]s before the
+//! first scan, and runs them among the drivers. `socket` manages a socket's file, `peer` identifies
+//! the user at the other end, `seats` and `pace` have the limits, `session` serves one client; `desk`
 //! carries out requests, `told_change` logs changes of operands, `status` reports the state of the
 //! controller. Nothing here can make a scan wait.
 
@@ -22,6 +22,6 @@ mod told_change;
 
 pub(super) use desk::Desk;
 pub(super) use server::{Server, claim};
-pub(super) use socket::{Claim, SocketSpec};
+pub(super) use socket::Claim;
 pub use socket::{SocketPlace, operator_socket};
 pub(super) use status::{AboutParts, View};

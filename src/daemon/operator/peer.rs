@@ -1,7 +1,8 @@
 //! The user at the other end of a connection, as reported by the kernel, not by the client.
 //!
 //! Every user that can open the socket may look. Root, the user that rungd runs as, and members of
-//! the socket's group may also make changes. Used by `server` for each client that it lets in.
+//! the socket's group may also make changes, unless it is the view socket. Used by
+//! `server` for each client that it lets in.
 #![allow(unsafe_code)]
 
 use std::fmt;
@@ -11,7 +12,7 @@ use std::os::fd::AsRawFd;
 use tokio::net::UnixStream;
 
 use super::accounts::name_of;
-use super::socket::Owner;
+use super::socket::{Door, Owner};
 use crate::operator::protocol::{Refusal, RefusalKind};
 
 /// The most groups that are read. If a user has more, only its first group counts.
@@ -27,19 +28,36 @@ pub(super) struct Peer {
     pub pid: i32,
     /// The user's name if `/etc/passwd` has one, else the number.
     pub name: String,
+    /// The socket to which it connected.
+    pub door: Door,
+    /// Whether it may see the ladder's files: root, rungd's own user, and members of the groups of
+    /// this socket and of the operator's.
+    pub may_see_files: bool,
     pub may_change: bool,
 }
 
+/// The socket to which a client connects.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doorway {
+    pub door: Door,
+    /// The owner of this socket.
+    pub own: Owner,
+    /// The owner of the operator's socket.
+    pub operator: Owner,
+}
+
 impl Peer {
-    /// The user that connected to a socket with this owner.
-    pub fn of(stream: &UnixStream, socket: Owner) -> io::Result<Peer> {
+    /// The user that connected to a socket.
+    pub fn of(stream: &UnixStream, Doorway { door, own, operator }: &Doorway) -> io::Result<Peer> {
         let cred = stream.peer_cred()?;
         let (uid, gid) = (cred.uid(), cred.gid());
-        let own = uid == 0 || uid == socket.uid;
-        let may_change = own || gid == socket.gid || groups(stream)?.contains(&socket.gid);
+        let is_in = |group: &u32| *group == own.gid || *group == operator.gid;
+        let may_see_files =
+            uid == 0 || uid == own.uid || is_in(&gid) || groups(stream)?.iter().any(is_in);
+        let may_change = *door == Door::Operator && may_see_files;
         let name = name_of(&std::fs::read_to_string("/etc/passwd").unwrap_or_default(), uid);
         let name = name.unwrap_or_else(|| uid.to_string());
-        Ok(Peer { uid, pid: cred.pid().unwrap_or(0), name, may_change })
+        Ok(Peer { uid, pid: cred.pid().unwrap_or(0), name, door: *door, may_see_files, may_change })
     }
 }
 

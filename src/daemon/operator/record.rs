@@ -29,7 +29,7 @@ const THREAD_MAX: Duration = Duration::from_secs(10);
 /// # Errors
 /// The peer may not read the ladder, or the thread does not answer.
 pub(super) async fn recent(about: &About, peer: &Peer, from: u64) -> Answered<Vec<u8>> {
-    if !peer.may_change && !are_public(about.files()).await {
+    if !peer.may_see_files && !are_public(about.files()).await {
         return Err(private(peer));
     }
     let recent = timeout(THREAD_MAX, about.recording().recent(from)).await;
@@ -37,7 +37,7 @@ pub(super) async fn recent(about: &About, peer: &Peer, from: u64) -> Answered<Ve
         let message = "the thread of the scan log gives no answer (a bug in rungd)";
         return Err(Refusal::new(RefusalKind::NoAnswer, message));
     };
-    if !peer.may_change && !recent.is_public {
+    if !peer.may_see_files && !recent.is_public {
         return Err(private(peer));
     }
     let line = spawn_blocking(move || {

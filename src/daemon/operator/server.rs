@@ -1,4 +1,5 @@
-//! The operator's server: lets in a limited number of clients, and makes a lost socket again.
+//! The operator's server: lets in a limited number of clients, and makes a lost socket again. The
+//! view socket has a server too: its clients look, and change nothing.
 //!
 //! The shell binds it before the first scan and runs it among the drivers. Each client has a task.
 //! A client is closed if it sends garbage or half a line, does not read, or makes no request. If
@@ -18,10 +19,11 @@ use tokio::time::{Instant, interval, sleep, sleep_until};
 
 use super::desk::Desk;
 use super::pace::Pace;
-use super::peer::Peer;
+use super::peer::{Doorway, Peer};
 use super::seats::{KEPT, Seats};
 use super::session::{self, Session, Shared};
-use super::socket::{self, Claim, SocketSpec};
+use super::socket::{self, Claim, Door, Owner, SocketSpec, SocketTaken};
+use crate::controller::operator::Operator;
 use crate::daemon::failure::StartFailure;
 use crate::say::say;
 
@@ -35,10 +37,12 @@ const LOOK_EVERY: Duration = Duration::from_secs(2);
 /// The pause after a failed accept, for example if there are no file descriptors left.
 const REST_AFTER_FAILURE: Duration = Duration::from_millis(100);
 
-/// A bound server.
+/// A bound server of one socket. The servers of a controller share the desk and the seats.
 pub(in super::super) struct Server {
     listener: UnixListener,
     socket: socket::Bound,
+    /// The owner of the operator's socket: of its group, everybody may look at everything.
+    operator: Owner,
     shared: Arc<Shared>,
     clients: Pace,
     /// The socket is gone, and this has been logged.
@@ -46,20 +50,32 @@ pub(in super::super) struct Server {
 }
 
 impl Server {
-    /// Binds the socket at its place. `None` if the controller runs without it.
+    /// Binds the claimed sockets at their places, the operator's socket first. Empty if the
+    /// controller runs without it.
     ///
     /// # Errors
-    /// The group is unknown, or the system refuses a socket that the controller file requires.
-    pub fn bind(claim: Claim, desk: Desk) -> Result<Option<Server>, StartFailure> {
-        let spec = claim.spec().clone();
-        let Some((listener, socket)) = unless_done_without(&spec, claim.bind())? else {
-            return Ok(None);
+    /// A group is unknown, or the system refuses a socket that the controller file requires.
+    pub fn bind(claims: Vec<Claim>, desk: Desk) -> Result<Vec<Server>, StartFailure> {
+        let mut bound = Vec::new();
+        for claim in claims {
+            let spec = claim.spec().clone();
+            match unless_done_without(&spec, claim.bind())? {
+                Some(socket) => bound.push(socket),
+                None if spec.door == Door::Operator => return Ok(Vec::new()),
+                None => {}
+            }
+        }
+        let Some((_, first)) = bound.first() else { return Ok(Vec::new()) };
+        let (operator, path) = (first.owner, first.path().to_owned());
+        let shared = Arc::new(Shared::new(desk, Seats::new(CLIENTS_MAX, KEPT), path));
+        let server = |(listener, socket): (_, socket::Bound)| {
+            let listener = UnixListener::from_std(listener)?;
+            tell_open(&socket);
+            let clients = Pace::new(CLIENT_EVERY, CLIENTS_MAX as u32);
+            let shared = Arc::clone(&shared);
+            Ok(Server { listener, socket, operator, shared, clients, lost: false })
         };
-        let listener = UnixListener::from_std(listener)?;
-        tell_open(&socket);
-        let shared = Arc::new(Shared::new(desk, Seats::new(CLIENTS_MAX, KEPT)));
-        let clients = Pace::new(CLIENT_EVERY, CLIENTS_MAX as u32);
-        Ok(Some(Server { listener, socket, shared, clients, lost: false }))
+        bound.into_iter().map(server).collect()
     }
 
     /// Serves until `stop`; then closes all connections and removes the socket.
@@ -110,10 +126,10 @@ impl Server {
             }
         };
         if !told {
-            let socket = self.socket.path().display();
+            let (socket, name) = (self.socket.path().display(), self.socket.door().name());
             say!(OPERATOR_SOCKET_LOST,
                 %socket,
-                "the operator's socket {socket} is gone: {why}; {then}"
+                "{name} {socket} is gone: {why}; {then}"
             );
         }
         if let Ok(listener) = again {
@@ -123,7 +139,7 @@ impl Server {
     }
 
     fn admit(&self, stream: UnixStream, clients: &mut JoinSet<()>) {
-        let Ok(peer) = Peer::of(&stream, self.socket.owner) else { return };
+        let Ok(peer) = Peer::of(&stream, &self.doorway()) else { return };
         let Some(seat) = self.shared.seats.take(peer.uid, peer.may_change) else {
             session::turn_away(&stream, CLIENTS_MAX);
             return;
@@ -134,48 +150,71 @@ impl Server {
         clients.spawn(session.serve());
     }
 
+    fn doorway(&self) -> Doorway {
+        Doorway { door: self.socket.door(), own: self.socket.owner, operator: self.operator }
+    }
+
     async fn rest(&self, error: &io::Error) {
-        say!(OPERATOR_ACCEPT_FAILED, %error, "the operator's socket accepts no client");
+        let name = self.socket.door().name();
+        say!(OPERATOR_ACCEPT_FAILED, %error, "{name} accepts no client");
         self.shared.seats.make_room();
         sleep(REST_AFTER_FAILURE).await;
     }
 }
 
 fn tell_open(socket: &socket::Bound) {
+    let (door, key) = (socket.door(), socket.door().keys()[0]);
     let instead = socket.instead_of().map_or(String::new(), |path| {
-        format!(" here and not at `{path}`: a service ignores a relative `[operator] socket`")
+        format!(" here and not at `{path}`: a service ignores a relative `{key}`")
     });
+    let (name, limit) = match door {
+        Door::Operator => (door.name(), ""),
+        Door::View => (door.name(), "; it refuses every change"),
+    };
     say!(OPERATOR_LISTENS,
         socket = %socket.path().display(),
         mode = %format_args!("{:04o}", socket.mode()),
         group = socket.owner.gid,
-        "the operator's socket is open{instead}"
+        "{name} is open{instead}{limit}"
     );
 }
 
-/// Claims the place of the operator's socket, before the start touches anything else. `None` if the
-/// controller runs without a socket.
+/// Claims the places of the sockets, the operator's first, before the start touches anything else.
+/// Empty if the controller runs without a socket.
 ///
 /// # Errors
-/// A different controller has the place, or the system refuses a socket that the controller file
+/// A different controller has a place, or the system refuses a socket that the controller file
 /// requires.
-pub(in super::super) fn claim(spec: &SocketSpec) -> Result<Option<Claim>, StartFailure> {
-    unless_done_without(spec, Claim::new(spec))
+pub(in super::super) fn claim(
+    asked: &Operator,
+    controller: &str,
+) -> Result<Vec<Claim>, StartFailure> {
+    let Some(operator) = SocketSpec::of(asked, controller) else { return Ok(Vec::new()) };
+    let Some(first) = unless_done_without(&operator, Claim::new(&operator))? else {
+        return Ok(Vec::new());
+    };
+    let view = operator.view(asked, controller);
+    let second = unless_done_without(&view, Claim::new(&view))?;
+    Ok([first].into_iter().chain(second).collect())
 }
 
-/// Turns a failure into `None` and a line in the log if the controller can run without the socket,
-/// that is, if only the environment requested it.
+/// Turns a failure into `None` and a line in the log if the controller can run without the socket:
+/// one that only the environment requested, and a view socket that nothing requested.
 fn unless_done_without<T>(
     spec: &SocketSpec,
     done: Result<T, StartFailure>,
 ) -> Result<Option<T>, StartFailure> {
     match done {
         Err(StartFailure::Environment(why))
-            if !spec.insists && !why.is::<socket::SocketTaken>() =>
+            if !spec.insists && (spec.door == Door::View || !why.is::<SocketTaken>()) =>
         {
+            let missing = match spec.door {
+                Door::Operator => "operator's commands are not available",
+                Door::View => "there is no socket for looks alone",
+            };
             say!(OPERATOR_NO_SOCKET,
                 socket = %spec.path.display(),
-                "operator's commands are not available: {why:#}"
+                "{missing}: {why:#}"
             );
             Ok(None)
         }

@@ -7,6 +7,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -18,6 +19,7 @@ use super::desk::Desk;
 use super::pace::{Pace, metered};
 use super::peer::Peer;
 use super::seats::{Seat, Seats};
+use super::socket::Door;
 use crate::daemon::narration::one_line;
 use crate::daemon::turns::{Turn, Turns};
 use crate::locked::locked;
@@ -55,6 +57,8 @@ const USERS_KEPT: usize = 64;
 pub(super) struct Shared {
     desk: Desk,
     pub seats: Seats,
+    /// The path of the operator's socket, for messages.
+    operator_socket: PathBuf,
     requests: Pace,
     names: Pace,
     /// The turns of the recordings, by user.
@@ -62,10 +66,11 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    pub fn new(desk: Desk, seats: Seats) -> Shared {
+    pub fn new(desk: Desk, seats: Seats, operator_socket: PathBuf) -> Shared {
         let requests = Pace::new(REQUEST_OF_ALL_EVERY, REQUESTS_AT_ONCE);
         let names = Pace::new(NAMES_OF_ALL_EVERY, NAMES_AT_ONCE);
-        Shared { desk, seats, requests, names, recordings: Mutex::default() }
+        let recordings = Mutex::default();
+        Shared { desk, seats, operator_socket, requests, names, recordings }
     }
 
     /// The turns of a user's recordings.
@@ -256,11 +261,18 @@ impl Session {
 
     async fn done(&self, request: &Request) -> Answered<Vec<u8>> {
         if !request.only_looks() && !self.peer.may_change {
-            let message = format!(
-                "{} may only look: changes and dry runs are for root, the user rungd runs as, and \
-                 members of the socket's group",
-                self.peer
-            );
+            let message = match self.peer.door {
+                Door::Operator => format!(
+                    "{} may only look: changes and dry runs are for root, the user rungd runs as, \
+                     and members of the socket's group",
+                    self.peer
+                ),
+                Door::View => format!(
+                    "this is the view socket, which refuses every change and dry run: send it to \
+                     the operator's socket, {}",
+                    self.shared.operator_socket.display()
+                ),
+            };
             return Err(Refusal::new(RefusalKind::NotPermitted, message));
         }
         self.shared.desk.answer(&self.peer, request).await

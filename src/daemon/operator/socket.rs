@@ -1,4 +1,5 @@
-//! The operator's socket as a file: its place, its owner, and whether a controller answers there.
+//! The operator's socket and the view socket as files: place, owner, and whether a controller
+//! answers there.
 //!
 //! The socket is made under a temporary name with its group and permissions, and then renamed to
 //! its place, so it never has other permissions there. As long as the process lives, it holds a
@@ -17,11 +18,11 @@ use rustix::net::listen;
 
 use super::accounts::gid_of;
 use crate::controller;
-use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
+use crate::controller::operator::{Operator, SOCKET_BYTES_MAX, ViewSocket};
 use crate::daemon::failure::StartFailure;
 use crate::directories;
 use crate::load;
-use crate::operator::socket_of_environment;
+use crate::operator::{VIEW_GROUP_VARIABLE, socket_of_environment, view_socket_beside};
 use crate::source::finding::Severity;
 use crate::source::span::FileId;
 
@@ -29,9 +30,37 @@ use crate::source::span::FileId;
 /// thousands of clients that have left.
 const QUEUE_MAX: i32 = 64;
 
-/// The place of the socket, its group and permissions.
+/// What a socket is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Door {
+    /// Looks and changes: the operator's socket.
+    Operator,
+    /// Looks alone: the view socket.
+    View,
+}
+
+impl Door {
+    /// Its name, for the log.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Door::Operator => "the operator's socket",
+            Door::View => "the view socket",
+        }
+    }
+
+    /// The keys of the controller file for its path and its group.
+    pub(super) fn keys(self) -> [&'static str; 2] {
+        match self {
+            Door::Operator => ["[operator] socket", "[operator] group"],
+            Door::View => ["[operator] view-socket", "[operator] view-group"],
+        }
+    }
+}
+
+/// The place of a socket, its group and permissions.
 #[derive(Clone, Debug)]
 pub(in super::super) struct SocketSpec {
+    pub door: Door,
     pub path: PathBuf,
     pub mode: u32,
     pub group: Option<String>,
@@ -50,7 +79,7 @@ pub(in super::super) struct SocketTaken(String);
 /// A start claims it before it touches anything else, so that a refused start leaves nothing.
 pub(in super::super) struct Claim {
     spec: SocketSpec,
-    lock: File,
+    lock: Option<File>,
 }
 
 /// A bound socket; dropping it removes the file.
@@ -59,11 +88,11 @@ pub(super) struct Bound {
     /// The number of the socket's file, by which the file is recognised as its own.
     inode: u64,
     pub owner: Owner,
-    lock: File,
+    lock: Option<File>,
 }
 
 /// The user and the group that a socket belongs to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Owner {
     pub uid: u32,
     pub gid: u32,
@@ -122,13 +151,43 @@ impl SocketSpec {
         };
         let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
         let path = path.filter(|_| asked.enabled)?;
-        Some(SocketSpec { path, mode, group, insists, instead_of })
+        Some(SocketSpec { door: Door::Operator, path, mode, group, insists, instead_of })
+    }
+
+    /// The view socket: at the place that the controller file names, by the rules of
+    /// [`SocketSpec::of`], else beside the operator's socket, which is `self`.
+    pub fn view(&self, asked: &Operator, controller: &str) -> SocketSpec {
+        let is_service = directories::runtime().is_some();
+        let ViewSocket { socket, mode, group } = &asked.view;
+        let gives_way = |path: &&String| is_service && Path::new(path).is_relative();
+        let instead_of = socket.as_ref().filter(gives_way).cloned();
+        let path = match socket {
+            Some(path) if instead_of.is_none() => {
+                Path::new(controller).parent().unwrap_or(Path::new("")).join(path)
+            }
+            Some(_) | None => view_socket_beside(&self.path),
+        };
+        let group = group.clone().or_else(group_of_environment).or_else(|| asked.group.clone());
+        let (mode, insists) = (mode.unwrap_or(asked.mode), socket.is_some());
+        SocketSpec { door: Door::View, path, mode, group, insists, instead_of }
+    }
+
+    /// Whether the place needs a lock of its own. A view socket that nothing names is beside the
+    /// operator's socket, whose lock holds for both.
+    fn needs_lock(&self) -> bool {
+        match self.door {
+            Door::Operator => true,
+            Door::View => self.insists,
+        }
     }
 
     fn failure(&self, why: &dyn std::fmt::Display) -> StartFailure {
         let path = self.path.display();
         // The message names the controller file's key only if that key requested the socket.
-        let asked = if self.insists { "`[operator] socket`" } else { "the operator's socket" };
+        let asked = match self.insists {
+            true => format!("`{}`", self.door.keys()[0]),
+            false => self.door.name().to_owned(),
+        };
         StartFailure::Environment(anyhow::anyhow!("{asked} cannot be {path}: {why}"))
     }
 
@@ -158,7 +217,7 @@ impl Claim {
             )));
         }
         is_socket_or_nothing(spec)?;
-        let lock = lock(spec)?;
+        let lock = spec.needs_lock().then(|| lock(spec)).transpose()?;
         clear(spec)?;
         Ok(Claim { spec: spec.clone(), lock })
     }
@@ -178,7 +237,7 @@ impl Claim {
 /// Makes the socket and puts it in its place. Only the holder of the lock calls this.
 fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), StartFailure> {
     let path = &spec.path;
-    let gid = spec.group.as_deref().map(group_number).transpose()?;
+    let gid = spec.group.as_deref().map(|group| group_number(spec.door, group)).transpose()?;
     // While the lock is held, no other process uses this name.
     let fresh = beside(path, ".new");
     let _ = fs::remove_file(&fresh);
@@ -212,6 +271,11 @@ impl Bound {
         &self.spec.path
     }
 
+    /// What the socket is for.
+    pub fn door(&self) -> Door {
+        self.spec.door
+    }
+
     /// The permissions of the socket.
     pub fn mode(&self) -> u32 {
         self.spec.mode
@@ -237,10 +301,13 @@ impl Bound {
     /// Those of the start.
     pub fn again(&mut self) -> Result<UnixListener, StartFailure> {
         is_socket_or_nothing(&self.spec)?;
-        let own = self.lock.metadata().map(|meta| meta.ino()).ok();
+        let own = |lock: &File| lock.metadata().map(|meta| meta.ino()).ok();
         // The lock's file may have been removed together with the socket.
-        if fs::metadata(beside(self.path(), ".lock")).map(|meta| meta.ino()).ok() != own {
-            self.lock = lock(&self.spec)?;
+        if let Some(held) = &mut self.lock
+            && fs::metadata(beside(&self.spec.path, ".lock")).map(|meta| meta.ino()).ok()
+                != own(held)
+        {
+            *held = lock(&self.spec)?;
         }
         clear(&self.spec)?;
         let (listener, meta) = make(&self.spec)?;
@@ -278,15 +345,15 @@ fn lock(spec: &SocketSpec) -> Result<File, StartFailure> {
     })?;
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
         Ok(()) => Ok(file),
-        Err(Errno::WOULDBLOCK) => Err(taken(&spec.path)),
+        Err(Errno::WOULDBLOCK) => Err(taken(spec)),
         Err(error) => Err(spec.failure(&format!("{}: {error}", path.display()))),
     }
 }
 
-fn taken(path: &Path) -> StartFailure {
-    let path = path.display();
+fn taken(spec: &SocketSpec) -> StartFailure {
+    let (path, name) = (spec.path.display(), spec.door.name());
     StartFailure::Environment(anyhow::Error::new(SocketTaken(format!(
-        "the operator's socket cannot be {path}: another rungd answers there; stop it (`rungd \
+        "{name} cannot be {path}: another rungd answers there; stop it (`rungd \
          status --socket {path}` shows it), or give this one a socket of its own"
     ))))
 }
@@ -315,22 +382,32 @@ fn clear(spec: &SocketSpec) -> Result<(), StartFailure> {
         return Ok(());
     }
     match UnixStream::connect(&spec.path) {
-        Ok(_) => Err(taken(&spec.path)),
+        Ok(_) => Err(taken(spec)),
         // The file left over is replaced in one step when the new socket is ready.
         Err(_) => Ok(()),
     }
 }
 
-fn group_number(group: &str) -> Result<u32, StartFailure> {
+fn group_number(door: Door, group: &str) -> Result<u32, StartFailure> {
+    known_group(group).ok_or_else(|| {
+        let key = door.keys()[1];
+        StartFailure::Configuration(format!(
+            "`{key}`: this machine has no group `{group}` in /etc/group; make it (`groupadd \
+             {group}`), or write the name or number of a different group"
+        ))
+    })
+}
+
+fn known_group(group: &str) -> Option<u32> {
     let known = fs::read_to_string("/etc/group").unwrap_or_default();
-    gid_of(&known, group).or_else(|| group.parse().ok()).filter(|gid| *gid != u32::MAX).ok_or_else(
-        || {
-            StartFailure::Configuration(format!(
-                "`[operator] group`: this machine has no group `{group}` in /etc/group; make it \
-             (`groupadd {group}`), or write the name or number of a different group"
-            ))
-        },
-    )
+    gid_of(&known, group).or_else(|| group.parse().ok()).filter(|gid| *gid != u32::MAX)
+}
+
+/// The group of the view socket that the environment names, if this machine has it: the shipped
+/// unit names a group that an administrator may have left out.
+fn group_of_environment() -> Option<String> {
+    let group = std::env::var(VIEW_GROUP_VARIABLE).ok()?;
+    known_group(&group).map(|_| group)
 }
 
 impl Drop for Bound {
