@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Loaded;
-use crate::engine::{Engine, Program};
+use crate::engine::{Cell, Engine, Program};
 use crate::lower::lower;
-use crate::observe::{Past, Subject, TapeEnd};
+use crate::observe::{EarlierPast, Past, Subject, TapeEnd};
 use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
 use crate::resolve::program;
 use crate::runtime::TapeSection;
@@ -73,7 +73,12 @@ pub(crate) struct RecordedPast {
 impl RecordedPast {
     /// The sections with the same program as `section`, from the first to the last. `slice`: the
     /// part of the program that the question needs.
-    pub fn around(recording: Recording, section: usize, slice: Program) -> RecordedPast {
+    pub fn around(
+        recording: impl Into<Arc<Recording>>,
+        section: usize,
+        slice: Program,
+    ) -> RecordedPast {
+        let recording = recording.into();
         let same = |at: &usize| recording.program(*at) == recording.program(section);
         let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
         let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;
@@ -107,5 +112,17 @@ impl Past for RecordedPast {
             Some(_) if recording.follows(self.first) => TapeEnd::Swapped,
             Some(_) => TapeEnd::Lost,
         }
+    }
+
+    fn earlier(&mut self, operands: &[&str]) -> Option<EarlierPast> {
+        if self.begins() != TapeEnd::Swapped {
+            return None;
+        }
+        let (recording, last) = (Arc::clone(self.run.recording()), self.first.checked_sub(1)?);
+        let subject = subject(recording.program(last)).ok()?;
+        let cells: Vec<Cell> =
+            operands.iter().filter_map(|name| subject.cell(name).ok()).collect();
+        let past = RecordedPast::around(recording, last, subject.code_for_all(&cells));
+        Some(EarlierPast { subject: Arc::new(subject), past: Box::new(past) })
     }
 }

@@ -146,6 +146,18 @@ pub struct Node {
     pub about: Option<About>,
     /// Instructions that could change the value, each with its hindrance.
     pub idle: Vec<Idle>,
+    /// The answer of the program before the last reload, at its last scan, if nothing has changed
+    /// the value since then.
+    pub earlier: Option<Box<Explanation>>,
+}
+
+impl Node {
+    /// Whether the answer of the program before the last reload says all that is known about the
+    /// value.
+    pub(super) fn is_told_by_earlier(&self) -> bool {
+        let is_same = self.earlier.as_ref().is_some_and(|of| of.root.value == self.value);
+        is_same && self.write.cause == Cause::Older(TapeEnd::Swapped)
+    }
 }
 
 /// A write that decided a value.

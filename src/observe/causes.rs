@@ -84,7 +84,7 @@ impl Inquiry<'_> {
         {
             shown.depth = depth;
         }
-        Some(Node { operand, value, write, about, idle })
+        Some(Node { operand, value, write, about, idle, earlier: None })
     }
 
     fn force(&mut self, since: Result<Moment, TapeEnd>, at: Moment) -> Write {

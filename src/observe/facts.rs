@@ -21,7 +21,12 @@ impl Subject {
     /// The part of the program that can affect a cell. Its states have the same layout as those of
     /// the program.
     pub(crate) fn code_for(&self, cell: Cell) -> engine::Program {
-        self.seen.slice(&[cell]).program
+        self.code_for_all(&[cell])
+    }
+
+    /// The part of the program that can affect any of some cells.
+    pub(crate) fn code_for_all(&self, cells: &[Cell]) -> engine::Program {
+        self.seen.slice(cells).program
     }
 
     /// The whole program, as a slice.

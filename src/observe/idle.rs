@@ -2,6 +2,7 @@
 //! each: its block or Stage does not run, or its rung is OFF.
 
 use super::answer::{Hindrance, Idle};
+use super::decide::{Decides, decides};
 use super::inquiry::Inquiry;
 use super::past::Moment;
 use super::watch::Watch;
@@ -102,6 +103,9 @@ fn could_change(
     (address, value): (Option<Address>, i32),
     element: ElementId,
 ) -> bool {
+    if decides(action, address) == Decides::LeavesAlone {
+        return false;
+    }
     let is_off = value == 0;
     let stage = match address {
         Some(Address::Bit(Bit::Stage(stage))) => Some(stage),

@@ -81,6 +81,10 @@ fn node(of: &Node) -> Value {
         "write": write(&of.write, &of.operand),
         "state": of.about.as_ref().map(about),
         "idle": of.idle.iter().map(idle).collect::<Vec<_>>(),
+        "earlier": of.earlier.as_ref().map(|of| json!({
+            "operand": node(&of.root),
+            "changed": of.changed.as_ref().map(|then| changed(then, &of.root.operand)),
+        })),
     })
 }
 

@@ -13,6 +13,7 @@ mod change;
 mod changes;
 mod coverage;
 mod decide;
+mod earlier;
 mod facts;
 mod idle;
 mod inquiry;
@@ -48,7 +49,7 @@ pub use answer::{
 };
 pub use changes::CellChanged;
 pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, TwoWays};
-pub use past::{At, Past, Refusal};
+pub use past::{At, EarlierPast, Past, Refusal};
 pub use power::{PartContacts, PowerRun, ScanPower};
 pub use subject::Subject;
 pub(crate) use uses::{ProgramUses, ReadUse, WriteUse};

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::answer::{TapeEnd, When};
+use super::subject::Subject;
 use crate::engine::EngineCall;
 use crate::runtime::{NumberedCall, Origin, TapeEntry, TapeSection, scan_begins};
 
@@ -19,6 +20,22 @@ pub trait Past {
     fn begins(&self) -> TapeEnd {
         TapeEnd::Oldest
     }
+
+    /// The program that ran right before the first section, without a gap, with its past; `None` if
+    /// there is none, or it is not known. `operands`: the names of the operands that the questions
+    /// to it are about.
+    fn earlier(&mut self, operands: &[&str]) -> Option<EarlierPast> {
+        let _ = operands;
+        None
+    }
+}
+
+/// An earlier program and its past.
+pub struct EarlierPast {
+    /// The program.
+    pub subject: Arc<Subject>,
+    /// Its sections; they end where the later program begins.
+    pub past: Box<dyn Past>,
 }
 
 impl Past for Vec<Arc<TapeSection>> {

@@ -96,22 +96,24 @@ impl Telling {
         let is_bit = of.operand.is_bit;
         let when = self.at(write.since);
         let at = if is_bit { "" } else { "at " };
+        let is_earlier = self.is_earlier(write.since);
+        let keeps = if is_earlier { "kept" } else { "keeps" };
         match (write.before, changed) {
             (Some(_), _) if is_bit => format!("turned it {value} {when}"),
             (Some(_), _) => format!("made it {value} {when}"),
-            (None, _) if self.is_earlier(write.since) => format!("kept it {at}{value} {when}"),
+            (None, None) if is_earlier => format!("kept it {at}{value} {when}"),
             (None, None) => format!("keeps it {at}{value}"),
             (None, Some(changed)) => match &changed.cause {
                 Some(cause @ (Cause::Initial | Cause::Restored | Cause::Older(_))) => {
-                    format!("keeps it {at}{value}, {}", self.unchanged(changed.since, cause))
+                    format!("{keeps} it {at}{value}, {}", self.unchanged(changed.since, cause))
                 }
                 // The line before this one describes the change.
-                Some(_) => format!("keeps it {at}{value}"),
+                Some(_) => format!("{keeps} it {at}{value}"),
                 None if is_bit => {
                     let when = self.at(changed.since);
-                    format!("turned it {value} {when}, and keeps it {value}")
+                    format!("turned it {value} {when}, and {keeps} it {value}")
                 }
-                None => format!("keeps it {at}{value}, unchanged{}", self.lasting(changed.since)),
+                None => format!("{keeps} it {at}{value}, unchanged{}", self.lasting(changed.since)),
             },
         }
     }

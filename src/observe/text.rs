@@ -122,7 +122,7 @@ impl Lines {
             in_last_scan: false,
             cause: cause.clone(),
         };
-        let written = Written { operand: &root.operand, value: root.value, past: false };
+        let written = Written { operand: &root.operand, value: root.value, past: line.past };
         let told = self.telling.write(&write, written, None);
         self.add(line.indent, &told);
         self.cause(cause, Line { past: true, ..line });
@@ -131,8 +131,10 @@ impl Lines {
     /// The write of an operand, with its reasons.
     fn node(&mut self, node: &Node, changed: Option<&LastChange>, line: Line) {
         let written = Written { operand: &node.operand, value: node.value, past: line.past };
-        let told = self.telling.write(&node.write, written, changed);
-        self.add(line.indent, &told);
+        if !node.is_told_by_earlier() {
+            let told = self.telling.write(&node.write, written, changed);
+            self.add(line.indent, &told);
+        }
         if let Some(about) = &node.about {
             let about = self.about(about, line.past);
             self.add(line.indent, &about);
@@ -142,6 +144,36 @@ impl Lines {
         for idle in &node.idle {
             self.idle(idle, node, line);
         }
+        if let Some(earlier) = &node.earlier {
+            self.earlier(earlier, node.value, line);
+        }
+    }
+
+    /// The answer of the program before a reload: of the last one in which the value changed, or
+    /// before which it is not known.
+    fn earlier(&mut self, earlier: &Explanation, value: i32, line: Line) {
+        let root = &earlier.root;
+        let is_same = root.value == value;
+        if let Some(before) = &root.earlier
+            && is_same
+            && (root.is_told_by_earlier() || earlier.changed.is_some())
+        {
+            return self.earlier(before, value, line);
+        }
+        let scan = match earlier.at.scan {
+            Some(scan) => format!("after scan {scan}"),
+            None => "before the first scan".to_owned(),
+        };
+        let was = match is_same {
+            true => String::new(),
+            false => format!(", it was {}", value_text(&root.operand, root.value)),
+        };
+        self.add(line.indent, &format!("before the program was reloaded, {scan}{was}:"));
+        let line = Line { indent: line.indent + 1, past: true };
+        if let Some(changed) = &earlier.changed {
+            self.changed(changed, root, line);
+        }
+        self.node(root, earlier.changed.as_ref(), line);
     }
 
     fn cause(&mut self, cause: &Cause, line: Line) {

@@ -90,7 +90,7 @@ impl<'s> Watch<'s> {
         }
         match decides(&instruction.action, self.address) {
             Decides::Always => true,
-            Decides::ByChange => false,
+            Decides::ByChange | Decides::LeavesAlone => false,
             Decides::WhileOn => {
                 let leaves = self.leaves(part);
                 let on = |at: usize| leaves.get(at).is_some_and(|leaf| leaf.on);

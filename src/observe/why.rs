@@ -1,11 +1,24 @@
 //! `why`: the question and its answer.
 
 use super::answer::{Explanation, Limits};
+use super::earlier;
 use super::inquiry::Inquiry;
 use super::past::{At, Past, Refusal};
 use super::replay::Replay;
 use super::subject::Subject;
 use crate::engine::{BitCell, Cell, WordCell};
+
+/// A question.
+#[derive(Clone, Copy)]
+pub(super) struct Asked {
+    /// The time that it is about.
+    pub at: At,
+    pub limits: Limits,
+    /// The number of reloads between this program and the one that was asked first.
+    pub reloads: u32,
+    /// Whether to search for edits that would change the value.
+    pub remedy: bool,
+}
 
 impl Subject {
     /// Explains the value of a cell at the end of the tape, or at the end of a scan.
@@ -17,6 +30,27 @@ impl Subject {
         past: &mut dyn Past,
         cell: Cell,
         (at, limits): (At, Limits),
+    ) -> Result<Explanation, Refusal> {
+        self.explained(past, cell, Asked { at, limits, reloads: 0, remedy: limits.change })
+    }
+
+    /// The same, of this program or of one before it.
+    pub(super) fn explained(
+        &self,
+        past: &mut dyn Past,
+        cell: Cell,
+        asked: Asked,
+    ) -> Result<Explanation, Refusal> {
+        let mut answer = self.answer(past, cell, asked)?;
+        earlier::go_on(&mut answer, past, (asked.limits, asked.reloads));
+        Ok(answer)
+    }
+
+    fn answer(
+        &self,
+        past: &mut dyn Past,
+        cell: Cell,
+        Asked { at, limits, reloads: _, remedy }: Asked,
     ) -> Result<Explanation, Refusal> {
         let layout = &self.symbols.layout;
         let is_known = match cell {
@@ -39,7 +73,7 @@ impl Subject {
             false => (root, None),
         };
         let change = match cell {
-            Cell::Bit(_) if limits.change => Some(inquiry.change(cell, moment)),
+            Cell::Bit(_) if remedy => Some(inquiry.change(cell, moment)),
             Cell::Bit(_) | Cell::Word(_) => None,
         };
         let combined = inquiry.combined(change.as_ref());

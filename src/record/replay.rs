@@ -65,7 +65,7 @@ pub type ReplayEngine = (Arc<RecordedProgram>, Box<Engine>);
 
 /// A recording with an engine that executes it.
 pub struct Replay<M> {
-    recording: Recording,
+    recording: Arc<Recording>,
     make: M,
     engine: Option<ReplayEngine>,
     /// The section at whose start the engine is; `None`: at no start of a section.
@@ -77,8 +77,8 @@ pub struct Replay<M> {
 
 impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     /// A replay; `make` makes the engine of a program, or returns the reason why it cannot.
-    pub fn new(recording: Recording, make: M) -> Replay<M> {
-        Replay { recording, make, engine: None, at: None, impassable: None }
+    pub fn new(recording: impl Into<Arc<Recording>>, make: M) -> Replay<M> {
+        Replay { recording: recording.into(), make, engine: None, at: None, impassable: None }
     }
 
     /// A replay that reuses the engine of a previous replay, if it is for the same program.
@@ -92,7 +92,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     }
 
     /// The recording.
-    pub fn recording(&self) -> &Recording {
+    pub fn recording(&self) -> &Arc<Recording> {
         &self.recording
     }
 

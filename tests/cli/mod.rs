@@ -18,4 +18,5 @@ mod replay;
 mod sim;
 mod sim_controller;
 mod waves;
+mod why_reload;
 mod xref;

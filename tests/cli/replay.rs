@@ -9,6 +9,8 @@ use rungd::lower::{Symbols, lower};
 use rungd::record::{
     Recent, RecordBlock, RecordedFile, RecordedProgram, Recorder, Recording, TapeClock,
 };
+use rungd::reload::{ReloadPlan, Side};
+use rungd::resolve::program::Program;
 use rungd::resolve::scope::Scope;
 use rungd::runtime::exchange::{Mode, StopReason};
 use rungd::runtime::{Machine, ScanStart, TapeReader, Taped, tape};
@@ -48,23 +50,29 @@ pub struct Line {
     number: u64,
 }
 
+/// A program as it is recorded, with its engine.
+fn recorded(ladder: &str, generation: u32) -> (RecordedProgram, Program) {
+    let file = |name: &str, text: &str| (name.to_owned(), text.to_owned());
+    let all = [file("plant.toml", "ladder = [\"main.toml\"]\n"), file("main.toml", ladder)];
+    let files = all.clone().map(|(name, text)| RecordedFile { name, text }).to_vec();
+    let loaded = recorded_files(&all.map(|(name, text)| SourceFile { name, text }));
+    let program = loaded.program.unwrap_or_else(|| panic!("{:?}", loaded.findings));
+    let recorded = RecordedProgram {
+        version: env!("CARGO_PKG_VERSION").into(),
+        process_start_ns: BEGIN_NS,
+        generation,
+        source: "start".into(),
+        hash: "00ff".into(),
+        files,
+    };
+    (recorded, program)
+}
+
 impl Line {
-    fn new(ladder: &str) -> Line {
-        let file = |name: &str, text: &str| (name.to_owned(), text.to_owned());
-        let all = [file("plant.toml", "ladder = [\"main.toml\"]\n"), file("main.toml", ladder)];
-        let files = all.clone().map(|(name, text)| RecordedFile { name, text }).to_vec();
-        let loaded = recorded_files(&all.map(|(name, text)| SourceFile { name, text }));
-        let program = loaded.program.unwrap_or_else(|| panic!("{:?}", loaded.findings));
+    pub fn new(ladder: &str) -> Line {
+        let (recorded, program) = recorded(ladder, 0);
         let (engine, symbols) = lower(&program);
         let (taped, reader) = tape(Engine::new(engine));
-        let recorded = RecordedProgram {
-            version: env!("CARGO_PKG_VERSION").into(),
-            process_start_ns: BEGIN_NS,
-            generation: 0,
-            source: "start".into(),
-            hash: "00ff".into(),
-            files,
-        };
         let (recorder, blocks) = (Recorder::new(recorded), Vec::new());
         let scope = Scope::of(&program);
         let (now_ns, number) = (0, 1);
@@ -73,6 +81,24 @@ impl Line {
         line.taped.enters(Mode::Run);
         line.taped.settle();
         line
+    }
+
+    /// Exchanges the program for one of the same cells.
+    pub fn reload(&mut self, old: &str, new: &str, generation: u32) {
+        self.read();
+        let (recorded, program) = recorded(new, generation);
+        let before = lower(&self::recorded(old, 0).1);
+        let (engine, symbols) = lower(&program);
+        let plan = ReloadPlan::new(
+            Side { program: &before.0, symbols: &before.1 },
+            Side { program: &engine, symbols: &symbols },
+        );
+        let mut taped = Taped::new(Engine::new(engine)).with_spares();
+        taped.adopt(&mut self.taped, &plan.transfer, true, &[]);
+        taped.swapped(generation);
+        taped.settle();
+        (self.taped, self.symbols, self.scope) = (taped, symbols, Scope::of(&program));
+        self.recorder.program(recorded);
     }
 
     fn clock(&self) -> TapeClock {
@@ -84,7 +110,7 @@ impl Line {
     }
 
     /// Makes a scan with these writes, by the operands' names.
-    fn scan(&mut self, writes: &[(&str, i32)]) -> bool {
+    pub fn scan(&mut self, writes: &[(&str, i32)]) -> bool {
         let times = ScanTimes { mean_us: 300, min_us: 290, max_us: 320, last_us: 310 };
         let local_s = BEGIN_NS / 1_000_000_000 + (self.now_ns / 1_000_000_000) as i64;
         let start = ScanStart { number: self.number, now_ns: self.now_ns, times, local_s };

@@ -383,3 +383,65 @@ fn json_has_what_the_text_has() {
     assert_eq!(json["change"]["edits"][0]["write"]["name"], "X0");
     assert_eq!(json["change"]["edits"][0]["value"], false);
 }
+
+const BOTH_WAYS: &str = r#"
+[[program.rung]]
+name = "in"
+when = ["X0"]
+do = ["CTU N0 preset=3"]
+[[program.rung]]
+name = "out"
+when = ["X1"]
+do = ["CTD N0"]
+[[program.rung]]
+name = "clear"
+when = ["X2"]
+do = ["RES N0"]
+[[program.rung]]
+name = "by-word"
+when = ["X3"]
+do = ["CTU N1 preset=D0"]
+"#;
+
+#[test]
+fn the_enable_bits_are_decided_by_their_own_instruction_at_every_execution() {
+    let mut plc = tape(BOTH_WAYS);
+    plc.scan(&[("X0", 1)]);
+    plc.scans(25);
+    check(&plc, "N0.CU", expect![[r#"
+        N0.CU is ON
+          CTU N0 preset=3 turned it ON 250 ms ago, in scan 0, and keeps it ON: Main, rung in, a.toml:7
+            the rung is ON, because
+              X0 is ON
+                input X0 turned it ON 250 ms ago, in scan 0
+        X0 OFF would turn it OFF in the next scan
+    "#]]);
+    check(&plc, "N0.CD", expect![[r#"
+        N0.CD is OFF
+          CTD N0 keeps it OFF, unchanged since rungd started: Main, rung out, a.toml:11
+            the rung is OFF, because
+              X1 is OFF
+                unchanged since rungd started: its initial value
+        X1 ON would turn it ON in the next scan
+    "#]]);
+}
+
+#[test]
+fn res_is_no_reason_of_a_preset() {
+    let mut plc = tape(BOTH_WAYS);
+    plc.scan(&[("X2", 1)]);
+    plc.scans(5);
+    check(&plc, "N0.PRE", expect![[r#"
+        N0.PRE is 3
+          unchanged since rungd started: its initial value
+    "#]]);
+    check(&plc, "N1.PRE", expect![[r#"
+        N1.PRE is 0
+          CTU N1 preset=D0 keeps it at 0, unchanged since rungd started: Main, rung by-word, a.toml:19
+            the rung is OFF, because
+              X3 is OFF
+                unchanged since rungd started: its initial value
+            with D0 = 0
+              unchanged since rungd started: its initial value
+    "#]]);
+}

@@ -130,7 +130,11 @@ impl Brute<'_> {
             "ONDTMR" | "OFFDTMR" => timer() || key("output=").is_some_and(named),
             "CTU" if in_pass => member(&["CU"]),
             "CTD" if in_pass => member(&["CD"]),
-            "CTU" | "CTD" => member(&["DN"]),
+            "CTU" | "CTD" => {
+                let enabled = if words[0] == "CTU" { "CU" } else { "CD" };
+                let is_word = key("preset=").is_some_and(|preset| self.bench.cell(preset).is_some());
+                member(&["DN", enabled]) || is_word && member(&["PRE"])
+            }
             _ if in_pass => false,
             "SET" | "RST" => named(words[1]) && on(),
             "MOVE" | "ADD" | "SUB" => key("to=").is_some_and(named) && on(),

@@ -1,0 +1,137 @@
+//! Behind a reload: operands that nothing has changed since the program was exchanged, explained
+//! by the program that ran before.
+//!
+//! Called by `why` when an answer is complete. Asks the same question of the earlier program, at
+//! its last scan, for the operand of the question and for some operands among the reasons. Each
+//! answer can go behind a further reload.
+
+use super::answer::{
+    Cause, ContactDetail, ContactSeen, Explanation, Followed, Hindrance, LastChange, LegSeen, Node,
+    Stop, TapeEnd,
+};
+use super::past::{At, EarlierPast, Past};
+use super::{Limits, Subject};
+
+/// The maximum number of operands of an answer that are explained by an earlier program.
+const OPERANDS_MAX: usize = 8;
+
+/// The maximum number of reloads behind which an answer goes.
+const RELOADS_MAX: u32 = 8;
+
+/// An operand whose explanation ends at the exchange of the program.
+struct EndedThere<'n> {
+    /// Its name in both programs: an address if it has one, because a reload keeps memory by
+    /// address.
+    name: String,
+    /// The number of steps that are left for its reasons.
+    depth: u32,
+    earlier: &'n mut Option<Box<Explanation>>,
+}
+
+/// Explains the operands of an answer whose explanation ends at the exchange of the program.
+/// `reloads`: the number of reloads behind which the answer already is.
+pub(super) fn go_on(
+    answer: &mut Explanation,
+    past: &mut dyn Past,
+    (limits, reloads): (Limits, u32),
+) {
+    if reloads >= RELOADS_MAX {
+        return;
+    }
+    let mut ended = Vec::new();
+    let is_root = answer.changed.as_ref().is_some_and(is_swapped);
+    collect(&mut answer.root, (limits.depth, is_root), &mut ended);
+    ended.truncate(OPERANDS_MAX);
+    if ended.is_empty() {
+        return;
+    }
+    let names: Vec<&str> = ended.iter().map(|of| of.name.as_str()).collect();
+    let Some(EarlierPast { subject, mut past }) = past.earlier(&names) else { return };
+    for EndedThere { name, depth, earlier } in ended {
+        *earlier = explained(&subject, &mut *past, (&name, Limits { depth, ..limits }, reloads + 1));
+    }
+}
+
+fn explained(
+    subject: &Subject,
+    past: &mut dyn Past,
+    (name, limits, reloads): (&str, Limits, u32),
+) -> Option<Box<Explanation>> {
+    let cell = subject.cell(name).ok()?;
+    let asked = super::why::Asked { at: At::Now, limits, reloads, remedy: false };
+    subject.explained(past, cell, asked).ok().map(Box::new)
+}
+
+fn is_swapped(changed: &LastChange) -> bool {
+    changed.cause == Some(Cause::Older(TapeEnd::Swapped))
+}
+
+/// Collects the operands of a node that end there; `is_ended`: whether the node itself does, beside
+/// the cause of its write.
+fn collect<'n>(
+    node: &'n mut Node,
+    (depth, is_ended): (u32, bool),
+    into: &mut Vec<EndedThere<'n>>,
+) {
+    if is_ended || node.write.cause == Cause::Older(TapeEnd::Swapped) {
+        let operand = &node.operand;
+        let name = operand.address.clone().unwrap_or_else(|| operand.name.clone());
+        into.push(EndedThere { name, depth, earlier: &mut node.earlier });
+    }
+    let depth = depth.saturating_sub(1);
+    match &mut node.write.cause {
+        Cause::Instruction { legs, operands, .. } => {
+            legs.iter_mut().for_each(|leg| of_leg(leg, depth, into));
+            operands.iter_mut().for_each(|(_, _, next)| of_followed(next, depth, into));
+        }
+        Cause::Pass { stop: Stop::Bit(bit), .. } => collect(bit, (depth, false), into),
+        Cause::Turn { running: Some(running), .. } => collect(running, (depth, false), into),
+        Cause::Pass { stop: Stop::Again(_, Some(restart)), .. }
+        | Cause::Turn { restart: Some(restart), .. } => {
+            restart.legs.iter_mut().for_each(|leg| of_leg(leg, depth, into));
+        }
+        Cause::Pass { stop: Stop::Controller | Stop::Again(_, None), .. }
+        | Cause::Turn { running: None, restart: None, .. }
+        | Cause::Force { .. }
+        | Cause::Outside { .. }
+        | Cause::Status
+        | Cause::Controller
+        | Cause::Initial
+        | Cause::Restored
+        | Cause::Older(_) => {}
+    }
+    for idle in &mut node.idle {
+        match &mut idle.because {
+            Hindrance::Stopped(_, next) => of_followed(next, depth, into),
+            Hindrance::Legs(legs) => legs.iter_mut().for_each(|leg| of_leg(leg, depth, into)),
+        }
+    }
+}
+
+fn of_leg<'n>(leg: &'n mut LegSeen, depth: u32, into: &mut Vec<EndedThere<'n>>) {
+    leg.contacts.iter_mut().for_each(|of| of_contact(of, depth, into));
+    leg.also_off.iter_mut().for_each(|of| of_contact(of, depth, into));
+}
+
+fn of_contact<'n>(contact: &'n mut ContactSeen, depth: u32, into: &mut Vec<EndedThere<'n>>) {
+    match &mut contact.detail {
+        ContactDetail::Bit(_, next) => of_followed(next, depth, into),
+        ContactDetail::Element { bit, index: (_, _, index) } => {
+            bit.iter_mut().for_each(|(_, next)| of_followed(next, depth, into));
+            of_followed(index, depth, into);
+        }
+        ContactDetail::Compare { sides, real: _ } => {
+            sides.iter_mut().for_each(|(_, _, next)| of_followed(next, depth, into));
+        }
+        ContactDetail::Edge { inner, .. } => {
+            inner.iter_mut().for_each(|of| of_contact(of, depth, into));
+        }
+    }
+}
+
+fn of_followed<'n>(followed: &'n mut Followed, depth: u32, into: &mut Vec<EndedThere<'n>>) {
+    match followed {
+        Followed::Node(node) => collect(node, (depth, false), into),
+        Followed::Cut(_) => {}
+    }
+}
