@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::live_past::{EarlierProgram, LivePast};
 use super::program::LiveProgram;
 use super::view::LiveView;
 use crate::engine::Engine;
@@ -64,6 +65,8 @@ struct KnownProgram {
     has_minute: bool,
     sections: Vec<KeptSection>,
     power: Arc<ScanPower>,
+    /// The program that ran right before the first section.
+    earlier: Option<Arc<EarlierProgram>>,
 }
 
 impl Follower {
@@ -88,19 +91,22 @@ impl Follower {
     pub fn rest(&mut self) {
         if let Some(known) = &mut self.known {
             known.sections = Vec::new();
+            known.earlier = None;
             known.has_minute = false;
         }
     }
 
     fn look_on(&mut self) -> Result<LiveView, LookFailure> {
-        let recording = self.ask(self.next_section())?;
+        let recording = Arc::new(self.ask(self.next_section())?);
         let running = running(&recording)?;
         if self.known.as_ref().is_none_or(|known| known.program.recorded != running) {
+            let earlier = self.known.take().and_then(|known| known.ended(&recording, &running));
             let program = LiveProgram::of(running).map_err(LookFailure::Unusable)?;
-            self.known = Some(KnownProgram::new(Arc::new(program)));
+            let known = KnownProgram { earlier, ..KnownProgram::new(Arc::new(program)) };
+            self.known = Some(known);
         }
         let known = self.known.as_mut().ok_or_else(exchanged)?;
-        known.take(recording)?;
+        known.take(&recording)?;
         Ok(known.view())
     }
 
@@ -144,11 +150,11 @@ impl KnownProgram {
         let run = PowerRun::new(Arc::clone(&program.subject));
         let power = Arc::new(ScanPower::nothing());
         let (sections, engine) = (Vec::new(), None);
-        KnownProgram { program, run, engine, has_minute: false, sections, power }
+        KnownProgram { program, run, engine, has_minute: false, sections, power, earlier: None }
     }
 
     /// Takes the sections of the program, and executes them up to the last scan.
-    fn take(&mut self, recording: Recording) -> Result<(), LookFailure> {
+    fn take(&mut self, recording: &Arc<Recording>) -> Result<(), LookFailure> {
         let subject = Arc::clone(&self.program.subject);
         let own = &self.program.recorded;
         let places: Vec<(usize, u64, bool)> = (0..recording.count())
@@ -157,7 +163,7 @@ impl KnownProgram {
             .collect();
         let first = places.first().ok_or_else(exchanged)?.1;
         let make = |_: &RecordedProgram| Ok(Engine::new(subject.whole_code()));
-        let mut replay = Replay::going_on(recording, make, self.engine.take());
+        let mut replay = Replay::going_on(Arc::clone(recording), make, self.engine.take());
         self.has_minute = !self.sections.is_empty();
         self.sections.retain(|(sequence, _)| *sequence < first);
         for (at, sequence, follows) in places {
@@ -188,7 +194,26 @@ impl KnownProgram {
             entries -= section.entries.len();
             first += 1;
         }
-        self.sections.drain(..first);
+        if self.sections.drain(..first).len() > 0 {
+            self.earlier = None;
+        }
+    }
+
+    /// The program after its last scan, if the recording has the rest of its sections, and the next
+    /// program goes on from there.
+    fn ended(
+        mut self,
+        recording: &Arc<Recording>,
+        running: &Arc<RecordedProgram>,
+    ) -> Option<Arc<EarlierProgram>> {
+        self.take(recording).ok()?;
+        let next = self.sections.last()?.0 + 1;
+        let next = (0..recording.count()).find(|at| recording.head(*at).sequence == next)?;
+        let is_next = recording.head(next).follows && recording.program(next) == running;
+        let sections = self.sections.into_iter().map(|(_, section)| section).collect();
+        let past = LivePast { sections, earlier: self.earlier };
+        let earlier = EarlierProgram::new(Arc::clone(&self.program.subject), past);
+        is_next.then(|| Arc::new(earlier))
     }
 
     fn view(&self) -> LiveView {
@@ -197,6 +222,7 @@ impl KnownProgram {
             power: Arc::clone(&self.power),
             has_minute: self.has_minute,
             sections: self.sections.iter().map(|(_, section)| Arc::clone(section)).collect(),
+            earlier: self.earlier.clone(),
         }
     }
 }

@@ -14,6 +14,7 @@ mod change_run;
 pub(crate) mod change_tests;
 mod events;
 mod follower;
+mod live_past;
 mod log_event;
 mod logged_program;
 mod program;

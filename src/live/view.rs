@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::events::{LiveEvent, events};
+use super::live_past::{EarlierProgram, LivePast};
 use super::program::LiveProgram;
 use super::trend::{Trend, trend};
 use crate::draw::circuit::ContactSymbol;
@@ -24,6 +25,8 @@ pub struct LiveView {
     pub has_minute: bool,
     /// The sections of the minute, in order.
     pub(super) sections: Vec<Arc<TapeSection>>,
+    /// The program that ran right before the first section.
+    pub(super) earlier: Option<Arc<EarlierProgram>>,
 }
 
 /// The value of a tag.
@@ -96,7 +99,7 @@ impl LiveView {
         let subject = &self.program.subject;
         let cell = subject.cell(operand)?;
         let at = scan.map_or(At::Now, At::Scan);
-        let mut past = self.sections.clone();
+        let mut past = LivePast { sections: self.sections.clone(), earlier: self.earlier.clone() };
         let limits = Limits::default();
         subject.why(&mut past, cell, (at, limits)).map_err(|refusal| refusal.to_string())
     }

@@ -120,8 +120,7 @@ impl Past for RecordedPast {
         }
         let (recording, last) = (Arc::clone(self.run.recording()), self.first.checked_sub(1)?);
         let subject = subject(recording.program(last)).ok()?;
-        let cells: Vec<Cell> =
-            operands.iter().filter_map(|name| subject.cell(name).ok()).collect();
+        let cells: Vec<Cell> = operands.iter().filter_map(|name| subject.cell(name).ok()).collect();
         let past = RecordedPast::around(recording, last, subject.code_for_all(&cells));
         Some(EarlierPast { subject: Arc::new(subject), past: Box::new(past) })
     }

@@ -151,10 +151,7 @@ fn place(assembler: &Assembler, element: ElementId, (at, rung): (usize, &Rung)) 
         Some(stage) => identity.stage(stage),
         None => identity.block(element.block).name.clone(),
     };
-    match &rung.name {
-        Some(name) => format!("{element}, rung {name}"),
-        None => format!("{element}, rung {}", at + 1),
-    }
+    format!("{element}, {}", rung.label(&element, at))
 }
 
 /// Lowers a rung: its contacts give the power, `do` executes with it, then each branch adds its own

@@ -125,6 +125,8 @@ pub struct BlockPlace {
 pub struct RungName {
     /// Its block or Stage.
     pub element: BlockPlace,
+    /// The rung for people: its name, or its number and the use that it belongs to.
+    pub label: String,
     /// Its name.
     pub name: Option<String>,
     /// Its number in the block or Stage, from 1.
@@ -186,6 +188,8 @@ pub enum Cause {
         legs: Vec<LegSeen>,
         /// The operands whose values it used.
         operands: Vec<(OperandName, i32, Followed)>,
+        /// The number of further operands, all of them 0, that add nothing to a sum or an OR.
+        zeros: usize,
     },
     /// A termination pass over the block or Stage of an instruction.
     Pass {
@@ -284,6 +288,9 @@ pub struct LegSeen {
     pub series: Vec<Place>,
     /// The contacts that alone decide its power.
     pub contacts: Vec<ContactSeen>,
+    /// The order in which they are told, as indices of `contacts`: of many, those that changed last
+    /// come first.
+    pub latest: Vec<usize>,
     /// Other contacts of a series that were OFF.
     pub also_off: Vec<ContactSeen>,
 }

@@ -5,12 +5,16 @@ use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
 use super::leaves::{LeafSeen, Side, is_status, side};
 use super::operands::structure;
 use super::past::{self, Moment};
+use super::reasons::TOLD_MAX;
 use super::replay::{Changed, SEARCHED_MAX};
 use crate::engine::{Cell, Deed, EngineCall};
 use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word};
 use crate::resolve::instruction::OperandValue;
 use crate::runtime::{Origin, SectionStart, TapeEntry, TapeSection};
+
+/// The number of operands of a long sum that are told at least.
+const ZEROS_TOLD: usize = 3;
 
 impl Inquiry<'_> {
     /// The reasons of an operand, if there is room for them.
@@ -147,13 +151,13 @@ impl Inquiry<'_> {
             return Cause::Pass { rung, place, stop: self.stop(site.part, at, depth) };
         }
         let legs = self.legs(site.part, leaves, at, depth);
-        let operands = operands.iter().filter(|side| side.cell.is_some());
-        let operands = operands.map(|of| self.side(*of, at, depth)).collect::<Vec<_>>();
+        let (operands, zeros) = without_zeros(operands);
+        let operands = operands.into_iter().map(|of| self.side(of, at, depth)).collect::<Vec<_>>();
         let operands = operands
             .into_iter()
             .filter_map(|(value, operand, followed)| Some((operand?, value, followed)))
             .collect();
-        Cause::Instruction { rung, place, legs, operands }
+        Cause::Instruction { rung, place, legs, operands, zeros }
     }
 
     /// Why a termination pass ran over the block or Stage of a part.
@@ -291,6 +295,19 @@ impl Inquiry<'_> {
         });
         presets.collect()
     }
+}
+
+/// The operands that an instruction used; of many, without most zeros that add nothing to a sum or
+/// an OR, and the number of these zeros.
+fn without_zeros(operands: &[Side]) -> (Vec<Side>, usize) {
+    let used = operands.iter().copied().filter(|side| side.cell.is_some());
+    let (zeros, deciding): (Vec<Side>, Vec<Side>) = used.clone().partition(|of| of.adds_nothing);
+    let told = ZEROS_TOLD.saturating_sub(deciding.len());
+    if deciding.len() + zeros.len() <= TOLD_MAX || zeros.len() <= told + 1 {
+        return (used.collect(), 0);
+    }
+    let folded = zeros.len() - told;
+    (deciding.into_iter().chain(zeros.into_iter().take(told)).collect(), folded)
 }
 
 /// Whether a section begins with memory as it was at the start of the process. The first scan of

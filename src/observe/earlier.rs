@@ -1,65 +1,35 @@
-//! Behind a reload: operands that nothing has changed since the program was exchanged, explained
-//! by the program that ran before.
+//! The operands of an answer that nothing has changed since the program was exchanged: the program
+//! that ran before has to explain them.
 //!
-//! Called by `why` when an answer is complete. Asks the same question of the earlier program, at
-//! its last scan, for the operand of the question and for some operands among the reasons. Each
-//! answer can go behind a further reload.
+//! Called by `why` when an answer is complete.
 
 use super::answer::{
     Cause, ContactDetail, ContactSeen, Explanation, Followed, Hindrance, LastChange, LegSeen, Node,
     Stop, TapeEnd,
 };
-use super::past::{At, EarlierPast, Past};
-use super::{Limits, Subject};
 
 /// The maximum number of operands of an answer that are explained by an earlier program.
 const OPERANDS_MAX: usize = 8;
 
-/// The maximum number of reloads behind which an answer goes.
-const RELOADS_MAX: u32 = 8;
-
 /// An operand whose explanation ends at the exchange of the program.
-struct EndedThere<'n> {
+pub(super) struct EndedThere<'n> {
     /// Its name in both programs: an address if it has one, because a reload keeps memory by
     /// address.
-    name: String,
+    pub name: String,
     /// The number of steps that are left for its reasons.
-    depth: u32,
-    earlier: &'n mut Option<Box<Explanation>>,
+    pub depth: u32,
+    /// The place for the explanation by the earlier program.
+    pub earlier: &'n mut Option<Box<Explanation>>,
 }
 
-/// Explains the operands of an answer whose explanation ends at the exchange of the program.
-/// `reloads`: the number of reloads behind which the answer already is.
-pub(super) fn go_on(
-    answer: &mut Explanation,
-    past: &mut dyn Past,
-    (limits, reloads): (Limits, u32),
-) {
-    if reloads >= RELOADS_MAX {
-        return;
-    }
+/// The operands of an answer whose explanation ends at the exchange of the program; that of the
+/// question is the first one. `depth`: the depth of the answer.
+pub(super) fn ended_there(answer: &mut Explanation, depth: u32) -> Vec<EndedThere<'_>> {
     let mut ended = Vec::new();
     let is_root = answer.changed.as_ref().is_some_and(is_swapped);
-    collect(&mut answer.root, (limits.depth, is_root), &mut ended);
+    collect(&mut answer.root, (depth, is_root), &mut ended);
     ended.truncate(OPERANDS_MAX);
-    if ended.is_empty() {
-        return;
-    }
-    let names: Vec<&str> = ended.iter().map(|of| of.name.as_str()).collect();
-    let Some(EarlierPast { subject, mut past }) = past.earlier(&names) else { return };
-    for EndedThere { name, depth, earlier } in ended {
-        *earlier = explained(&subject, &mut *past, (&name, Limits { depth, ..limits }, reloads + 1));
-    }
-}
-
-fn explained(
-    subject: &Subject,
-    past: &mut dyn Past,
-    (name, limits, reloads): (&str, Limits, u32),
-) -> Option<Box<Explanation>> {
-    let cell = subject.cell(name).ok()?;
-    let asked = super::why::Asked { at: At::Now, limits, reloads, remedy: false };
-    subject.explained(past, cell, asked).ok().map(Box::new)
+    ended
 }
 
 fn is_swapped(changed: &LastChange) -> bool {
@@ -68,11 +38,7 @@ fn is_swapped(changed: &LastChange) -> bool {
 
 /// Collects the operands of a node that end there; `is_ended`: whether the node itself does, beside
 /// the cause of its write.
-fn collect<'n>(
-    node: &'n mut Node,
-    (depth, is_ended): (u32, bool),
-    into: &mut Vec<EndedThere<'n>>,
-) {
+fn collect<'n>(node: &'n mut Node, (depth, is_ended): (u32, bool), into: &mut Vec<EndedThere<'n>>) {
     if is_ended || node.write.cause == Cause::Older(TapeEnd::Swapped) {
         let operand = &node.operand;
         let name = operand.address.clone().unwrap_or_else(|| operand.name.clone());

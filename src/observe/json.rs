@@ -99,12 +99,13 @@ fn write(of: &Write, operand: &OperandName) -> Value {
 
 fn cause(of: &Cause) -> Value {
     match of {
-        Cause::Instruction { rung: of, place: at, legs, operands } => json!({
+        Cause::Instruction { rung: of, place: at, legs, operands, zeros } => json!({
             "kind": "instruction",
             "rung": rung(of),
             "place": place(at),
             "legs": legs.iter().map(leg).collect::<Vec<_>>(),
             "operands": operands.iter().map(operand_read).collect::<Vec<_>>(),
+            "zeros": zeros,
         }),
         Cause::Pass { rung: of, place: at, stop: by } => json!({
             "kind": "pass", "rung": rung(of), "place": place(at), "stop": stop(by),

@@ -33,6 +33,20 @@ pub(super) struct Side {
     pub cell: Option<Cell>,
     /// Whether it is a real.
     pub real: bool,
+    /// Whether it is a 0 that a sum or an OR adds.
+    pub adds_nothing: bool,
+}
+
+impl Side {
+    /// A constant.
+    pub fn constant(value: i32, real: bool) -> Side {
+        Side { value, cell: None, real, adds_nothing: false }
+    }
+
+    /// The content of a cell.
+    pub fn of(cell: Cell, value: i32, real: bool) -> Side {
+        Side { value, cell: Some(cell), real, adds_nothing: false }
+    }
 }
 
 /// A leg: its contacts as one boolean expression over the leaves of its part.
@@ -111,12 +125,13 @@ fn values(subject: &Subject, contact: &Contact, image: &Image) -> (Vec<Side>, Op
 pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> Side {
     let real = value.is_real();
     match value {
-        Value::Const(value, _) => Side { value, cell: None, real },
-        Value::Real(value) => Side { value: value.cell(), cell: None, real },
+        Value::Const(value, _) => Side::constant(value, real),
+        Value::Real(value) => Side::constant(value.cell(), real),
         Value::Word(at) => word(subject, at, image),
         Value::Element(element) => {
             let cell = select(subject, element, image).1;
-            Side { value: cell.map_or(0, |cell| content(image, cell)), cell, real }
+            let value = cell.map_or(0, |cell| content(image, cell));
+            Side { cell, ..Side::constant(value, real) }
         }
     }
 }
@@ -124,7 +139,7 @@ pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> Side {
 /// A word in an image.
 pub(super) fn word(subject: &Subject, word: Word, image: &Image) -> Side {
     let cell = Cell::Word(subject.symbols.layout.word(word));
-    Side { value: content(image, cell), cell: Some(cell), real: word.is_real() }
+    Side::of(cell, content(image, cell), word.is_real())
 }
 
 /// The word that selects an element, and the selected cell.

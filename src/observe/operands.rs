@@ -4,9 +4,10 @@
 use super::leaves::{Side, content, select, side, word};
 use super::subject::Subject;
 use crate::engine::{Cell, Image};
+use crate::isa::function::Function;
 use crate::isa::{Bit, Structure};
 use crate::resolve::array::{Array, Element};
-use crate::resolve::formula::{Formula, Part};
+use crate::resolve::formula::{Binary, Formula, Part};
 use crate::resolve::instruction::{Filling, WordPlace};
 use crate::resolve::program::{Action, Value};
 use crate::source::span::Located;
@@ -67,8 +68,9 @@ pub(super) fn operands(subject: &Subject, action: &Action, to: Cell, image: &Ima
 fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
     let mut read: Vec<Side> = Vec::new();
     let layout = &subject.symbols.layout;
+    let added = added(of);
     for (at, part) in of.parts.iter().enumerate() {
-        let side = match part {
+        let mut side = match part {
             Part::Word(at) => word(subject, *at, image),
             Part::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
             // A word that is an index comes right before its element.
@@ -86,11 +88,36 @@ fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
             | Part::Binary(..)
             | Part::Call(..) => continue,
         };
-        if read.iter().all(|other| other.cell != side.cell) {
-            read.push(side);
+        side.adds_nothing = side.value == 0 && added.get(at).copied().unwrap_or_default();
+        match read.iter_mut().find(|other| other.cell == side.cell) {
+            Some(other) => other.adds_nothing &= side.adds_nothing,
+            None => read.push(side),
         }
     }
     read
+}
+
+/// For each part, whether it is an operand of `+`, `|`, `||` or an argument of `sum`: if it is 0,
+/// it adds nothing to the result.
+fn added(of: &Formula) -> Vec<bool> {
+    let mut added = vec![false; of.parts.len()];
+    // The parts whose results are not used yet.
+    let mut open: Vec<usize> = Vec::new();
+    for (at, part) in of.parts.iter().enumerate() {
+        let (count, adds) = match part {
+            Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_) => (0, false),
+            Part::Element(_) | Part::Unary(..) => (1, false),
+            Part::Binary(operator, _) => {
+                (2, matches!(operator, Binary::Add | Binary::Or | Binary::OrElse))
+            }
+            Part::Call(function, count, _) => (*count as usize, *function == Function::Sum),
+        };
+        for used in open.split_off(open.len().saturating_sub(count)) {
+            added[used] = adds;
+        }
+        open.push(at);
+    }
+    added
 }
 
 /// The element that COPY reads for an element that it writes.
@@ -112,18 +139,18 @@ fn filling(subject: &Subject, value: Filling, image: &Image) -> Side {
         Filling::Bit(of) => bit(Cell::Bit(subject.symbols.layout.bit(of)), image),
         Filling::Element(element) => {
             let cell = select(subject, element, image).1;
-            Side { value: cell.map_or(0, |cell| content(image, cell)), cell, real: false }
+            Side { cell, ..Side::constant(cell.map_or(0, |cell| content(image, cell)), false) }
         }
     }
 }
 
 fn bit(cell: Cell, image: &Image) -> Side {
-    Side { value: content(image, cell), cell: Some(cell), real: false }
+    Side::of(cell, content(image, cell), false)
 }
 
 fn any(subject: &Subject, cell: Cell, image: &Image) -> Side {
     let real = matches!(cell, Cell::Word(word) if subject.symbols.layout.is_real(word));
-    Side { value: content(image, cell), cell: Some(cell), real }
+    Side::of(cell, content(image, cell), real)
 }
 
 /// The structure of which a bit or word is a member.

@@ -266,12 +266,8 @@ pub(super) fn rung_text(rung: &RungName, place: &Place) -> String {
 impl RungName {
     /// `Main, rung start, branch 2`.
     pub fn text(&self) -> String {
-        let name = match &self.name {
-            Some(name) => format!("rung {name}"),
-            None => format!("rung {}", self.number),
-        };
         let branch = self.branch.map(|branch| format!(", branch {branch}")).unwrap_or_default();
-        format!("{}, {name}{branch}", self.element.name)
+        format!("{}, {}{branch}", self.element.name, self.label)
     }
 }
 

@@ -7,8 +7,13 @@ use super::inquiry::Inquiry;
 use super::leaves::{LeafSeen, LegLogic, Side, legs};
 use super::logic::{Leaves, Logic};
 use super::past::Moment;
+use super::replay::{Changed, SEARCHED_MAX};
 use crate::engine::{BitCell, Cell};
 use crate::resolve::program::{self, Comparison};
+
+/// The maximum number of contacts of a leg that are told in their own order, and none of them
+/// folded.
+pub(super) const TOLD_MAX: usize = 6;
 
 /// The number of steps by which the explanation of a contact that is also OFF is shorter.
 const ALSO_OFF_LESS: u32 = 2;
@@ -52,12 +57,59 @@ impl Inquiry<'_> {
         let (on, key) = (|at: usize| part.is_on(at), |at: usize| part.key(at));
         let why = leg.logic.why(&on, &key);
         let series = leg.series.iter().map(|contact| self.subject.place(contact.span()));
+        let latest = self.latest(part, &why.named);
+        let mut contacts: Vec<Option<ContactSeen>> = vec![None; why.named.len()];
+        // The answer may become too long: the contacts that changed last are followed first.
+        for at in &latest {
+            contacts[*at] = Some(self.contact(part, why.named[*at], depth));
+        }
         LegSeen {
             name: leg.name.key(),
             on: leg.logic.is_on(&on),
             series: series.collect(),
-            contacts: why.named.iter().map(|at| self.contact(part, *at, depth)).collect(),
+            contacts: contacts.into_iter().flatten().collect(),
+            latest,
             also_off: why.also_off.iter().map(|at| self.also_off(part, *at, depth)).collect(),
+        }
+    }
+
+    /// The order in which named contacts are told, as indices: of a few their own order, of many
+    /// those first that changed last.
+    fn latest(&mut self, part: &PartSeen, named: &[usize]) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..named.len()).collect();
+        if named.len() > TOLD_MAX {
+            let changed = |inquiry: &mut Self, leaf: usize| {
+                let at = part.moment(leaf);
+                let cells = inquiry.cells_of(part, leaf);
+                let last = cells.into_iter().filter_map(|cell| {
+                    match inquiry.replay.last_change(cell, at, SEARCHED_MAX) {
+                        Changed::At(_, moment) => Some(moment),
+                        Changed::Never(..) => None,
+                    }
+                });
+                last.max()
+            };
+            let last: Vec<_> = named.iter().map(|leaf| changed(self, *leaf)).collect();
+            order.sort_by_key(|at| std::cmp::Reverse(last[*at]));
+        }
+        order
+    }
+
+    /// The cells that a contact reads.
+    fn cells_of(&self, part: &PartSeen, leaf: usize) -> Vec<Cell> {
+        let Some(seen) = part.seen.get(leaf) else { return Vec::new() };
+        match part.leaves.contacts[leaf] {
+            program::Contact::Bit(bit, _) => {
+                vec![Cell::Bit(self.subject.symbols.layout.bit(*bit))]
+            }
+            program::Contact::Edge(..) => vec![Cell::Bit(BitCell(seen.power.cell()))],
+            program::Contact::Element(..)
+            | program::Contact::Compare(..)
+            | program::Contact::Not(..)
+            | program::Contact::All(..)
+            | program::Contact::Any(..) => {
+                seen.sides.iter().filter_map(|side| side.cell).chain(seen.selected).collect()
+            }
         }
     }
 
@@ -189,7 +241,7 @@ impl Inquiry<'_> {
     }
 }
 
-const NO_SIDE: Side = Side { value: 0, cell: None, real: false };
+const NO_SIDE: Side = Side { value: 0, cell: None, real: false, adds_nothing: false };
 
 /// For each leaf, the first leaf with the same contact. Edges are never the same, because each has
 /// its own history.

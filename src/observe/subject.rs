@@ -183,8 +183,10 @@ impl Subject {
     /// The rung of a part, for people.
     pub(super) fn place_of_rung(&self, part: u32) -> RungName {
         let (of, rung) = (self.part(part), self.rung(part));
+        let element = self.element(of.element);
         RungName {
-            element: self.element(of.element),
+            label: rung.label(&element.name, of.rung as usize),
+            element,
             name: rung.name.clone(),
             number: of.rung + 1,
             branch: of.branch.map(|branch| branch + 1),

@@ -9,7 +9,11 @@ use super::phrases::{
     ComparedSide, Telling, Written, edit_text, ms, operand_text, rung_text, sides_text, state,
     value_text,
 };
+use super::reasons::TOLD_MAX;
 use crate::runtime::exchange::Mode;
+
+/// The number of contacts that are told of a leg that has many of them.
+const CONTACTS_TOLD: usize = 4;
 
 /// Lines, each with an indent.
 struct Lines {
@@ -31,6 +35,10 @@ impl Line {
 
     fn is(self) -> &'static str {
         if self.past { "was" } else { "is" }
+    }
+
+    fn are(self) -> &'static str {
+        if self.past { "were" } else { "are" }
     }
 }
 
@@ -178,12 +186,15 @@ impl Lines {
 
     fn cause(&mut self, cause: &Cause, line: Line) {
         match cause {
-            Cause::Instruction { legs, operands, .. } => {
+            Cause::Instruction { legs, operands, zeros, .. } => {
                 legs.iter().for_each(|leg| self.leg(leg, line));
                 for (operand, value, followed) in operands {
                     let value = value_text(operand, *value);
                     let text = format!("with {} = {value}", operand_text(operand));
                     self.followed(&text, followed, line.deeper(1));
+                }
+                if *zeros > 0 {
+                    self.add(line.indent + 1, &format!("and {zeros} that {} 0", line.are()));
                 }
             }
             Cause::Pass { stop, .. } => match stop {
@@ -222,8 +233,24 @@ impl Lines {
     fn leg(&mut self, leg: &LegSeen, line: Line) {
         let name = if leg.name == "when" { "the rung" } else { leg.name };
         self.add(line.indent + 1, &format!("{name} {} {}, because", line.is(), state(leg.on)));
-        leg.contacts.iter().for_each(|of| self.contact(of, line.deeper(2), ""));
-        leg.also_off.iter().for_each(|of| self.contact(of, line.deeper(2), "also "));
+        let deciding: Vec<&ContactSeen> =
+            leg.latest.iter().filter_map(|at| leg.contacts.get(*at)).collect();
+        self.contacts(&deciding, line.deeper(2), "");
+        self.contacts(&leg.also_off.iter().collect::<Vec<_>>(), line.deeper(2), "also ");
+    }
+
+    /// Contacts; of many, only the first ones, and the number of the others.
+    fn contacts(&mut self, all: &[&ContactSeen], line: Line, before: &str) {
+        let told = if all.len() > TOLD_MAX { CONTACTS_TOLD } else { all.len() };
+        all.iter().take(told).for_each(|of| self.contact(of, line, before));
+        let folded = &all[told..];
+        for on in [true, false] {
+            let count = folded.iter().filter(|of| of.on == on).count();
+            if count > 0 {
+                let are = line.are();
+                self.add(line.indent, &format!("and {count} that {are} {before}{}", state(on)));
+            }
+        }
     }
 
     /// A contact; `before`: the text before its line.

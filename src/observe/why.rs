@@ -1,23 +1,26 @@
 //! `why`: the question and its answer.
 
 use super::answer::{Explanation, Limits};
-use super::earlier;
+use super::earlier::{EndedThere, ended_there};
 use super::inquiry::Inquiry;
-use super::past::{At, Past, Refusal};
+use super::past::{At, EarlierPast, Past, Refusal};
 use super::replay::Replay;
 use super::subject::Subject;
 use crate::engine::{BitCell, Cell, WordCell};
 
+/// The maximum number of reloads behind which an answer goes.
+const RELOADS_MAX: u32 = 8;
+
 /// A question.
 #[derive(Clone, Copy)]
-pub(super) struct Asked {
+struct Asked {
     /// The time that it is about.
-    pub at: At,
-    pub limits: Limits,
+    at: At,
+    limits: Limits,
     /// The number of reloads between this program and the one that was asked first.
-    pub reloads: u32,
+    reloads: u32,
     /// Whether to search for edits that would change the value.
-    pub remedy: bool,
+    remedy: bool,
 }
 
 impl Subject {
@@ -35,14 +38,16 @@ impl Subject {
     }
 
     /// The same, of this program or of one before it.
-    pub(super) fn explained(
+    fn explained(
         &self,
         past: &mut dyn Past,
         cell: Cell,
         asked: Asked,
     ) -> Result<Explanation, Refusal> {
         let mut answer = self.answer(past, cell, asked)?;
-        earlier::go_on(&mut answer, past, (asked.limits, asked.reloads));
+        if asked.reloads < RELOADS_MAX {
+            behind_the_reload(&mut answer, past, asked);
+        }
         Ok(answer)
     }
 
@@ -83,5 +88,21 @@ impl Subject {
         };
         let Inquiry { deeper, is_long, .. } = inquiry;
         Ok(Explanation { at: when, root, changed, change, combined, mode, deeper, is_long })
+    }
+}
+
+/// Asks the program before this one about the operands that nothing has changed since then.
+fn behind_the_reload(answer: &mut Explanation, past: &mut dyn Past, asked: Asked) {
+    let ended = ended_there(answer, asked.limits.depth);
+    if ended.is_empty() {
+        return;
+    }
+    let names: Vec<&str> = ended.iter().map(|of| of.name.as_str()).collect();
+    let Some(EarlierPast { subject, mut past }) = past.earlier(&names) else { return };
+    for EndedThere { name, depth, earlier } in ended {
+        let Ok(cell) = subject.cell(&name) else { continue };
+        let limits = Limits { depth, ..asked.limits };
+        let asked = Asked { at: At::Now, limits, reloads: asked.reloads + 1, remedy: false };
+        *earlier = subject.explained(&mut *past, cell, asked).ok().map(Box::new);
     }
 }

@@ -82,7 +82,11 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
     }
 
     /// A replay that reuses the engine of a previous replay, if it is for the same program.
-    pub fn going_on(recording: Recording, make: M, engine: Option<ReplayEngine>) -> Replay<M> {
+    pub fn going_on(
+        recording: impl Into<Arc<Recording>>,
+        make: M,
+        engine: Option<ReplayEngine>,
+    ) -> Replay<M> {
         Replay { engine, ..Replay::new(recording, make) }
     }
 

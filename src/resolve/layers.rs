@@ -200,6 +200,11 @@ impl Layers {
         Some((&of.name, of.at))
     }
 
+    /// The whole name of the innermost use of a template that contains a place: `p1.lamp`.
+    pub(super) fn use_of(&self, span: Span) -> Option<&str> {
+        self.uses(self.stands_at(span).file).next().map(|of| of.name.as_str())
+    }
+
     /// The use of a layer, then the uses that contain it, from the inside out.
     fn uses(&self, file: FileId) -> impl Iterator<Item = &UsePlace> {
         let mut file = file;

@@ -132,6 +132,8 @@ pub(crate) struct Rung {
     pub allow: Vec<String>,
     /// From its header to the end of its last value; findings within belong to the rung.
     pub extent: Span,
+    /// The whole name of the use of a template that it belongs to: `p1.lamp`.
+    pub of_use: Option<String>,
     /// Its legs, in the order of the instruction's legs.
     pub legs: Vec<Leg>,
     /// `do`, in order.
@@ -341,12 +343,28 @@ impl Program {
 }
 
 impl Rung {
+    /// The rung for people, in a block or Stage: `rung count-bottles`, `rung 3`, and of a use among
+    /// the rungs of a ladder `rung 3 (p1)`. `at`: its index in the block or Stage.
+    pub fn label(&self, element: &str, at: usize) -> String {
+        let number = at + 1;
+        match (&self.name, &self.of_use) {
+            (Some(name), _) => format!("rung {name}"),
+            (None, Some(of_use)) if !is_in(element, of_use) => format!("rung {number} ({of_use})"),
+            (None, _) => format!("rung {number}"),
+        }
+    }
+
     /// Its instructions in file order, each with its branch.
     pub fn instructions(&self) -> impl Iterator<Item = (Option<&Branch>, &Instruction)> {
         let branches = self.branches.iter();
         let behind = branches.flat_map(|branch| branch.body.iter().map(move |i| (Some(branch), i)));
         self.body.iter().map(|instruction| (None, instruction)).chain(behind)
     }
+}
+
+/// Whether a name of a block or Stage shows that it belongs to this use.
+fn is_in(element: &str, of_use: &str) -> bool {
+    element.strip_prefix(of_use).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 impl Contact {

@@ -92,6 +92,7 @@ impl Resolver<'_> {
             doc: rung.doc.clone(),
             allow: rung.allow.iter().map(|name| self.allowed(name)).collect(),
             extent: rung.extent,
+            of_use: self.layers.use_of(rung.extent).map(str::to_owned),
             legs,
             body,
         }

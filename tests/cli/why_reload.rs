@@ -59,7 +59,10 @@ fn check(place: &Place, operand: &str, expected: Expect) {
 fn the_answer_goes_on_behind_reloads() {
     let place = Place::new("why_reload");
     recording(&place);
-    check(&place, "ready", expect![[r#"
+    check(
+        &place,
+        "ready",
+        expect![[r#"
         ready (C0) is ON
           before the program was reloaded, after scan 152:
             SET ready turned it ON 4.5 s ago, in scan 1: Main, rung ready, main.toml:14
@@ -67,8 +70,12 @@ fn the_answer_goes_on_behind_reloads() {
                 start (X0) was ON
                   input X0 turned it ON 4.5 s ago, in scan 1
         one input is not enough to turn it OFF in the next scan (1 tried)
-    "#]]);
-    check(&place, "motor", expect![[r#"
+    "#]],
+    );
+    check(
+        &place,
+        "motor",
+        expect![[r#"
         motor (Y0) is ON
           OUT motor keeps it ON, unchanged since the program was reloaded, after scan 302: Main, rung motor, main.toml:19
             the rung is ON, because
@@ -92,8 +99,12 @@ fn the_answer_goes_on_behind_reloads() {
                 stop (X1) was OFF
                   until then unchanged since rungd started: its initial value
         stop (X1) ON would turn it OFF in the next scan
-    "#]]);
-    check(&place, "horn", expect![[r#"
+    "#]],
+    );
+    check(
+        &place,
+        "horn",
+        expect![[r#"
         horn (Y1) is OFF
           OUT horn keeps it OFF, unchanged since the program was reloaded, after scan 302: Main, rung horn, main.toml:24
             the rung is OFF, because
@@ -106,9 +117,19 @@ fn the_answer_goes_on_behind_reloads() {
                 stop (X1) was OFF
                   until then unchanged since rungd started: its initial value
         start (X0) ON would turn it ON in the next scan
-    "#]]);
+    "#]],
+    );
+}
+
+#[test]
+fn json_has_the_earlier_programs() {
+    let place = Place::new("why_reload_json");
+    recording(&place);
     let output = place.rungd(&["why", "ready", "--json", "--recording", "plant.rungd-log"]);
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     let write = &json["operand"]["earlier"]["operand"]["earlier"]["operand"]["write"];
-    assert_eq!((&write["cause"]["rung"]["name"], &write["since"]["scan"]), (&"ready".into(), &1.into()));
+    assert_eq!(
+        (&write["cause"]["rung"]["name"], &write["since"]["scan"]),
+        (&"ready".into(), &1.into())
+    );
 }

@@ -133,6 +133,10 @@ fn a_reload_is_followed_and_so_is_a_restart() {
     let visitor = web.visit();
     let program = |web: &Web| web.get("/api/ladder", &visitor).json()["program"].clone();
     let first = program(&web);
+    web.live.ok("write level 7");
+    web.until(WINDOW, &visitor, |event| event["scan"].is_u64());
+    let why = || web.get("/api/why?operand=level", &visitor).json()["text"].to_string();
+    crate::support::process::until(|| why().contains("wrote 7"));
     let ladder = crate::web::client::LADDER.replace("level > 10", "level > 20");
     std::fs::write(web.live.folder.join("ladder.toml"), ladder).unwrap();
     web.live.ok("reload");
@@ -140,6 +144,8 @@ fn a_reload_is_followed_and_so_is_a_restart() {
     assert_eq!(seen["program"], program(&web));
     let rungs = web.get("/api/rungs?element=Main&from=1&to=1", &visitor).json();
     assert!(rungs["rungs"][0]["svg"].as_str().unwrap().contains("level &gt; 20"));
+    let why = web.get("/api/why?operand=level", &visitor).json()["text"].to_string();
+    assert!(why.contains("before the program was reloaded") && why.contains("wrote 7"), "{why}");
     web.live.child.kill().unwrap();
     web.live.child.wait().unwrap();
     let gone = web.until(WINDOW, &visitor, |event| event["error"].is_string());

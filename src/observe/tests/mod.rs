@@ -4,6 +4,7 @@ mod changed;
 mod coverage;
 mod kinds;
 mod past;
+mod reasons;
 mod slices;
 mod stops;
 mod tape;

@@ -132,7 +132,8 @@ impl Brute<'_> {
             "CTD" if in_pass => member(&["CD"]),
             "CTU" | "CTD" => {
                 let enabled = if words[0] == "CTU" { "CU" } else { "CD" };
-                let is_word = key("preset=").is_some_and(|preset| self.bench.cell(preset).is_some());
+                let is_word =
+                    key("preset=").is_some_and(|preset| self.bench.cell(preset).is_some());
                 member(&["DN", enabled]) || is_word && member(&["PRE"])
             }
             _ if in_pass => false,
