@@ -9,8 +9,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use super::operator::exit_of;
-use super::terminal::say_line;
+use super::operator::{exit_of, say_failure};
 use crate::isa::duration;
 use crate::metrics;
 use crate::operator::SOCKET_VARIABLE;
@@ -36,8 +35,8 @@ pub struct MetricsArgs {
     #[arg(long, value_name = "TIME", requires = "textfile", value_parser = interval)]
     #[arg(conflicts_with = "listen")]
     every: Option<Duration>,
-    /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
-    /// yours or root's; else the service's, /run/rungd/rungd.sock)
+    /// The running controller's socket (default: that of the controller that runs in this folder,
+    /// else of your only running one, else the service's, /run/rungd/rungd.sock)
     #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
     socket: Option<PathBuf>,
 }
@@ -84,6 +83,6 @@ pub fn metrics(args: &MetricsArgs) -> Result<Exit> {
 }
 
 fn told(failure: &CallFailure) -> Exit {
-    say_line(&format!("rungd: {failure}"));
+    say_failure(failure);
     exit_of(failure)
 }

@@ -8,10 +8,10 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
-use super::operator::complete;
+use super::operator::{complete, exit_of, say_failure};
 use super::terminal::say;
 use crate::monitor::{MonitorSetup, run};
-use crate::operator::{SOCKET_VARIABLE, client};
+use crate::operator::{SOCKET_VARIABLE, search};
 
 /// Shows a running controller on a page in the terminal: its state, a watch list, the ladder
 ///
@@ -23,8 +23,8 @@ pub struct MonitorArgs {
     /// The first operands of the watch list: tags, addresses, members, ranges (`X0..X7`)
     #[arg(value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operands: Vec<String>,
-    /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
-    /// yours or root's; else the service's, /run/rungd/rungd.sock)
+    /// The running controller's socket (default: that of the controller that runs in this folder,
+    /// else of your only running one, else the service's, /run/rungd/rungd.sock)
     #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
     socket: Option<PathBuf>,
 }
@@ -39,11 +39,14 @@ pub fn monitor(args: &MonitorArgs) -> Result<Exit> {
              `rungd watch` print to a file or pipe\n");
         return Ok(Exit::Usage);
     }
+    let socket = match search::socket(args.socket.clone()) {
+        Ok(socket) => socket,
+        Err(failure) => {
+            say_failure(&failure);
+            return Ok(exit_of(&failure));
+        }
+    };
     let wants_none = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-    run(MonitorSetup {
-        socket: client::socket(args.socket.clone()),
-        operands: args.operands.clone(),
-        has_colours: !wants_none,
-    })?;
+    run(MonitorSetup { socket, operands: args.operands.clone(), has_colours: !wants_none })?;
     Ok(Exit::Ok)
 }

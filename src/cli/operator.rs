@@ -17,13 +17,15 @@ use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
     Alarm, AlarmList, AlarmState, Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
 };
+use crate::operator::search::{self, running_instead};
+use crate::operator::search_failure::SearchFailure;
 use crate::operator::{SOCKET_VARIABLE, socket_of_environment};
 
 /// The socket of the controller, and the form of its printed answer.
 #[derive(Args, Clone, Debug)]
 pub struct OperatorArgs {
-    /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
-    /// yours or root's; else the service's, /run/rungd/rungd.sock)
+    /// The running controller's socket (default: that of the controller that runs in this folder,
+    /// else of your only running one, else the service's, /run/rungd/rungd.sock)
     #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
     pub socket: Option<PathBuf>,
     /// Print the answer as one line of JSON
@@ -58,14 +60,20 @@ impl OperatorArgs {
         &self,
         request: &Request,
     ) -> Result<T, CallFailure> {
-        client::ask(&client::socket(self.socket.clone()), request)
+        client::ask(&search::socket(self.socket.clone())?, request)
     }
 
     /// Sends a request; `Err` is the exit code of a refusal or failure, which has been printed.
     pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
-        let socket = client::socket(self.socket.clone());
         let waits = |why: &str| say_line(&format!("rungd: {why}"));
-        client::ask_and_tell(&socket, request, &waits).map_err(|failure| self.tell(&failure))
+        let asked = search::found(self.socket.clone()).and_then(|found| {
+            // Said before it is done: the user has not named the controller.
+            if let Some(notice) = found.notice().filter(|_| !request.only_looks()) {
+                waits(&notice);
+            }
+            client::ask_and_tell(&found.socket, request, &waits)
+        });
+        asked.map_err(|failure| self.tell(&failure))
     }
 
     /// Prints a refusal or failure, and returns its exit code.
@@ -80,7 +88,7 @@ impl OperatorArgs {
             say(&format!("{}\n", message.trim_end()));
             say("rungd: the files cannot be run as they are; nothing is changed\n");
         } else {
-            say_line(&format!("rungd: {failure}"));
+            say_failure(failure);
         }
         exit_of(failure)
     }
@@ -126,8 +134,20 @@ impl OperatorArgs {
     }
 }
 
+/// Prints a failure on standard error; if a named socket does not answer, also the controllers that
+/// run.
+pub(super) fn say_failure(failure: &CallFailure) {
+    let told = format!("rungd: {failure}");
+    told.lines().for_each(say_line);
+    if let CallFailure::NotRunning(..) = failure {
+        running_instead().iter().flat_map(|told| told.lines()).for_each(say_line);
+    }
+}
+
 pub(super) fn exit_of(failure: &CallFailure) -> Exit {
     match failure {
+        CallFailure::NotFound(SearchFailure::None { .. }) => Exit::Unavailable,
+        CallFailure::NotFound(SearchFailure::Several { .. }) => Exit::Usage,
         CallFailure::NotRunning(..) => Exit::Unavailable,
         CallFailure::NotAllowed(..) => Exit::NoPerm,
         CallFailure::Broken(..) => Exit::Io,
@@ -144,7 +164,10 @@ pub(super) fn exit_of(failure: &CallFailure) -> Exit {
 
 fn kind_of(failure: &CallFailure) -> serde_json::Value {
     match failure {
-        CallFailure::NotRunning(..) => "not-running".into(),
+        CallFailure::NotFound(SearchFailure::None { .. }) | CallFailure::NotRunning(..) => {
+            "not-running".into()
+        }
+        CallFailure::NotFound(SearchFailure::Several { .. }) => "several".into(),
         CallFailure::NotAllowed(..) => "not-permitted".into(),
         CallFailure::Broken(..) => "broken".into(),
         CallFailure::Refused(refusal) => serde_json::to_value(refusal.kind).unwrap_or_default(),
@@ -154,10 +177,9 @@ fn kind_of(failure: &CallFailure) -> serde_json::Value {
 /// The names in the running controller, for the shell. Empty if no controller answers.
 pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     let prefix = current.to_string_lossy().into_owned();
-    let names: NameList = match client::ask(&socket_to_complete(), &Request::Names { prefix }) {
-        Ok(names) => names,
-        Err(_) => return Vec::new(),
-    };
+    let asked = socket_to_complete()
+        .and_then(|socket| client::ask::<NameList>(&socket, &Request::Names { prefix }));
+    let Ok(names) = asked else { return Vec::new() };
     let candidate = |name: &Name| candidate(&name.name, &name.about);
     names.names.iter().map(candidate).collect()
 }
@@ -165,10 +187,9 @@ pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
 /// The alarms that can be acknowledged, for the shell. Empty if no controller answers.
 pub fn complete_alarms(current: &OsStr) -> Vec<CompletionCandidate> {
     let prefix = current.to_string_lossy();
-    let list: AlarmList = match client::ask(&socket_to_complete(), &Request::Alarms {}) {
-        Ok(list) => list,
-        Err(_) => return Vec::new(),
-    };
+    let asked = socket_to_complete()
+        .and_then(|socket| client::ask::<AlarmList>(&socket, &Request::Alarms {}));
+    let Ok(list) = asked else { return Vec::new() };
     let fits =
         |alarm: &&Alarm| alarm.state != AlarmState::Acknowledged && alarm.tag.starts_with(&*prefix);
     list.alarms.iter().filter(fits).map(|alarm| candidate(&alarm.tag, &alarm.text)).collect()
@@ -180,7 +201,7 @@ fn candidate(name: &str, about: &str) -> CompletionCandidate {
 }
 
 /// The socket that the incomplete command line would use.
-fn socket_to_complete() -> PathBuf {
+fn socket_to_complete() -> Result<PathBuf, CallFailure> {
     let words: Vec<_> = std::env::args_os().collect();
     let after = |(at, word): (usize, &std::ffi::OsString)| match word.to_str() {
         Some("--socket") => words.get(at + 1).map(PathBuf::from),
@@ -188,5 +209,5 @@ fn socket_to_complete() -> PathBuf {
         None => None,
     };
     let given = words.iter().enumerate().find_map(after);
-    client::socket(given.or_else(socket_of_environment))
+    search::socket(given.or_else(socket_of_environment))
 }

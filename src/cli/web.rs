@@ -8,8 +8,12 @@ use clap::{Args, Subcommand};
 use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
 
 use super::exit::Exit;
+use super::operator::{exit_of, say_failure};
 use super::terminal::{print, say, say_line};
 use crate::operator::SOCKET_VARIABLE;
+use crate::operator::client::CallFailure;
+use crate::operator::search;
+use crate::operator::search_failure::SearchFailure;
 use crate::web::{ListenAt, UserFailure, WebOptions, serve, set_password};
 
 /// Shows a running controller in a browser: its ladder with power, why, trends, alarms
@@ -36,8 +40,8 @@ pub struct WebArgs {
     /// The file of users, made by `rungd web passwd`; without it, a one-time link gives access
     #[arg(long, value_name = "FILE")]
     users_file: Option<PathBuf>,
-    /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
-    /// yours or root's; else the service's, /run/rungd/rungd.sock)
+    /// The running controller's socket (default: that of the controller that runs in this folder,
+    /// else of your only running one, else the service's, /run/rungd/rungd.sock)
     #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
     socket: Option<PathBuf>,
 }
@@ -78,6 +82,13 @@ pub fn web(args: &WebArgs) -> Result<Exit> {
     if let Err(refused) = options.judge() {
         say_line(&format!("rungd web: {refused}"));
         return Ok(Exit::Usage);
+    }
+    // The pages may be opened before the controller starts, but not choose between several.
+    if let Err(failure @ CallFailure::NotFound(SearchFailure::Several { .. })) =
+        search::socket(options.socket.clone())
+    {
+        say_failure(&failure);
+        return Ok(exit_of(&failure));
     }
     serve(&options)?;
     Ok(Exit::Ok)

@@ -20,6 +20,7 @@ use crate::live::{
 };
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{AlarmList, GivenValue, Request, Status};
+use crate::operator::search::SoughtSocket;
 use crate::operator::socket_of_environment;
 use crate::sparkplug::{MetricValue, vocabulary};
 
@@ -83,7 +84,7 @@ impl LogThread {
         let named = settings.socket.clone().or_else(socket_of_environment);
         let worker = LogWorker {
             is_set: settings.socket.is_some(),
-            socket: client::socket(named.clone()),
+            socket: SoughtSocket::new(named.clone()),
             named,
             interval: settings.interval,
             follower: ChangeFollower::new(choose.clone()),
@@ -105,7 +106,7 @@ struct LogWorker {
     /// Whether EDGE.toml names the socket.
     is_set: bool,
     named: Option<PathBuf>,
-    socket: PathBuf,
+    socket: SoughtSocket,
     interval: Duration,
     choose: ChooseCells,
     follower: ChangeFollower,
@@ -157,13 +158,16 @@ impl LogWorker {
 
     /// Requests the changes and reports them. Returns whether the request succeeded.
     fn look(&mut self) -> Result<bool, Abandoned> {
-        let looked = self.follower.look(&self.socket);
+        let socket = self.socket.find();
+        let looked = match socket {
+            Ok(socket) => self.follower.look(&socket).inspect(|_| self.socket.keep(&socket)),
+            Err(failure) => Err(LookFailure::Call(failure)),
+        };
         let is_seen = looked.is_ok();
         if self.was_seen != Some(is_seen) {
             self.was_seen = Some(is_seen);
-            let socket = self.socket.display();
             say(&match &looked {
-                Ok(_) => format!("the controller at {socket} answers"),
+                Ok(_) => format!("the controller at {} answers", self.socket),
                 Err(failure) => format!("the controller does not answer: {}", self.why(failure)),
             });
         }
@@ -174,7 +178,6 @@ impl LogWorker {
                 }
             }
             Err(LookFailure::Call(_)) => {
-                self.socket = client::socket(self.named.clone());
                 let facts = vec![(vocabulary::CONTROLLER, MetricValue::Bool(false))];
                 self.told(LogTold::Facts(facts))?;
             }
@@ -184,7 +187,7 @@ impl LogWorker {
     }
 
     fn status(&mut self) -> Result<(), Abandoned> {
-        let socket = &self.socket;
+        let Ok(socket) = &self.socket.find() else { return Ok(()) };
         let status = client::ask_within::<Status>(socket, &Request::Status {}, ANSWER_MAX);
         let alarms = client::ask_within::<AlarmList>(socket, &Request::Alarms {}, ANSWER_MAX);
         let (Ok(status), Ok(alarms)) = (status, alarms) else { return Ok(()) };
@@ -224,7 +227,11 @@ impl LogWorker {
 
     fn replay(&mut self, span: HistorySpan) -> Option<ChangeHistory> {
         let folder = self.folder.as_ref();
-        let opened = ChangeHistory::open(&self.socket, folder, span, self.choose.clone());
+        let opened = self
+            .socket
+            .find()
+            .map_err(LookFailure::Call)
+            .and_then(|socket| ChangeHistory::open(&socket, folder, span, self.choose.clone()));
         match opened {
             Ok((history, note)) => {
                 note.iter().for_each(|note| say(note));
@@ -269,7 +276,8 @@ impl LogWorker {
         }
         let for_user = Some(COMMANDER.to_owned());
         let request = Request::Write { operand, value, for_user };
-        match client::ask_within::<Value>(&self.socket, &request, ANSWER_MAX) {
+        let socket = self.socket.find();
+        match socket.and_then(|at| client::ask_within::<Value>(&at, &request, ANSWER_MAX)) {
             Ok(_) => self.lines.say(LineKind::Write, &line),
             Err(failure @ CallFailure::Broken(..)) => {
                 let line = format!("{line}; whether it was done is not known: {failure}");
@@ -284,15 +292,20 @@ impl LogWorker {
 
     /// The reason why the controller does not answer, in terms of the keys of EDGE.toml.
     fn why(&self, failure: &LookFailure) -> String {
-        let LookFailure::Call(CallFailure::NotRunning(path, error)) = failure else {
-            return failure.to_string();
+        let (path, error) = match failure {
+            LookFailure::Call(CallFailure::NotRunning(path, error)) => (path, error),
+            LookFailure::Call(failure @ CallFailure::NotFound(_)) => {
+                let why = failure.in_one_line();
+                return format!("`[node] socket` is not given, and {why}");
+            }
+            LookFailure::Call(_) | LookFailure::Unusable(_) => return failure.to_string(),
         };
         let named = match (self.is_set, &self.named) {
             (true, _) => "`[node] socket` names this place",
             (false, Some(_)) => "RUNGD_SOCKET names this place; `[node] socket` takes precedence",
             (false, None) => {
-                "`[node] socket` is not given, so rungd looks for `rungd.sock` in the current \
-                 folder and then at this place"
+                "`[node] socket` is not given, so rungd takes the controller that runs in the \
+                 current folder, else the user's only one, else the service's"
             }
         };
         format!(

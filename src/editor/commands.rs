@@ -149,7 +149,7 @@ fn why(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let cursor = arguments.cursor(workspace)?;
     let operand = operands::asked(&cursor.project, cursor.numbered(), cursor.offset);
     let operand = operand.context("there is no operand of a running controller here")?;
-    let socket = workspace.live.socket(&cursor.project.root);
+    let socket = workspace.live.socket(&cursor.project.root)?;
     let run = move |place: &_| why_job::run(&operand, &socket, place);
     workspace.jobs.start(WHY.to_owned(), run)
 }

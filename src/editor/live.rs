@@ -22,7 +22,7 @@ use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
     Held, OPERANDS_MAX, Refusal, RefusalKind, Request, Status, Values,
 };
-use crate::operator::socket_of_environment;
+use crate::operator::{search, socket_of_environment};
 
 /// The time between two polls.
 const EVERY: Duration = Duration::from_millis(500);
@@ -171,7 +171,7 @@ impl Looker {
     fn look_at_all(&mut self, order: &LiveOrder) -> bool {
         for target in &order.targets {
             let known = self.known.entry(target.root.clone()).or_default();
-            let state = known.look(&socket(order.socket.as_ref(), &target.root), target);
+            let state = known.look(socket(order.socket.as_ref(), &target.root), target);
             if known.told.as_ref() == Some(&state) {
                 continue;
             }
@@ -185,14 +185,17 @@ impl Looker {
 }
 
 /// The socket of a project's controller: from the user's settings, else from the controller file,
-/// else from the environment.
-pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> PathBuf {
-    let named = || client::socket(socket_of_environment());
-    said.cloned().or_else(|| operator_socket(root).path).unwrap_or_else(named)
+/// else as `rungd status` finds it.
+///
+/// # Errors
+/// None was found, or several.
+pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> Result<PathBuf, CallFailure> {
+    let named = || search::socket(socket_of_environment());
+    said.cloned().or_else(|| operator_socket(root).path).map_or_else(named, Ok)
 }
 
 impl Known {
-    fn look(&mut self, socket: &Path, target: &LiveTarget) -> LiveState {
+    fn look(&mut self, socket: Result<PathBuf, CallFailure>, target: &LiveTarget) -> LiveState {
         if !are_same(&self.texts, &target.texts) {
             // The result is sent again, because it now belongs to different texts.
             *self = Known { ran: self.ran.take(), ..Known::default() };
@@ -200,9 +203,9 @@ impl Known {
             self.sha256 = sha256_of(target.texts.iter().map(|text| &**text));
             self.tokens = tokens_of(&target.texts);
         }
-        match self.read(socket, &target.operands) {
+        match socket.and_then(|socket| self.read(&socket, &target.operands)) {
             Ok(state) => state,
-            Err(failure) => LiveState::Silent(failure.to_string()),
+            Err(failure) => LiveState::Silent(failure.in_one_line()),
         }
     }
 

@@ -13,6 +13,7 @@ use serde_json::Value;
 
 use super::live::{LiveNews, LiveOrder, LiveState, LiveTarget, LiveValues, are_same, socket};
 use super::outbox::{Outbox, Refreshed};
+use crate::operator::client::CallFailure;
 
 /// The live view.
 #[derive(Debug, Default)]
@@ -57,7 +58,10 @@ impl LiveView {
     }
 
     /// The socket of a project's controller.
-    pub fn socket(&self, root: &Path) -> PathBuf {
+    ///
+    /// # Errors
+    /// None was found, or several.
+    pub fn socket(&self, root: &Path) -> Result<PathBuf, CallFailure> {
         socket(self.socket.as_ref(), root)
     }
 

@@ -159,6 +159,8 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
         ("device.map", ["from" | "to"]) => Slot::Point,
         ("", ["outputs" | "retain" | "modbus-server", _, ..])
         | ("simulated-device", ["input" | "follows" | "while" | "when"])
+        | ("", ["web", "write"])
+        | ("panel.show", ["lamp" | "button" | "value" | "bar" | "trend"])
         | ("modbus-server.map", _) => Slot::Operand,
         _ => Slot::Other,
     }

@@ -423,8 +423,11 @@ mod tests {
         ];
         assert_eq!(told(text, FileKind::Test), wanted);
         let text = "ladder = [\"a.toml\"]\n[outputs]\non = [\"Y7\", \"Y8..Y9\"]\n\
-                    [[device]]\nname = \"io\"\n";
+                    [web]\nwrite = [\"w1\"]\n[[device]]\nname = \"io\"\n\
+                    [[panel]]\nname = \"p\"\n\
+                    show = [{ lamp = \"l1\" }, { bar = \"b1\", text = \"t\" }]\n";
         let wanted = ["a.toml File", "Y7 Names", "Y8 Names", "Y9 Names", "io Declares(Device)"];
+        let wanted = [&wanted[..], &["w1 Names", "l1 Names", "b1 Names"]].concat();
         let found = told(text, FileKind::Controller);
         assert!(wanted.iter().all(|word| found.contains(&(*word).to_owned())), "{found:?}");
     }

@@ -62,7 +62,7 @@ pub(crate) fn write_every(file: &Path, every: Duration, socket: Option<PathBuf>)
         let (families, failure) = scraper.families();
         let text = text::text(&families, text::Exposition::Prometheus);
         let written = textfile::write(file, &text).err().map(|error| format!("{error:#}"));
-        let wrong = written.or_else(|| failure.map(|why| why.to_string()));
+        let wrong = written.or_else(|| failure.map(|why| why.in_one_line()));
         if wrong != told {
             journal::say(wrong.as_deref().unwrap_or("the file is written again"));
             told = wrong;

@@ -16,6 +16,7 @@ use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
     AlarmList, MetricList, OPERANDS_MAX, Request, ShownValue, Status, Values,
 };
+use crate::operator::search::SoughtSocket;
 
 /// The longest wait for an answer. A scraper usually waits ten seconds.
 const ANSWER_MAX: Duration = Duration::from_secs(3);
@@ -26,8 +27,8 @@ const START_S_APART: f64 = 2.0;
 /// Looks at a controller.
 #[derive(Debug)]
 pub(super) struct Scraper {
-    /// The named socket; `None`: searched for in the usual places each time.
-    named: Option<PathBuf>,
+    /// The socket, or the search for it.
+    socket: SoughtSocket,
     /// The hash of a ladder, and its operands.
     known: Option<(String, MetricList)>,
     /// The controller's process, and its start time.
@@ -36,12 +37,15 @@ pub(super) struct Scraper {
 
 impl Scraper {
     pub fn new(named: Option<PathBuf>) -> Scraper {
-        Scraper { named, known: None, started: None }
+        Scraper { socket: SoughtSocket::new(named), known: None, started: None }
     }
 
     /// The present path of the controller's socket.
-    pub fn socket(&self) -> PathBuf {
-        client::socket(self.named.clone())
+    ///
+    /// # Errors
+    /// None was found, or several.
+    pub fn socket(&self) -> Result<PathBuf, CallFailure> {
+        self.socket.find()
     }
 
     /// The families of one look; if the look failed, also the reason.
@@ -58,8 +62,9 @@ impl Scraper {
     }
 
     fn look(&mut self) -> Result<Scraped, CallFailure> {
-        let socket = self.socket();
+        let socket = self.socket()?;
         let status: Status = ask(&socket, &Request::Status {})?;
+        self.socket.keep(&socket);
         let alarms: AlarmList = ask(&socket, &Request::Alarms {})?;
         let sha256 = &status.ladder.sha256;
         let read = match self.values(&socket, sha256) {

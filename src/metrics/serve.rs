@@ -59,8 +59,11 @@ async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
     let listener = TcpListener::bind(listen).await.with_context(|| listen.to_string())?;
     let at = listener.local_addr().with_context(|| listen.to_string())?;
     let scraper = Scraper::new(socket);
-    let from = scraper.socket();
-    say(&format!("listens at http://{at}/metrics, for the controller at {}", from.display()));
+    let from = match scraper.socket() {
+        Ok(socket) => format!("the controller at {}", socket.display()),
+        Err(failure) => format!("a controller that is still sought: {}", failure.in_one_line()),
+    };
+    say(&format!("listens at http://{at}/metrics, for {from}"));
     let looks = Arc::new(Mutex::new(Looks { scraper, last: None, answers: None }));
     let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
     http::until_signal(accept(&listener, &looks)).await?;

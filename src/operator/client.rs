@@ -19,7 +19,8 @@ use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connec
 use rustix::process::geteuid;
 
 use super::protocol::{Awaited, RECORDING_BYTES_MAX, Refusal, Reply, Request};
-use super::{SOCKET_DEFAULT, SOCKET_NAME, view_socket_beside};
+use super::search_failure::SearchFailure;
+use super::view_socket_beside;
 
 /// The time limit for an answer that the controller makes at once.
 const ANSWER_MAX: Duration = Duration::from_secs(10);
@@ -41,6 +42,8 @@ const _: () = assert!(RECORDING_BYTES_MAX.div_ceil(3) * 4 + 100 < ANSWER_BYTES_M
 /// The reason why there is no answer.
 #[derive(Debug)]
 pub enum CallFailure {
+    /// No socket is named, and the search for a controller chose none.
+    NotFound(SearchFailure),
     /// No process listens at the socket.
     NotRunning(PathBuf, io::Error),
     /// The user is not permitted to open the socket.
@@ -49,23 +52,6 @@ pub enum CallFailure {
     Broken(PathBuf, io::Error),
     /// The controller refuses.
     Refused(Refusal),
-}
-
-/// The controller's socket: `named`, if given; else `rungd.sock` in the current folder, if that
-/// socket belongs to the user or to root; else the service's socket.
-pub(crate) fn socket(named: Option<PathBuf>) -> PathBuf {
-    let here = || is_trusted(Path::new(SOCKET_NAME)).then(|| SOCKET_NAME.into());
-    named.or_else(here).unwrap_or_else(|| SOCKET_DEFAULT.into())
-}
-
-/// Whether a socket belongs to the user or to root. In a folder that everybody may write to, a
-/// different user could make a socket and receive the commands.
-fn is_trusted(path: &Path) -> bool {
-    let own = fs::metadata("/proc/self").map(|process| process.uid());
-    fs::symlink_metadata(path).is_ok_and(|socket| {
-        let owner = socket.uid();
-        socket.file_type().is_socket() && (owner == 0 || own.is_ok_and(|own| own == owner))
-    })
 }
 
 /// Sends a request to the controller at a socket, and returns the answer.
@@ -317,6 +303,7 @@ impl fmt::Display for Process {
 impl fmt::Display for CallFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            CallFailure::NotFound(failure) => failure.fmt(f),
             CallFailure::NotRunning(path, error) => write!(
                 f,
                 "no rungd answers at {}: {error}; is it running? (`[operator] socket` of its \
@@ -334,6 +321,13 @@ impl fmt::Display for CallFailure {
             CallFailure::Broken(path, error) => write!(f, "rungd at {}: {error}", path.display()),
             CallFailure::Refused(refusal) => f.write_str(&refusal.message),
         }
+    }
+}
+
+impl CallFailure {
+    /// The failure in one line, for a log.
+    pub(crate) fn in_one_line(&self) -> String {
+        self.to_string().replace("\n  ", "; ")
     }
 }
 

@@ -1,7 +1,9 @@
 //! The operator's commands, for both ends: the protocol, the names, the client.
 //!
-//! `cli` sends requests through [`client`]; `daemon::operator` answers them. `docs/operator.md`
-//! describes the protocol for authors of other clients. This module uses neither tokio nor the log.
+//! `cli` sends requests through [`client`], to the controller that `search` finds;
+//! `daemon::operator` answers them, and puts its socket on the list of `running`.
+//! `docs/operator.md` describes the protocol for authors of other clients. This module uses neither
+//! tokio nor the log.
 
 mod alarm;
 pub mod client;
@@ -13,6 +15,9 @@ pub(crate) mod operand;
 pub mod protocol;
 #[cfg(test)]
 mod protocol_tests;
+pub(crate) mod running;
+pub(crate) mod search;
+pub mod search_failure;
 mod state;
 mod value;
 

@@ -319,7 +319,11 @@ async fn acknowledge(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult
 
 /// Sends a change to the controller.
 async fn sent(site: &Arc<WebSite>, request: Request) -> Result<Value, WebFailure> {
-    let socket = client::socket(site.socket.clone());
+    // The controller that the page shows, and no other.
+    let Some(socket) = site.follow.socket() else {
+        let why = "no controller has answered yet: nothing is changed".to_owned();
+        return Err(WebFailure(StatusCode::BAD_GATEWAY, why));
+    };
     let place = Arc::clone(&site.questions).acquire_owned().await;
     let sent = tokio::task::spawn_blocking(move || client::ask::<Value>(&socket, &request)).await;
     drop(place);

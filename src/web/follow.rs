@@ -16,9 +16,10 @@ use tokio::sync::watch;
 use tokio::time::timeout;
 
 use super::journal::say;
-use crate::live::{Follower, LiveView};
-use crate::operator::client;
+use crate::live::{Follower, LiveView, LookFailure};
+use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::Request;
+use crate::operator::search::SoughtSocket;
 
 /// The time between two looks.
 const EVERY: Duration = Duration::from_millis(200);
@@ -40,6 +41,8 @@ const ANSWER_MAX: Duration = Duration::from_secs(5);
 pub(super) struct Seen {
     /// The time of the look.
     pub at: Instant,
+    /// The socket of the controller that the pages show; `None` until one has answered.
+    pub socket: Option<PathBuf>,
     /// The controller, or why the look failed.
     pub view: Result<LiveView, String>,
     /// The controller's status and alarms, in the form of `rungd status --json`.
@@ -64,7 +67,7 @@ impl Follow {
     pub fn start(named: Option<PathBuf>) -> std::io::Result<Follow> {
         let began = Instant::now();
         let view = Err("the controller has not been contacted yet".into());
-        let none = Seen { at: began, view, status: None };
+        let none = Seen { at: began, socket: None, view, status: None };
         let (tell, seen) = watch::channel(Arc::new(none));
         let viewed_ms = Arc::new(AtomicU64::new(0));
         let asked = Arc::clone(&viewed_ms);
@@ -81,7 +84,8 @@ impl Follow {
     /// A `Follow` without a controller.
     pub fn of_nothing() -> Follow {
         let began = Instant::now();
-        let none = Seen { at: began, view: Err("there is no controller".into()), status: None };
+        let view = Err("there is no controller".into());
+        let none = Seen { at: began, socket: None, view, status: None };
         let (_, seen) = watch::channel(Arc::new(none));
         let viewed_ms = Arc::new(AtomicU64::new(0));
         Follow { seen, began, viewed_ms, thread: thread::current() }
@@ -125,53 +129,104 @@ impl Follow {
         }
     }
 
+    /// The socket of the controller that the pages show; `None` until one has answered.
+    pub fn socket(&self) -> Option<PathBuf> {
+        self.seen.borrow().socket.clone()
+    }
+
     /// The receiver for [`Follow::next`].
     pub fn watcher(&self) -> watch::Receiver<Arc<Seen>> {
         self.seen.clone()
     }
 }
 
-/// Looks at the controller until no receiver is left. If no socket is named, it searches for the
-/// socket at each attempt: a controller may start later than the pages.
+/// The controller that the pages show. If no socket is named, it is searched for until one answers:
+/// a controller may start later than the pages. After that its socket stays the same.
+struct Followed {
+    sought: SoughtSocket,
+    follower: Option<(PathBuf, Follower)>,
+}
+
+impl Followed {
+    fn look(&mut self) -> Result<LiveView, LookFailure> {
+        let socket = self.sought.find().map_err(LookFailure::Call)?;
+        let known = self.follower.take().filter(|(of, _)| *of == socket);
+        let (_, follower) =
+            self.follower.insert(known.unwrap_or_else(|| (socket.clone(), Follower::new(socket))));
+        let looked = follower.look();
+        if looked.is_ok()
+            && let Some((socket, _)) = &self.follower
+        {
+            self.sought.keep(socket);
+        }
+        looked
+    }
+
+    fn socket(&self) -> Option<&PathBuf> {
+        self.follower.as_ref().map(|(socket, _)| socket).filter(|_| self.sought.is_kept())
+    }
+
+    fn rest(&mut self) {
+        if let Some((_, follower)) = &mut self.follower {
+            follower.rest();
+        }
+    }
+
+    /// Says what came of a look, if it is something else than before.
+    fn tell(&self, looked: &Result<LiveView, LookFailure>) {
+        say(&match looked {
+            Ok(_) => format!("the controller at {} answers", self.sought),
+            Err(LookFailure::Call(failure)) => {
+                format!("the controller cannot be shown: {}", failure.in_one_line())
+            }
+            Err(failure @ LookFailure::Unusable(_)) => {
+                format!("the controller cannot be shown: {failure}")
+            }
+        });
+    }
+}
+
+/// Looks at the controller until no receiver is left.
 fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
-    let mut socket = client::socket(named.cloned());
-    let mut follower = Follower::new(socket.clone());
-    let mut was_seen = follower.look().is_ok();
-    let is = if was_seen { "" } else { ": no controller answers there yet" };
-    say(&format!("shows the controller at {}{is}", socket.display()));
+    let mut followed = Followed { sought: SoughtSocket::new(named.cloned()), follower: None };
+    let first = followed.look();
+    let mut was_seen = first.is_ok();
+    match &first {
+        Ok(_) => say(&format!("shows the controller at {}", followed.sought)),
+        Err(LookFailure::Call(CallFailure::NotFound(failure))) => {
+            failure.to_string().lines().for_each(|line| say(line.trim_start()));
+        }
+        Err(LookFailure::Call(_) | LookFailure::Unusable(_)) => {
+            let socket = followed.sought.to_string();
+            say(&format!("shows the controller at {socket}: no controller answers there yet"));
+        }
+    }
     let (mut status, mut status_at): (Option<Arc<Value>>, Option<Instant>) = (None, None);
     while !tell.is_closed() {
         if !is_viewed() {
-            follower.rest();
+            followed.rest();
             status_at = None;
             thread::park_timeout(VIEWED);
             continue;
         }
         let begun = Instant::now();
-        let looked = follower.look();
+        let looked = followed.look();
         let is_due = status_at.is_none_or(|at| at.elapsed() >= STATUS_EVERY);
         if is_due || looked.is_err() {
-            status = told(&socket).map(Arc::new);
+            status = followed.socket().and_then(|socket| told(socket)).map(Arc::new);
             status_at = Some(Instant::now());
         }
         if was_seen != looked.is_ok() {
             was_seen = looked.is_ok();
-            say(&match &looked {
-                Ok(_) => format!("the controller at {} answers", socket.display()),
-                Err(failure) => format!("the controller cannot be shown: {failure}"),
-            });
+            followed.tell(&looked);
         }
         let pause = match &looked {
             Ok(_) => EVERY.saturating_sub(begun.elapsed()).max(begun.elapsed()),
             Err(_) => RETRY,
         };
-        let found = client::socket(named.cloned());
-        if looked.is_err() && found != socket {
-            socket = found;
-            follower = Follower::new(socket.clone());
-        }
         let view = looked.map_err(|failure| failure.to_string());
-        tell.send_replace(Arc::new(Seen { at: Instant::now(), view, status: status.clone() }));
+        let (at, socket) = (Instant::now(), followed.socket().cloned());
+        tell.send_replace(Arc::new(Seen { at, socket, view, status: status.clone() }));
         thread::sleep(pause);
     }
 }

@@ -48,7 +48,6 @@ async fn run(options: &WebOptions) -> Result<()> {
     let site = Arc::new(WebSite::new(WebSiteParts {
         follow,
         guard: Guard::new(options.host_values(port), options.is_tls()),
-        socket: options.socket.clone(),
         is_tls: options.is_tls(),
         address: address(options, &listener),
         users: options.users.clone(),
@@ -123,7 +122,6 @@ pub fn conversation(bytes: &[u8]) -> Vec<u8> {
         let site = Arc::new(WebSite::new(WebSiteParts {
             follow: Follow::of_nothing(),
             guard: Guard::new(vec!["localhost".to_owned()], false),
-            socket: Some("/nonexistent".into()),
             is_tls: false,
             address: String::new(),
             users: None,

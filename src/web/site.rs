@@ -29,8 +29,6 @@ const PASSWORDS_MAX: usize = 1;
 pub(super) struct WebSite {
     pub follow: Follow,
     pub guard: Guard,
-    /// The operator's socket, if one is named.
-    pub socket: Option<PathBuf>,
     /// Whether browsers speak TLS. If so, cookies are sent over TLS only.
     pub is_tls: bool,
     /// The part of a link before its path.
@@ -58,7 +56,6 @@ struct UserFile {
 pub(super) struct WebSiteParts {
     pub follow: Follow,
     pub guard: Guard,
-    pub socket: Option<PathBuf>,
     pub is_tls: bool,
     pub address: String,
     pub users: Option<PathBuf>,
@@ -66,11 +63,10 @@ pub(super) struct WebSiteParts {
 
 impl WebSite {
     pub fn new(parts: WebSiteParts) -> WebSite {
-        let WebSiteParts { follow, guard, socket, is_tls, address, users } = parts;
+        let WebSiteParts { follow, guard, is_tls, address, users } = parts;
         WebSite {
             follow,
             guard,
-            socket,
             is_tls,
             address,
             streams: Arc::new(Semaphore::new(STREAMS_MAX)),

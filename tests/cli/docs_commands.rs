@@ -60,6 +60,14 @@ fn parts(page: &str) -> Vec<Part<'_>> {
 /// The pages about recordings, whose numbers are masked.
 const RECORDED: [&str; 2] = ["record", "black-box"];
 
+/// The pages whose commands name the socket of the page's controller.
+const SOCKETS: [(&str, &str); 4] = [
+    ("operator", "config/rungd.sock"),
+    ("alarms", "rungd.sock"),
+    ("record", "config/rungd.sock"),
+    ("black-box", "config/bottling-plant.sock"),
+];
+
 /// The folder in which a reader would run the commands.
 fn workplace(page: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("rungd-docs-{page}-{}", std::process::id()));
@@ -92,19 +100,17 @@ fn output(command: &str, folder: &Path) -> String {
     let binary = Path::new(env!("CARGO_BIN_EXE_rungd"));
     let path = std::env::var("PATH").unwrap_or_default();
     let bin = binary.parent().expect("a folder").display();
-    // On these pages the controller and the commands use this socket.
+    // On these pages the commands name the controller's socket.
     let name = folder.to_string_lossy();
-    let has_socket = ["operator", "alarms"]
-        .iter()
-        .chain(&RECORDED)
-        .any(|page| name.contains(&format!("-{page}-")));
-    let socket = has_socket.then(|| folder.join("rungd.sock"));
+    let sockets = SOCKETS.iter().find(|(page, _)| name.contains(&format!("-{page}-")));
+    let socket = sockets.map(|(_, socket)| folder.join(socket));
     let command = command.replace("& sleep 1", &format!("& sleep 1; {ANSWERS}"));
     let output = Command::new("sh")
         .args(["-c", &format!("{{ {command}\n}} 2>&1")])
         .current_dir(folder)
         .env("PATH", format!("{bin}:{path}"))
         .env("NO_COLOR", "1")
+        .env("XDG_RUNTIME_DIR", folder)
         .envs(socket.map(|socket| ("RUNGD_SOCKET", socket)))
         .env_remove("RUNGD_LOG")
         .env_remove("RUNTIME_DIRECTORY")

@@ -15,6 +15,8 @@ fn command(args: &[&str], folder: &Path) -> Command {
     for variable in ["RUNGD_LOG", "RUNGD_SOCKET", "JOURNAL_STREAM", "RUNTIME_DIRECTORY"] {
         command.env_remove(variable);
     }
+    // No controller of a different test is in this list.
+    command.env("XDG_RUNTIME_DIR", folder);
     command
 }
 

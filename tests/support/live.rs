@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use crate::support::calm::calm;
+use crate::support::folder::list_of_controllers;
 use crate::support::metronome::Stopwatch;
 pub use crate::support::patience::PATIENCE;
 use crate::support::system;
@@ -61,7 +62,7 @@ pub fn run(folder: &std::path::Path, arguments: &[&str]) -> Command {
     for variable in ["RUNGD_LOG", "RUNGD_SOCKET", "NOTIFY_SOCKET", "RUNTIME_DIRECTORY"] {
         command.env_remove(variable);
     }
-    command.env_remove("JOURNAL_STREAM");
+    command.env_remove("JOURNAL_STREAM").env("XDG_RUNTIME_DIR", list_of_controllers());
     command.args(["--log-format", "json"]).stderr(Stdio::piped()).stdout(Stdio::null());
     command
 }

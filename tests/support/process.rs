@@ -11,6 +11,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use crate::support::calm::calm;
+use crate::support::folder::list_of_controllers;
 use crate::support::metronome::{self, HeldUp};
 #[allow(unused_imports)]
 pub use crate::support::needs::{Need, not_installed, skip};
@@ -63,6 +64,7 @@ impl Plant {
         variables.iter().chain(&systemd).for_each(|name| {
             command.env_remove(name);
         });
+        command.env("XDG_RUNTIME_DIR", list_of_controllers());
         command.stdout(Stdio::null()).stderr(Stdio::piped());
         command
     }

@@ -2,9 +2,9 @@
 //!
 //! The shell makes [`Claim`]s before it opens any other file, binds the [`Server`]s before the
 //! first scan, and runs them among the drivers. `socket` manages a socket's file, `peer` identifies
-//! the user at the other end, `seats` and `pace` have the limits, `session` serves one client; `desk`
-//! carries out requests, `told_change` logs changes of operands, `status` reports the state of the
-//! controller. Nothing here can make a scan wait.
+//! the user at the other end, `seats` and `pace` have the limits, `session` serves one client;
+//! `desk` carries out requests, `told_change` logs changes of operands, `status` reports the state
+//! of the controller. Nothing here can make a scan wait.
 
 mod accounts;
 mod alarms;

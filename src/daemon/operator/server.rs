@@ -22,7 +22,7 @@ use super::pace::Pace;
 use super::peer::{Doorway, Peer};
 use super::seats::{KEPT, Seats};
 use super::session::{self, Session, Shared};
-use super::socket::{self, Claim, Door, Owner, SocketSpec, SocketTaken};
+use super::socket::{self, Claim, Door, InsteadOf, Owner, SocketSpec, SocketTaken};
 use crate::controller::operator::Operator;
 use crate::daemon::failure::StartFailure;
 use crate::say::say;
@@ -110,6 +110,7 @@ impl Server {
 
     /// If the socket is gone, makes it again; logs this once.
     fn look(&mut self) {
+        self.socket.keep_listed();
         let Some(why) = self.socket.lost() else {
             if std::mem::take(&mut self.lost) {
                 tell_open(&self.socket);
@@ -164,9 +165,15 @@ impl Server {
 
 fn tell_open(socket: &socket::Bound) {
     let (door, key) = (socket.door(), socket.door().keys()[0]);
-    let instead = socket.instead_of().map_or(String::new(), |path| {
-        format!(" here and not at `{path}`: a service ignores a relative `{key}`")
-    });
+    let instead = match socket.instead_of() {
+        None => String::new(),
+        Some(InsteadOf::Service(path)) => {
+            format!(" here and not at `{path}`: a service ignores a relative `{key}`")
+        }
+        Some(InsteadOf::ReadOnly(path)) => {
+            format!(" here and not at `{path}`: rungd may not write beside the controller file")
+        }
+    };
     let (name, limit) = match door {
         Door::Operator => (door.name(), ""),
         Door::View => (door.name(), "; it refuses every change"),

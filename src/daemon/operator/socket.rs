@@ -12,7 +12,7 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{FlockOperation, OFlags, flock};
+use rustix::fs::{Access, FlockOperation, OFlags, access, flock};
 use rustix::io::Errno;
 use rustix::net::listen;
 
@@ -22,6 +22,7 @@ use crate::controller::operator::{Operator, SOCKET_BYTES_MAX, ViewSocket};
 use crate::daemon::failure::StartFailure;
 use crate::directories;
 use crate::load;
+use crate::operator::running::{RunningEntry, users_folder};
 use crate::operator::{VIEW_GROUP_VARIABLE, socket_of_environment, view_socket_beside};
 use crate::source::finding::Severity;
 use crate::source::span::FileId;
@@ -66,8 +67,19 @@ pub(in super::super) struct SocketSpec {
     pub group: Option<String>,
     /// The controller file requires the socket: without it the start fails.
     pub insists: bool,
-    /// The controller file's relative path, if a service uses its own place instead of it.
-    pub instead_of: Option<String>,
+    /// The controller file's relative path, if the socket has a different place.
+    pub instead_of: Option<InsteadOf>,
+    /// The controller file.
+    pub controller: PathBuf,
+}
+
+/// The reason why the socket is not at the controller file's relative path.
+#[derive(Clone, Debug)]
+pub(in super::super) enum InsteadOf {
+    /// A service uses its own place.
+    Service(String),
+    /// The user may not write beside the controller file.
+    ReadOnly(String),
 }
 
 /// A different controller answers at this place.
@@ -89,6 +101,8 @@ pub(super) struct Bound {
     inode: u64,
     pub owner: Owner,
     lock: Option<File>,
+    /// The entry of the operator's socket in the list of running controllers.
+    listed: Option<RunningEntry>,
 }
 
 /// The user and the group that a socket belongs to.
@@ -136,22 +150,28 @@ impl SocketSpec {
     /// The place is that of the controller file, else that of the environment or of systemd's
     /// runtime folder. `None` if there is no place, or if the controller file wants no socket. A
     /// relative path applies only to a start by hand: a service, which has a runtime folder, may
-    /// not write beside its file.
+    /// not write beside its file. A user who may not write there, as beside an example of a
+    /// package, has the socket in the user's own folder.
     pub fn of(asked: &Operator, controller: &str) -> Option<SocketSpec> {
         let systemd = || Some(directories::runtime()?.join("rungd.sock"));
         let is_service = directories::runtime().is_some();
         let gives_way = |path: &&String| is_service && Path::new(path).is_relative();
-        let instead_of = asked.socket.as_ref().filter(gives_way).cloned();
+        let mut instead_of =
+            asked.socket.as_ref().filter(gives_way).cloned().map(InsteadOf::Service);
         let path = match &asked.socket {
             Some(path) if instead_of.is_none() => {
-                let beside = Path::new(controller).parent().unwrap_or(Path::new(""));
-                Some(beside.join(path))
+                let beside = Path::new(controller).parent().unwrap_or(Path::new("")).join(path);
+                let elsewhere = users_place(path, &beside);
+                instead_of = elsewhere.is_some().then(|| InsteadOf::ReadOnly(path.clone()));
+                Some(elsewhere.unwrap_or(beside))
             }
             Some(_) | None => socket_of_environment().or_else(systemd),
         };
         let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
         let path = path.filter(|_| asked.enabled)?;
-        Some(SocketSpec { door: Door::Operator, path, mode, group, insists, instead_of })
+        let door = Door::Operator;
+        let controller = PathBuf::from(controller);
+        Some(SocketSpec { door, path, mode, group, insists, instead_of, controller })
     }
 
     /// The view socket: at the place that the controller file names, by the rules of
@@ -160,7 +180,7 @@ impl SocketSpec {
         let is_service = directories::runtime().is_some();
         let ViewSocket { socket, mode, group } = &asked.view;
         let gives_way = |path: &&String| is_service && Path::new(path).is_relative();
-        let instead_of = socket.as_ref().filter(gives_way).cloned();
+        let instead_of = socket.as_ref().filter(gives_way).cloned().map(InsteadOf::Service);
         let path = match socket {
             Some(path) if instead_of.is_none() => {
                 Path::new(controller).parent().unwrap_or(Path::new("")).join(path)
@@ -169,7 +189,15 @@ impl SocketSpec {
         };
         let group = group.clone().or_else(group_of_environment).or_else(|| asked.group.clone());
         let (mode, insists) = (mode.unwrap_or(asked.mode), socket.is_some());
-        SocketSpec { door: Door::View, path, mode, group, insists, instead_of }
+        SocketSpec {
+            door: Door::View,
+            path,
+            mode,
+            group,
+            insists,
+            instead_of,
+            controller: self.controller.clone(),
+        }
     }
 
     /// Whether the place needs a lock of its own. A view socket that nothing names is beside the
@@ -203,6 +231,19 @@ impl SocketSpec {
     }
 }
 
+/// The place in the user's own folder of a socket whose relative path is in a folder that the user
+/// may not write to; `None` if the user may.
+fn users_place(path: &str, beside: &Path) -> Option<PathBuf> {
+    let folder = beside.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match access(folder.unwrap_or(Path::new(".")), Access::WRITE_OK) {
+        Err(Errno::ACCESS | Errno::ROFS) if Path::new(path).is_relative() => {
+            let name = Path::new(path).file_stem()?.to_str()?;
+            Some(users_folder().ok()?.join(format!("{name}.sock")))
+        }
+        Ok(()) | Err(_) => None,
+    }
+}
+
 impl Claim {
     /// Claims a place.
     ///
@@ -226,7 +267,11 @@ impl Claim {
     pub(super) fn bind(self) -> Result<(UnixListener, Bound), StartFailure> {
         let (listener, meta) = make(&self.spec)?;
         let (owner, inode) = (Owner::of(&meta), meta.ino());
-        Ok((listener, Bound { spec: self.spec, inode, owner, lock: self.lock }))
+        let listed = match self.spec.door {
+            Door::Operator => RunningEntry::new(&self.spec.path, &self.spec.controller),
+            Door::View => None,
+        };
+        Ok((listener, Bound { spec: self.spec, inode, owner, lock: self.lock, listed }))
     }
 
     pub(super) fn spec(&self) -> &SocketSpec {
@@ -281,9 +326,14 @@ impl Bound {
         self.spec.mode
     }
 
-    /// The controller file's relative path, if a service uses its own place instead of it.
-    pub fn instead_of(&self) -> Option<&str> {
-        self.spec.instead_of.as_deref()
+    /// The controller file's relative path, if the socket has a different place.
+    pub fn instead_of(&self) -> Option<&InsteadOf> {
+        self.spec.instead_of.as_ref()
+    }
+
+    /// Repairs the entry in the list of running controllers.
+    pub fn keep_listed(&mut self) {
+        self.listed.iter_mut().for_each(RunningEntry::keep);
     }
 
     /// If the socket is lost: the reason why clients cannot find it any more.
