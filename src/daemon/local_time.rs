@@ -30,14 +30,24 @@ const STACK_BYTES: usize = 256 << 10;
 /// # Errors
 /// The system cannot start a thread.
 pub(super) fn keep() -> io::Result<Arc<UtcOffset>> {
-    let offset = Arc::new(UtcOffset::default());
-    let tz = std::env::var_os("TZ").map(|tz| tz.to_string_lossy().into_owned());
-    let mut keeper = ZoneKeeper::new(tz, PathBuf::from("/etc/localtime"));
-    keeper.look(&offset, now_s());
+    let (offset, mut keeper) = looked();
     let held = Arc::downgrade(&offset);
     let named = thread::Builder::new().name("rungd-zone".into()).stack_size(STACK_BYTES);
     named.spawn(move || keeper.work(&held))?;
     Ok(offset)
+}
+
+/// The offset now and until its next change, without a thread.
+pub(super) fn at_start() -> Arc<UtcOffset> {
+    looked().0
+}
+
+fn looked() -> (Arc<UtcOffset>, ZoneKeeper) {
+    let offset = Arc::new(UtcOffset::default());
+    let tz = std::env::var_os("TZ").map(|tz| tz.to_string_lossy().into_owned());
+    let mut keeper = ZoneKeeper::new(tz, PathBuf::from("/etc/localtime"));
+    keeper.look(&offset, now_s());
+    (offset, keeper)
 }
 
 fn now_s() -> i64 {

@@ -19,10 +19,12 @@ use tracing_subscriber::layer::{Context, SubscriberExt};
 use tracing_subscriber::{Layer, Registry, reload};
 
 use super::journal::{self, Socket};
+use super::local_time;
 use super::log_form::{LogLine, event_of, stamp};
 pub use super::log_queue::lines_dropped;
 use super::log_queue::{Formed, LogQueue};
 use super::log_rules::LogRules;
+use super::log_screen::LogScreen;
 use crate::controller::log::LogSettings;
 use crate::events::Level;
 use crate::runtime::wall::UtcOffset;
@@ -31,7 +33,8 @@ use crate::say;
 /// The form of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
-    /// Time, level, code, event, a sentence and key=value fields.
+    /// Time, level, code, event, a sentence and key=value fields: the form of a file or a pipe. A
+    /// terminal gets shorter lines if no form is asked for.
     Text,
     /// One JSON object a line; its time is UTC.
     Json,
@@ -124,16 +127,25 @@ pub fn init(
         Some(level) => level,
         None => level_of_environment(std::env::var(LEVEL_VARIABLE).ok().as_deref())?,
     };
+    let is_terminal = io::stderr().is_terminal();
+    let is_screen = is_terminal && format.is_none();
+    let wants_none = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    let color = is_terminal && !wants_none;
     let format = format.unwrap_or_else(choose);
     let socket = socket.unwrap_or(Path::new(journal::SOCKET));
     let socket = if format == LogFormat::Journal { Socket::new(socket) } else { None };
     let form = match format {
-        LogFormat::Text => LineForm::Text { color: io::stderr().is_terminal() },
+        LogFormat::Text if is_screen => LineForm::Screen(Arc::new(LogScreen::new(color))),
+        LogFormat::Text => LineForm::Text { color },
         LogFormat::Json => LineForm::Json,
         LogFormat::Journal => LineForm::Journal { entries: socket.is_some() },
     };
     let queue = LogQueue::new(io::stderr(), socket)?;
     let (ruled, filter) = Ruled::new(level);
+    if is_screen {
+        // Until the controller is loaded; then `set_zone` gives the offset that is kept up to date.
+        ruled.change(|rules| rules.zone = Some(local_time::at_start()));
+    }
     let _ = RULED.set(ruled.clone());
     let voice = Voice { form, ruled, queue: queue.clone() };
     // This fails only at a second call in one process, and then a log exists already.
@@ -186,8 +198,10 @@ fn level_of(said: tracing::Level) -> Level {
 }
 
 /// The form of the lines.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 enum LineForm {
+    /// For the eyes of a person at a terminal.
+    Screen(Arc<LogScreen>),
     Text {
         color: bool,
     },
@@ -213,9 +227,11 @@ impl<S: Subscriber> Layer<S> for Voice {
     fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
         let (row, said, now) =
             (event_of(event), level_of(*event.metadata().level()), SystemTime::now());
-        let (level, is_limited, offset_s) = self
-            .ruled
-            .read(|rules| (rules.level_of(row, said), rules.is_limited(), rules.offset_s(now)));
+        let is_screen = matches!(self.form, LineForm::Screen(_));
+        let (level, is_limited, offset_s) = self.ruled.read(|rules| {
+            let offset_s = if is_screen { rules.local_offset_s(now) } else { rules.offset_s(now) };
+            (rules.level_of(row, said), rules.is_limited(), offset_s)
+        });
         let Some(level) = level else { return };
         if let Some(row) = row.filter(|_| is_limited)
             && !self.queue.may_write(row)
@@ -224,8 +240,9 @@ impl<S: Subscriber> Layer<S> for Voice {
         }
         let line = LogLine::of(event, row, say::level(level));
         let detail = level > Level::Info;
-        let (line, entry) = match self.form {
-            LineForm::Text { color } => (line.text(&stamp(now, offset_s), color), Vec::new()),
+        let (line, entry) = match &self.form {
+            LineForm::Screen(screen) => (screen.line(&line, now, offset_s), Vec::new()),
+            LineForm::Text { color } => (line.text(&stamp(now, offset_s), *color), Vec::new()),
             LineForm::Json => (line.json(now), Vec::new()),
             LineForm::Journal { entries: false } => (line.with_priority(), Vec::new()),
             LineForm::Journal { entries: true } => (line.with_priority(), line.entry()),
@@ -283,7 +300,7 @@ mod tests {
     #[test]
     fn a_journal_that_reads_lines_gets_priorities_and_the_fields_in_the_message() {
         let form = LineForm::Journal { entries: false };
-        assert_eq!(logged(form, Level::Info), format!("<4>{SENTENCE}"));
+        assert_eq!(logged(form.clone(), Level::Info), format!("<4>{SENTENCE}"));
         let both = format!("<4>{SENTENCE}<7>RUNGD-0404 stage-on: a detail ms=1.0 on=true\n");
         assert_eq!(logged(form, Level::Debug), both);
     }
@@ -321,11 +338,11 @@ mod tests {
                 rules.take_over(&settings);
             }
         };
-        let jam = logged_by(form, Level::Info, give(&ALARM_ON, Some(Level::Error)));
+        let jam = logged_by(form.clone(), Level::Info, give(&ALARM_ON, Some(Level::Error)));
         assert_eq!(jam, jam_at(3));
-        let off = logged_by(form, Level::Trace, give(&STAGE_ON, None));
+        let off = logged_by(form.clone(), Level::Trace, give(&STAGE_ON, None));
         assert_eq!(off, jam_at(4));
-        assert_eq!(logged_by(form, Level::Warn, give(&ALARM_ON, Some(Level::Info))), "");
+        assert_eq!(logged_by(form.clone(), Level::Warn, give(&ALARM_ON, Some(Level::Info))), "");
         // The line is at debug, its event's row at info: the line stays a detail.
         assert_eq!(logged_by(form, Level::Info, give(&STAGE_ON, Some(Level::Warn))), jam_at(4));
     }

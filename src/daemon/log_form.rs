@@ -1,4 +1,5 @@
 //! One log line in each of its forms: text, JSON, a line with a priority, an entry for the journal.
+//! `log_screen` has the form for a terminal.
 //!
 //! For each line, the log's layer first calls [`event_of`] to get the event. If the line is to be
 //! written, the layer collects its fields in a [`LogLine`]. Pure: the forms are bytes, time and
@@ -7,7 +8,7 @@
 use std::fmt::{self, Write as _};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use tracing::Level;
+pub(super) use tracing::Level;
 use tracing::field::{Field, Visit};
 
 use super::journal::JournalEntry;
@@ -29,9 +30,14 @@ pub(super) enum FieldValue {
 pub(super) struct LogLine {
     pub level: Level,
     pub event: Option<&'static Event>,
-    message: String,
-    fields: Vec<(&'static str, FieldValue)>,
+    pub message: String,
+    /// What a terminal shows instead of the message and the fields, which are too long for it.
+    pub on_screen: Option<String>,
+    pub fields: Vec<(&'static str, FieldValue)>,
 }
+
+/// The field that has [`LogLine::on_screen`]; no other form has it.
+const ON_SCREEN: &str = "on_screen";
 
 /// Returns the event of a line; does not form the line's other fields.
 pub(super) fn event_of(line: &tracing::Event<'_>) -> Option<&'static Event> {
@@ -55,7 +61,8 @@ impl Visit for EventName {
 impl LogLine {
     /// A line of an event, at the level that the log's rules give to it.
     pub fn of(line: &tracing::Event<'_>, event: Option<&'static Event>, level: Level) -> LogLine {
-        let mut of = LogLine { level, event, message: String::new(), fields: Vec::new() };
+        let (message, on_screen, fields) = (String::new(), None, Vec::new());
+        let mut of = LogLine { level, event, message, on_screen, fields };
         line.record(&mut of);
         of
     }
@@ -64,6 +71,9 @@ impl LogLine {
         match (field.name(), value) {
             ("message", FieldValue::Text(text)) => self.message = text.replace(is_obeyed, " "),
             ("event", FieldValue::Text(_)) => {}
+            (ON_SCREEN, FieldValue::Text(text)) => {
+                self.on_screen = Some(text.replace(is_obeyed, " "));
+            }
             (name, value) => self.fields.push((name, value)),
         }
     }
@@ -224,7 +234,7 @@ pub(super) fn stamp(time: SystemTime, offset_s: Option<i64>) -> String {
 }
 
 /// The offset as `+01:00` or `-03:30`; with seconds if it has any.
-fn offset(offset_s: i64) -> String {
+pub(super) fn offset(offset_s: i64) -> String {
     let (sign, size_s) = (if offset_s < 0 { '-' } else { '+' }, offset_s.unsigned_abs());
     let (hours, minutes, seconds) = (size_s / 3600, size_s / 60 % 60, size_s % 60);
     let seconds = if seconds == 0 { String::new() } else { format!(":{seconds:02}") };

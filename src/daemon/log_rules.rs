@@ -54,7 +54,12 @@ impl LogRules {
 
     /// Local time minus UTC at a time, in seconds; `None` if lines show UTC.
     pub fn offset_s(&self, now: SystemTime) -> Option<i64> {
-        let zone = self.zone.as_ref().filter(|_| self.time == LogTime::Local)?;
+        self.local_offset_s(now).filter(|_| self.time == LogTime::Local)
+    }
+
+    /// Local time minus UTC at a time, in seconds; `None` if it is not known.
+    pub fn local_offset_s(&self, now: SystemTime) -> Option<i64> {
+        let zone = self.zone.as_ref()?;
         let since = now.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
         let now_s = i64::try_from(since.as_secs()).unwrap_or(i64::MAX);
         Some(zone.local_s(now_s).saturating_sub(now_s))

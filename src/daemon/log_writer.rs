@@ -11,6 +11,8 @@ use super::alarm_keeper::{BookKeeper, EdgeTime, SharedBook};
 use super::allowance::Alarms;
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Facts, Narration, WordNews, reason, span, us};
+use super::posture;
+use super::told_statistics::{BeatState, tell_heartbeat};
 use crate::engine::{MathEvent, Mishap};
 use crate::events::limit::WithheldLines;
 use crate::io::device::Health;
@@ -19,36 +21,15 @@ use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{DeviceEdge, Generations, Observer, Record, RecordEvent, Statistics};
 use crate::say::say;
 
-/// Logs scan statistics: either those since the last heartbeat, or those of the whole run.
-macro_rules! tell {
-    ($event:ident, $statistics:expr, $text:literal $(, $field:ident = $value:expr)*) => {{
-        let Statistics { scans, execution: scan, lateness: late, overruns, skipped, .. } =
-            *$statistics;
-        say!(
-            $event,
-            $($field = $value,)*
-            scans,
-            overruns,
-            skipped,
-            over_us = us($statistics.over_ns),
-            scan_us_last = us(scan.last_ns),
-            scan_us_min = us(scan.min_ns),
-            scan_us_mean = us(scan.mean_ns),
-            scan_us_p50 = us(scan.p50_ns),
-            scan_us_p99 = us(scan.p99_ns),
-            scan_us_p999 = us(scan.p999_ns),
-            scan_us_max = us(scan.max_ns),
-            late_us_last = us(late.last_ns),
-            late_us_min = us(late.min_ns),
-            late_us_mean = us(late.mean_ns),
-            late_us_p50 = us(late.p50_ns),
-            late_us_p99 = us(late.p99_ns),
-            late_us_p999 = us(late.p999_ns),
-            late_us_max = us(late.max_ns),
-            $text,
-            span($statistics.over_ns),
-        );
-    }};
+/// The machine's load, if it may be the reason of a fault.
+fn load_at(fault: FaultReason) -> String {
+    let load = match fault {
+        FaultReason::ScanTooLong { .. }
+        | FaultReason::ScanNeverEnds
+        | FaultReason::ScanNeverBegins => posture::load(),
+        FaultReason::EnginePanic | FaultReason::ScanThreadGone => None,
+    };
+    load.map_or(String::new(), |load| format!(" ({load})"))
 }
 
 /// The observer that logs the scan thread's records.
@@ -155,8 +136,9 @@ impl LogWriter {
             MODE_FAULT,
             scan,
             %watchdog,
-            "FAULT: {fault}; outputs are at their safe values; {}. {}",
+            "FAULT: {fault}; outputs are at their safe values; {}{}. {}",
             self.narration.remedy(fault, &self.facts, scan.unwrap_or(self.scans)),
+            load_at(fault),
             self.facts.black_box(scan, self.narration.tempo.period_ns)
         );
     }
@@ -378,15 +360,9 @@ impl Observer for LogWriter {
 
     fn statistics(&mut self, statistics: &Statistics) {
         self.beat_ns = None;
-        let mode = self.mode.name();
-        tell!(
-            HEARTBEAT,
-            statistics,
-            "scan statistics of the last {}",
-            mode = mode,
-            forces = self.forces,
-            log_lost = lines_dropped()
-        );
+        let period_ns = self.narration.tempo.period_ns;
+        let forces = self.forces;
+        tell_heartbeat(statistics, &BeatState { mode: self.mode.name(), forces, period_ns });
     }
 
     fn dropped(&mut self, records: u64) {
@@ -434,11 +410,6 @@ fn tell_withheld(told: Option<WithheldLines>) {
     }
 }
 
-/// Logs the statistics of the whole run, at its end.
-pub(super) fn tell_statistics(statistics: &Statistics) {
-    tell!(STATISTICS, statistics, "scan statistics of the whole run, {}");
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Mutex;
@@ -459,6 +430,7 @@ mod tests {
             has_operator: true,
             record: None,
             nothing_kept: NothingKept::default(),
+            priority: Arc::default(),
         };
         let book = Arc::new(Mutex::new(AlarmBook::new(&[])));
         LogWriter::new(Generations::new(narration), facts, Vec::new(), book)

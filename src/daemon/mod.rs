@@ -17,6 +17,7 @@ pub mod log;
 mod log_form;
 mod log_queue;
 mod log_rules;
+mod log_screen;
 mod log_writer;
 mod narration;
 mod operator;
@@ -31,6 +32,7 @@ mod retain_thread;
 mod shell;
 mod signals;
 mod systemd;
+mod told_statistics;
 mod turns;
 
 pub use failure::StartFailure;

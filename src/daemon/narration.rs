@@ -2,6 +2,8 @@
 //!
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
+use std::sync::{Arc, OnceLock};
+
 use super::retain::{COLD_BY_HAND, NothingKept};
 use crate::controller::log::BlockLines;
 use crate::engine::{BlockEvent, Cell, Element};
@@ -83,9 +85,19 @@ pub(super) struct Facts {
     pub record: Option<String>,
     /// Whether a restart would wait in STOP, because nothing can be restored.
     pub nothing_kept: NothingKept,
+    /// How the scan thread gets a real-time priority; empty if it has one. Known once the thread
+    /// has asked for it.
+    pub priority: Arc<OnceLock<String>>,
 }
 
 impl Facts {
+    /// The remedies for scans that are too long or too late, after "raise the watchdog".
+    fn other_remedies(&self) -> String {
+        let priority = self.priority.get().filter(|how| !how.is_empty());
+        let priority = priority.map_or(String::new(), |how| format!(", {how}"));
+        format!("{priority}, or see what else the machine was doing")
+    }
+
     /// The command that shows the last ten seconds before a fault.
     pub fn black_box(&self, scan: Option<u64>, period_ns: u64) -> String {
         let last = scan.unwrap_or(0);
@@ -255,9 +267,10 @@ impl Narration {
             | FaultReason::ScanNeverEnds
             | FaultReason::ScanNeverBegins => format!(
                 "{}; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for {} rungs \
-                 every {period}), or see what else the machine was doing",
+                 every {period}){}",
                 facts.again(scans),
-                self.rungs
+                self.rungs,
+                facts.other_remedies()
             ),
             FaultReason::EnginePanic | FaultReason::ScanThreadGone => format!(
                 "{}, and report this with the lines above: it is a bug in rungd",
@@ -434,7 +447,17 @@ mod tests {
 
     fn facts(has_operator: bool, nothing_kept: NothingKept) -> Facts {
         let (repeat_ns, heartbeat_ns, record) = (0, None, None);
-        Facts { repeat_ns, heartbeat_ns, has_operator, record, nothing_kept }
+        let priority = Arc::default();
+        Facts { repeat_ns, heartbeat_ns, has_operator, record, nothing_kept, priority }
+    }
+
+    #[test]
+    fn a_fault_names_the_priority_that_would_help() {
+        let facts = facts(true, NothingKept::default());
+        assert_eq!(facts.other_remedies(), ", or see what else the machine was doing");
+        facts.priority.set("give it a priority".into()).expect("once");
+        let wanted = ", give it a priority, or see what else the machine was doing";
+        assert_eq!(facts.other_remedies(), wanted);
     }
 
     /// All remedies of a controller that executed this number of complete scans.

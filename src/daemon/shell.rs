@@ -19,7 +19,7 @@ use super::failure::StartFailure;
 use super::guard::Guard;
 use super::local_time;
 use super::log;
-use super::log_writer::{LogWriter, tell_statistics};
+use super::log_writer::LogWriter;
 use super::narration::{Facts, Narration, span};
 use super::operator;
 use super::posture;
@@ -31,6 +31,7 @@ use super::retain::{self, RestoredFile, RetainSettings};
 use super::retain_thread::{LastImage, Retention};
 use super::signals::{Host, SignalOrder, Signals, told};
 use super::systemd::{self, Notices, Systemd};
+use super::told_statistics::tell_statistics;
 use crate::engine::{self, Engine};
 use crate::faults::{self, FaultPoint};
 use crate::io::caught::caught;
@@ -119,12 +120,7 @@ pub fn run(
     // Before the file of retentive memory is made, so that a refused start leaves no file.
     let sockets = operator::claim(&setup.operator, &setup.controller)?;
     let has_operator = !sockets.is_empty();
-    let retained = setup.retain.as_ref().map(|wanted| {
-        let runs_cold = options.runs_cold.unwrap_or(wanted.runs_cold);
-        let wanted = RetainSettings { runs_cold, has_operator, ..wanted.clone() };
-        retain::begin(&wanted, &mut engine)
-    });
-    let retained = retained.transpose()?;
+    let retained = restored(&setup, (options.runs_cold, has_operator), &mut engine)?;
     let (cold, nothing_kept) = retained.as_ref().map(RestoredFile::outlook).unwrap_or_default();
     let settings = Settings {
         pace: runtime::Pace {
@@ -145,7 +141,9 @@ pub fn run(
         has_operator,
         record: disk.as_ref().map(|dir| dir.display().to_string()),
         nothing_kept,
+        priority: Arc::default(),
     };
+    let priority = Arc::clone(&facts.priority);
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
     let book = Arc::new(Mutex::new(AlarmBook::new(&setup.symbols.alarms)));
@@ -154,6 +152,7 @@ pub fn run(
     let (machine, tape) = runtime::tape(engine);
     let (mut prepared, reloader) = runtime::prepare(machine, clock, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
+    let _ = priority.set(posture::priority_remedy(prepared.grants()).unwrap_or_default());
     posture::tell(prepared.grants(), settings.posture.strict)
         .map_err(StartFailure::Configuration)?;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
@@ -169,6 +168,18 @@ pub fn run(
     let field = (prepared.lines(), healths);
     let first = First { running, reloader, narration, field, limit, sockets, book };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention, recording }))
+}
+
+/// Restores retentive memory, if the controller has any.
+fn restored(
+    setup: &Setup,
+    (runs_cold, has_operator): (Option<bool>, bool),
+    engine: &mut Engine,
+) -> Result<Option<RestoredFile>, StartFailure> {
+    let Some(wanted) = &setup.retain else { return Ok(None) };
+    let runs_cold = runs_cold.unwrap_or(wanted.runs_cold);
+    let wanted = RetainSettings { runs_cold, has_operator, ..wanted.clone() };
+    retain::begin(&wanted, engine).map(Some)
 }
 
 /// The inputs whose initial value is ON: they are ON until their driver writes them.

@@ -59,6 +59,8 @@ pub(crate) use link::{ScanSide, WorldSide};
 pub use machine::{Machine, ScanStart};
 pub use monitor::{Monitor, Observer};
 pub use origin::Origin;
+#[cfg(test)]
+pub(crate) use posture::NotGranted;
 pub(crate) use posture::{Grant, Held};
 pub use posture::{Policy, Posture};
 pub use record::{Carried, DeviceEdge, Record, RecordEvent, Watched};

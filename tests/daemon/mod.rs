@@ -5,8 +5,10 @@ mod bottling;
 mod clocks;
 mod endings;
 mod events;
+mod found_controller;
 mod full_disk;
 mod journal;
+mod log_on_terminal;
 mod log_settings;
 #[cfg(feature = "monitor")]
 mod monitor;
