@@ -104,11 +104,16 @@ must "the program is gone" not test -e "$root/usr/bin/rungd"
 
 step "purge"
 rm "$root/etc/rungd/programs/press.toml"
+wants="$root/etc/systemd/system/multi-user.target.wants"
+mkdir -p "$wants"
+# As `systemctl enable rungd-web` links it, without deb-systemd-helper's knowledge.
+ln -s /usr/lib/systemd/system/rungd-web.service "$wants/rungd-web.service"
 inside dpkg -P rungd >"$root/root/purge.log" 2>&1 || failed=1
 content >"$root/root/after"
 left="$(diff "$root/root/before" "$root/root/after" | grep '^[<>]' || true)"
 must "the user stays, as Debian's do" inside getent passwd rungd >/dev/null
 must "nothing else does" test -z "$left"
+must "nor the link of a unit that somebody enabled" not test -L "$wants/rungd-web.service"
 must "nor its lines in the catalogue" not has_catalogue
 [ -z "$left" ] || sed 's/^/   | /' <<<"$left"
 

@@ -2,17 +2,29 @@
 # Makes rungd.vsix, the extension for VS Code: tests it, bundles it with its language client, adds
 # the schemas that `rungd schema` prints and the licences, and packs it with vsce.
 # Called by people and by .ci/run. Needs node 20 or newer, npm and its registry, and rungd: the
-# first argument, else the one of this clone, which is built if it is not there.
+# first argument, else the one on the PATH, else the one of this clone, which is built if it is not
+# there. The schemas and the tests are of this rungd: it must be of the clone's version.
 set -euo pipefail
 here="$(cd "$(dirname "$0")" && pwd)"
 root="$here/../.."
 out="${RUNGD_VSIX:-$root/target/rungd.vsix}"
 
-rungd="${1:-${CARGO_TARGET_DIR:-$root/target}/debug/rungd}"
-if [ -z "${1:-}" ] && ! [ -x "$rungd" ]; then
-    cargo build --locked --quiet --manifest-path "$root/Cargo.toml"
+rungd="${1:-$(command -v rungd || true)}"
+if [ -z "$rungd" ]; then
+    rungd="${CARGO_TARGET_DIR:-$root/target}/debug/rungd"
+    [ -x "$rungd" ] || cargo build --locked --quiet --manifest-path "$root/Cargo.toml"
 fi
 rungd="$(realpath "$rungd")"
+version="$(sed -n 's/^version *= *"\(.*\)"/\1/p' "$root/Cargo.toml" | head -n 1)"
+case "$("$rungd" --version)" in
+"rungd $version" | "rungd $version "*) ;;
+*)
+    echo "$rungd is $("$rungd" --version), and this clone is of $version: name its rungd, as" >&2
+    echo "  cargo build --release && $0 target/release/rungd" >&2
+    exit 1
+    ;;
+esac
+echo "with $rungd" >&2
 mkdir -p "$(dirname "$out")"
 out="$(realpath -m "$out")"
 

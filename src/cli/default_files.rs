@@ -9,7 +9,7 @@ use super::exit::CommandLine;
 use crate::load;
 
 /// The controller file of the service.
-const OF_SERVICE: &str = "/etc/rungd/rungd.toml";
+const OF_SERVICE: &str = "/etc/rungd/controller.toml";
 
 /// The files in `given`. If there are none, the controller file of this folder (`rungd.toml`, or
 /// the only one there), else the controller file of the service.
@@ -54,4 +54,16 @@ fn controllers(folder: &Path) -> Vec<PathBuf> {
     let mut found: Vec<PathBuf> = names.filter(is_controller).collect();
     found.sort_unstable();
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_services_file_is_the_one_that_its_unit_runs() {
+        let unit = include_str!("../../config/systemd/rungd.service");
+        let started = unit.lines().find(|line| line.starts_with("ExecStart="));
+        assert!(started.is_some_and(|line| line.ends_with(&format!("run {OF_SERVICE}"))), "{unit}");
+    }
 }

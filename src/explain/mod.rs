@@ -337,7 +337,7 @@ mod tests {
               operands     ct         a counter: CTn
                            preset     a constant 0..2147483647, or a word
               termination  its structure is reset
-              source       seed S0 (DMD0030, DMD0031, DMD0174, DMD0175)
+              source       the Do-more help, topic DMD0030 (CNT)
 
             Example:
 

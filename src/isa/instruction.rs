@@ -204,8 +204,8 @@ const ENABLED: &[OperandSpec] =
 const CONVERGED: &[OperandSpec] =
     &[positional("stage", OperandKind::Stages), keyed("to", OperandKind::Stage)];
 
-const S0: &str = "seed S0 (DMD0030, DMD0031, DMD0174, DMD0175)";
-const HELP: &str = "vendor help; docs/semantics.md";
+const HELP: &str = "the Do-more help; docs/semantics.md";
+const SENSAPHONE_MANUAL: &str = "the Sensaphone SCADA 3000 manual, page 15-9";
 const BLOCKS: &str = "docs/semantics.md, section 4";
 
 macro_rules! instructions {
@@ -244,19 +244,20 @@ instructions! {
         "The bit is ON for the one execution that sees the rung go from ON to OFF.";
     Ponoff "PONOFF" "Push ON, push OFF", WHEN, BIT, false, Kept, HELP,
         "Toggles the bit each time the rung goes from OFF to ON.";
-    Cnt "CNT" "Up counter", &[LegName::Up, LegName::Rst], COUNTER, true, Reset, S0,
+    Cnt "CNT" "Up counter", &[LegName::Up, LegName::Rst], COUNTER, true, Reset,
+        "the Do-more help, topic DMD0030 (CNT)",
         "Adds one at each rising edge of UP. Done while .Acc >= preset; continues to count beyond \
          the preset. RST holds .Acc at 0 and has priority.";
     Cntdn "CNTDN" "Down counter", &[LegName::Dn, LegName::Rst], COUNTER, true, Reset,
-        "seeds S0, S1 (DMD0031)",
+        "the Do-more help, topic DMD0031 (CNTDN)",
         "Starts from the preset and subtracts one at each rising edge of DN. Done while .Acc <= 0; \
          continues to count below 0. RST puts .Acc back to the preset and has priority.";
     Udc "UDC" "Up/down counter", &[LegName::Up, LegName::Dn, LegName::Rst], UP_DOWN_PRESETS,
-        true, Reset, "seed S2's sister page; docs/semantics.md, section 2",
+        true, Reset, "the Do-more help on UDC, and topic DMD0094 (UDCG)",
         "Counts up at UP's rising edges, down at DN's. Done while .Acc >= up-preset, DnDone \
          while .Acc <= dn-preset, each if given. RST holds .Acc at 0.";
     Udcg "UDCG" "Global up/down counter", &[LegName::Up, LegName::Dn], UP_DOWN_PRESETS, true,
-        Untouched, "seed S2 (DMD0094)",
+        Untouched, "the Do-more help, topic DMD0094 (UDCG)",
         "Like UDC, but without a reset leg and without termination logic: it keeps its count when \
          its block stops. RSTCT is the only way to reset it.";
     Rstct "RSTCT" "Reset counter", WHEN, &[positional("ct", OperandKind::Counter)],
@@ -266,10 +267,12 @@ instructions! {
     Rstt "RSTT" "Reset timer", WHEN, &[positional("t", OperandKind::Timer)], false, Kept, HELP,
         "While the rung is ON, resets the timer at once, and holds the reset through the timer's \
          own next execution.";
-    Ondtmr "ONDTMR" "ON delay timer", WHEN, DELAY, true, Reset, "seed S0 (DMD0175)",
+    Ondtmr "ONDTMR" "ON delay timer", WHEN, DELAY, true, Reset,
+        "the Do-more help, topic DMD0175 (ONDTMR)",
         "The output comes ON when the leg has been ON for the preset time, and goes OFF with the \
          leg.";
-    Offdtmr "OFFDTMR" "OFF delay timer", WHEN, DELAY, true, Reset, "seed S0 (DMD0174)",
+    Offdtmr "OFFDTMR" "OFF delay timer", WHEN, DELAY, true, Reset,
+        "the Do-more help, topic DMD0174 (OFFDTMR)",
         "The output comes ON with the leg and stays ON for the preset time after the leg went OFF. \
          .Acc counts down.";
     Tmr "TMR" "Up timer", WHEN, TIMER, true, Reset, HELP,
@@ -287,15 +290,15 @@ instructions! {
     Tmrag "TMRAG" "Global accumulating up timer", WHEN, TIMER, true, Held, HELP,
         "Like TMRA, but without a reset leg and without termination logic. RSTT resets it.";
     Ctu "CTU" "Sensaphone count up", WHEN, SENSAPHONE, true, EnableOff,
-        "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
+        SENSAPHONE_MANUAL,
         "Adds 1 to ACC at each false-to-true transition of the rung; after 32767 comes -32768, \
          which sets OV. DN while ACC >= PRE.";
     Ctd "CTD" "Sensaphone count down", WHEN, SENSAPHONE, true, EnableOff,
-        "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
+        SENSAPHONE_MANUAL,
         "Subtracts 1 from ACC at each false-to-true transition of the rung; after -32768 comes \
          32767, which sets UN. DN while ACC >= PRE.";
     Res "RES" "Sensaphone reset", WHEN, &[positional("n", OperandKind::Sensaphone)], false, Kept,
-        "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
+        SENSAPHONE_MANUAL,
         "While the rung is ON, clears ACC and all status bits of the counter.";
     Move "MOVE" "Move", WHEN,
         &[positional("a", NUMBER), keyed("to", OperandKind::WritableWord)], false, Kept, HELP,

@@ -33,6 +33,9 @@ const PAGES: [(&str, &str, &str); 4] = [
     ("/favicon.ico", "image/svg+xml", include_str!("page/icon.svg")),
 ];
 
+/// The answer to a link that is not valid.
+const USED_LINK: &str = include_str!("page/link.html");
+
 /// Answers a request.
 pub(super) async fn answer(site: &Arc<WebSite>, request: Request<Incoming>) -> WebAnswer {
     let admitted = site.guard.admit(request.method(), request.uri(), request.headers());
@@ -60,7 +63,7 @@ async fn admitted_answer(site: &Arc<WebSite>, request: Request<Incoming>) -> Web
     }
     let query = Query::of(request.uri().query().unwrap_or_default());
     match (path.as_str(), is_get) {
-        ("/in", true) => return enter(site, &query),
+        ("/in", true) => return Ok(enter(site, &query, request.headers())),
         ("/api/login", false) => return sign_in(site, request).await,
         ("/api/login", true) => return Err(wrong_method()),
         _ => {}
@@ -105,20 +108,32 @@ fn wrong_method() -> WebFailure {
     WebFailure(StatusCode::METHOD_NOT_ALLOWED, "this path does not accept this method".to_owned())
 }
 
-/// Signs a visitor in by the one-time link.
-fn enter(site: &WebSite, query: &Query) -> WebResult {
+/// Signs a visitor in by the one-time link. A person may open a link twice: then the answer is a
+/// page for this person, or the pages themselves if the browser's session goes on.
+fn enter(site: &WebSite, query: &Query, headers: &HeaderMap) -> WebAnswer {
+    let is_in = || cookie(headers).is_some_and(|cookie| site.session(cookie).is_some());
     if site.has_users() || !site.sessions().use_link(query.get("key").unwrap_or_default()) {
-        let why = "this link is not valid: it was used, or a newer one was printed";
-        return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
+        if is_in() {
+            return to_pages();
+        }
+        let mut answer = typed("text/html; charset=utf-8", AnswerBody::of(USED_LINK));
+        *answer.status_mut() = StatusCode::FORBIDDEN;
+        return answer;
     }
     let cookie = site.sessions().begin(None, Instant::now());
     say("the link was used; the next one:");
     site.tell_link();
+    let mut answer = to_pages();
+    set_cookie(site, &mut answer, &cookie);
+    answer
+}
+
+/// The answer that leads a browser to the pages.
+fn to_pages() -> WebAnswer {
     let mut answer = json_answer(&json!({}));
     *answer.status_mut() = StatusCode::SEE_OTHER;
     answer.headers_mut().insert(LOCATION, "/".parse().expect("a path"));
-    set_cookie(site, &mut answer, &cookie);
-    Ok(answer)
+    answer
 }
 
 /// Signs a user in by a password.

@@ -3,11 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 
 use serde_json::Value;
+
+use crate::support::folder::TestFolder;
 
 /// The output of `third-party.sh`: several tests read it, and it takes seconds.
 static LICENCES: LazyLock<String> = LazyLock::new(|| printed_by("third-party.sh"));
@@ -118,4 +121,57 @@ fn every_file_of_the_docs_is_in_the_package() {
         }
     }
     assert!(missing.is_empty(), "{missing:?}");
+}
+
+/// `systemctl enable` makes links that deb-systemd-helper does not know.
+#[test]
+fn a_purge_removes_the_links_of_enabled_units_and_no_others() {
+    let script = fs::read_to_string(root().join("packaging/deb/postrm")).unwrap();
+    let begin = script.find("    for unit in ").expect("the loop");
+    let end = begin + script[begin..].find("\n    done\n").expect("its end");
+    let folder = TestFolder::new("purge");
+    let system = folder.path().join("etc/systemd/system");
+    let body = script[begin..end].replace("/etc/systemd/system", &system.display().to_string());
+    let links = ["multi-user.target.wants/rungd-web.service", "a.target.requires/rungd.service"];
+    let other = "multi-user.target.wants/cron.service";
+    for link in links.iter().chain([&other]) {
+        fs::create_dir_all(system.join(link).parent().unwrap()).unwrap();
+        std::os::unix::fs::symlink("/nonexistent", system.join(link)).unwrap();
+    }
+    let shell = Command::new("sh").args(["-ec", &format!("{body}\ndone")]).status();
+    assert!(shell.unwrap().success());
+    for link in links {
+        assert!(fs::symlink_metadata(system.join(link)).is_err(), "{link}");
+    }
+    assert!(fs::symlink_metadata(system.join(other)).is_ok(), "{other}");
+    assert!(!system.join("a.target.requires").exists(), "an empty folder");
+}
+
+/// The extension gets the schemas and the checks of the rungd on the PATH; of a different version it
+/// would get wrong ones.
+#[test]
+fn the_extension_is_made_with_the_rungd_on_the_path_if_it_is_of_this_version() {
+    let folder = TestFolder::new("vsix");
+    let stub = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    };
+    // The first step with rungd is `node test.js RUNGD`.
+    stub("node", "echo \"node got $2\"; exit 7");
+    let packed = || {
+        let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+        let mut command = Command::new(root().join("editors/vscode/package.sh"));
+        command.env("PATH", path).env("RUNGD_VSIX", folder.path().join("x.vsix"));
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
+    };
+    stub("rungd", &format!("echo rungd {}", env!("CARGO_PKG_VERSION")));
+    let own = folder.path().join("rungd");
+    let (code, said) = packed();
+    assert!(code == Some(7) && said.contains(&format!("node got {}", own.display())), "{said}");
+    stub("rungd", "echo rungd 9.8.7");
+    let (code, said) = packed();
+    assert!(code == Some(1) && said.contains("cargo build --release"), "{said}");
+    assert!(said.contains("rungd 9.8.7") && !said.contains("node got"), "{said}");
 }

@@ -31,6 +31,11 @@ fn other_hosts_other_pages_and_those_without_a_session_get_nothing() {
     // The link is accepted only once.
     let link = web.link.clone().unwrap();
     assert_eq!(status(&web, &format!("GET {link}"), &[own]), 403);
+    // Its user may open it again; anybody else gets a page that says what to do.
+    assert_eq!(status(&web, &format!("GET {link}"), &[own, cookie]), 303);
+    let used = web.ask(&format!("GET {link}"), &[own.to_owned()], "");
+    assert_eq!(used.header("content-type"), Some("text/html; charset=utf-8"), "{used:?}");
+    assert!(used.body.contains("open the newest link"), "{used:?}");
     // A visitor by the link may read, but change nothing.
     let change = json!({ "operand": "level", "value": 7 });
     let refused = web.post("/api/write", &visitor, &change);
