@@ -115,7 +115,7 @@ impl BookedAlarm {
 pub(super) struct AlarmBook {
     /// The generation of the program that has these alarms.
     generation: u32,
-    /// In the order of the file, which is also the scan thread's numbering.
+    /// In the order of a scan, which is also the scan thread's numbering.
     alarms: Vec<BookedAlarm>,
     standing: usize,
     episode: u64,

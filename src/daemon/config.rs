@@ -27,8 +27,9 @@ use crate::retain::RetainPlan;
 use crate::runtime::exchange::Tempo;
 use crate::runtime::wiring::Wiring;
 use crate::runtime::{Memory, Pace, Posture, Watched};
+use crate::source::finding::Finding;
 use crate::source::render::{Style, refuses, render_within};
-use crate::source::span::SourceFile;
+use crate::source::span::{SourceFile, Span};
 
 use super::narration::Narration;
 use super::retain::{RetainSettings, place};
@@ -44,8 +45,8 @@ pub struct Setup {
     /// SHA-256 sums over all files including the controller file: one of the names, one of the
     /// texts.
     pub(super) source: String,
-    /// The number of warnings of the check.
-    pub warnings: usize,
+    /// The warnings of the check.
+    pub warnings: Vec<LoadWarning>,
     pub(super) symbols: Symbols,
     pub(super) names: Arc<Names>,
     /// The name and kind of each block, by `BlockId`.
@@ -70,6 +71,15 @@ pub struct Setup {
     pub(super) files: Arc<[RecordedFile]>,
     /// Who may read the files.
     pub(super) access: FileAccess,
+}
+
+/// A warning of the check.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadWarning {
+    /// Its place.
+    pub span: Span,
+    /// The message, with the warning's name.
+    pub text: String,
 }
 
 /// Who could read the files of a program when it was loaded.
@@ -141,7 +151,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..]),
         source: source(files),
-        warnings: loaded.findings.len(),
+        warnings: loaded.findings.iter().map(warning).collect(),
         narration,
         watched,
         names: Arc::new(Names::new(program, &symbols)),
@@ -215,6 +225,11 @@ fn retain(
 
 fn recorded(file: &SourceFile) -> RecordedFile {
     RecordedFile { name: file.name.clone(), text: file.text.clone() }
+}
+
+fn warning(finding: &Finding) -> LoadWarning {
+    let text = format!("{} ({})", finding.message, finding.code.name());
+    LoadWarning { span: finding.span, text }
 }
 
 fn blocks(program: &Program) -> Vec<(String, BlockKind)> {

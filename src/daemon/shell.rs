@@ -462,8 +462,8 @@ fn tell_start(setup: &Setup) {
     if let Some(sentence) = systemd::fault_too_late(setup.pace.tempo.watchdog_ns, limit) {
         say!(FAULT_TOO_LATE, "{sentence}");
     }
-    if setup.warnings > 0 {
-        let (warnings, controller) = (setup.warnings, &setup.controller);
+    if !setup.warnings.is_empty() {
+        let (warnings, controller) = (setup.warnings.len(), &setup.controller);
         say!(
             LADDER_WARNINGS,
             warnings,

@@ -17,6 +17,7 @@ use crate::engine::{
 use crate::isa::{Address, Bit, BitSpace, BlockId, NumberMap, StageId, Structure, Word};
 use crate::progress::Progress;
 use crate::resolve::array::{Array, ShiftBits};
+use crate::resolve::layers::Layers;
 use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
 
 /// The first status bit, ST0.
@@ -56,6 +57,8 @@ pub(super) struct Assembler<'p> {
     pub sites: Option<Sites>,
     /// The progress of the load.
     pub progress: &'p Progress,
+    /// The places of expanded templates.
+    pub layers: &'p Layers,
 }
 
 impl<'p> Assembler<'p> {
@@ -86,6 +89,7 @@ impl<'p> Assembler<'p> {
             array_limits: HashMap::new(),
             sites: None,
             progress,
+            layers: &program.layers,
         };
         for (_, instruction) in program.instructions() {
             assembler.note_owner(instruction);

@@ -12,7 +12,8 @@ use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
 use crate::resolve::array::{Array, Element, ShiftBits};
 use crate::resolve::places::Places;
-use crate::resolve::program::{Action, BlockKind, Instruction, Program, Rung, TagMeaning, Value};
+use crate::resolve::program::{Action, BlockKind, Instruction, Program, TagMeaning, Value};
+use crate::source::span::Span;
 
 /// Everything in a program that keeps a state from scan to scan.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +40,8 @@ pub struct Identity {
     pub addresses: BTreeMap<Address, Option<String>>,
     /// The address of every tag that has one.
     pub tags: BTreeMap<String, Address>,
+    /// The constants of the ladder, each with its value as text.
+    pub constants: BTreeMap<String, String>,
     /// The values after a cold start, from the tags' `initial`.
     pub initial: BTreeMap<Address, i32>,
     /// The places of the tags with a `type`: texts contain their names instead of addresses.
@@ -104,12 +107,27 @@ pub(crate) struct ShiftRegister {
 }
 
 /// A rung: its element, its name, and its text in addresses.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct RungText {
     pub(crate) element: ElementId,
     pub name: Option<String>,
     pub whole: Arc<str>,
+    /// The rung for people: `Main, rung count-bottles`.
+    pub said: String,
+    /// Its first instruction with its first operand: `CNT CT0`.
+    pub acts: String,
+    /// The author's text, for people.
+    pub parts: Arc<[RungPart]>,
+}
+
+/// A part of a rung's text: `when`, `leg.up`, `do`, and those of its branches.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RungPart {
+    /// The key; of a branch with its number: `branch 2 do`.
+    pub key: String,
+    /// The contacts or instructions, by their places in files.
+    pub texts: Vec<Span>,
 }
 
 /// A recurrent ENTASK.
@@ -138,7 +156,18 @@ impl Identity {
             ..Identity::default()
         };
         for tag in &program.tags {
-            let TagMeaning::Address(address) = tag.meaning else { continue };
+            let address = match tag.meaning {
+                TagMeaning::Address(address) => address,
+                TagMeaning::Constant(value, written) => {
+                    identity.constants.insert(tag.name.clone(), written.text(value));
+                    continue;
+                }
+                TagMeaning::Real(value) => {
+                    identity.constants.insert(tag.name.clone(), value.to_string());
+                    continue;
+                }
+                TagMeaning::Array(_) => continue,
+            };
             let known = identity.addresses.entry(address).or_default();
             known.get_or_insert_with(|| tag.name.clone());
             identity.tags.insert(tag.name.clone(), address);
@@ -170,9 +199,9 @@ impl Identity {
     }
 
     /// Records a rung.
-    pub(super) fn rung(&mut self, element: ElementId, rung: &Rung, whole: &Arc<str>) {
-        let (name, whole) = (rung.name.clone(), Arc::clone(whole));
-        self.rungs.push(RungText { element, name, whole });
+    pub(super) fn rung(&mut self, site: &Site, (acts, parts): (String, Arc<[RungPart]>)) {
+        let Site { element, rung: name, whole, place: said } = site.clone();
+        self.rungs.push(RungText { element, name, whole, said, acts, parts });
     }
 
     /// Names the histories. Called when lowering has added all of them.

@@ -7,6 +7,7 @@
 //! does not need. `identity` and `rungs` name states and rungs, so that a reload finds them in a
 //! new version of the program.
 
+mod alarm_order;
 mod alike;
 mod arrays;
 mod assembler;
@@ -105,7 +106,8 @@ fn lower_noting(
     let order = turns(program);
     let mut identity = std::mem::take(&mut assembler.identity);
     identity.finish();
-    let mut symbols = Symbols::new(program, assembler.layout.clone(), identity);
+    let places = alarm_order::places(program, &order);
+    let mut symbols = Symbols::new(program, assembler.layout.clone(), (identity, &places));
     symbols.maths = std::mem::take(&mut assembler.maths);
     let sites = assembler.sites.take();
     Some((assembler.finish(blocks, stages, order), symbols, sites))
@@ -136,9 +138,11 @@ fn turns(program: &Program) -> Vec<crate::isa::BlockId> {
 fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) -> ElementCode {
     for (at, rung) in assembler.progress.during(rungs).enumerate() {
         let whole: Arc<str> = rungs::text(&assembler.identity, rung).into();
-        assembler.identity.rung(element, rung, &whole);
         let place = place(assembler, element, (at, rung));
         assembler.site = identity::Site { element, rung: rung.name.clone(), whole, place };
+        let acts = rungs::acts(&assembler.identity, rung);
+        let parts = rungs::parts(assembler.layers, rung);
+        assembler.identity.rung(&assembler.site, (acts, parts));
         lower_rung(assembler, rung, (element, at as u32));
     }
     assembler.close_element(!rungs.is_empty())

@@ -4,11 +4,15 @@
 //! Made while a program is lowered. A reload compares the texts to find the unedited rungs. The
 //! text does not contain tags, comments or the written form of constants.
 
-use super::identity::Identity;
-use crate::isa::Address;
+use std::sync::Arc;
+
+use super::identity::{Identity, RungPart};
+use crate::isa::{Address, LegName};
 use crate::resolve::formula::{Formula, Part};
 use crate::resolve::instruction::OperandValue;
+use crate::resolve::layers::Layers;
 use crate::resolve::program::{Action, Contact, Edge, Instruction, Rung, Value};
+use crate::source::span::Span;
 
 /// The text of a rung, without its name.
 pub(super) fn text(identity: &Identity, rung: &Rung) -> String {
@@ -23,6 +27,30 @@ pub(super) fn text(identity: &Identity, rung: &Rung) -> String {
         text += &format!(" branch:{when} {body}");
     }
     text
+}
+
+/// The places of a rung's text, part by part.
+pub(super) fn parts(layers: &Layers, rung: &Rung) -> Arc<[RungPart]> {
+    let part = |key: String, texts: &mut dyn Iterator<Item = Span>| RungPart {
+        key,
+        texts: texts.map(|span| layers.in_file(span)).collect(),
+    };
+    let contacts = |key: String, of: &[Contact]| part(key, &mut of.iter().map(Contact::span));
+    let body = |key: String, of: &[Instruction]| part(key, &mut of.iter().map(|one| one.span));
+    let mut parts = Vec::new();
+    for leg in &rung.legs {
+        let key = match leg.name {
+            LegName::When => "when".to_owned(),
+            keyed => format!("leg.{}", keyed.key()),
+        };
+        parts.push(contacts(key, &leg.contacts));
+    }
+    parts.push(body("do".to_owned(), &rung.body));
+    for (number, branch) in (1..).zip(&rung.branches) {
+        parts.push(contacts(format!("branch {number} when"), &branch.contacts));
+        parts.push(body(format!("branch {number} do"), &branch.body));
+    }
+    parts.into()
 }
 
 fn contacts(identity: &Identity, of: &[Contact], between: &str) -> String {
@@ -66,22 +94,8 @@ pub(super) fn edge_contact(identity: &Identity, edge: Edge, of: &Contact) -> Str
 fn body(identity: &Identity, of: &[Instruction]) -> String {
     let one = |instruction: &Instruction| {
         let operands = instruction.action.operands();
-        let operands = operands.each().map(|(name, operand)| {
-            let said = match operand {
-                OperandValue::Bit(bit) => identity.bit(bit),
-                OperandValue::Word(word) => identity.word(word),
-                OperandValue::Value(of) => value(identity, of),
-                OperandValue::Structure(structure) => {
-                    identity.places.say(Address::Structure(structure))
-                }
-                OperandValue::Block(block) => identity.block(block).name.clone(),
-                OperandValue::Stage(stage) => identity.stage(stage),
-                OperandValue::Element(element) => identity.element(&element),
-                OperandValue::Array(array) => identity.array(array),
-                OperandValue::Run(run) => identity.run(run),
-            };
-            format!(" {name}={said}")
-        });
+        let operands =
+            operands.each().map(|(name, of)| format!(" {name}={}", operand(identity, of)));
         let formula = if let Action::Math { formula: of, index, .. } = &instruction.action {
             let index = index.iter().map(|index| formula(identity, index) + " =");
             index.chain([formula(identity, of)]).collect()
@@ -92,6 +106,28 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
         format!("{name}{}{formula}", operands.collect::<String>())
     };
     of.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// The first instruction of a rung with its first operand: `CNT CT0`.
+pub(super) fn acts(identity: &Identity, rung: &Rung) -> String {
+    let Some((_, instruction)) = rung.instructions().next() else { return String::new() };
+    let operands = instruction.action.operands();
+    let first = operands.each().next().map(|(_, of)| operand(identity, of)).unwrap_or_default();
+    format!("{} {first}", instruction.mnemonic.spec().name)
+}
+
+fn operand(identity: &Identity, of: OperandValue) -> String {
+    match of {
+        OperandValue::Bit(bit) => identity.bit(bit),
+        OperandValue::Word(word) => identity.word(word),
+        OperandValue::Value(of) => value(identity, of),
+        OperandValue::Structure(structure) => identity.places.say(Address::Structure(structure)),
+        OperandValue::Block(block) => identity.block(block).name.clone(),
+        OperandValue::Stage(stage) => identity.stage(stage),
+        OperandValue::Element(element) => identity.element(&element),
+        OperandValue::Array(array) => identity.array(array),
+        OperandValue::Run(run) => identity.run(run),
+    }
 }
 
 /// A formula in postfix order, so that it needs no parentheses.

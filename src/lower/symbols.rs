@@ -3,6 +3,8 @@
 //!
 //! Made by `lower`; read by the log writer, the drivers and the simulator.
 
+use std::collections::HashMap;
+
 use super::identity::Identity;
 use super::word_limits::WordLimits;
 use crate::engine::{BitCell, Cell, Element, Layout};
@@ -43,7 +45,7 @@ pub struct Symbols {
     pub stages: Vec<String>,
     /// Field devices' names, by `DeviceId`.
     pub(crate) devices: Vec<String>,
-    /// Tags with an alarm, in file order.
+    /// Tags with an alarm, in the order of a scan: causes before consequences.
     pub alarms: Vec<Alarm>,
     /// Tags whose changes are logged, in file order.
     pub(crate) logged: Vec<LoggedTag>,
@@ -55,7 +57,12 @@ pub struct Symbols {
 }
 
 impl Symbols {
-    pub(super) fn new(program: &Program, layout: Layout, identity: Identity) -> Symbols {
+    /// `places`: the places of written bits in the order of a scan.
+    pub(super) fn new(
+        program: &Program,
+        layout: Layout,
+        (identity, places): (Identity, &HashMap<Bit, usize>),
+    ) -> Symbols {
         let mut symbols = Symbols {
             layout,
             blocks: program.blocks.iter().map(|b| b.name.clone()).collect(),
@@ -67,20 +74,24 @@ impl Symbols {
             identity,
             limits: WordLimits::of(program),
         };
+        let mut alarms = Vec::new();
         for tag in &program.tags {
             let TagMeaning::Address(address) = tag.meaning else { continue };
             if let (Address::Bit(bit), Some(text)) = (address, &tag.alarm) {
-                symbols.alarms.push(Alarm {
+                let alarm = Alarm {
                     bit: symbols.layout.bit(bit),
                     tag: tag.name.clone(),
                     text: text.clone(),
                     priority: tag.priority,
-                });
+                };
+                alarms.push((places.get(&bit).copied().unwrap_or(0), alarm));
             }
             if tag.log_changes {
                 symbols.log(address, &tag.name);
             }
         }
+        alarms.sort_by_key(|(place, _)| *place);
+        symbols.alarms = alarms.into_iter().map(|(_, alarm)| alarm).collect();
         symbols
     }
 

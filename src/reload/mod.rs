@@ -13,6 +13,7 @@ mod moves;
 mod places;
 mod plan;
 mod report;
+mod rung_texts;
 mod rungs;
 mod tags;
 mod wired;
@@ -23,6 +24,7 @@ use plan::Pairs;
 pub use plan::{ReloadPlan, Side};
 pub use report::OldMemory;
 pub(crate) use report::WARNING;
+pub use rung_texts::FileTexts;
 pub(crate) use wired::misfit;
 
 /// The reason why files with different devices are not reloaded.
@@ -44,6 +46,7 @@ impl ReloadPlan {
         let layouts = (&old.symbols.layout, &new.symbols.layout);
         names.moves.enter(&mut plan.transfer, layouts, now);
         rungs::rungs(&mut plan, &names, old, new);
+        tags::constants(&mut plan, &names);
         let disabled = elements::disabled(&names, old, new);
         elements::blocks(&mut plan, &names, (old, new), &disabled);
         let kept = memory::structures(&mut plan, &names, old, new);

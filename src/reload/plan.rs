@@ -5,6 +5,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::moves::Moves;
+use super::rung_texts::RungDifference;
 use crate::engine::{self, Cell, Element, Transfer};
 use crate::isa::{Address, BlockId, ElementId, StageId, Structure};
 use crate::lower::Symbols;
@@ -94,6 +95,10 @@ pub enum OldState {
     Limits { cell: Cell, begins: Option<i32>, limits: (i32, i32) },
     /// A bit that no instruction writes any more: the line appears while it is ON.
     Unwritten { bit: u32 },
+    /// A rung that was edited, added or removed.
+    Rung(Box<RungDifference>),
+    /// Further such rungs, which are only counted.
+    MoreRungs(usize),
 }
 
 /// An element of an array that moved; `begins`: the value that the new address begins with.

@@ -7,6 +7,7 @@
 //! lines state what happened.
 
 use super::plan::{Difference, Elsewhere, MovedElement, OldState, ReloadPlan, Start};
+use super::rung_texts::FileTexts;
 use crate::engine::{BitCell, Cell, Layout, WordCell};
 use crate::isa::{Address, duration};
 use crate::lower::identity::Identity;
@@ -90,12 +91,12 @@ impl OldMemory<'_> {
 
 impl ReloadPlan {
     /// One line for each difference. If the program only keeps state, the first line says that
-    /// there is no difference.
-    pub fn report(&self, seen: &OldMemory<'_>) -> Vec<String> {
+    /// there is no difference. `texts`: for the texts of edited, new and removed rungs.
+    pub fn report(&self, seen: &OldMemory<'_>, texts: FileTexts<'_>) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
         let mut differs = false;
         for difference in &self.differences {
-            let Some(line) = line(difference, seen) else { continue };
+            let Some(line) = line(difference, seen, texts) else { continue };
             lines.push(line);
             let state = difference.state.as_ref();
             differs |= !state.is_some_and(|state| {
@@ -144,8 +145,8 @@ impl OldState {
                 push(*cell, bits, words)
             }
             OldState::Unwritten { bit } => bits.push(*bit),
-            // Depends only on the list of forces.
-            OldState::Named { .. } => {}
+            // Depends on no value.
+            OldState::Named { .. } | OldState::Rung(_) | OldState::MoreRungs(_) => {}
             OldState::Moved { from, to, .. } => {
                 [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
             }
@@ -171,7 +172,7 @@ impl Start {
     }
 }
 
-fn line(difference: &Difference, seen: &OldMemory<'_>) -> Option<String> {
+fn line(difference: &Difference, seen: &OldMemory<'_>, texts: FileTexts<'_>) -> Option<String> {
     let text = &difference.text;
     let Some(state) = &difference.state else { return Some(text.clone()) };
     Some(match state {
@@ -216,6 +217,9 @@ fn line(difference: &Difference, seen: &OldMemory<'_>) -> Option<String> {
                 false => moved_array(text, elements, &force, seen),
             }
         }
+        OldState::Rung(rung) => return rung.line(texts),
+        OldState::MoreRungs(_) if texts.new.is_empty() => return None,
+        OldState::MoreRungs(count) => format!("and {count} more rungs"),
         OldState::Named { cells, force } => {
             let forced = cells.iter().any(|cell| seen.is_forced(*cell));
             let said = [text.as_str()].into_iter().chain(forced.then_some(force.as_str()));

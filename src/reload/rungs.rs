@@ -1,16 +1,21 @@
-//! Counts the rungs that were edited, added and removed. Only the report uses the counts.
+//! Finds the rungs that were edited, added and removed. Only the report uses them.
 //!
 //! A rung is unchanged if the new program has a rung with the same text (in addresses) and the same
 //! name in the same element. The remaining rungs are paired as edited ones: first those with the
-//! same text in the same block, then those with the same name in the same block, then those in the
-//! same element. Unpaired rungs of the old program were removed; those of the new one were added.
+//! same text in the same block, then those with the same name in the same block, then those of the
+//! same element whose first instruction has the same operand, then those of the same element.
+//! Unpaired rungs of the old program were removed; those of the new one were added.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
-use super::plan::{Pairs, ReloadPlan, Side};
+use super::plan::{OldState, Pairs, ReloadPlan, Side};
+use super::rung_texts::RungDifference;
 use crate::isa::{BlockId, ElementId};
 use crate::lower::identity::RungText;
+
+/// The maximum number of rungs whose texts a report has.
+const TOLD_MAX: usize = 40;
 
 /// What two rungs must have in common to be paired.
 #[derive(PartialEq, Eq, Hash)]
@@ -18,7 +23,14 @@ enum RungKey {
     Same(ElementId, Option<String>, Arc<str>),
     Text(BlockId, Arc<str>),
     Name(BlockId, String),
+    Acts(ElementId, String),
     Element(ElementId),
+}
+
+impl RungKey {
+    fn same(rung: &RungText) -> RungKey {
+        RungKey::Same(rung.element, rung.name.clone(), Arc::clone(&rung.whole))
+    }
 }
 
 pub(super) fn rungs(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
@@ -29,53 +41,66 @@ pub(super) fn rungs(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new
     let lost = here.iter().filter(|rung| rung.is_none()).count();
     let mut before: Vec<RungText> = here.into_iter().flatten().collect();
     let mut now = names.new.rungs.clone();
-    let in_order = before == now;
-    let same = |rung: &RungText| {
-        Some(RungKey::Same(rung.element, rung.name.clone(), Arc::clone(&rung.whole)))
-    };
-    pair(&mut before, &mut now, same);
-    let mut edited = 0;
-    edited += pair(&mut before, &mut now, |rung| {
+    let keys = |rungs: &[RungText]| rungs.iter().map(RungKey::same).collect::<Vec<_>>();
+    let in_order = keys(&before) == keys(&now);
+    pair(&mut before, &mut now, |rung| Some(RungKey::same(rung)));
+    let mut edited = pair(&mut before, &mut now, |rung| {
         Some(RungKey::Text(rung.element.block, Arc::clone(&rung.whole)))
     });
-    edited += pair(&mut before, &mut now, |rung| {
+    edited.extend(pair(&mut before, &mut now, |rung| {
         Some(RungKey::Name(rung.element.block, rung.name.clone()?))
-    });
-    edited += pair(&mut before, &mut now, |rung| Some(RungKey::Element(rung.element)));
-    let (added, gone) = (now.len(), before.len() + lost);
-    if (edited, added, gone) != (0, 0, 0) {
-        let s = if edited == 1 { "" } else { "s" };
-        plan.say(format!("{edited} rung{s} edited, {added} new, {gone} gone"));
+    }));
+    edited.extend(pair(&mut before, &mut now, |rung| {
+        Some(RungKey::Acts(rung.element, rung.acts.clone()))
+    }));
+    edited.extend(pair(&mut before, &mut now, |rung| Some(RungKey::Element(rung.element))));
+    let (changed, added, gone) = (edited.len(), now.len(), before.len() + lost);
+    if (changed, added, gone) != (0, 0, 0) {
+        let s = if changed == 1 { "" } else { "s" };
+        plan.say(format!("{changed} rung{s} edited, {added} new, {gone} gone"));
     } else if !in_order {
         plan.say("the order of the rungs has changed");
     }
+    let edited = edited.into_iter().map(|(was, is)| RungDifference::Edited(was, is));
+    let new_ones = now.into_iter().map(RungDifference::New);
+    tell(plan, edited.chain(new_ones).chain(before.into_iter().map(RungDifference::Gone)));
     order(plan, names, old, new);
 }
 
-/// Removes the rungs that have the same key on both sides, and returns the number of pairs.
+/// Adds the differences of rungs, up to a maximum.
+fn tell(plan: &mut ReloadPlan, differences: impl Iterator<Item = RungDifference>) {
+    let mut all: Vec<RungDifference> = differences.collect();
+    let more = all.len().saturating_sub(TOLD_MAX);
+    all.truncate(TOLD_MAX);
+    all.into_iter().for_each(|rung| plan.say_of("", OldState::Rung(Box::new(rung))));
+    if more > 0 {
+        plan.say_of("", OldState::MoreRungs(more));
+    }
+}
+
+/// Removes the rungs that have the same key on both sides, and returns them in pairs.
 fn pair(
     before: &mut Vec<RungText>,
     now: &mut Vec<RungText>,
     key: impl Fn(&RungText) -> Option<RungKey>,
-) -> usize {
-    let mut waiting: HashMap<RungKey, usize> = HashMap::new();
-    now.iter().filter_map(&key).for_each(|key| *waiting.entry(key).or_default() += 1);
-    let mut found: HashMap<RungKey, usize> = HashMap::new();
-    let count = before.len();
-    before.retain(|rung| {
-        let Some(key) = key(rung) else { return true };
-        let Some(left) = waiting.get_mut(&key).filter(|left| **left > 0) else { return true };
-        *left -= 1;
-        *found.entry(key).or_default() += 1;
-        false
-    });
-    now.retain(|rung| {
-        let Some(left) = key(rung).and_then(|key| found.get_mut(&key)) else { return true };
-        let is_left = *left == 0;
-        *left = left.saturating_sub(1);
-        is_left
-    });
-    count - before.len()
+) -> Vec<(RungText, RungText)> {
+    let mut waiting: HashMap<RungKey, VecDeque<usize>> = HashMap::new();
+    for (at, rung) in now.iter().enumerate() {
+        if let Some(key) = key(rung) {
+            waiting.entry(key).or_default().push_back(at);
+        }
+    }
+    let mut rest: Vec<Option<RungText>> = std::mem::take(now).into_iter().map(Some).collect();
+    let mut pairs = Vec::new();
+    for rung in std::mem::take(before) {
+        let found = key(&rung).and_then(|key| waiting.get_mut(&key)?.pop_front());
+        match found.and_then(|at| rest[at].take()) {
+            Some(new) => pairs.push((rung, new)),
+            None => before.push(rung),
+        }
+    }
+    now.extend(rest.into_iter().flatten());
+    pairs
 }
 
 /// Reports a changed scan order of the blocks that both programs have.

@@ -15,6 +15,15 @@ fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
     names.old.places.named(whole).or(names.new.places.named(whole)).is_some()
 }
 
+/// Reports constants with a changed value.
+pub(super) fn constants(plan: &mut ReloadPlan, names: &Pairs<'_>) {
+    for (name, value) in &names.new.constants {
+        if let Some(before) = names.old.constants.get(name).filter(|before| *before != value) {
+            plan.say(format!("constant {name} {before} → {value}"));
+        }
+    }
+}
+
 /// Reports tags with a changed address. The value stays at the old address.
 pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let (layout, values) = (&old.symbols.layout, NewValues::of(plan));

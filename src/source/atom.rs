@@ -52,6 +52,16 @@ pub enum Written {
     Duration,
 }
 
+impl Written {
+    /// A constant as it would be written: `12`, `1m30s`.
+    pub fn text(self, value: i32) -> String {
+        match self {
+            Written::Integer => value.to_string(),
+            Written::Duration => duration::print(value),
+        }
+    }
+}
+
 impl Atom {
     /// Parses one word without spaces.
     ///

@@ -11,8 +11,9 @@ use crate::support::needs::{Need, skip};
 
 const LADDER: &str = r#"
 [tags]
-low    = { at = "C0", alarm = "Oil is low", priority = "low" }
+# A consequence, declared before its cause.
 hot    = { at = "C1", alarm = "Oil is hot", priority = "critical" }
+low    = { at = "C0", alarm = "Oil is low", priority = "low" }
 stuck  = { at = "C2", alarm = "Gate is stuck" }
 plain  = { at = "C3" }
 [[template]]

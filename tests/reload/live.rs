@@ -423,3 +423,67 @@ fn a_force_of_a_tag_with_a_type_is_shown_by_no_name_but_its_own() {
         assert!(said.err.contains(note), "{said:?}");
     }
 }
+
+/// The texts of rungs, the values of constants, and the warnings that the new files bring.
+#[test]
+fn the_report_says_what_changed() {
+    let rungs = |size: &str, lamp: &str, last: &str| {
+        format!(
+            r#"
+[tags]
+size = {{ value = {size} }}
+eye = {{ at = "X0" }}
+stop = {{ at = "X1" }}
+lamp = {{ at = "Y0" }}
+count = {{ at = "CT0" }}
+
+[[program]]
+name = "Main"
+
+[[program.rung]]
+name = "count"
+leg.up = ["eye"]
+leg.rst = ["stop"]
+do = ["CNT count preset=size"]
+
+[[program.rung]]
+name = "lamp"
+when = [{lamp}]  # with a comment
+do = ["OUT lamp"]
+
+{last}
+"#
+        )
+    };
+    let side = "[[program]]\nname = \"Side\"\nrung = [{ when = [\"eye\"], do = [\"OUT Y5\"] }]\n";
+    let gone = "[[program.rung]]\nname = \"horn\"\nwhen = [\"stop\"]\ndo = [\"OUT Y1\"]\n";
+    let gone = format!("{gone}\n{side}");
+    let second = ", { when = [\"fall(eye)\"], do = [\"SET C7\", \"OUT Y2\"] }]";
+    let new = side.replace("}]", &format!("}}{second}"));
+    let live = Live::start(&rungs("12", "\"count.Done\"", &gone), "", &[]);
+    live.await_values("CT0.Done", "OFF");
+    write(&live, "ladder.toml", &rungs("10", "\"count.Done\", \"!stop\"", &new));
+    let said = live.ok("reload --dry-run");
+    let expected = [
+        "2 rungs edited, 1 new, 1 gone",
+        "Main, rung count: its text is the same; a constant, an address or an argument in it is not",
+        "Main, rung lamp: when count.Done → count.Done, !stop",
+        "Side, rung 2 is new: when fall(eye); do SET C7, OUT Y2",
+        "Main, rung horn is gone: when stop; do OUT Y1",
+        "constant size 12 → 10",
+    ];
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines[..expected.len()], expected, "{said}");
+    let warnings: Vec<&&str> =
+        lines.iter().filter(|line| line.contains("(set-never-reset)")).collect();
+    assert_eq!(warnings.len(), 1, "{said}");
+    assert!(
+        warnings[0].starts_with("warning: ") && warnings[0].contains("ladder.toml:25: "),
+        "{said}"
+    );
+    live.ok("reload");
+    live.line("Main, rung lamp: when count.Done → count.Done, !stop");
+    let line = live.line("(set-never-reset)");
+    assert_eq!((&line["event"], &line["level"]), (&"reload-warning".into(), &"WARN".into()));
+    assert!(!live.ok("reload --dry-run").contains("set-never-reset"), "the files are the same");
+}

@@ -4,7 +4,7 @@ use crate::support::plc::{Plc, of_ladder};
 use crate::support::run;
 use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
-use rungd::reload::{OldMemory, ReloadPlan, Side};
+use rungd::reload::{FileTexts, OldMemory, ReloadPlan, Side};
 
 /// A controller that is reloaded while it runs.
 pub struct Reloaded {
@@ -61,11 +61,11 @@ impl Reloaded {
         let layout = &symbols.layout.clone();
         let (forces, passed) = (self.forces.as_slice(), None);
         let seen = OldMemory { layout, bits: &bits, words: &words, forces, passed };
-        let forecast = plan.report(&seen);
+        let forecast = plan.report(&seen, FileTexts::default());
         let mut engine = Engine::new(engine_program);
         engine.adopt(&mut self.plc.engine, &plan.transfer, true, &self.forces);
         let passed = Some(self.plc.engine.image().bits());
-        self.report = plan.report(&OldMemory { passed, ..seen });
+        self.report = plan.report(&OldMemory { passed, ..seen }, FileTexts::default());
         assert_eq!(forecast, self.report, "what a dry run says is what is done");
         self.forces = self.forces.iter().filter_map(|c| plan.transfer.cell(*c)).collect();
         (self.plc.engine, self.plc.program, self.plc.symbols) = (engine, program, symbols);

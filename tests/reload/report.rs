@@ -15,7 +15,7 @@ use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, Image, ScanTimes};
 use rungd::isa::{Bit, BitSpace, BlockId, StageId};
 use rungd::lower::{Symbols, lower};
-use rungd::reload::{OldMemory, ReloadPlan, Side};
+use rungd::reload::{FileTexts, OldMemory, ReloadPlan, Side};
 use rungd::resolve::program::Program;
 use rungd::sim::stimulus::{Change, Stimulus};
 
@@ -352,10 +352,11 @@ fn a_report_says_what_the_engine_does() {
             let (bits, words) = (copy.image().bits().to_vec(), copy.image().words().to_vec());
             let layout = &engine.program().layout.clone();
             let seen = OldMemory { layout, bits: &bits, words: &words, forces: &[], passed: None };
-            let forecast = plan.report(&seen);
+            let forecast = plan.report(&seen, FileTexts::default());
             let mut other = Engine::new(new.code.clone());
             other.adopt(&mut copy, &plan.transfer, true, &[]);
-            let report = plan.report(&OldMemory { passed: Some(copy.image().bits()), ..seen });
+            let seen = OldMemory { passed: Some(copy.image().bits()), ..seen };
+            let report = plan.report(&seen, FileTexts::default());
             let after = other.image();
             let swap = Swap {
                 old: &old,

@@ -8,6 +8,7 @@
 
 mod reading;
 mod ready;
+mod report;
 mod tell;
 mod trial;
 mod views;
@@ -268,13 +269,9 @@ impl Reloads {
         if dry_run {
             let latest = self.port.latest();
             let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
-            let report = ready.plan.report(&OldMemory {
-                layout: &setup.symbols.layout,
-                bits,
-                words,
-                forces,
-                passed: None,
-            });
+            let seen =
+                OldMemory { layout: &setup.symbols.layout, bits, words, forces, passed: None };
+            let report = report::with_texts(&ready.plan, &seen, (&running.setup, setup));
             let report = [report, settings].concat();
             let dry_run = true;
             return Ok(Reloaded { dry_run, restart, ..self.reloaded(setup, report, None) });
@@ -432,7 +429,7 @@ impl Reloads {
                 // If the replaced program has not passed its probation, the target of a rollback
                 // stays the last program that has passed it.
                 if on_trial.is_none() || inner.way_back.is_none() {
-                    inner.way_back = Some(old);
+                    inner.way_back = Some(Arc::clone(&old));
                 }
                 running.setup.probation
             }
@@ -440,7 +437,8 @@ impl Reloads {
         let trial = Trial::new(probation, swapped.mode);
         *on_trial = trial.map(|trial| (generation, trial));
         drop(on_trial);
-        let report = [report(&plan, package, &forces), request.settings].concat();
+        let report = report::of_swap(&plan, package, &forces, (&old.setup, &running.setup));
+        let report = [report, request.settings].concat();
         let swap_us = Some(swapped.took_ns as f64 / 1000.0);
         let done =
             Reloaded { restart: request.restart, ..self.reloaded(&running.setup, report, swap_us) };
@@ -463,23 +461,6 @@ impl Reloads {
             mode: self.port.latest().mode.name().to_owned(),
         }
     }
-}
-
-/// The report of a swap, made of the values before the swap and the image after the termination
-/// passes.
-fn report(plan: &ReloadPlan, package: &Package<Taped>, forces: &[Cell]) -> Vec<String> {
-    let engine = package.machine.engine();
-    let image = engine.image();
-    let (mut bits, mut words) = (image.bits().to_vec(), image.words().to_vec());
-    for (cell, value) in &package.asked {
-        match cell {
-            Cell::Bit(bit) => bits[bit.0 as usize] = *value as u8,
-            Cell::Word(word) => words[word.0 as usize] = *value,
-        }
-    }
-    let passed = Some(image.bits());
-    let layout = &engine.program().layout;
-    plan.report(&OldMemory { layout, bits: &bits, words: &words, forces, passed })
 }
 
 fn another_dry_run() -> Answered<Reloaded> {

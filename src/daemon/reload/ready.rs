@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::controller::device::Device;
-use crate::daemon::config::{self, Setup};
+use crate::daemon::config::{self, LoadWarning, Setup};
 use crate::daemon::narration::{Narration, span};
 use crate::daemon::systemd::fault_too_late;
 use crate::engine::{self, Engine};
@@ -97,9 +97,42 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
     }
     lines.extend(safe_values(&old.memory.safe, &new.memory.safe));
     lines.extend(old.log.changes(&new.log));
+    lines.extend(warnings(&old.warnings, new));
     if was.watchdog_ns != is.watchdog_ns {
         let late = fault_too_late(is.watchdog_ns, sd_notify::watchdog_enabled());
         lines.extend(late.map(|sentence| format!("{WARNING}{sentence}")));
+    }
+    lines
+}
+
+/// The maximum number of warnings of the check in a report.
+const WARNINGS_MAX: usize = 20;
+
+/// The warnings of the check that the running program does not have.
+fn warnings(old: &[LoadWarning], new: &Setup) -> Vec<String> {
+    let mut known: HashMap<&str, usize> = HashMap::new();
+    old.iter().for_each(|of| *known.entry(&of.text).or_default() += 1);
+    let mut is_new = |of: &&LoadWarning| match known.get_mut(of.text.as_str()) {
+        Some(left) if *left > 0 => {
+            *left -= 1;
+            false
+        }
+        Some(_) | None => true,
+    };
+    let fresh: Vec<&LoadWarning> = new.warnings.iter().filter(|of| is_new(of)).collect();
+    let line = |of: &&LoadWarning| {
+        let file = new.files.get(of.span.file.0 as usize);
+        let place = file.map_or_else(String::new, |file| {
+            let before = file.text.as_bytes().iter().take(of.span.start as usize);
+            let line = before.filter(|byte| **byte == b'\n').count() + 1;
+            format!("{}:{line}: ", file.name)
+        });
+        format!("{WARNING}{place}{}", of.text)
+    };
+    let mut lines: Vec<String> = fresh.iter().take(WARNINGS_MAX).map(line).collect();
+    let more = fresh.len().saturating_sub(WARNINGS_MAX);
+    if more > 0 {
+        lines.push(format!("{WARNING}and {more} more warnings: `rungd check` shows them"));
     }
     lines
 }

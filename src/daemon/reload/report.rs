@@ -1,0 +1,44 @@
+//! The report of a reload: the differences of two programs, with the values of the old memory and
+//! the texts of both programs' files. Called by `daemon::reload`.
+
+use crate::daemon::config::Setup;
+use crate::engine::Cell;
+use crate::reload::{FileTexts, OldMemory, ReloadPlan};
+use crate::runtime::{Package, Taped};
+
+/// The report of a swap, made of the values before the swap and the image after the termination
+/// passes.
+pub(super) fn of_swap(
+    plan: &ReloadPlan,
+    package: &Package<Taped>,
+    forces: &[Cell],
+    setups: (&Setup, &Setup),
+) -> Vec<String> {
+    let engine = package.machine.engine();
+    let image = engine.image();
+    let (mut bits, mut words) = (image.bits().to_vec(), image.words().to_vec());
+    for (cell, value) in &package.asked {
+        match cell {
+            Cell::Bit(bit) => bits[bit.0 as usize] = *value as u8,
+            Cell::Word(word) => words[word.0 as usize] = *value,
+        }
+    }
+    let passed = Some(image.bits());
+    let layout = &engine.program().layout;
+    let seen = OldMemory { layout, bits: &bits, words: &words, forces, passed };
+    with_texts(plan, &seen, setups)
+}
+
+/// The report with the texts of the rungs in the files of the old and the new program.
+pub(super) fn with_texts(
+    plan: &ReloadPlan,
+    seen: &OldMemory<'_>,
+    (old, new): (&Setup, &Setup),
+) -> Vec<String> {
+    let (old, new) = (texts(old), texts(new));
+    plan.report(seen, FileTexts { old: &old, new: &new })
+}
+
+fn texts(of: &Setup) -> Vec<&str> {
+    of.files.iter().map(|file| file.text.as_str()).collect()
+}
