@@ -16,7 +16,7 @@ use crate::io::device;
 use crate::io::device::{DeviceKeeper, DeviceParts, Driver, Health, Opener};
 use crate::io::gpio::{Gpio, Kernel};
 use crate::io::modbus_client::settings::{self as modbus, Link};
-use crate::io::modbus_client::{Client, SerialLines, Tcp};
+use crate::io::modbus_client::{Client, RtuLines, Tcp};
 use crate::io::plant::Plant;
 use crate::runtime::exchange::Port;
 use crate::runtime::field::Ends;
@@ -38,8 +38,8 @@ pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
 
 fn modbus(client: &modbus::ClientSettings) -> (&'static str, String) {
     match &client.link {
-        Link::Tcp { address, .. } => ("modbus-tcp", address.to_string()),
-        Link::Serial(serial) => ("modbus-rtu", serial.port.clone()),
+        Link::Tcp(tcp) => ("modbus-tcp", tcp.peer.address.to_string()),
+        Link::Rtu(line) => ("modbus-rtu", line.port.name()),
     }
 }
 
@@ -78,7 +78,7 @@ impl Starter<'_> {
     /// Starts a task for each device.
     pub fn start(&self, ends: Vec<Ends>, tasks: &mut JoinSet<()>) {
         let devices = self.setup.devices.iter().zip(&self.setup.field);
-        let mut lines = SerialLines::default();
+        let mut lines = RtuLines::default();
         for ((device, wiring), ends) in devices.zip(ends) {
             let (name, points) = (&device.name, device.inputs.len() + device.outputs.len());
             say!(DEVICE, device = %name, points, "device {name}: {points} points");
@@ -90,18 +90,18 @@ impl Starter<'_> {
         &self,
         (device, wiring): (&Device, &Wiring),
         ends: Ends,
-        lines: &mut SerialLines,
+        lines: &mut RtuLines,
         tasks: &mut JoinSet<()>,
     ) {
         let ms = |ms: u32| Duration::from_millis(ms.into());
         match &device.driver {
             Settings::Modbus(client) => match &client.link {
-                Link::Tcp { address, connect_timeout_ms } => {
-                    let link = Tcp::new(*address, ms(*connect_timeout_ms), ms(client.timeout_ms));
+                Link::Tcp(tcp) => {
+                    let link = Tcp::new(*tcp, client.habits, ms(client.timeout_ms));
                     self.beside(Client::new(client, link), (device, wiring), ends, tasks);
                 }
-                Link::Serial(serial) => {
-                    let link = lines.link(serial, ms(client.timeout_ms));
+                Link::Rtu(line) => {
+                    let link = lines.link(line, client.habits, ms(client.timeout_ms));
                     self.beside(Client::new(client, link), (device, wiring), ends, tasks);
                 }
             },

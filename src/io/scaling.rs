@@ -1,8 +1,8 @@
 //! Scaling: the straight line from the numbers of a field device to the values of memory.
 //!
 //! `controller` makes a scaling from a row's `multiply`, `divide` and `offset`; `modbus_client` and
-//! `plant` use it. This module does not depend on registers or points. Integers are computed in 64
-//! bits without overflow, because the reader of the controller file limits the factors. An R word
+//! `plant` use it. This module does not depend on registers or points. Integers are computed without
+//! overflow: they have at most 64 bits, and the reader of the controller file limits the factors. An R word
 //! is scaled in binary64, without rounding to an integer.
 
 use crate::isa::Real;
@@ -28,12 +28,12 @@ impl Scaling {
     }
 
     /// The content of memory for an integer of the device: the nearest value that memory holds.
-    pub fn of_integer(self, number: i64) -> i32 {
+    pub fn of_integer(self, number: i128) -> i32 {
         if self.real {
             return self.of_real(number as f64);
         }
-        let scaled = nearest(number * i64::from(self.multiply), i64::from(self.divide));
-        (scaled + i64::from(self.offset)).clamp(i32::MIN.into(), i32::MAX.into()) as i32
+        let scaled = nearest(number * i128::from(self.multiply), i128::from(self.divide));
+        (scaled + i128::from(self.offset)).clamp(i32::MIN.into(), i32::MAX.into()) as i32
     }
 
     /// The content of memory for a real of the device. The number must be finite.
@@ -46,12 +46,12 @@ impl Scaling {
 
     /// The device's number for a content of memory, rounded to the nearest integer; halves are
     /// rounded away from zero.
-    pub fn to_integer(self, content: i32) -> i64 {
+    pub fn to_integer(self, content: i32) -> i128 {
         if self.real {
-            return self.to_real(content).round() as i64;
+            return self.to_real(content).round() as i128;
         }
-        let apart = i64::from(content) - i64::from(self.offset);
-        nearest(apart * i64::from(self.divide), i64::from(self.multiply))
+        let apart = i128::from(content) - i128::from(self.offset);
+        nearest(apart * i128::from(self.divide), i128::from(self.multiply))
     }
 
     /// The device's number for a content of memory.
@@ -63,9 +63,9 @@ impl Scaling {
 
 /// A quotient rounded to the nearest integer; halves are rounded away from zero. The divisor is
 /// never 0.
-fn nearest(dividend: i64, divisor: i64) -> i64 {
+fn nearest(dividend: i128, divisor: i128) -> i128 {
     let (quotient, rest) = (dividend / divisor, dividend % divisor);
-    let away = (rest.abs() * 2 >= divisor.abs()) as i64;
+    let away = (rest.abs() * 2 >= divisor.abs()) as i128;
     quotient + away * dividend.signum() * divisor.signum()
 }
 
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(thousand.of_real(f32::MIN.into()), Real::MIN.cell());
         assert_eq!(Scaling::none(true).of_real(-0.0), 0);
         assert_eq!(into_reals(-1, 1, 0).of_integer(0), 0);
-        assert_eq!(Scaling::none(true).to_integer(Real::MAX.cell()), i64::MAX);
+        assert_eq!(Scaling::none(true).to_integer(Real::MAX.cell()), f32::MAX as i128);
     }
 
     proptest! {

@@ -9,11 +9,14 @@ use std::time::Duration;
 
 use crate::io::line::pty;
 use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
-use rungd::io::modbus::number::{NumberType, WordOrder};
+use rungd::io::modbus::number::{NumberOrder, NumberType};
 use rungd::io::modbus_client::settings;
-use rungd::io::modbus_client::{Client, Link, Rtu, SerialLines, rtu};
+use rungd::io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp, rtu};
 use rungd::io::scaling::Scaling;
-use settings::{ModbusPoint, Number, PointForm, Table, Writes};
+use settings::{
+    Connection, Habits, ModbusPoint, Number, NumberPart, PointForm, RtuLine, RtuPort, Table, TcpLink,
+    TcpPeer, Transaction, Writes,
+};
 use tokio::time::timeout;
 
 /// The client's timeout in tests that wait until it expires.
@@ -50,7 +53,8 @@ pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
 /// The settings of a client: `input 0..1` of unit 1 as two numbers, `coil 0` of unit 1 written.
 pub fn client(link: settings::Link) -> settings::ClientSettings {
     let scaling = Scaling::none(false);
-    let number = Number { kind: NumberType::U16, order: WordOrder::HighFirst, scaling };
+    let (order, part) = (NumberOrder::default(), NumberPart::Whole);
+    let number = Number { kind: NumberType::U16, order, part, scaling };
     let input = |at| ModbusPoint {
         unit: 1,
         table: Table::InputRegisters,
@@ -61,6 +65,7 @@ pub fn client(link: settings::Link) -> settings::ClientSettings {
     settings::ClientSettings {
         link,
         timeout_ms: 400,
+        habits: Habits::default(),
         write_every_ms: 0,
         writes: Writes::Fitting,
         gap: 0,
@@ -68,6 +73,21 @@ pub fn client(link: settings::Link) -> settings::ClientSettings {
         inputs: vec![input(0), input(1)],
         outputs: vec![coil],
     }
+}
+
+/// A peer at this address, over one connection.
+pub fn peer(address: SocketAddr) -> TcpPeer {
+    TcpPeer { address, connect_timeout_ms: 30_000, connection: Connection::Kept }
+}
+
+/// The way to a peer by Modbus TCP.
+pub fn tcp_link(address: SocketAddr) -> TcpLink {
+    TcpLink { peer: peer(address), transaction: Transaction::Check }
+}
+
+/// A link to a peer without habits by Modbus TCP.
+pub fn tcp_to(address: SocketAddr, patience: Duration) -> Tcp {
+    Tcp::new(tcp_link(address), Habits::default(), patience)
 }
 
 /// The right answer's PDU: registers count up from 1000.
@@ -150,8 +170,10 @@ pub fn serve_rtu(mut line: File, script: &Script) {
 }
 
 /// The settings of a serial line; `echo`: whether its adapter sends requests back.
-pub fn serial(port: String, echo: bool) -> settings::Serial {
-    settings::Serial { port, baud: 115_200, parity: settings::Parity::None, stop_bits: 1, echo }
+pub fn serial(path: String, echo: bool) -> RtuLine {
+    let parity = settings::Parity::None;
+    let serial = settings::Serial { path, baud: 115_200, parity, stop_bits: 1 };
+    RtuLine { port: RtuPort::Serial(serial), echo }
 }
 
 /// A client that has opened a line to a peer with this script; `alter` changes its settings.
@@ -163,9 +185,10 @@ pub async fn rtu_client(
     let (master, port) = pty();
     spawn(move || serve_rtu(master, &script));
     let serial = serial(port, echo);
-    let mut settings = client(settings::Link::Serial(serial.clone()));
+    let mut settings = client(settings::Link::Rtu(serial.clone()));
     alter(&mut settings);
-    let mut client = Client::new(&settings, SerialLines::default().link(&serial, patience));
+    let link = RtuLines::default().link(&serial, settings.habits, patience);
+    let mut client = Client::new(&settings, link);
     client.connect().await.unwrap();
     client
 }

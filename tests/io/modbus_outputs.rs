@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::io::liars::{Lie, PATIENT, Script, client, listen, poll, tcp_frame};
+use crate::io::liars::{
+    Lie, PATIENT, Script, client, listen, poll, tcp_frame, tcp_link, tcp_to,
+};
 use rungd::io::device::{Driver, Exchange, Extent, Occasion};
 use rungd::io::modbus_client::settings::{ClientSettings as Settings, Link, Watchdog};
 use rungd::io::modbus_client::{Client, Tcp};
@@ -24,9 +26,9 @@ async fn seen(settings: impl FnOnce(&mut Settings), lie: fn(&[u8]) -> Lie) -> (C
         }));
     }
     let address = listen(&script);
-    let mut wanted = client(Link::Tcp { address, connect_timeout_ms: 1000 });
+    let mut wanted = client(Link::Tcp(tcp_link(address)));
     settings(&mut wanted);
-    let mut client = Client::new(&wanted, Tcp::new(address, PATIENT, PATIENT));
+    let mut client = Client::new(&wanted, tcp_to(address, PATIENT));
     client.connect().await.unwrap();
     (client, seen)
 }

@@ -10,8 +10,8 @@ use crate::io::liars::{
 };
 use crate::io::line::{await_over_a_line, pty};
 use rungd::io::device::Driver;
-use rungd::io::modbus_client::settings::{ClientSettings, Link};
-use rungd::io::modbus_client::{Client, SerialLines};
+use rungd::io::modbus_client::settings::{ClientSettings, Habits, Link};
+use rungd::io::modbus_client::{Client, RtuLines};
 use tokio::time::timeout;
 
 /// A part of the client's reason, and the peer's reaction to a read. With an empty text, the client
@@ -125,17 +125,18 @@ fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
         let script = honest();
         let told = Arc::clone(&script);
         let peer = spawn(move || serve_rtu(master, &told));
-        let link = std::env::temp_dir().join(format!("rungd-line-{}", std::process::id()));
-        let _ = std::fs::remove_file(&link);
-        std::os::unix::fs::symlink(&port, &link).unwrap();
-        let serial = serial(link.to_str().unwrap().to_owned(), false);
-        let settings = client(Link::Serial(serial.clone()));
-        let mut client = Client::new(&settings, SerialLines::default().link(&serial, PATIENT));
+        let path = std::env::temp_dir().join(format!("rungd-line-{}", std::process::id()));
+        let _ = std::fs::remove_file(&path);
+        std::os::unix::fs::symlink(&port, &path).unwrap();
+        let serial = serial(path.to_str().unwrap().to_owned(), false);
+        let settings = client(Link::Rtu(serial.clone()));
+        let link = RtuLines::default().link(&serial, Habits::default(), PATIENT);
+        let mut client = Client::new(&settings, link);
         client.connect().await.unwrap();
         assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
         // The adapter is unplugged. Its name is removed first, because another test may receive its
         // number at once.
-        let unplugged = link.clone();
+        let unplugged = path.clone();
         lie(&script, move |_, _| {
             std::fs::remove_file(&unplugged).unwrap();
             Lie::Leave(Vec::new())
@@ -149,9 +150,9 @@ fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
         assert!(trouble.reason.starts_with("cannot open it: No such file"), "{trouble}");
         let (master, port) = pty();
         spawn(move || serve_rtu(master, &script));
-        std::os::unix::fs::symlink(&port, &link).unwrap();
+        std::os::unix::fs::symlink(&port, &path).unwrap();
         client.connect().await.unwrap();
         assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
-        std::fs::remove_file(&link).unwrap();
+        std::fs::remove_file(&path).unwrap();
     });
 }

@@ -136,6 +136,15 @@ impl ResolvedRow<'_> {
         matches!(self.addresses.first(), Some(Address::Word(word)) if word.is_real())
     }
 
+    /// Whether its addresses are words of whole numbers with 32 bits.
+    pub fn has_words_of_32_bits(&self) -> bool {
+        let is_wide = |address: &Address| match address {
+            Address::Word(word) => !word.is_real() && word.range() == (i32::MIN, i32::MAX),
+            Address::Bit(_) | Address::Structure(_) => false,
+        };
+        self.addresses.iter().all(is_wide)
+    }
+
     /// Whether its addresses are words.
     pub fn is_words(&self) -> bool {
         matches!(self.addresses.first(), Some(Address::Word(_)))

@@ -43,6 +43,11 @@ impl ScalingKeys {
         }
     }
 
+    /// Whether any of the keys is given.
+    pub fn is_given(&self) -> bool {
+        [&self.multiply, &self.divide, &self.offset].into_iter().any(Option::is_some)
+    }
+
     /// The findings for a row of bits, which has no scaling.
     pub fn refuse(&self, findings: &mut Vec<Finding>) {
         for (name, key) in

@@ -176,7 +176,7 @@ fn read_entry(mut table: Table<'_>) -> MapEntry {
                 "type",
                 "For words: 16 bits are one register, 32 are two; the type that fits if not given.",
             )
-            .one_of(|| words(&NumberType::NAMES)),
+            .one_of(|| words(NumberType::NARROW)),
         ),
         word_order: table.string(
             key("word-order", "For 32 bits: the half that comes first; `high-first` if not given.")

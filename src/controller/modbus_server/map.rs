@@ -160,8 +160,8 @@ fn resolve_entry(
         table
     });
     let kind = map.kind.as_ref().and_then(|text| {
-        let mut kinds = NumberType::NAMES.into_iter();
-        let kind = kinds.find(|(name, _)| *name == text.text).map(|(_, kind)| kind);
+        let mut kinds = NumberType::NARROW.iter();
+        let kind = kinds.find(|(name, _)| *name == text.text).map(|(_, kind)| *kind);
         if kind.is_none() {
             taken(Ok(no_such(text, "type", "`u16`, `i16`, `u32`, `i32` or `f32`")));
         }

@@ -114,7 +114,7 @@ impl Register {
             true => self.kind.nearest_bits(Real::of_cell(content).into()),
             false => self.kind.bits(content.into()),
         };
-        let [first, second] = self.order.split(bits);
+        let [first, second] = self.order.split(bits as u32);
         match self.part {
             WordPart::Whole => bits as u16,
             WordPart::First => first,
@@ -128,7 +128,7 @@ impl Register {
     /// # Errors
     /// If the word does not accept the value.
     pub fn value(&self, first: u16, second: Option<u16>) -> Result<i32, ModbusRefusal> {
-        let bits = second.map_or(first.into(), |second| self.order.join(first, second));
+        let bits = second.map_or(first.into(), |second| self.order.join(first, second).into());
         let (min, max) = self.limits;
         let (word, kind) = (self.word, self.kind);
         let beyond = ModbusRefusal::BeyondLimits { word, kind, bits, min, max };

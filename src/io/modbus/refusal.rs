@@ -30,7 +30,7 @@ pub enum ModbusRefusal {
         /// The type of the value in the registers.
         kind: NumberType,
         /// Its bits.
-        bits: u32,
+        bits: u64,
         /// The least allowed content of the word's cell.
         min: i32,
         /// The greatest allowed content.

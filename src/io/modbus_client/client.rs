@@ -47,8 +47,8 @@ struct Feeding {
 impl<L: Link> Client<L> {
     /// A device that has not exchanged yet.
     pub fn new(settings: &settings::ClientSettings, link: L) -> Client<L> {
-        let groups = plan::reads(&settings.inputs, settings.gap);
-        let runs = outputs::runs(&settings.outputs);
+        let groups = plan::reads(&settings.inputs, settings.gap, &settings.habits);
+        let runs = outputs::runs(&settings.outputs, &settings.habits);
         let watched = settings.watchdog.map(|watchdog| watchdog.unit);
         let units = groups.iter().map(|group| group.unit).chain(runs.iter().map(|run| run.unit));
         let units = units.chain(watched).collect();
@@ -110,8 +110,8 @@ impl<L: Link> Client<L> {
             }
         }
         let table = Table::HoldingRegisters;
-        let what =
-            Question { verb: "feeding the watchdog at", unit, table, first: register, count: 1 };
+        let (verb, first) = ("feeding the watchdog at", register);
+        let what = Question { verb, unit, table, first, count: 1, is_joined: false };
         if self.talk.ask(&what).await?.is_some() {
             feeding.counter = counter;
             feeding.due = Some(now + every);
@@ -138,15 +138,15 @@ impl<L: Link> Client<L> {
         is_urgent: &(dyn Fn() -> bool + Send + Sync),
     ) -> Result<Extent, Cut> {
         while let Some(group) = self.groups.get(self.next) {
-            let Group { unit, table, first, count, .. } = *group;
+            let (&Group { unit, table, first, count, .. }, is_joined) = (group, group.is_joined());
             self.talk.request.clear();
             push_read(&mut self.talk.request, table, (first, count));
-            let what = Question { verb: READING, unit, table, first, count };
+            let what = Question { verb: READING, unit, table, first, count, is_joined };
             match self.talk.ask(&what).await? {
                 None => self.talk.unit(unit).leave_unread(),
                 Some(data) => {
                     if !group.bring_in(data, inputs) {
-                        let trouble = format!("{what}: an f32 is not a number");
+                        let trouble = format!("{what}: a number is NaN or infinite");
                         self.talk.unit(unit).unread.get_or_insert(trouble);
                     }
                 }
@@ -230,7 +230,8 @@ async fn write_run<L: Link>(
 ) -> Result<(), Cut> {
     let Some(part) = run.due(all) else { return Ok(()) };
     let (first, count) = (run.first, run.count());
-    let what = Question { verb: "writing", unit: run.unit, table: run.table, first, count };
+    let (unit, table, is_joined) = (run.unit, run.table, part.count() > 1);
+    let what = Question { verb: "writing", unit, table, first, count, is_joined };
     for number in 0..run.requests(part, writes) {
         talk.request.clear();
         run.push_request(&mut talk.request, part, writes, number);

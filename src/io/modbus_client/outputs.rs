@@ -6,7 +6,7 @@
 //! after a failed write.
 
 use super::request::{push_write_multiple, push_write_single};
-use super::settings::{ModbusPoint, PointForm, Table, Writes};
+use super::settings::{Habits, ModbusPoint, PointForm, Table, Writes};
 use super::values;
 use crate::io::modbus::pdu::{WRITE_BITS_MAX, WRITE_WORDS_MAX};
 
@@ -36,12 +36,19 @@ pub struct RunPart {
     to: usize,
 }
 
+impl RunPart {
+    /// The number of its elements.
+    pub fn count(self) -> usize {
+        self.to - self.from
+    }
+}
+
 /// The runs of all outputs.
-pub fn runs(points: &[ModbusPoint]) -> Vec<OutputRun> {
+pub fn runs(points: &[ModbusPoint], habits: &Habits) -> Vec<OutputRun> {
     let mut runs: Vec<OutputRun> = Vec::new();
     for (at, point) in ModbusPoint::by_place(points) {
         let run = match runs.last_mut() {
-            Some(run) if run.takes(&point) => run,
+            Some(run) if run.takes(&point, habits) => run,
             _ => {
                 runs.push(OutputRun::begin(&point));
                 runs.last_mut().expect("it was put there")
@@ -69,8 +76,9 @@ impl OutputRun {
     }
 
     /// Whether a point belongs to this run. The point must not be before the run's first point.
-    fn takes(&self, point: &ModbusPoint) -> bool {
+    fn takes(&self, point: &ModbusPoint, habits: &Habits) -> bool {
         let max = if self.table.is_bits() { WRITE_BITS_MAX } else { WRITE_WORDS_MAX };
+        let max = habits.elements_max(self.table, max);
         let place = usize::from(point.at.wrapping_sub(self.first));
         (self.unit, self.table) == (point.unit, point.table)
             && place <= self.wanted.len()
@@ -96,13 +104,10 @@ impl OutputRun {
                 PointForm::Bit => self.wanted[place] = u16::from(value != 0),
                 PointForm::RegisterBit(bit) => self.wanted[place] |= u16::from(value != 0) << bit,
                 PointForm::Number(number) => {
-                    let bits = values::encode(&number, value);
-                    match number.kind.registers() {
-                        1 => self.wanted[place] = bits as u16,
-                        _ => {
-                            self.wanted[place..place + 2].copy_from_slice(&number.order.split(bits))
-                        }
-                    }
+                    let written = point.written();
+                    let from = written.start as usize - usize::from(self.first);
+                    let registers = &mut self.wanted[from..from + written.len()];
+                    number.order.split(values::encode(&number, value), registers);
                 }
             }
         }
@@ -117,11 +122,12 @@ impl OutputRun {
         let first = (0..self.wanted.len()).find(changed)?;
         let last = (0..self.wanted.len()).rev().find(changed)?;
         let mut part = RunPart { from: first, to: last + 1 };
-        // Write both halves of a number, even if only one half changed.
-        for (_, point) in self.points.iter().filter(|(_, point)| point.width() == 2) {
+        // Write all registers of a number, even if only one of them changed.
+        for (_, point) in self.points.iter().filter(|(_, point)| point.width() > 1) {
             let place = usize::from(point.at - self.first);
-            if place < part.to && part.from < place + 2 {
-                part = RunPart { from: part.from.min(place), to: part.to.max(place + 2) };
+            let end = place + usize::from(point.width());
+            if place < part.to && part.from < end {
+                part = RunPart { from: part.from.min(place), to: part.to.max(end) };
             }
         }
         Some(part)
@@ -158,9 +164,9 @@ impl OutputRun {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::modbus::number::{NumberType, WordOrder};
+    use crate::io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
     use crate::io::modbus::pdu;
-    use crate::io::modbus_client::settings::Number;
+    use crate::io::modbus_client::settings::{Number, NumberPart};
     use crate::io::scaling::Scaling;
     use proptest::prelude::*;
 
@@ -170,7 +176,7 @@ mod tests {
 
     fn register(at: u16, kind: NumberType) -> ModbusPoint {
         let scaling = Scaling::none(false);
-        let number = Number { kind, order: WordOrder::HighFirst, scaling };
+        let number = Number { kind, order: NumberOrder::default(), part: NumberPart::Whole, scaling };
         ModbusPoint { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
     }
 
@@ -190,7 +196,7 @@ mod tests {
 
     #[test]
     fn all_goes_out_at_first_then_what_changed() {
-        let mut run = runs(&[coil(4), coil(5), coil(6)]).remove(0);
+        let mut run = runs(&[coil(4), coil(5), coil(6)], &Habits::default()).remove(0);
         let mut write = |all, outputs| written(&mut run, all, Writes::Fitting, outputs);
         assert_eq!(write(false, &[1, 0, 0]), [[15, 0, 4, 0, 3, 1, 0b001]]);
         assert_eq!(write(false, &[1, 0, 0]), [[0u8; 0]; 0]);
@@ -201,7 +207,7 @@ mod tests {
 
     #[test]
     fn what_failed_goes_out_again_though_it_is_as_it_was() {
-        let mut run = runs(&[coil(0), coil(1)]).remove(0);
+        let mut run = runs(&[coil(0), coil(1)], &Habits::default()).remove(0);
         written(&mut run, false, Writes::Fitting, &[0, 0]);
         run.want(&[1, 0]);
         assert!(run.due(false).is_some());
@@ -220,7 +226,7 @@ mod tests {
             register(1, NumberType::I32),
             register(3, NumberType::U16),
         ];
-        let mut run = runs(&points).remove(0);
+        let mut run = runs(&points, &Habits::default()).remove(0);
         written(&mut run, false, Writes::Fitting, &[1, 2, 3]);
         let half = written(&mut run, false, Writes::Fitting, &[1, 4, 3]);
         assert_eq!(half, [[16, 0, 1, 0, 2, 4, 0, 0, 0, 4]]);
@@ -231,8 +237,38 @@ mod tests {
     }
 
     #[test]
+    fn numbers_of_64_bits_go_out_in_any_order_and_whole() {
+        let wide = |order, part| {
+            let number = Number { kind: NumberType::I64, order, part, scaling: Scaling::none(false) };
+            ModbusPoint { form: PointForm::Number(number), ..register(4, NumberType::I64) }
+        };
+        let swapped = NumberOrder { words: WordOrder::LowFirst, bytes: ByteOrder::LowFirst };
+        let mut run = runs(&[wide(swapped, NumberPart::Whole)], &Habits::default()).remove(0);
+        let requests = written(&mut run, false, Writes::Fitting, &[0x1234_5678]);
+        assert_eq!(requests, [[16, 0, 4, 0, 4, 8, 0x78, 0x56, 0x34, 0x12, 0, 0, 0, 0]]);
+        let words = NumberOrder { words: WordOrder::LowFirst, ..NumberOrder::default() };
+        let halves = [wide(words, NumberPart::High), wide(words, NumberPart::Low)];
+        let mut run = runs(&halves, &Habits::default()).remove(0);
+        let all = written(&mut run, false, Writes::Fitting, &[0x1_0002, 0x3_0004]);
+        assert_eq!(all, [[16, 0, 4, 0, 4, 8, 0, 4, 0, 3, 0, 2, 0, 1]]);
+        let again = written(&mut run, false, Writes::Fitting, &[0x1_0002, 5]);
+        assert_eq!(again, [[16, 0, 4, 0, 4, 8, 0, 5, 0, 0, 0, 2, 0, 1]], "both halves");
+    }
+
+    #[test]
+    fn writes_are_as_long_as_the_peer_takes() {
+        let habits = Habits { registers_max: 2, bits_max: 1, ..Habits::default() };
+        let registers: Vec<ModbusPoint> = (0..3).map(|at| register(at, NumberType::U16)).collect();
+        let shape = |points: &[ModbusPoint]| -> Vec<(u16, u16)> {
+            runs(points, &habits).iter().map(|run| (run.first, run.count())).collect()
+        };
+        assert_eq!(shape(&registers), [(0, 2), (2, 1)]);
+        assert_eq!(shape(&[coil(0), coil(1)]), [(0, 1), (1, 1)]);
+    }
+
+    #[test]
     fn single_writes_are_one_a_point() {
-        let mut run = runs(&[register(7, NumberType::U16), register(8, NumberType::I16)]).remove(0);
+        let mut run = runs(&[register(7, NumberType::U16), register(8, NumberType::I16)], &Habits::default()).remove(0);
         let requests = written(&mut run, false, Writes::Single, &[1, -1]);
         assert_eq!(requests, [[6, 0, 7, 0, 1], [6, 0, 8, 0xff, 0xff]]);
     }
@@ -241,7 +277,7 @@ mod tests {
     fn bits_of_one_register_make_one_value() {
         let bit =
             |bit| ModbusPoint { form: PointForm::RegisterBit(bit), ..register(5, NumberType::U16) };
-        let mut run = runs(&[bit(0), bit(15), bit(3)]).remove(0);
+        let mut run = runs(&[bit(0), bit(15), bit(3)], &Habits::default()).remove(0);
         let requests = written(&mut run, false, Writes::Fitting, &[1, 1, 0]);
         assert_eq!(requests, [[6, 0, 5, 0x80, 1]]);
     }
@@ -249,7 +285,7 @@ mod tests {
     #[test]
     fn runs_end_at_holes_and_at_the_protocols_limits() {
         let shape = |points: &[ModbusPoint]| -> Vec<(u16, u16)> {
-            runs(points).iter().map(|run| (run.first, run.count())).collect()
+            runs(points, &Habits::default()).iter().map(|run| (run.first, run.count())).collect()
         };
         assert_eq!(shape(&[coil(0), coil(2)]), [(0, 1), (2, 1)]);
         let coils: Vec<ModbusPoint> = (0..2000).map(coil).collect();
@@ -270,7 +306,7 @@ mod tests {
             let addresses = [0, 1, 3, 4, 6, 9];
             let points: Vec<ModbusPoint> =
                 addresses.into_iter().zip(kinds).map(|(at, kind)| register(at, kind)).collect();
-            let (mut planned, mut peer) = (runs(&points), [0u16; 10]);
+            let (mut planned, mut peer) = (runs(&points, &Habits::default()), [0u16; 10]);
             for outputs in steps {
                 for run in &mut planned {
                     for request in written(run, false, writes, &outputs) {

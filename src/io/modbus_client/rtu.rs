@@ -99,6 +99,16 @@ pub fn find<'a>(received: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]
     (0..received.len()).find_map(|start| at_start(&received[start..], unit, request))
 }
 
+/// The unit of the first whole frame that would answer this request if it were asked of that unit.
+pub(crate) fn answering_unit(received: &[u8], request: &[u8]) -> Option<u8> {
+    let unit_at = |start: usize| {
+        let bytes = &received[start..];
+        let unit = *bytes.first()?;
+        at_start(bytes, unit, request).map(|_| unit)
+    };
+    (0..received.len()).find_map(unit_at)
+}
+
 /// Like [`find`], but only for a frame at the start of the bytes.
 fn at_start<'a>(bytes: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]> {
     let function = *request.first()?;
@@ -165,6 +175,15 @@ mod tests {
     }
 
     #[test]
+    fn an_answer_of_a_different_unit_is_known() {
+        let answer = framed(7, &[3, 2, 0, 7]);
+        let line = [&[0xff, 7, 3][..], &answer].concat();
+        assert_eq!(answering_unit(&line, &READ), Some(7));
+        assert_eq!(answering_unit(&answer[..6], &READ), None);
+        assert_eq!(answering_unit(&framed(7, &[4, 2, 0, 7]), &READ), None);
+    }
+
+    #[test]
     fn an_echo_is_told_whatever_it_looks_like() {
         // If the high byte of the address is 3, it looks like a byte count.
         for function in [1, 2, 3, 4] {
@@ -221,6 +240,7 @@ mod tests {
         ) {
             let _ = hear(&received, &frame, is_late);
             let _ = behind_echo(&received, &frame);
+            let _ = answering_unit(&received, &frame);
         }
 
         #[test]

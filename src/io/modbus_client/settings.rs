@@ -4,7 +4,8 @@
 
 use std::net::SocketAddr;
 
-use crate::io::modbus::number::{NumberType, WordOrder};
+use crate::io::modbus::number::{NumberOrder, NumberType, WordOrder};
+use crate::io::modbus::pdu::{READ_BITS_MAX, READ_WORDS_MAX};
 pub use crate::io::modbus::settings::Table;
 use crate::io::scaling::Scaling;
 
@@ -15,6 +16,8 @@ pub struct ClientSettings {
     pub link: Link,
     /// The time limit for a whole answer, ms.
     pub timeout_ms: u32,
+    /// The peer's limits and pauses.
+    pub habits: Habits,
     /// The interval at which all outputs are written even if none has changed, ms; 0: never.
     pub write_every_ms: u32,
     /// The functions that write.
@@ -29,33 +32,144 @@ pub struct ClientSettings {
     pub outputs: Vec<ModbusPoint>,
 }
 
-/// The way to a peer.
+/// The way to a peer: the frames, and what carries them. [`Habits`] are the same for every way.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
-    /// By Modbus TCP.
-    Tcp {
-        /// The peer's address.
-        address: SocketAddr,
-        /// The time limit for connecting, ms.
-        connect_timeout_ms: u32,
-    },
-    /// By Modbus RTU.
+    /// Frames of Modbus TCP over TCP.
+    Tcp(TcpLink),
+    /// Frames of Modbus RTU over a line.
+    Rtu(RtuLine),
+}
+
+/// The way by Modbus TCP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TcpLink {
+    /// The peer.
+    pub peer: TcpPeer,
+    /// The check of an answer's transaction.
+    pub transaction: Transaction,
+}
+
+/// A peer that is reached over TCP, whatever its frames are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TcpPeer {
+    /// Its address.
+    pub address: SocketAddr,
+    /// The time limit for connecting, ms.
+    pub connect_timeout_ms: u32,
+    /// The use of a connection.
+    pub connection: Connection,
+}
+
+/// A line with frames of Modbus RTU, which several devices may share.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RtuLine {
+    /// What carries the frames.
+    pub port: RtuPort,
+    /// Whether each request comes back before its answer.
+    pub echo: bool,
+}
+
+/// What carries the frames of Modbus RTU.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RtuPort {
+    /// A serial line of this machine.
     Serial(Serial),
+    /// TCP, to a serial server that passes on all bytes.
+    Tcp(TcpPeer),
 }
 
 /// A serial line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Serial {
     /// Its character device.
-    pub port: String,
+    pub path: String,
     /// Bits per second.
     pub baud: u32,
     /// The parity bit.
     pub parity: Parity,
     /// The number of stop bits.
     pub stop_bits: u8,
-    /// Whether each request comes back before its answer.
-    pub echo: bool,
+}
+
+/// The use of a connection over TCP.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Connection {
+    /// It is kept for all requests.
+    #[default]
+    Kept,
+    /// Each request has a new one.
+    PerRequest,
+}
+
+/// The check of the transaction in an answer by Modbus TCP.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transaction {
+    /// It must be the request's.
+    #[default]
+    Check,
+    /// Any is accepted; an answer that is late ends the connection.
+    Ignore,
+}
+
+/// The habits of a peer that its requests respect, by any link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Habits {
+    /// The time after connecting, or opening the port, in which nothing is sent, ms.
+    pub connect_delay_ms: u32,
+    /// The least time from an answer to the next request, ms.
+    pub pause_ms: u32,
+    /// The time after a broadcast in which nothing is sent, ms.
+    pub broadcast_delay_ms: u32,
+    /// The most registers of a request.
+    pub registers_max: u16,
+    /// The most bits of a request.
+    pub bits_max: u16,
+}
+
+impl RtuPort {
+    /// Its name for people, and in comparisons of devices: a path, or `tcp://ADDRESS`.
+    pub fn name(&self) -> String {
+        match self {
+            RtuPort::Serial(serial) => serial.path.clone(),
+            RtuPort::Tcp(peer) => format!("tcp://{}", peer.address),
+        }
+    }
+}
+
+impl Connection {
+    /// All values with their names.
+    pub(crate) const NAMES: [(&'static str, Connection); 2] =
+        [("kept", Connection::Kept), ("per-request", Connection::PerRequest)];
+}
+
+impl Transaction {
+    /// All values with their names.
+    pub(crate) const NAMES: [(&'static str, Transaction); 2] =
+        [("check", Transaction::Check), ("ignore", Transaction::Ignore)];
+}
+
+impl Habits {
+    /// The time after a broadcast if no key gives one: the specification's 100 to 200 ms.
+    pub(crate) const BROADCAST_DELAY_MS: u32 = 100;
+
+    /// The most elements of a table in one request, within the protocol's `most`.
+    pub(super) fn elements_max(&self, table: Table, most: u16) -> u16 {
+        most.min(if table.is_bits() { self.bits_max } else { self.registers_max })
+    }
+}
+
+impl Default for Habits {
+    /// Those of a peer that does everything that the specification allows.
+    fn default() -> Habits {
+        Habits {
+            connect_delay_ms: 0,
+            pause_ms: 0,
+            broadcast_delay_ms: Self::BROADCAST_DELAY_MS,
+            registers_max: READ_WORDS_MAX,
+            bits_max: READ_BITS_MAX,
+        }
+    }
 }
 
 /// The parity bit of a character.
@@ -126,15 +240,29 @@ pub enum PointForm {
     Number(Number),
 }
 
-/// A number in a register or a pair of registers.
+/// A number in one, two or four registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Number {
     /// Its type.
     pub kind: NumberType,
-    /// The register of a pair that has the higher 16 bits.
-    pub order: WordOrder,
+    /// The order of its bytes.
+    pub order: NumberOrder,
+    /// What the point has of it.
+    pub part: NumberPart,
     /// The scaling from the number to memory.
     pub scaling: Scaling,
+}
+
+/// What a point has of its number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NumberPart {
+    /// All of it.
+    #[default]
+    Whole,
+    /// The higher 32 of its 64 bits.
+    High,
+    /// The lower 32 of its 64 bits.
+    Low,
 }
 
 impl ModbusPoint {
@@ -150,6 +278,20 @@ impl ModbusPoint {
         match self.form {
             PointForm::Number(number) => number.kind.registers(),
             PointForm::Bit | PointForm::RegisterBit(_) => 1,
+        }
+    }
+
+    /// The elements that it writes, as an output: those of its half, if it has half a number.
+    pub(crate) fn written(&self) -> std::ops::Range<u32> {
+        let (at, width) = (u32::from(self.at), u32::from(self.width()));
+        let PointForm::Number(Number { part, order, .. }) = self.form else {
+            return at..at + width;
+        };
+        let is_first = (part == NumberPart::High) == (order.words == WordOrder::HighFirst);
+        match (part, is_first) {
+            (NumberPart::Whole, _) => at..at + width,
+            (NumberPart::High | NumberPart::Low, true) => at..at + width / 2,
+            (NumberPart::High | NumberPart::Low, false) => at + width / 2..at + width,
         }
     }
 }

@@ -46,6 +46,8 @@ pub(super) struct Question {
     pub table: Table,
     pub first: u16,
     pub count: u16,
+    /// Whether a smaller limit of elements would divide it into several requests.
+    pub is_joined: bool,
 }
 
 /// The verb of questions for inputs.
@@ -89,6 +91,13 @@ impl<L: Link> Talk<L> {
             return Ok(None);
         }
         let Talk { link, request, answer, .. } = self;
+        if link.is_broadcast(what.unit) {
+            // Nobody answers: that it is sent is all that is known.
+            return match link.tell(request).await {
+                Ok(()) => Ok(Some(&[])),
+                Err(failure) => self.fail(what, failure).map(|()| None),
+            };
+        }
         if let Err(failure) = link.ask(what.unit, request, answer).await {
             return self.fail(what, failure).map(|()| None);
         }
@@ -106,11 +115,12 @@ impl<L: Link> Talk<L> {
     /// Handles a missing answer.
     fn fail(&mut self, what: &Question, failure: LinkFailure) -> Result<(), Cut> {
         let (pause, is_alone, is_first) = (self.pause, self.units.len() == 1, !self.has_heard);
+        let is_usable = self.link.is_usable();
         let unit = self.unit(what.unit);
         match failure {
             LinkFailure::Silent(reason) => {
                 let reason = format!("{what}: {reason}");
-                if L::STARTS_ANEW {
+                if is_usable {
                     unit.miss(reason, pause);
                     return Ok(());
                 }
@@ -134,7 +144,11 @@ impl<L: Link> Talk<L> {
             LinkFailure::Closed(reason) if is_first => {
                 Err(Cut::Anew(Trouble::disconnected(format!("{what}: {reason}"))))
             }
-            LinkFailure::Closed(reason) | LinkFailure::Broken(reason) => {
+            LinkFailure::Closed(reason) => {
+                let reason = format!("{what}: {reason} {CLOSED_AFTER_ANSWER}");
+                Err(Cut::Off(Trouble::disconnected(reason)))
+            }
+            LinkFailure::Broken(reason) => {
                 Err(Cut::Off(Trouble::disconnected(format!("{what}: {reason}"))))
             }
         }
@@ -142,7 +156,8 @@ impl<L: Link> Talk<L> {
 
     /// Handles a PDU that is not a good answer.
     fn refuse(&mut self, what: &Question, wrong: Wrong) -> Result<(), Cut> {
-        let (reason, pause) = (format!("{what}: {wrong}"), self.pause);
+        let hint = what.hint(&self.request, wrong);
+        let (reason, pause) = (format!("{what}: {wrong}{hint}"), self.pause);
         let unit = self.unit(what.unit);
         match wrong {
             Wrong::Exception(_) if wrong.is_absence() => unit.miss(reason, Duration::ZERO),
@@ -168,9 +183,34 @@ impl<L: Link> Talk<L> {
     }
 }
 
+/// What may help a peer that closes the connection after an answer.
+const CLOSED_AFTER_ANSWER: &str = "after an answer: for a device that always does so, set \
+     `connection = \"per-request\"`";
+
+impl Question {
+    /// The key that a peer with this refusal may need, as an end of its sentence.
+    fn hint(&self, request: &[u8], wrong: Wrong) -> &'static str {
+        let is_bits = self.table.is_bits();
+        let is_short = matches!(wrong, Wrong::Count { came, asked } if came < asked);
+        match (wrong, request.first()) {
+            (Wrong::Exception(2..=4), _) | (Wrong::Count { .. }, _)
+                if self.is_joined && (is_short || matches!(wrong, Wrong::Exception(_))) =>
+            {
+                match is_bits {
+                    true => "; if it accepts shorter requests, set `max-bits`",
+                    false => "; if it accepts shorter requests, set `max-registers`",
+                }
+            }
+            (Wrong::Exception(1), Some(5 | 6)) => "; try `writes = \"multiple\"`",
+            (Wrong::Exception(1), Some(15 | 16)) => "; try `writes = \"single\"`",
+            _ => "",
+        }
+    }
+}
+
 impl fmt::Display for Question {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Question { verb, unit, table, first, count } = *self;
+        let Question { verb, unit, table, first, count, .. } = *self;
         write!(f, "{verb} {} {first}", table.name())?;
         if count > 1 {
             write!(f, "..{}", u32::from(first) + u32::from(count) - 1)?;

@@ -1,8 +1,8 @@
 //! The keys of the Modbus clients (`modbus-tcp`, `modbus-rtu`) in a `[[device]]` and its map.
 
 use super::super::scaling::ScalingKeys;
-use crate::io::modbus::number::{NumberType, WordOrder};
-use crate::io::modbus_client::settings::{Parity, Writes};
+use crate::io::modbus::number::{ByteOrder, NumberType, WordOrder};
+use crate::io::modbus_client::settings::{Connection, Parity, Transaction, Writes};
 use crate::source::key::{LEAST_1MS, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
@@ -16,6 +16,9 @@ const UNITS: (i64, i64) = (0, 255);
 const REGISTERS: (i64, i64) = (0, 65_535);
 /// The limits of `gap`: more registers would exceed the length of a request.
 const GAPS: (i64, i64) = (0, 100);
+/// The limits of `max-registers` and `max-bits`: those of a read request.
+const REGISTERS_MAX: (i64, i64) = (1, 125);
+const BITS_MAX: (i64, i64) = (1, 2000);
 const BAUDS: (i64, i64) = (50, 4_000_000);
 
 /// The keys of a `[[device]]` for its peer.
@@ -27,7 +30,11 @@ pub struct Keys {
     pub address: Option<Text>,
     /// `connect-timeout`, ms.
     pub connect_timeout_ms: Option<Located<i32>>,
-    /// `port`: the serial line's character device.
+    /// `connection`: the use of a connection.
+    pub connection: Option<Text>,
+    /// `transaction`: the check of an answer's transaction.
+    pub transaction: Option<Text>,
+    /// `port`: the serial line's character device, or the address of a serial server.
     pub port: Option<Text>,
     /// `baud`: bits per second.
     pub baud: Option<Located<i64>>,
@@ -37,6 +44,16 @@ pub struct Keys {
     pub stop_bits: Option<Located<i64>>,
     /// `echo`: whether the adapter sends requests back.
     pub echo: Option<Located<bool>>,
+    /// `broadcast-delay`, ms: the pause after a broadcast.
+    pub broadcast_delay_ms: Option<Located<i32>>,
+    /// `connect-delay`, ms: the time after connecting without requests.
+    pub connect_delay_ms: Option<Located<i32>>,
+    /// `pause`, ms: the time from an answer to the next request.
+    pub pause_ms: Option<Located<i32>>,
+    /// `max-registers` of a request.
+    pub max_registers: Option<Located<i64>>,
+    /// `max-bits` of a request.
+    pub max_bits: Option<Located<i64>>,
     /// `unit` of the rows without a `unit` of their own.
     pub unit: Option<Located<i64>>,
     /// `timeout`, ms: the time limit of one answer.
@@ -82,8 +99,12 @@ pub struct RowKeys {
     pub unit: Option<Located<i64>>,
     /// `type` of a register's number.
     pub kind: Option<Text>,
-    /// `word-order` of a number in two registers.
+    /// `word-order` of a number in several registers.
     pub word_order: Option<Text>,
+    /// `byte-order` in each register.
+    pub byte_order: Option<Text>,
+    /// `split`: each number of 64 bits goes with two words.
+    pub split: Option<Located<bool>>,
     /// `multiply`, `divide`, `offset`.
     pub scaling: ScalingKeys,
 }
@@ -96,37 +117,16 @@ impl Keys {
     }
 
     pub(super) fn read_device(&mut self, table: &mut Table<'_>) {
-        if self.medium != Some(Medium::Serial) {
-            self.address = table.string(key(
-                "address",
-                "`modbus-tcp`: the peer's IP address and port; port 502 if not given.",
-            ));
-            self.connect_timeout_ms = table.duration(
-                key(
-                    "connect-timeout",
-                    "`modbus-tcp`: the time limit for connecting; 1s if not given.",
-                )
-                .limited(LEAST_1MS),
-            );
+        match self.medium {
+            Some(Medium::Tcp) => self.read_tcp(table),
+            Some(Medium::Serial) => self.read_line(table),
+            None => {
+                self.read_tcp(table);
+                self.read_line(table);
+            }
         }
-        if self.medium != Some(Medium::Tcp) {
-            self.port =
-                table.string(key("port", "`modbus-rtu`: the character device of its serial line."));
-            self.baud = table
-                .integer(key("baud", "`modbus-rtu`: bits a second; 19200 if not given."), BAUDS);
-            self.parity = table.string(
-                key("parity", "`modbus-rtu`: its parity bit; `even` if not given.")
-                    .one_of(|| words(&Parity::NAMES)),
-            );
-            self.stop_bits = table.integer(
-                key("stop-bits", "`modbus-rtu`: stop bits; 1 if not given, 2 without parity."),
-                (1, 2),
-            );
-            self.echo = table.boolean(key(
-                "echo",
-                "`modbus-rtu`: its adapter sends requests back; false if not given.",
-            ));
-        }
+        self.read_connection(table);
+        self.read_habits(table);
         self.unit = table.integer(
             key("unit", "Modbus: the unit of rows without `unit`; 1 if not given."),
             UNITS,
@@ -160,6 +160,73 @@ impl Keys {
             )
             .map(Watchdog::read);
     }
+
+    fn read_tcp(&mut self, table: &mut Table<'_>) {
+        self.address = table.string(key(
+            "address",
+            "`modbus-tcp`: the peer's IP address and port; port 502 if not given.",
+        ));
+        self.transaction = table.string(
+            key("transaction", "`modbus-tcp`: `ignore` for wrong transactions in answers.")
+                .one_of(|| words(&Transaction::NAMES)),
+        );
+    }
+
+    fn read_line(&mut self, table: &mut Table<'_>) {
+        self.port = table.string(key(
+            "port",
+            "`modbus-rtu`: its serial line's character device, or `tcp://ADDRESS:PORT`.",
+        ));
+        self.baud =
+            table.integer(key("baud", "`modbus-rtu`: bits a second; 19200 if not given."), BAUDS);
+        self.parity = table.string(
+            key("parity", "`modbus-rtu`: its parity bit; `even` if not given.")
+                .one_of(|| words(&Parity::NAMES)),
+        );
+        self.stop_bits = table.integer(
+            key("stop-bits", "`modbus-rtu`: stop bits; 1 if not given, 2 without parity."),
+            (1, 2),
+        );
+        self.echo = table.boolean(key(
+            "echo",
+            "`modbus-rtu`: its adapter sends requests back; false if not given.",
+        ));
+        self.broadcast_delay_ms = table.duration(key(
+            "broadcast-delay",
+            "`modbus-rtu`: the pause after a write to unit 0, which is all units; 100ms if not \
+             given.",
+        ));
+    }
+
+    fn read_connection(&mut self, table: &mut Table<'_>) {
+        self.connect_timeout_ms = table.duration(
+            key("connect-timeout", "By TCP: the time limit for connecting; 1s if not given.")
+                .limited(LEAST_1MS),
+        );
+        self.connection = table.string(
+            key("connection", "By TCP: `per-request` opens a new connection for each request.")
+                .one_of(|| words(&Connection::NAMES)),
+        );
+    }
+
+    fn read_habits(&mut self, table: &mut Table<'_>) {
+        self.connect_delay_ms = table.duration(key(
+            "connect-delay",
+            "Modbus: the wait from connecting, or opening the port, to a request; 0ms if not given.",
+        ));
+        self.pause_ms = table.duration(key(
+            "pause",
+            "Modbus: the least time from an answer to the next request; 0ms if not given.",
+        ));
+        self.max_registers = table.integer(
+            key("max-registers", "Modbus: the most registers of a request; 125 if not given."),
+            REGISTERS_MAX,
+        );
+        self.max_bits = table.integer(
+            key("max-bits", "Modbus: the most bits of a request; 2000 if not given."),
+            BITS_MAX,
+        );
+    }
 }
 
 impl Watchdog {
@@ -191,14 +258,22 @@ impl RowKeys {
             kind: row.string(
                 key(
                     "type",
-                    "Modbus: the number type of a register, or a pair; `u16` if not given.",
+                    "Modbus: the number type of one, two or four registers; `u16` if not given.",
                 )
                 .one_of(|| words(&NumberType::NAMES)),
             ),
             word_order: row.string(
-                key("word-order", "Modbus: the register of a pair that has the higher 16 bits.")
+                key("word-order", "Modbus: the register of a number that has the highest 16 bits.")
                     .one_of(|| words(&WordOrder::NAMES)),
             ),
+            byte_order: row.string(
+                key("byte-order", "Modbus: the byte of each register that comes first.")
+                    .one_of(|| words(&ByteOrder::NAMES)),
+            ),
+            split: row.boolean(key(
+                "split",
+                "Modbus: a number of 64 bits goes with two words, the higher 32 bits first.",
+            )),
             scaling: ScalingKeys::read(row),
         }
     }

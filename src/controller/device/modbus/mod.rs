@@ -4,29 +4,26 @@
 //! `coil 0..7`; `peers` finds devices of one peer that conflict with each other.
 
 pub(crate) mod keys;
+mod link;
+mod numbers;
 mod peers;
 mod points;
-
-use std::net::{IpAddr, SocketAddr};
 
 use super::driver::{
     DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, at_least_one, one_word,
 };
 use super::settings::DriverSettings;
-use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus_client::settings::{
-    ClientSettings, Link, ModbusPoint, Number, Parity, PointForm, Serial, Watchdog, Writes,
+    ClientSettings, Habits, ModbusPoint, PointForm, Watchdog, Writes,
 };
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Table;
 use crate::source::span::{Located, Span};
 
 use keys::{Keys, Medium, RowKeys, Watchdog as WrittenWatchdog};
+use link::LinkReader;
 pub(super) use peers::at_odds;
 use points::Stretch;
-
-/// The port of Modbus.
-const PORT: u16 = 502;
 
 impl DriverKeys for Keys {
     fn read_row(&mut self, row: &mut Table<'_>) {
@@ -65,11 +62,9 @@ fn client(
     rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
 ) -> Option<ClientSettings> {
-    let link = match keys.medium? {
-        Medium::Tcp => tcp(keys, device, findings),
-        Medium::Serial => serial(keys, device, findings),
-    };
-    let mut reader = ModbusReader { keys, device, findings };
+    let mut of_link = LinkReader { keys, device, findings };
+    let (link, habits) = (of_link.link(), of_link.habits());
+    let mut reader = ModbusReader { keys, device, habits, findings };
     let unit = reader.unit(keys.unit.as_ref(), 1);
     let writes = one_word("writes", keys.writes.as_ref(), &Writes::NAMES, reader.findings)
         .unwrap_or_default();
@@ -78,9 +73,9 @@ fn client(
     for row in rows.each() {
         let row_unit = reader.unit(keys.rows[row.at].unit.as_ref(), unit);
         let Some(found) = reader.row(row, row_unit) else { continue };
-        let is_wide = found.first().is_some_and(|point| point.width() == 2);
+        let is_wide = found.first().is_some_and(|point| point.width() > 1);
         if row.direction == RowDirection::Out && is_wide && writes == Writes::Single {
-            let message = "two registers cannot be written as one value with `writes = \"single\"`";
+            let message = "several registers cannot be written as one value with `writes = \"single\"`";
             reader.findings.push(row.find(message.to_owned()));
         }
         points[row.direction as usize].extend(found);
@@ -93,6 +88,7 @@ fn client(
     Some(ClientSettings {
         link,
         timeout_ms,
+        habits,
         write_every_ms,
         writes,
         gap,
@@ -102,55 +98,11 @@ fn client(
     })
 }
 
-fn missing(device: &WrittenDevice, key: &str, example: &str) -> Finding {
-    let message = format!("a device has no `{key}`");
-    let help = format!("give it one: `{key} = \"{example}\"`");
-    Finding::new(Code::MissingKey, device.span, message).help(help)
-}
-
-fn tcp(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> Option<Link> {
-    let timeout = keys.connect_timeout_ms.as_ref();
-    let connect_timeout_ms = at_least_one("connect-timeout", timeout, 1000, findings);
-    let Some(text) = &keys.address else {
-        findings.push(missing(device, "address", "192.168.1.20:502"));
-        return None;
-    };
-    let alone = || text.text.parse::<IpAddr>().map(|ip| SocketAddr::new(ip, PORT));
-    let address = text.text.parse::<SocketAddr>().or_else(|_| alone());
-    let Some(address) = address.ok().filter(|address| address.port() != 0) else {
-        let message = format!("`{}` is no IP address with a port", text.text);
-        let help = "write it as `192.168.1.20:502`, or `[fd00::20]:502`; names are not looked up";
-        findings.push(Finding::new(Code::Controller, text.span, message).help(help));
-        return None;
-    };
-    Some(Link::Tcp { address, connect_timeout_ms })
-}
-
-fn serial(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> Option<Link> {
-    let baud = keys.baud.as_ref().map_or(19_200, |baud| baud.value as u32);
-    let parity =
-        one_word("parity", keys.parity.as_ref(), &Parity::NAMES, findings).unwrap_or(Parity::Even);
-    // The specification requires eleven bits per character.
-    let usual = if parity == Parity::None { 2 } else { 1 };
-    let stop_bits = keys.stop_bits.as_ref().map_or(usual, |bits| bits.value as u8);
-    let Some(port) = &keys.port else {
-        findings.push(missing(device, "port", "/dev/ttyUSB0"));
-        return None;
-    };
-    if !port.text.starts_with('/') {
-        let message = format!("`{}` is no path of a serial line", port.text);
-        let help = "write it as `/dev/ttyUSB0`, or as `/dev/serial/by-id/…`, which never changes";
-        findings.push(Finding::new(Code::Controller, port.span, message).help(help));
-        return None;
-    }
-    let echo = keys.echo.as_ref().is_some_and(|echo| echo.value);
-    Some(Link::Serial(Serial { port: port.text.clone(), baud, parity, stop_bits, echo }))
-}
-
 /// The reader of one device's keys and rows.
 struct ModbusReader<'a> {
     keys: &'a Keys,
     device: &'a WrittenDevice,
+    habits: Habits,
     findings: &'a mut Vec<Finding>,
 }
 
@@ -158,10 +110,10 @@ impl ModbusReader<'_> {
     fn unit(&mut self, unit: Option<&Located<i64>>, default: u8) -> u8 {
         let Some(unit) = unit else { return default };
         let is_serial = self.keys.medium == Some(Medium::Serial);
-        if is_serial && !(1..=247).contains(&unit.value) {
+        if is_serial && !(0..=247).contains(&unit.value) {
             let message = format!("no unit of a serial line is {}", unit.value);
             let finding = Finding::new(Code::Controller, unit.span, message);
-            self.findings.push(finding.help("units are 1 to 247"));
+            self.findings.push(finding.help("units are 1 to 247; 0 writes to all of them"));
         }
         unit.value as u8
     }
@@ -190,53 +142,53 @@ impl ModbusReader<'_> {
             self.findings.push(finding);
             return None;
         }
-        let number = self.number(&self.keys.rows[row.at], row.is_real(), is_bits)?;
-        let width = if is_bits { 1 } else { u32::from(number.kind.registers()) };
+        if row.direction == RowDirection::In && unit == 0 && self.keys.medium == Some(Medium::Serial)
+        {
+            let message = "unit 0 is all units of the line, and none of them answers".to_owned();
+            let help = "read from a unit of its own, 1 to 247; only outputs may go to unit 0";
+            self.findings.push(of_points(row, message).help(help));
+            return None;
+        }
+        let number = self.number((&self.keys.rows[row.at], row), is_bits)?;
+        let number_width = u32::from(number.kind.registers());
+        if let Some(finding) = self.too_wide(row, number_width).filter(|_| !is_bits) {
+            self.findings.push(finding);
+            return None;
+        }
+        let parts = number.parts();
+        // Of a number that is split, each word has its share of the registers.
+        let width = if is_bits { 1 } else { number_width / parts.len() as u32 };
         let (wanted, count) = (row.addresses.len() as u32 * width, stretch.count);
         if wanted != count {
             self.findings.push(wrong_count(row, &stretch, width));
             return None;
         }
-        let point = |at: u32| {
+        if let Some(finding) = odd_words(row, parts.len()) {
+            self.findings.push(finding);
+            return None;
+        }
+        let point = |at: u32, part| {
             let (at, form) = match (is_bits, stretch.is_bits_of_registers) {
                 (_, true) => (at / 16, PointForm::RegisterBit((at % 16) as u8)),
                 (true, _) => (at, PointForm::Bit),
-                (false, _) => (at, PointForm::Number(number)),
+                (false, _) => (at, PointForm::Number(number.part(part))),
             };
             ModbusPoint { unit, table: stretch.table, at: at as u16, form }
         };
         let last = stretch.first + count;
-        Some((stretch.first..last).step_by(width as usize).map(point).collect())
+        let places = (stretch.first..last).step_by(width as usize * parts.len());
+        Some(places.flat_map(|at| parts.iter().map(move |part| point(at, *part))).collect())
     }
 
-    /// The form of the numbers in a row's registers, according to the row's keys.
-    fn number(&mut self, keys: &RowKeys, real: bool, is_bits: bool) -> Option<Number> {
-        let before = self.findings.len();
-        let places = [&keys.kind, &keys.word_order].map(|text| text.as_ref().map(|t| t.span));
-        for (name, place) in ["type", "word-order"].iter().zip(places) {
-            if let (true, Some(span)) = (is_bits, place) {
-                let message = format!("a bit has no `{name}`");
-                self.findings.push(Finding::new(Code::Controller, span, message));
-            }
+    /// The finding for a number that no request of this device can have.
+    fn too_wide(&self, row: &ResolvedRow<'_>, width: u32) -> Option<Finding> {
+        let most = self.habits.registers_max;
+        if width <= u32::from(most) {
+            return None;
         }
-        if is_bits {
-            keys.scaling.refuse(self.findings);
-        }
-        let kind = match &keys.kind {
-            Some(text) => one_word("type", Some(text), &NumberType::NAMES, self.findings),
-            None => Some(NumberType::U16),
-        };
-        let order =
-            one_word("word-order", keys.word_order.as_ref(), &WordOrder::NAMES, self.findings);
-        let is_one = kind.is_some_and(|kind| kind.registers() == 1);
-        if let (Some(text), true, false) = (&keys.word_order, is_one, is_bits) {
-            let message = "a single register has no word order";
-            let finding = Finding::new(Code::Controller, text.span, message);
-            self.findings.push(finding.help("only `u32`, `i32` and `f32` have a `word-order`"));
-        }
-        let scaling = keys.scaling.resolve(real, self.findings);
-        let kind = kind.filter(|_| self.findings.len() == before)?;
-        Some(Number { kind, order: order.unwrap_or_default(), scaling })
+        let message = format!("a number of {width} registers, and `max-registers` is {most}");
+        let help = format!("write `max-registers = {width}`, or read {width} numbers of one register");
+        Some(of_points(row, message).help(help))
     }
 }
 
@@ -270,8 +222,8 @@ fn wrong_count(row: &ResolvedRow<'_>, stretch: &Stretch, width: u32) -> Finding 
     let (count, addresses) = (stretch.count, row.addresses.len() as u32);
     let (memory, name) = (&row.text.text, stretch.table.name());
     let points = match (width, count) {
-        (2, 1) => "register",
-        (2, _) => "registers",
+        (2.., 1) => "register",
+        (2.., _) => "registers",
         (_, 1) => "point",
         _ => "points",
     };
@@ -293,6 +245,20 @@ fn wrong_count(row: &ResolvedRow<'_>, stretch: &Stretch, width: u32) -> Finding 
     of_points(row, message).help(help)
 }
 
+fn count_word(registers: u32) -> &'static str {
+    if registers == 2 { "two" } else { "four" }
+}
+
+/// The finding for a number that is split, but has only one word in the row.
+fn odd_words(row: &ResolvedRow<'_>, parts: usize) -> Option<Finding> {
+    let words = row.addresses.len();
+    if words.is_multiple_of(parts) {
+        return None;
+    }
+    let message = format!("{words} words for numbers that are split into {parts} words each");
+    Some(of_points(row, message).help("give each number two words: `to = \"D0..D1\"`"))
+}
+
 /// The number of elements of a table.
 const ELEMENTS: u32 = 65_536;
 
@@ -301,8 +267,10 @@ const ELEMENTS: u32 = 65_536;
 /// registers.
 fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> String {
     let what = match (width, addresses) {
-        (2, 1) => "a number of this type takes two registers".to_owned(),
-        (2, _) => format!("{addresses} numbers of this type take two registers each"),
+        (2.., 1) => format!("a number of this type takes {} registers", count_word(width)),
+        (2.., _) => {
+            format!("{addresses} numbers of this type take {} registers each", count_word(width))
+        }
         _ => format!("{addresses} points take as many addresses"),
     };
     let wanted = addresses * width;

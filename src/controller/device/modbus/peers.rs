@@ -18,12 +18,15 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::super::driver::WrittenDevice;
 use super::super::settings::{Device, DriverSettings};
 use crate::io::modbus_client::settings::{
-    ClientSettings, Link, ModbusPoint, PointForm, Serial, Table,
+    ClientSettings, Link, ModbusPoint, PointForm, RtuLine, RtuPort, Table,
 };
 use crate::isa::DeviceId;
 use crate::progress::Progress;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
+
+/// The number of the unit that is all units of a line.
+const BROADCAST: u8 = 0;
 
 /// A coil or register of a peer's unit.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -77,6 +80,51 @@ impl Writers {
     }
 }
 
+/// The outputs of the lines that have broadcasts. A broadcast writes the same element in all units,
+/// so each of these elements is an output of a broadcast, or of units, not of both.
+struct Broadcasts {
+    /// The names of the ports with broadcasts.
+    ports: HashSet<String>,
+    /// The first output of each element, by port, and whether it is a broadcast's.
+    first: HashMap<(usize, Table, u16), (Span, bool)>,
+}
+
+impl Broadcasts {
+    fn of(devices: &[Device]) -> Broadcasts {
+        let is_one = |client: &ClientSettings| {
+            let watched = client.watchdog.map(|watchdog| watchdog.unit);
+            let mut units = client.outputs.iter().map(|point| point.unit).chain(watched);
+            units.any(|unit| unit == BROADCAST)
+        };
+        let with = lines(devices).into_iter().filter(|line| is_one(line.client));
+        Broadcasts { ports: with.map(|line| line.port).collect(), first: HashMap::new() }
+    }
+
+    /// Enters an output; the finding if a broadcast and a unit's output meet.
+    fn enter(
+        &mut self,
+        element: &PeerElement,
+        client: &ClientSettings,
+        writer: &Writer,
+        told: &mut HashSet<Span>,
+    ) -> Option<Finding> {
+        if self.ports.is_empty() || !self.ports.contains(&peer(client)) {
+            return None;
+        }
+        let PeerElement { peer, unit, table, at } = *element;
+        let is_broadcast = unit == BROADCAST;
+        let first = self.first.entry((peer, table, at));
+        let (span, other) = *first.or_insert((writer.span, is_broadcast));
+        if other == is_broadcast || !told.insert(writer.span) {
+            return None;
+        }
+        let message = format!("`{} {at}` is written by a broadcast and in a unit", table.name());
+        let finding = Finding::new(Code::Controller, writer.span, message);
+        let finding = finding.related(span, "the other one is here");
+        Some(finding.help("unit 0 writes to all units of the line: take one of the two out"))
+    }
+}
+
 /// A finding for every output whose place already has an output, for every serial line with
 /// different settings, and for every unit of a serial line that two devices use.
 pub(in crate::controller::device) fn at_odds(
@@ -91,12 +139,14 @@ pub(in crate::controller::device) fn at_odds(
     let names = written.iter().filter_map(|of| Some((of.name.as_ref()?.span, of)));
     let written: HashMap<Span, &WrittenDevice> = names.collect();
     let mut peers: HashMap<String, usize> = HashMap::new();
+    let mut spread = Broadcasts::of(devices);
     for (device, client) in progress.during(clients(devices)) {
         let next = peers.len();
         let peer = *peers.entry(peer(client)).or_insert(next);
         let watchdog = written.get(&device.span).and_then(|of| of.driver.as_ref()?.other_output());
         let outputs = outputs(device, client, (peer, watchdog.unwrap_or(device.span)));
         for (element, writer) in progress.during(outputs) {
+            findings.extend(spread.enter(&element, client, &writer, &mut told));
             let PeerElement { unit, table, at, .. } = element;
             let taken = writers.entry(element).or_default();
             if let Some(first) = taken.conflict(&writer)
@@ -115,8 +165,8 @@ pub(in crate::controller::device) fn at_odds(
 /// The peer of a device, as a text.
 fn peer(client: &ClientSettings) -> String {
     match &client.link {
-        Link::Tcp { address, .. } => address.to_string(),
-        Link::Serial(serial) => serial.port.clone(),
+        Link::Tcp(tcp) => tcp.peer.address.to_string(),
+        Link::Rtu(line) => line.port.name(),
     }
 }
 
@@ -135,8 +185,9 @@ fn outputs(
 ) -> Vec<(PeerElement, Writer)> {
     let mut outputs = Vec::new();
     for (point, output) in client.outputs.iter().zip(&device.outputs) {
-        for at in point.at..=point.at + (point.width() - 1) {
-            let element = PeerElement { peer, unit: point.unit, table: point.table, at };
+        for at in point.written() {
+            let (unit, table, at) = (point.unit, point.table, at as u16);
+            let element = PeerElement { peer, unit, table, at };
             let writer = Writer { device: device.id, bits: bits(point), span: output.span };
             outputs.push((element, writer));
         }
@@ -157,25 +208,36 @@ fn bits(point: &ModbusPoint) -> u16 {
     }
 }
 
-/// The devices on serial lines, with their clients and lines.
-fn lines<'a>(devices: &'a [Device]) -> Vec<(&'a Device, &'a ClientSettings, &'a Serial)> {
-    let serial = |(device, client): (_, &'a ClientSettings)| match &client.link {
-        Link::Serial(serial) => Some((device, client, serial)),
-        Link::Tcp { .. } => None,
-    };
-    clients(devices).filter_map(serial).collect()
+/// A device on a line with frames of Modbus RTU.
+struct OnLine<'a> {
+    device: &'a Device,
+    client: &'a ClientSettings,
+    line: &'a RtuLine,
+    /// The name of the line's port.
+    port: String,
+}
+
+fn lines(devices: &[Device]) -> Vec<OnLine<'_>> {
+    let mut lines = Vec::new();
+    for (device, client) in clients(devices) {
+        if let Link::Rtu(line) = &client.link {
+            lines.push(OnLine { device, client, line, port: line.port.name() });
+        }
+    }
+    lines
 }
 
 fn asked_twice(devices: &[Device], progress: &Progress) -> Vec<Finding> {
-    let mut first: HashMap<(&str, u8), &Device> = HashMap::new();
+    let mut first: HashMap<(String, u8), &Device> = HashMap::new();
     let mut findings = Vec::new();
-    for (device, client, line) in progress.during(lines(devices)) {
+    for OnLine { device, client, port, .. } in progress.during(lines(devices)) {
         let points = client.inputs.iter().chain(&client.outputs).map(|point| point.unit);
         let units: BTreeSet<u8> = points.chain(client.watchdog.map(|w| w.unit)).collect();
-        for unit in units {
-            let by = first.entry((&line.port, unit)).or_insert(device);
+        // A broadcast has no answer that another device could take for its own.
+        for unit in units.into_iter().filter(|unit| *unit != BROADCAST) {
+            let by = first.entry((port.clone(), unit)).or_insert(device);
             if by.id != device.id {
-                let message = format!("unit {unit} of `{}` is asked by two devices", line.port);
+                let message = format!("unit {unit} of `{port}` is asked by two devices");
                 let finding = Finding::new(Code::Controller, device.span, message);
                 let finding = finding.related(by.span, "this device asks it");
                 findings.push(finding.help("put all of a unit's points into one map"));
@@ -187,19 +249,27 @@ fn asked_twice(devices: &[Device], progress: &Progress) -> Vec<Finding> {
 
 fn two_ways(devices: &[Device], progress: &Progress) -> Vec<Finding> {
     // For each port: the first device, and the first whose line differs from that one's.
-    let mut firsts: HashMap<&str, (&Device, &Serial, Option<&Device>)> = HashMap::new();
+    let mut firsts: HashMap<String, (&Device, &RtuLine, Option<&Device>)> = HashMap::new();
     let mut findings = Vec::new();
-    for (device, _, line) in progress.during(lines(devices)) {
-        let (first, its_line, second) = firsts.entry(&line.port).or_insert((device, line, None));
+    for OnLine { device, line, port, .. } in progress.during(lines(devices)) {
+        let (first, its_line, second) = firsts.entry(port.clone()).or_insert((device, line, None));
         let other = if *its_line == line { *second } else { Some(*first) };
         if *its_line != line {
             second.get_or_insert(device);
         }
         if let Some(other) = other {
-            let message = format!("`{}` sets `{}` differently", device.name, line.port);
+            let message = format!("`{}` sets `{port}` differently", device.name);
             let finding = Finding::new(Code::Controller, device.span, message);
             let finding = finding.related(other.span, "this device has the line already");
-            let help = "devices on one line have the same `baud`, `parity`, `stop-bits` and `echo`";
+            let help = match line.port {
+                RtuPort::Serial(_) => {
+                    "devices on one line have the same `baud`, `parity`, `stop-bits` and `echo`"
+                }
+                RtuPort::Tcp(_) => {
+                    "devices behind one serial server have the same `connect-timeout`, \
+                     `connection` and `echo`"
+                }
+            };
             findings.push(finding.help(help));
         }
     }
