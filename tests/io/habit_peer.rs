@@ -37,7 +37,7 @@ pub struct HabitPeer {
 
 /// What a device has seen.
 #[derive(Default)]
-pub struct Seen {
+pub struct SeenRequests {
     /// The number of connections.
     pub connections: usize,
     /// The unit and the PDU of each request, also of a lost one.
@@ -48,7 +48,7 @@ pub struct Seen {
 
 impl HabitPeer {
     /// Serves for ever; returns the address.
-    pub fn start(self) -> (SocketAddr, Arc<Mutex<Seen>>) {
+    pub fn start(self) -> (SocketAddr, Arc<Mutex<SeenRequests>>) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let (address, seen) = (listener.local_addr().unwrap(), Arc::default());
         let told = Arc::clone(&seen);
@@ -61,7 +61,7 @@ impl HabitPeer {
         (address, seen)
     }
 
-    fn serve(self, mut stream: TcpStream, seen: &Mutex<Seen>) {
+    fn serve(self, mut stream: TcpStream, seen: &Mutex<SeenRequests>) {
         seen.lock().unwrap().connections += 1;
         let _ = stream.set_nodelay(true);
         let (mut requests, mut answered) = (0, None::<Instant>);
@@ -119,7 +119,7 @@ impl HabitPeer {
         frame
     }
 
-    fn answer(self, pdu: &[u8], seen: &mut Seen) -> Vec<u8> {
+    fn answer(self, pdu: &[u8], seen: &mut SeenRequests) -> Vec<u8> {
         let word = |at: usize| u16::from_be_bytes([pdu[at], pdu[at + 1]]);
         let (function, first) = (pdu[0], word(1));
         let count = if matches!(function, 5 | 6) { 1 } else { word(3) };

@@ -14,8 +14,8 @@ use rungd::io::modbus_client::settings;
 use rungd::io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp, rtu};
 use rungd::io::scaling::Scaling;
 use settings::{
-    Connection, Habits, ModbusPoint, Number, NumberPart, PointForm, RtuLine, RtuPort, Table, TcpLink,
-    TcpPeer, Transaction, Writes,
+    ConnectionUse, Habits, ModbusPoint, Number, NumberPart, PointForm, RtuLine, RtuPort, Table,
+    TcpLink, TcpPeer, Transaction, Writes,
 };
 use tokio::time::timeout;
 
@@ -77,7 +77,7 @@ pub fn client(link: settings::Link) -> settings::ClientSettings {
 
 /// A peer at this address, over one connection.
 pub fn peer(address: SocketAddr) -> TcpPeer {
-    TcpPeer { address, connect_timeout_ms: 30_000, connection: Connection::Kept }
+    TcpPeer { address, connect_timeout_ms: 30_000, connection: ConnectionUse::Kept }
 }
 
 /// The way to a peer by Modbus TCP.

@@ -4,15 +4,15 @@ use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::io::habit_peer::{HabitPeer, Seen};
+use crate::io::habit_peer::{HabitPeer, SeenRequests};
 use crate::io::liars::{
     BOUND, PATIENT, client, exchange, peer, poll, rtu_client, serial, tcp_link,
 };
 use crate::io::line::await_over_a_line;
 use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
 use rungd::io::modbus_client::settings::{
-    ClientSettings, Connection, Habits, Link as Way, ModbusPoint, PointForm, RtuLine, RtuPort, Table,
-    Transaction,
+    ClientSettings, ConnectionUse, Habits, Link as Way, ModbusPoint, PointForm, RtuLine, RtuPort,
+    Table, Transaction,
 };
 use rungd::io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp};
 use tokio::time::timeout;
@@ -20,10 +20,10 @@ use tokio::time::timeout;
 /// A timeout that expires in tests of silence.
 const SHORT: Duration = Duration::from_millis(150);
 
-type Told = Arc<Mutex<Seen>>;
+type SharedSeen = Arc<Mutex<SeenRequests>>;
 
 /// A device, and the settings of a client for it: `input 0..1` of unit 1 read, `coil 0` written.
-fn device(habits: HabitPeer) -> (SocketAddr, ClientSettings, Told) {
+fn device(habits: HabitPeer) -> (SocketAddr, ClientSettings, SharedSeen) {
     let (address, seen) = habits.start();
     let way = match habits.rtu {
         true => Way::Rtu(RtuLine { port: RtuPort::Tcp(peer(address)), echo: false }),
@@ -89,7 +89,7 @@ async fn apart_well<L: Link>(client: &mut Client<L>) -> Result<(), String> {
     Ok(())
 }
 
-fn requests(seen: &Told) -> Vec<(u8, Vec<u8>)> {
+fn requests(seen: &SharedSeen) -> Vec<(u8, Vec<u8>)> {
     std::mem::take(&mut seen.lock().unwrap().requests)
 }
 
@@ -127,7 +127,8 @@ async fn a_connect_delay_comes_before_the_first_request_of_each_connection() {
 #[tokio::test]
 async fn a_device_that_needs_a_pause_gets_it_and_the_trouble_without_it_names_the_key() {
     for rtu_frames in [false, true] {
-        let short = HabitPeer { rtu: rtu_frames, gap: Duration::from_millis(30), ..Default::default() };
+        let short =
+            HabitPeer { rtu: rtu_frames, gap: Duration::from_millis(30), ..Default::default() };
         let (_, mut settings, _) = device(short);
         apart(&mut settings);
         settings.habits.pause_ms = 40;
@@ -143,7 +144,10 @@ async fn a_device_that_needs_a_pause_gets_it_and_the_trouble_without_it_names_th
             true => told(&mut rtu(&settings, SHORT).await).await,
             false => told(&mut tcp(&settings, SHORT).await).await,
         };
-        assert!(reason.starts_with("reading input 0..1 of unit 1: no answer in 150 ms"), "{reason}");
+        assert!(
+            reason.starts_with("reading input 0..1 of unit 1: no answer in 150 ms"),
+            "{reason}"
+        );
         assert!(reason.contains("try `pause`"), "{reason}");
     }
 }
@@ -151,8 +155,14 @@ async fn a_device_that_needs_a_pause_gets_it_and_the_trouble_without_it_names_th
 #[tokio::test]
 async fn a_limit_of_elements_divides_requests_and_the_trouble_without_it_names_the_key() {
     for (refusal, words) in [
-        (2, "exception 2 (illegal data address); if it accepts shorter requests, set `max-registers`"),
-        (3, "exception 3 (illegal data value); if it accepts shorter requests, set `max-registers`"),
+        (
+            2,
+            "exception 2 (illegal data address); if it accepts shorter requests, set `max-registers`",
+        ),
+        (
+            3,
+            "exception 3 (illegal data value); if it accepts shorter requests, set `max-registers`",
+        ),
         (0, "2 bytes of data instead of 4; if it accepts shorter requests, set `max-registers`"),
     ] {
         let (_, mut settings, seen) =
@@ -165,7 +175,8 @@ async fn a_limit_of_elements_divides_requests_and_the_trouble_without_it_names_t
         let reads = [vec![4, 0, 0, 0, 1], vec![4, 0, 1, 0, 1]];
         assert!(requests(&seen).into_iter().map(|(_, pdu)| pdu).skip(1).eq(reads));
     }
-    let (_, mut settings, _) = device(HabitPeer { most: Some(1), refusal: 2, ..Default::default() });
+    let (_, mut settings, _) =
+        device(HabitPeer { most: Some(1), refusal: 2, ..Default::default() });
     for input in &mut settings.inputs {
         (input.table, input.form) = (Table::DiscreteInputs, PointForm::Bit);
     }
@@ -175,7 +186,8 @@ async fn a_limit_of_elements_divides_requests_and_the_trouble_without_it_names_t
 
 #[tokio::test]
 async fn writes_are_divided_too_and_a_refused_function_names_the_other() {
-    let (_, mut settings, seen) = device(HabitPeer { most: Some(1), refusal: 3, ..Default::default() });
+    let (_, mut settings, seen) =
+        device(HabitPeer { most: Some(1), refusal: 3, ..Default::default() });
     let coil = settings.outputs[0];
     settings.outputs.push(ModbusPoint { at: 1, ..coil });
     let mut client = tcp(&settings, PATIENT).await;
@@ -238,9 +250,9 @@ async fn one_request_a_connection_is_possible_and_the_trouble_without_it_names_t
         let reason = reason.unwrap_err();
         assert!(reason.contains("set `connection = \"per-request\"`"), "{reason}");
         match &mut settings.link {
-            Way::Tcp(link) => link.peer.connection = Connection::PerRequest,
+            Way::Tcp(link) => link.peer.connection = ConnectionUse::PerRequest,
             Way::Rtu(RtuLine { port: RtuPort::Tcp(peer), .. }) => {
-                peer.connection = Connection::PerRequest;
+                peer.connection = ConnectionUse::PerRequest;
             }
             Way::Rtu(_) => unreachable!(),
         }
@@ -363,17 +375,12 @@ async fn habits_come_together() {
     let (_, mut settings, _) = device(all);
     settings.habits = habits;
     well(&mut rtu(&settings, SHORT * 3).await).await;
-    let by_tcp = HabitPeer {
-        rtu: false,
-        lost: 0,
-        closes: true,
-        transaction: Some(u16::swap_bytes),
-        ..all
-    };
+    let by_tcp =
+        HabitPeer { rtu: false, lost: 0, closes: true, transaction: Some(u16::swap_bytes), ..all };
     let (_, mut settings, _) = device(by_tcp);
     settings.habits = Habits { connect_delay_ms: 5, ..habits };
     let Way::Tcp(link) = &mut settings.link else { unreachable!() };
     link.transaction = Transaction::Ignore;
-    link.peer.connection = Connection::PerRequest;
+    link.peer.connection = ConnectionUse::PerRequest;
     assert!(well(&mut tcp(&settings, PATIENT).await).await.is_empty());
 }

@@ -5,9 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::io::liars::{
-    Lie, PATIENT, Script, client, listen, poll, tcp_frame, tcp_link, tcp_to,
-};
+use crate::io::liars::{Lie, PATIENT, Script, client, listen, poll, tcp_frame, tcp_link, tcp_to};
 use rungd::io::device::{Driver, Exchange, Extent, Occasion};
 use rungd::io::modbus_client::settings::{ClientSettings as Settings, Link, Watchdog};
 use rungd::io::modbus_client::{Client, Tcp};

@@ -2,7 +2,8 @@
 //! readers.
 //!
 //! The log has two lines per outage: one at its start, with the first reason, and one at its end,
-//! with the number of failures for each reason. In between, `status` shows the latest reason. Each
+//! with the number of failures for each reason. In between, `status` shows the latest reason; the log
+//! has a further line only for the first reason that names a key, as a remedy in backquotes. Each
 //! device has its own limit of lines, so frequent outages of one device do not suppress the lines
 //! of others.
 
@@ -40,6 +41,8 @@ struct Outage {
     since: Instant,
     /// Whether the log has the line about its start.
     is_told: bool,
+    /// Whether the log has a line with a remedy.
+    is_advised: bool,
     failures: u64,
     /// The number of failures for each of the first reasons.
     reasons: Vec<(u64, String)>,
@@ -172,11 +175,13 @@ impl Health {
             let has_any = lines.budget.has(now_ns, 1);
             let outage = lines.outage.get_or_insert_with(Outage::new);
             outage.note(reason);
-            !outage.is_told && (outage.failures == 1 || has_any)
+            let is_new = !outage.is_told || (has_remedy(reason) && !outage.is_advised);
+            is_new && (outage.failures == 1 || has_any)
         };
         let Some(withheld) = is_to_tell.then(|| self.may_tell()).flatten() else { return };
         if let Some(outage) = &mut self.lines().outage {
             outage.is_told = true;
+            outage.is_advised |= has_remedy(reason);
         }
         let condition = self.condition();
         let (device, peer) = (&condition.name, &condition.peer);
@@ -230,9 +235,15 @@ impl OutageLines {
     }
 }
 
+/// Whether a reason names a key to change.
+fn has_remedy(reason: &str) -> bool {
+    reason.contains('`')
+}
+
 impl Outage {
     fn new() -> Outage {
-        Outage { since: Instant::now(), is_told: false, failures: 0, reasons: Vec::new() }
+        let since = Instant::now();
+        Outage { since, is_told: false, is_advised: false, failures: 0, reasons: Vec::new() }
     }
 
     fn note(&mut self, reason: &str) {
@@ -289,6 +300,23 @@ mod tests {
         assert_eq!(health.lines().withheld, 30);
         assert_eq!(health.condition().failures, 50);
         assert!(health.lines().outage.is_none() && health.condition().trouble.is_none());
+    }
+
+    #[test]
+    fn a_remedy_is_told_once_in_an_outage_that_began_otherwise() {
+        let health = panel();
+        health.trouble("refused");
+        let left = |health: &Health| {
+            let mut lines = health.lines();
+            let now_ns = lines.now_ns();
+            (1..=LINES_MAX).rev().find(|count| lines.budget.has(now_ns, *count))
+        };
+        assert_eq!(left(&health), Some(LINES_MAX - 1));
+        for _ in 0..5 {
+            health.trouble("no answer: try `pause`");
+            health.trouble("refused");
+        }
+        assert_eq!(left(&health), Some(LINES_MAX - 2));
     }
 
     #[test]

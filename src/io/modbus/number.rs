@@ -64,8 +64,7 @@ impl NumberType {
     ];
 
     /// The types that the server has: those of one or two registers.
-    pub(crate) const NARROW: &'static [(&'static str, NumberType)] =
-        Self::NAMES.split_at(5).0;
+    pub(crate) const NARROW: &'static [(&'static str, NumberType)] = Self::NAMES.split_at(5).0;
 
     /// The type that holds every value of a word.
     pub(crate) fn of(word: Word) -> NumberType {
@@ -147,9 +146,7 @@ impl NumberType {
         match self {
             NumberType::F32 => Real::finite(f32::from_bits(bits as u32)).map(f64::from),
             // Not -0, like every real of memory.
-            NumberType::F64 => {
-                Some(f64::from_bits(bits) + 0.0).filter(|number| number.is_finite())
-            }
+            NumberType::F64 => Some(f64::from_bits(bits) + 0.0).filter(|number| number.is_finite()),
             NumberType::U16
             | NumberType::I16
             | NumberType::U32
@@ -258,7 +255,8 @@ mod tests {
         [WordOrder::HighFirst, WordOrder::LowFirst]
             .into_iter()
             .flat_map(|words| {
-                [ByteOrder::HighFirst, ByteOrder::LowFirst].map(|bytes| NumberOrder { words, bytes })
+                [ByteOrder::HighFirst, ByteOrder::LowFirst]
+                    .map(|bytes| NumberOrder { words, bytes })
             })
             .collect::<Vec<_>>()
             .try_into()

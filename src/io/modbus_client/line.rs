@@ -19,10 +19,10 @@ use tokio::time::{Instant, sleep, sleep_until, timeout_at};
 
 use super::answer::expected_bytes;
 use super::link::{Link, LinkFailure};
-use super::pace::{Hint, Pace};
-use super::port::Port;
+use super::pace::{Hint, RequestPace};
+use super::port::RtuWire;
 use super::rtu::{self, FRAME_BYTES_MAX, Heard};
-use super::settings::{Connection, Habits, Parity, RtuLine, RtuPort};
+use super::settings::{ConnectionUse, Habits, Parity, RtuLine, RtuPort};
 use super::tcp::{self, NONE_AFTER_ANSWER};
 use crate::io::device::Trouble;
 
@@ -39,21 +39,21 @@ const BROADCAST: u8 = 0;
 /// All lines by the names of their ports, so that the devices on a line share it.
 #[derive(Default)]
 pub struct RtuLines {
-    by_port: HashMap<String, Arc<Mutex<Line>>>,
+    by_port: HashMap<String, Arc<Mutex<SharedLine>>>,
 }
 
 /// A device's link over its line.
 pub struct Rtu {
-    line: Arc<Mutex<Line>>,
+    line: Arc<Mutex<SharedLine>>,
     habits: Habits,
     timeout: Duration,
 }
 
 /// A line, with its port while that is open.
-struct Line {
+struct SharedLine {
     settings: RtuLine,
-    port: Option<Port>,
-    pace: Pace,
+    port: Option<RtuWire>,
+    pace: RequestPace,
     frame: Vec<u8>,
     received: Vec<u8>,
     echo: Echo,
@@ -76,7 +76,7 @@ impl RtuLines {
     /// A link over this line, for a device with these habits, whose answers are complete within
     /// `timeout`.
     pub fn link(&mut self, settings: &RtuLine, habits: Habits, timeout: Duration) -> Rtu {
-        let new = || Arc::new(Mutex::new(Line::new(settings.clone())));
+        let new = || Arc::new(Mutex::new(SharedLine::new(settings.clone())));
         let line = self.by_port.entry(settings.port.name()).or_insert_with(new);
         Rtu { line: Arc::clone(line), habits, timeout }
     }
@@ -170,15 +170,15 @@ impl Link for Rtu {
     }
 }
 
-impl Line {
-    fn new(settings: RtuLine) -> Line {
+impl SharedLine {
+    fn new(settings: RtuLine) -> SharedLine {
         let (frame, received) = (Vec::new(), Vec::with_capacity(RECEIVED_MAX));
         let echo = if settings.echo { Echo::Wanted } else { Echo::Unseen };
-        Line { settings, port: None, pace: Pace::new(), frame, received, echo }
+        SharedLine { settings, port: None, pace: RequestPace::new(), frame, received, echo }
     }
 
     async fn open(&mut self) -> Result<(), String> {
-        self.port = Some(Port::open(&self.settings.port).await?);
+        self.port = Some(RtuWire::open(&self.settings.port).await?);
         self.pace.open();
         Ok(())
     }
@@ -277,7 +277,7 @@ impl Line {
 
     fn close_after_request(&mut self) {
         if let RtuPort::Tcp(peer) = &self.settings.port
-            && peer.connection == Connection::PerRequest
+            && peer.connection == ConnectionUse::PerRequest
         {
             self.port = None;
         }
@@ -299,9 +299,9 @@ impl Line {
                 "endless noise instead of an answer".to_owned()
             }
             _ => match rtu::answering_unit(behind, request) {
-                Some(other) if other != unit => format!(
-                    "the answer is unit {other}'s, not unit {unit}'s: try `unit = {other}`"
-                ),
+                Some(other) if other != unit => {
+                    format!("the answer is unit {other}'s, not unit {unit}'s: try `unit = {other}`")
+                }
                 Some(_) | None => format!("no whole, correct answer in {limit} ms"),
             },
         }

@@ -176,7 +176,8 @@ mod tests {
 
     fn register(at: u16, kind: NumberType) -> ModbusPoint {
         let scaling = Scaling::none(false);
-        let number = Number { kind, order: NumberOrder::default(), part: NumberPart::Whole, scaling };
+        let number =
+            Number { kind, order: NumberOrder::default(), part: NumberPart::Whole, scaling };
         ModbusPoint { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
     }
 
@@ -239,7 +240,8 @@ mod tests {
     #[test]
     fn numbers_of_64_bits_go_out_in_any_order_and_whole() {
         let wide = |order, part| {
-            let number = Number { kind: NumberType::I64, order, part, scaling: Scaling::none(false) };
+            let number =
+                Number { kind: NumberType::I64, order, part, scaling: Scaling::none(false) };
             ModbusPoint { form: PointForm::Number(number), ..register(4, NumberType::I64) }
         };
         let swapped = NumberOrder { words: WordOrder::LowFirst, bytes: ByteOrder::LowFirst };
@@ -268,7 +270,9 @@ mod tests {
 
     #[test]
     fn single_writes_are_one_a_point() {
-        let mut run = runs(&[register(7, NumberType::U16), register(8, NumberType::I16)], &Habits::default()).remove(0);
+        let mut run =
+            runs(&[register(7, NumberType::U16), register(8, NumberType::I16)], &Habits::default())
+                .remove(0);
         let requests = written(&mut run, false, Writes::Single, &[1, -1]);
         assert_eq!(requests, [[6, 0, 7, 0, 1], [6, 0, 8, 0xff, 0xff]]);
     }

@@ -1,9 +1,9 @@
 //! The pace of requests over one connection or line, and what a missing answer suggests.
 //!
-//! Used by both links. Before a request, [`Pace::ready_at`] gives the earliest time at which the
+//! Used by both links. Before a request, [`RequestPace::ready_at`] gives the earliest time at which the
 //! peer's habits allow it; afterwards the link notes the result. The notes serve two more purposes.
-//! [`Pace::hint`] names the key that a peer with such a silence may need; a peer that was once as
-//! fast as it would have to be now gets no hint. [`Pace::is_over`] says when silence is a reason for
+//! [`RequestPace::hint`] names the key that a peer with such a silence may need; a peer that was once as
+//! fast as it would have to be now gets no hint. [`RequestPace::is_over`] says when silence is a reason for
 //! a new connection: not at once, because many devices lose requests after connecting.
 
 use std::time::Duration;
@@ -22,7 +22,7 @@ const SOON: Duration = Duration::from_secs(1);
 
 /// The state of one connection or line.
 #[derive(Debug)]
-pub(super) struct Pace {
+pub(super) struct RequestPace {
     opened: Instant,
     /// The time of the last byte received or sent.
     quiet_since: Instant,
@@ -58,10 +58,10 @@ pub(super) enum Hint {
     AfterAnswer,
 }
 
-impl Pace {
-    pub fn new() -> Pace {
+impl RequestPace {
+    pub fn new() -> RequestPace {
         let now = Instant::now();
-        Pace {
+        RequestPace {
             opened: now,
             quiet_since: now,
             rests_until: now,
@@ -136,8 +136,8 @@ impl Pace {
 
     /// Whether the silences are a reason for a new connection.
     pub fn is_over(&self, habits: &Habits) -> bool {
-        let is_deaf = !self.is_proven()
-            && self.opened.elapsed() < DEAF_MAX + ms(habits.connect_delay_ms);
+        let is_deaf =
+            !self.is_proven() && self.opened.elapsed() < DEAF_MAX + ms(habits.connect_delay_ms);
         self.silences >= SILENCES_MAX && !is_deaf
     }
 }
@@ -157,25 +157,26 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_request_waits_for_all_that_the_peer_needs() {
         let habits = Habits { connect_delay_ms: 2000, pause_ms: 50, ..Habits::default() };
-        let mut pace = Pace::new();
+        let mut pace = RequestPace::new();
         after(10).await;
         pace.open();
         let begun = Instant::now();
-        let ready = |pace: &Pace, habits| pace.ready_at(habits, ms(2)).duration_since(begun);
-        assert_eq!(ready(&pace, &habits), ms(2000));
-        assert_eq!(ready(&pace, &Habits::default()), ms(0).max(ms(0)));
+        let ready =
+            |pace: &RequestPace, habits| pace.ready_at(&habits, ms(2)).duration_since(begun);
+        assert_eq!(ready(&pace, habits), ms(2000));
+        assert_eq!(ready(&pace, Habits::default()), ms(0));
         after(2000).await;
         pace.end(&habits);
-        assert_eq!(ready(&pace, &habits), ms(2050));
-        assert_eq!(ready(&pace, &Habits::default()), ms(2050), "the last peer's pause");
+        assert_eq!(ready(&pace, habits), ms(2050));
+        assert_eq!(ready(&pace, Habits::default()), ms(2050), "the last peer's pause");
         after(100).await;
         pace.end(&Habits::default());
-        assert_eq!(ready(&pace, &Habits::default()), ms(2102));
+        assert_eq!(ready(&pace, Habits::default()), ms(2102));
     }
 
     #[tokio::test(start_paused = true)]
     async fn a_hint_is_given_only_if_the_peer_was_never_so_fast() {
-        let mut pace = Pace::new();
+        let mut pace = RequestPace::new();
         pace.open();
         pace.ask();
         assert_eq!(pace.hint(), Hint::SinceOpening);
@@ -198,7 +199,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn silence_ends_a_connection_not_at_once_and_a_new_one_later() {
-        let mut pace = Pace::new();
+        let mut pace = RequestPace::new();
         let habits = Habits::default();
         pace.open();
         for _ in 0..5 {

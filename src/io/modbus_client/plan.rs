@@ -126,7 +126,10 @@ mod tests {
     }
 
     fn shape(points: &[ModbusPoint], gap: u16) -> Vec<(u16, u16)> {
-        reads(points, gap, &Habits::default()).iter().map(|group| (group.first, group.count)).collect()
+        reads(points, gap, &Habits::default())
+            .iter()
+            .map(|group| (group.first, group.count))
+            .collect()
     }
 
     #[test]
@@ -219,7 +222,9 @@ mod tests {
         let float = |at| ModbusPoint { form, ..register(at) };
         let mut inputs = [None; 2];
         let data = [0x7f, 0xc0, 0, 0, 0x3f, 0x80, 0, 0];
-        assert!(!reads(&[float(0), float(2)], 0, &Habits::default())[0].bring_in(&data, &mut inputs));
+        assert!(
+            !reads(&[float(0), float(2)], 0, &Habits::default())[0].bring_in(&data, &mut inputs)
+        );
         assert_eq!(inputs, [None, Some(1)], "its neighbour is read");
     }
 

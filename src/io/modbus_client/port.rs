@@ -21,28 +21,28 @@ use super::tcp;
 const DISCARDED_MAX: usize = 64 * 1024;
 
 /// An open port.
-pub(super) enum Port {
+pub(super) enum RtuWire {
     Serial(AsyncFd<OwnedFd>),
     Socket(TcpStream),
 }
 
-impl Port {
+impl RtuWire {
     /// Opens a port; the error is the reason for the log.
-    pub async fn open(settings: &RtuPort) -> Result<Port, String> {
+    pub async fn open(settings: &RtuPort) -> Result<RtuWire, String> {
         match settings {
             RtuPort::Serial(serial) => {
                 let port = open_serial(serial);
-                port.map(Port::Serial).map_err(|error| format!("cannot open it: {error}"))
+                port.map(RtuWire::Serial).map_err(|error| format!("cannot open it: {error}"))
             }
-            RtuPort::Tcp(peer) => tcp::connect(peer).await.map(Port::Socket),
+            RtuPort::Tcp(peer) => tcp::connect(peer).await.map(RtuWire::Socket),
         }
     }
 
     /// Discards the bytes that have arrived. Of a connection that is closed, this shows the end.
     pub fn discard(&self) -> io::Result<()> {
         let stream = match self {
-            Port::Serial(port) => return Ok(tcflush(port, QueueSelector::IOFlush)?),
-            Port::Socket(stream) => stream,
+            RtuWire::Serial(port) => return Ok(tcflush(port, QueueSelector::IOFlush)?),
+            RtuWire::Socket(stream) => stream,
         };
         let (mut bytes, mut discarded) = ([0; FRAME_BYTES_MAX], 0);
         while discarded < DISCARDED_MAX {
@@ -58,8 +58,8 @@ impl Port {
 
     pub async fn send(&mut self, mut bytes: &[u8]) -> io::Result<()> {
         let port = match self {
-            Port::Serial(port) => port,
-            Port::Socket(stream) => return stream.write_all(bytes).await,
+            RtuWire::Serial(port) => port,
+            RtuWire::Socket(stream) => return stream.write_all(bytes).await,
         };
         while !bytes.is_empty() {
             let mut ready = port.writable().await?;
@@ -77,8 +77,8 @@ impl Port {
         let mut bytes = [0; FRAME_BYTES_MAX];
         let room = most.saturating_sub(received.len()).min(bytes.len());
         let port = match self {
-            Port::Serial(port) => port,
-            Port::Socket(stream) => {
+            RtuWire::Serial(port) => port,
+            RtuWire::Socket(stream) => {
                 return match stream.read(&mut bytes[..room]).await? {
                     0 => Err(tcp::closed()),
                     count => {

@@ -58,7 +58,7 @@ pub struct TcpPeer {
     /// The time limit for connecting, ms.
     pub connect_timeout_ms: u32,
     /// The use of a connection.
-    pub connection: Connection,
+    pub connection: ConnectionUse,
 }
 
 /// A line with frames of Modbus RTU, which several devices may share.
@@ -94,7 +94,7 @@ pub struct Serial {
 
 /// The use of a connection over TCP.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Connection {
+pub enum ConnectionUse {
     /// It is kept for all requests.
     #[default]
     Kept,
@@ -137,10 +137,10 @@ impl RtuPort {
     }
 }
 
-impl Connection {
+impl ConnectionUse {
     /// All values with their names.
-    pub(crate) const NAMES: [(&'static str, Connection); 2] =
-        [("kept", Connection::Kept), ("per-request", Connection::PerRequest)];
+    pub(crate) const NAMES: [(&'static str, ConnectionUse); 2] =
+        [("kept", ConnectionUse::Kept), ("per-request", ConnectionUse::PerRequest)];
 }
 
 impl Transaction {

@@ -16,9 +16,9 @@ use tokio::net::TcpStream;
 use tokio::time::{Instant, sleep_until, timeout};
 
 use super::link::{Link, LinkFailure};
-use super::pace::{Hint, Pace};
+use super::pace::{Hint, RequestPace};
 use super::rtu;
-use super::settings::{Connection, Habits, TcpLink, TcpPeer, Transaction};
+use super::settings::{ConnectionUse, Habits, TcpLink, TcpPeer, Transaction};
 use crate::io::device::Trouble;
 use crate::io::modbus::frame::{self, FRAME_BYTES_MAX, Header, Split};
 
@@ -28,7 +28,7 @@ pub struct Tcp {
     habits: Habits,
     timeout: Duration,
     stream: Option<TcpStream>,
-    pace: Pace,
+    pace: RequestPace,
     transaction: u16,
     /// The number of the questions before the present one that were not answered.
     lost: u16,
@@ -43,7 +43,7 @@ impl Tcp {
             habits,
             timeout,
             stream: None,
-            pace: Pace::new(),
+            pace: RequestPace::new(),
             transaction: 0,
             lost: 0,
             received: [0; FRAME_BYTES_MAX],
@@ -78,9 +78,9 @@ impl Tcp {
         let limit = self.timeout.as_millis();
         match timeout(self.timeout, talk).await {
             Err(_) if filled == 0 && is_sent => Err(Unanswered::Silent),
-            Err(_) if filled == 0 => Err(Unanswered::Broken(format!(
-                "the request could not be sent in {limit} ms"
-            ))),
+            Err(_) if filled == 0 => {
+                Err(Unanswered::Broken(format!("the request could not be sent in {limit} ms")))
+            }
             Err(_) => Err(Unanswered::Broken(format!("no whole answer in {limit} ms"))),
             Ok(Err(error)) if filled == 0 && is_closed(&error) => {
                 Err(Unanswered::Closed(error.to_string()))
@@ -135,7 +135,7 @@ impl Link for Tcp {
         request: &[u8],
         answer: &mut Vec<u8>,
     ) -> Result<(), LinkFailure> {
-        let is_per_request = self.settings.peer.connection == Connection::PerRequest;
+        let is_per_request = self.settings.peer.connection == ConnectionUse::PerRequest;
         if self.stream.is_none() && is_per_request {
             self.open().await.map_err(LinkFailure::Broken)?;
         }
@@ -177,7 +177,7 @@ impl Link for Tcp {
     }
 
     fn is_usable(&self) -> bool {
-        self.stream.is_some() || self.settings.peer.connection == Connection::PerRequest
+        self.stream.is_some() || self.settings.peer.connection == ConnectionUse::PerRequest
     }
 
     fn close(&mut self) {

@@ -93,8 +93,8 @@ mod tests {
         assert_eq!(encode(&kelvin, -300), 0);
         assert_eq!(encode(&plain(NumberType::I16), -1), 0xffff);
         assert_eq!(encode(&plain(NumberType::U32), -1), 0);
-        assert_eq!(encode(&plain(NumberType::I32), -1), u32::MAX.into());
-        assert_eq!(encode(&plain(NumberType::F32), 12), 12.0f32.to_bits().into());
+        assert_eq!(encode(&plain(NumberType::I32), -1), u64::from(u32::MAX));
+        assert_eq!(encode(&plain(NumberType::F32), 12), u64::from(12.0f32.to_bits()));
         let turned = number(NumberType::I16, -1, 2, 0);
         assert_eq!(encode(&turned, -2), 4);
     }
@@ -116,7 +116,10 @@ mod tests {
         assert_eq!(encode(&into_real(NumberType::I16), real("-0.1")), 0xffff);
         assert_eq!(encode(&into_real(NumberType::U16), real("-0.1")), 0);
         assert_eq!(encode(&into_real(NumberType::U16), real("1e30")), 0xffff);
-        assert_eq!(encode(&into_real(NumberType::F32), real("1e38")), f32::MAX.to_bits().into());
+        assert_eq!(
+            encode(&into_real(NumberType::F32), real("1e38")),
+            u64::from(f32::MAX.to_bits())
+        );
         for bits in [f32::NAN, f32::INFINITY] {
             assert_eq!(decode(&into_real(NumberType::F32), bits.to_bits().into()), None);
         }
@@ -152,7 +155,8 @@ mod tests {
         assert_eq!(decode(&reals, 0.1f64.to_bits()), Some(real("0.1")));
         assert_eq!(decode(&reals, 1e300f64.to_bits()), Some(f32::MAX.to_bits().cast_signed()));
         assert_eq!(encode(&reals, real("0.5")), 0.5f64.to_bits());
-        let tera = Number { scaling: Scaling { multiply: 1_000_000, ..Scaling::none(true) }, ..reals };
+        let tera =
+            Number { scaling: Scaling { multiply: 1_000_000, ..Scaling::none(true) }, ..reals };
         assert_eq!(decode(&tera, f64::MAX.to_bits()), Some(f32::MAX.to_bits().cast_signed()));
     }
 

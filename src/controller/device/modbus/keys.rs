@@ -2,7 +2,7 @@
 
 use super::super::scaling::ScalingKeys;
 use crate::io::modbus::number::{ByteOrder, NumberType, WordOrder};
-use crate::io::modbus_client::settings::{Connection, Parity, Transaction, Writes};
+use crate::io::modbus_client::settings::{ConnectionUse, Parity, Transaction, Writes};
 use crate::source::key::{LEAST_1MS, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
@@ -205,7 +205,7 @@ impl Keys {
         );
         self.connection = table.string(
             key("connection", "By TCP: `per-request` opens a new connection for each request.")
-                .one_of(|| words(&Connection::NAMES)),
+                .one_of(|| words(&ConnectionUse::NAMES)),
         );
     }
 

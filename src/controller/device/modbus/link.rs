@@ -5,7 +5,7 @@ use std::net::{IpAddr, SocketAddr};
 use super::super::driver::{WrittenDevice, at_least_one, one_word};
 use super::keys::{Keys, Medium};
 use crate::io::modbus_client::settings::{
-    Connection, Habits, Link, Parity, RtuLine, RtuPort, Serial, TcpLink, TcpPeer, Transaction,
+    ConnectionUse, Habits, Link, Parity, RtuLine, RtuPort, Serial, TcpLink, TcpPeer, Transaction,
 };
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
@@ -40,8 +40,7 @@ impl LinkReader<'_> {
     pub fn habits(&mut self) -> Habits {
         let keys = self.keys;
         let usual = Habits::default();
-        let connect_delay =
-            ("connect-delay", keys.connect_delay_ms.as_ref(), CONNECT_DELAY_MAX_MS);
+        let connect_delay = ("connect-delay", keys.connect_delay_ms.as_ref(), CONNECT_DELAY_MAX_MS);
         let pause = ("pause", keys.pause_ms.as_ref(), PAUSE_MAX_MS);
         let broadcast = ("broadcast-delay", keys.broadcast_delay_ms.as_ref(), PAUSE_MAX_MS);
         let habits = Habits {
@@ -105,12 +104,12 @@ impl LinkReader<'_> {
     }
 
     /// The keys of a connection, by either driver.
-    fn connection(&mut self) -> (u32, Connection) {
+    fn connection(&mut self) -> (u32, ConnectionUse) {
         let keys = self.keys;
         let timeout = keys.connect_timeout_ms.as_ref();
         let timeout_ms = at_least_one("connect-timeout", timeout, 1000, self.findings);
         let connection =
-            one_word("connection", keys.connection.as_ref(), &Connection::NAMES, self.findings);
+            one_word("connection", keys.connection.as_ref(), &ConnectionUse::NAMES, self.findings);
         (timeout_ms, connection.unwrap_or_default())
     }
 

@@ -75,7 +75,8 @@ fn client(
         let Some(found) = reader.row(row, row_unit) else { continue };
         let is_wide = found.first().is_some_and(|point| point.width() > 1);
         if row.direction == RowDirection::Out && is_wide && writes == Writes::Single {
-            let message = "several registers cannot be written as one value with `writes = \"single\"`";
+            let message =
+                "several registers cannot be written as one value with `writes = \"single\"`";
             reader.findings.push(row.find(message.to_owned()));
         }
         points[row.direction as usize].extend(found);
@@ -142,7 +143,9 @@ impl ModbusReader<'_> {
             self.findings.push(finding);
             return None;
         }
-        if row.direction == RowDirection::In && unit == 0 && self.keys.medium == Some(Medium::Serial)
+        if row.direction == RowDirection::In
+            && unit == 0
+            && self.keys.medium == Some(Medium::Serial)
         {
             let message = "unit 0 is all units of the line, and none of them answers".to_owned();
             let help = "read from a unit of its own, 1 to 247; only outputs may go to unit 0";
@@ -187,7 +190,8 @@ impl ModbusReader<'_> {
             return None;
         }
         let message = format!("a number of {width} registers, and `max-registers` is {most}");
-        let help = format!("write `max-registers = {width}`, or read {width} numbers of one register");
+        let help =
+            format!("write `max-registers = {width}`, or read {width} numbers of one register");
         Some(of_points(row, message).help(help))
     }
 }

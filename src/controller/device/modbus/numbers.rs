@@ -2,8 +2,8 @@
 //! `byte-order`, `split`, and the scaling.
 
 use super::super::driver::{ResolvedRow, one_word};
-use super::keys::RowKeys;
 use super::ModbusReader;
+use super::keys::RowKeys;
 use crate::io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
 use crate::io::modbus_client::settings::{Number, NumberPart};
 use crate::source::finding::{Code, Finding};
