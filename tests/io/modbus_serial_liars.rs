@@ -23,7 +23,7 @@ const RTU_LIES: [(&str, Answer); 17] = [
     ("6 bytes of data instead of 4", |_, _| Lie::Say(rtu_frame(1, &[4, 6, 0, 1, 2, 3, 4, 5]))),
     ("no whole, correct answer", |_, right| Lie::Say(with(right, 8, right[8] ^ 1))),
     ("no whole, correct answer", |_, right| Lie::Say(with(right, 0, 2))),
-    ("no whole, correct answer", |_, _| Lie::Say(rtu_frame(2, &[4, 4, 0, 1, 2, 3]))),
+    ("unit 2's, not unit 1's", |_, _| Lie::Say(rtu_frame(2, &[4, 4, 0, 1, 2, 3]))),
     ("no whole, correct answer", |_, _| Lie::Say(rtu_frame(1, &[3, 4, 0, 1, 2, 3]))),
     ("no whole, correct answer", |_, right| Lie::Say(right[..8].to_vec())),
     ("no whole, correct answer", |_, _| Lie::Trickle(vec![1; 30])),

@@ -259,7 +259,7 @@ fn odd_words(row: &ResolvedRow<'_>, parts: usize) -> Option<Finding> {
     if words.is_multiple_of(parts) {
         return None;
     }
-    let message = format!("{words} words for numbers that are split into {parts} words each");
+    let message = format!("a number that is split has two words, and this row has {words}");
     Some(of_points(row, message).help("give each number two words: `to = \"D0..D1\"`"))
 }
 
