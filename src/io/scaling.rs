@@ -1,9 +1,9 @@
 //! Scaling: the straight line from the numbers of a field device to the values of memory.
 //!
-//! `controller` makes a scaling from a row's `multiply`, `divide` and `offset`; `modbus_client` and
-//! `plant` use it. This module does not depend on registers or points. Integers are computed without
-//! overflow: they have at most 64 bits, and the reader of the controller file limits the factors. An
-//! R word is scaled in binary64, without rounding to an integer.
+//! `controller` makes a scaling from a row's `multiply`, `divide` and `offset`; `modbus_client`
+//! and `plant` use it. This module does not depend on registers or points. Integers are computed
+//! without overflow: they have at most 64 bits, and the reader of the controller file limits the
+//! factors. An R word is scaled in binary64, without rounding to an integer.
 
 use crate::isa::Real;
 

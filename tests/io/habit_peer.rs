@@ -1,7 +1,7 @@
 //! A Modbus device with the habits of devices in public bug reports, in the test's own process.
 //!
-//! Register n holds n + 1000 until it is written. Its habits depend on requests and connections, not
-//! on time, so that a busy machine changes nothing; only [`HabitPeer::gap`] is a time.
+//! Register n holds n + 1000 until it is written. Its habits depend on requests and connections,
+//! not on time, so that a busy machine changes nothing; only [`HabitPeer::gap`] is a time.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};

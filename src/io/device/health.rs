@@ -2,10 +2,10 @@
 //! readers.
 //!
 //! The log has two lines per outage: one at its start, with the first reason, and one at its end,
-//! with the number of failures for each reason. In between, `status` shows the latest reason; the log
-//! has a further line only for the first reason that names a key, as a remedy in backquotes. Each
-//! device has its own limit of lines, so frequent outages of one device do not suppress the lines
-//! of others.
+//! with the number of failures for each reason. In between, `status` shows the latest reason; the
+//! log has a further line only for the first reason that names a key, as a remedy in backquotes.
+//! Each device has its own limit of lines, so frequent outages of one device do not suppress the
+//! lines of others.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};

@@ -1,13 +1,14 @@
-//! The link by Modbus RTU: a serial line, or TCP to a serial server; one question at a time, with a
-//! silence before each.
+//! The link by Modbus RTU: a serial line, or TCP to a serial server; one question at a time, with
+//! a silence before each.
 //!
-//! Several devices may be on one line: they share it ([`RtuLines`]), question by question. Bytes that
-//! arrive between two questions are discarded before the next question. So a late or wrong answer
-//! does not disturb the next one, and the port stays open. A port that fails (an unplugged adapter,
-//! a closed connection) is closed at once. The next device that connects opens a serial port again; a
-//! connection is also opened by the next question, and replaced if `pace` finds that it is over.
-//! Echoes of adapters that send requests back are distinguished from answers: see [`Echo`]. This
-//! module does not switch a transceiver's direction; adapters and their kernel drivers do so.
+//! Several devices may be on one line: they share it ([`RtuLines`]), question by question. Bytes
+//! that arrive between two questions are discarded before the next question. So a late or wrong
+//! answer does not disturb the next one, and the port stays open. A port that fails (an unplugged
+//! adapter, a closed connection) is closed at once. The next device that connects opens a serial
+//! port again; a connection is also opened by the next question, and replaced if `pace` finds that
+//! it is over. Echoes of adapters that send requests back are distinguished from answers: see
+//! [`Echo`]. This module does not switch a transceiver's direction; adapters and their kernel
+//! drivers do so.
 
 use std::collections::HashMap;
 use std::io;

@@ -3,10 +3,10 @@
 //! `plan` groups points into few requests, `outputs` plans the writes, `request` and `answer` have
 //! the PDUs in both directions, `values` converts registers and numbers, `rtu` has the frames of
 //! Modbus RTU; all six are pure. [`Client`] is the driver of one device. It exchanges with each
-//! `unit` through `talk` over a [`Link`]: `tcp` has the frames of Modbus TCP, which are the server's
-//! ([`super::modbus::frame`]); `line` has the frames of Modbus RTU over a `port`, which is a serial
-//! line or a connection. `pace` keeps the habits of a peer (delays, pauses) for both links.
-//! `io::device` decides the times of exchanges and the reaction to trouble.
+//! `unit` through `talk` over a [`Link`]: `tcp` has the frames of Modbus TCP, which are the
+//! server's ([`super::modbus::frame`]); `line` has the frames of Modbus RTU over a `port`, which
+//! is a serial line or a connection. `pace` keeps the habits of a peer (delays, pauses) for both
+//! links. `io::device` decides the times of exchanges and the reaction to trouble.
 //! `docs/modbus-devices.md` describes the devices for authors.
 
 pub mod answer;

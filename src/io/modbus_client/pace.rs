@@ -1,10 +1,11 @@
 //! The pace of requests over one connection or line, and what a missing answer suggests.
 //!
-//! Used by both links. Before a request, [`RequestPace::ready_at`] gives the earliest time at which the
-//! peer's habits allow it; afterwards the link notes the result. The notes serve two more purposes.
-//! [`RequestPace::hint`] names the key that a peer with such a silence may need; a peer that was once as
-//! fast as it would have to be now gets no hint. [`RequestPace::is_over`] says when silence is a reason for
-//! a new connection: not at once, because many devices lose requests after connecting.
+//! Used by both links. Before a request, [`RequestPace::ready_at`] gives the earliest time at
+//! which the peer's habits allow it; afterwards the link notes the result. The notes serve two
+//! more purposes. [`RequestPace::hint`] names the key that a peer with such a silence may need; a
+//! peer that was once as fast as it would have to be now gets no hint. [`RequestPace::is_over`]
+//! says when silence is a reason for a new connection: not at once, because many devices lose
+//! requests after connecting.
 
 use std::time::Duration;
 

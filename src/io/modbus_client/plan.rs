@@ -1,9 +1,9 @@
 //! The plan of reads: few requests, each for several points of one unit and table.
 //!
-//! Made once, before the first exchange. Points share a request if they are neighbours, or if their
-//! distance is no more than the author's `gap`. A request stays within the limits of the protocol and
-//! of the peer. A number in several registers stays within one request, so that all of them are from
-//! the same moment.
+//! Made once, before the first exchange. Points share a request if they are neighbours, or if
+//! their distance is no more than the author's `gap`. A request stays within the limits of the
+//! protocol and of the peer. A number in several registers stays within one request, so that all
+//! of them are from the same moment.
 
 use super::settings::{Habits, ModbusPoint, PointForm, Table};
 use super::values;

@@ -1,5 +1,5 @@
-//! What carries the frames of Modbus RTU: a serial line of this machine, or a connection to a serial
-//! server. Bytes in, bytes out; `line` has the frames.
+//! What carries the frames of Modbus RTU: a serial line of this machine, or a connection to a
+//! serial server. Bytes in, bytes out; `line` has the frames.
 
 use std::io::{self, ErrorKind};
 use std::os::fd::OwnedFd;

@@ -1,11 +1,11 @@
 //! The link by Modbus TCP: one connection, one question at a time.
 //!
-//! A late answer to an earlier question is known by its transaction, and skipped: a silence does not
-//! end the connection at once (see `pace`). Any other frame that does not answer the present
+//! A late answer to an earlier question is known by its transaction, and skipped: a silence does
+//! not end the connection at once (see `pace`). Any other frame that does not answer the present
 //! question does: a new connection contains no old frames. If a peer's transactions say nothing, a
 //! silence ends the connection too. Many peers close a connection that was idle for some time. The
-//! link detects this only at the next question, and reports it as [`LinkFailure::Closed`]. The link
-//! stores one frame at most.
+//! link detects this only at the next question, and reports it as [`LinkFailure::Closed`]. The
+//! link stores one frame at most.
 
 use std::io;
 use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, UnexpectedEof};

@@ -1,9 +1,9 @@
 //! Converts the bits of registers to values of memory, and back. No I/O.
 //!
-//! For an input, the number is scaled, and limited to the range of memory. For an output, the value
-//! is scaled back, and limited to the range of the registers. `io::scaling` computes; this file
-//! decides which numbers it computes with as reals. Half a number is 32 bits, neither scaled nor
-//! limited.
+//! For an input, the number is scaled, and limited to the range of memory. For an output, the
+//! value is scaled back, and limited to the range of the registers. `io::scaling` computes; this
+//! file decides which numbers it computes with as reals. Half a number is 32 bits, neither scaled
+//! nor limited.
 
 use super::settings::{Number, NumberPart};
 

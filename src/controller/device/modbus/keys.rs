@@ -212,7 +212,7 @@ impl Keys {
     fn read_habits(&mut self, table: &mut Table<'_>) {
         self.connect_delay_ms = table.duration(key(
             "connect-delay",
-            "Modbus: the wait from connecting, or opening the port, to a request; 0ms if not given.",
+            "Modbus: the wait from connecting (opening the port) to a request; 0ms if not given.",
         ));
         self.pause_ms = table.duration(key(
             "pause",

@@ -3,8 +3,8 @@
 //!
 //! Two outputs in one place would overwrite each other's value at every write; a watchdog's
 //! register is an output too. Bits of one register may be outputs side by side within one device:
-//! they are written together. An answer on a serial line does not identify its request, so only one
-//! device may use a unit.
+//! they are written together. An answer on a serial line does not identify its request, so only
+//! one device may use a unit.
 //!
 //! ```toml
 //! # passes
