@@ -131,6 +131,14 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
     }
 
     #[inline(always)]
+    fn check_index(&mut self, step: Step, noted: &mut Mishaps) {
+        let index = self.view.word(WordRead(step.a));
+        if !u32::try_from(index).is_ok_and(|index| index < step.b) {
+            noted.note(Mishap::IndexError);
+        }
+    }
+
+    #[inline(always)]
     fn jump(&mut self, step: Step, _: &mut Mishaps) {
         self.at = step.to as usize;
     }

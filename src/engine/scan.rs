@@ -113,7 +113,7 @@ impl Engine {
         }
         self.put_status_bits(now_ns.saturating_sub(self.start_ns));
         let mut words = [0; dst::COUNT];
-        words[dst::SCAN_COUNTER as usize] = i32::try_from(self.scans).unwrap_or(i32::MAX);
+        words[dst::SCAN_COUNTER as usize] = scan_counter(self.scans);
         words[dst::SCAN_TIME_US as usize] = times.mean_us;
         words[dst::MIN_SCAN_TIME_US as usize] = times.min_us;
         words[dst::MAX_SCAN_TIME_US as usize] = times.max_us;
@@ -342,4 +342,9 @@ impl Engine {
 fn first_half(since_start_ns: u64, period_ms: u64) -> bool {
     let period_ns = period_ms * 1_000_000;
     since_start_ns % period_ns < period_ns / 2
+}
+
+/// The value of `$ScanCounter` after this number of scans: after 2147483647 it goes on at 0.
+fn scan_counter(scans: u64) -> i32 {
+    (scans & i32::MAX as u64) as i32
 }

@@ -218,6 +218,8 @@ macro_rules! for_each_code {
             /// Loads the bit `a`, the status bit of the mishap `b`. It is also ON if the formula
             /// had this mishap.
             LoadMishap = load_mishap;
+            /// Notes an index error if the word `a` selects none of `b` elements.
+            CheckIndex = check_index;
             /// Loads the bit that the integer selects among the `b` bits from `a` on.
             BitOf = bit_of;
             /// Loads the word that the integer selects among the `b` words from `a` on.

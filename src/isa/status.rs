@@ -120,7 +120,7 @@ const BIT_MEANINGS: [&str; st::COUNT] = [
 
 /// The meanings of the status words, by number.
 const WORD_MEANINGS: [&str; dst::COUNT] = [
-    "scans completed since RUN began",
+    "scans completed since RUN began; after 2147483647 it goes on at 0",
     "the filtered mean of the scan time, µs",
     "the shortest scan since RUN began, µs",
     "the longest scan since RUN began, µs",

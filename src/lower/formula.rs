@@ -8,7 +8,7 @@
 use super::assembler::Assembler;
 use super::formula_marks::{Mark, marks};
 use crate::engine::ops::{
-    Accumulator, At, Code, LegPowers, Math, Operator, Put, Step, Target, WordWritten,
+    Accumulator, At, Code, LegPowers, Math, Operator, Put, PutAt, Step, Target, WordWritten,
 };
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Real, Word};
@@ -25,6 +25,9 @@ impl Assembler<'_> {
             jumps: Vec::new(),
             slots: 1,
         };
+        if let Put::At(at) = put {
+            builder.check_index(at, formula);
+        }
         let result = builder.walk(formula);
         let (steps, slots) = (builder.steps, builder.slots);
         let (first, number) = self.formula(&steps, slots);
@@ -80,6 +83,15 @@ impl Builder<'_, '_> {
         match self.operands[0].of {
             NumberType::Integer => Accumulator::Integer,
             NumberType::Real => Accumulator::Real,
+        }
+    }
+
+    /// A formula that reads `$IndexError` must see that the index of its target is outside.
+    fn check_index(&mut self, at: PutAt, formula: &Formula) {
+        let error = Bit::Space(BitSpace::St, st::INDEX_ERROR);
+        let reads = |part: &Part| matches!(part, Part::Bit(bit) if *bit == error);
+        if formula.parts.iter().any(reads) {
+            self.step(Code::CheckIndex, 0, at.index, at.count.into());
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::support::plc::{plc, stopped};
 use rungd::calendar::LocalTime;
-use rungd::engine::ScanTimes;
+use rungd::engine::{EngineState, ScanTimes};
 
 #[test]
 fn before_the_start_nothing_runs_and_on_is_on() {
@@ -275,4 +275,37 @@ fn a_stop_asked_for_ends_with_the_next_scan() {
     plc.engine.start(plc.now_ns);
     assert!(!plc.scan(&[]).last);
     assert!(!plc.scan(&[]).last);
+}
+
+/// The bytes of a state begin with the timestamp, the start of RUN and the number of scans.
+#[test]
+fn the_scan_counter_goes_on_at_0() {
+    let main = r#"
+rung = [
+  { when = ["$ScanCounter > 100"], do = ["OUT Y0"] },
+  { when = ["$On"], do = ["MATH D0 = $ScanCounter % 3", "MATH D1 = $ScanCounter % 4"] },
+]
+"#;
+    let mut plc = plc(main);
+    plc.scan(&[]);
+    let mut bytes = Vec::new();
+    EngineState::of(&plc.engine).write(&mut bytes);
+    bytes[16..24].copy_from_slice(&(i32::MAX as u64 - 1).to_le_bytes());
+    let near = EngineState::read(&bytes).expect("a state");
+    assert!(plc.engine.resume(&near));
+    let mut shown = Vec::new();
+    for _ in 0..4 {
+        plc.scan(&[]);
+        let names = ["$ScanCounter", "$FirstScan", "$ScanToggle", "Y0", "D0", "D1"];
+        shown.push(plc.values(names));
+    }
+    assert_eq!(
+        shown,
+        [
+            [2_147_483_646, 0, 0, 1, 0, 2],
+            [2_147_483_647, 0, 1, 1, 1, 3],
+            [0, 0, 0, 0, 0, 0],
+            [1, 0, 1, 0, 1, 1],
+        ]
+    );
 }

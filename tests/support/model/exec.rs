@@ -128,7 +128,7 @@ impl<'a> Sim<'a> {
         for (index, on) in bits.into_iter().enumerate() {
             self.memory.put_bit(Loc::whole(Area::St, index), on);
         }
-        self.memory.put(Loc::whole(Area::Dst, 0), number);
+        self.memory.put(Loc::whole(Area::Dst, 0), number % 2_147_483_648);
         for (index, value) in self.local.into_iter().enumerate() {
             self.memory.put(Loc::whole(Area::Dst, 5 + index), value);
         }

@@ -78,14 +78,15 @@ impl Number {
 impl Sim<'_> {
     /// Evaluates the expression and stores the result.
     pub fn math(&mut self, target: &Target, expr: &Expr) {
-        // The index is evaluated first, but a wrong index is noted only when the result would be
-        // stored.
         let found = match target {
             Target::At(loc) => Some(*loc),
             Target::Element(array, index) => self.selected(*array, index),
         };
+        if found.is_none() {
+            self.wrong_index();
+        }
         let value = self.number(expr);
-        let Some(target) = found else { return self.wrong_index() };
+        let Some(target) = found else { return };
         if target.area == Area::R {
             let single = self.single(value.real());
             return self.memory.put_real(target, single.real() as f32);

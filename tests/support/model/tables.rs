@@ -1,6 +1,8 @@
 //! Tests of the model itself: traces computed by hand from the tables of the semantics.
 
 use super::clock::BEGIN;
+use super::exec::Sim;
+use super::parse::load;
 use super::{Options, simulate};
 
 /// Runs a ladder with a period of 10 ms and returns its rows without scan and time.
@@ -379,4 +381,23 @@ fn stop_row() {
     assert_eq!(rows(&ladder, watch, "scan\n", 9, false), expected);
     assert_eq!(rows(&ladder, watch, "scan\n", 3, true), expected);
     assert_eq!(rows(&ladder, watch, "scan\n", 2, false), expected[..2]);
+}
+
+/// A simulation that reaches the end of the counter would take 2147483648 scans.
+#[test]
+fn the_scan_counter_goes_on_at_0() {
+    let ladder = r#"
+[[program]]
+name = "Main"
+rung = [ { when = ["$On"], do = ["MATH D0 = $ScanCounter % 3"] } ]
+"#;
+    let loaded = load(ladder).expect("a ladder");
+    let [counter, third] = ["$ScanCounter", "D0"].map(|name| loaded.names.place(name).expect(name));
+    let mut sim = Sim::new(&loaded.program);
+    let shown = (2_147_483_646..2_147_483_650).map(|scan| {
+        sim.scan(scan, scan * 10, false, &[], &[]);
+        (sim.memory.get(counter), sim.memory.get(third))
+    });
+    let shown: Vec<(i64, i64)> = shown.collect();
+    assert_eq!(shown, [(2_147_483_646, 0), (2_147_483_647, 1), (0, 0), (1, 1)]);
 }
