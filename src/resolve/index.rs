@@ -141,7 +141,7 @@ impl Scope {
         let digits = text.strip_prefix('-').unwrap_or(text);
         let (number, named) = if digits.starts_with(|c: char| c.is_ascii_digit()) {
             (whole(text).ok_or_else(|| no_index(text))?, None)
-        } else if text.contains(|c: char| !(c.is_ascii_alphanumeric() || "_.$".contains(c))) {
+        } else if text.contains(|c: char| !is_of_name(c)) {
             return Err(no_index(text));
         } else {
             match self.look_up(text)?.thing {
@@ -182,6 +182,11 @@ impl Scope {
             | Thing::Device(_) => Err(no_index(word)),
         }
     }
+}
+
+/// Whether a name may have the character. The names of the trial of a template have a `?`.
+fn is_of_name(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "_.$?".contains(c)
 }
 
 fn whole(text: &str) -> Option<i64> {

@@ -364,10 +364,11 @@ fn without(text: &str, name: &str) -> String {
 fn bare(text: &str) -> String {
     let mut told = String::new();
     let mut rest = text;
-    while let Some(at) = rest.find("`?") {
-        let (before, behind) = (&rest[..=at], &rest[at + 2..]);
+    while let Some(at) = rest.find('?') {
+        let (before, behind) = (&rest[..at], &rest[at + 1..]);
         told.push_str(before);
-        if !behind.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        let begins = !told.ends_with(|c: char| c.is_ascii_alphanumeric());
+        if !(begins && behind.starts_with(|c: char| c.is_ascii_alphabetic())) {
             told.push('?');
         }
         rest = behind;
@@ -382,6 +383,7 @@ mod tests {
     #[test]
     fn marks_of_a_trial_go_and_a_question_stays() {
         assert_eq!(bare("`?a` and `b`? or `?c`?"), "`a` and `b`? or `c`?");
+        assert_eq!(bare("`list[?a]`, `?b & !?c`. ms or s?"), "`list[a]`, `b & !c`. ms or s?");
     }
 
     /// The result for two findings at an argument marked as wrong, and for other findings.
