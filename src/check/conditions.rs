@@ -60,6 +60,14 @@ impl<'a> Context<'a> {
         print(self, contact)
     }
 
+    /// A value as text; a bare number of milliseconds gets its unit.
+    pub fn milliseconds(&self, of: Value) -> String {
+        match of {
+            Value::Const(ms, _) => duration::print(ms),
+            Value::Real(_) | Value::Word(_) | Value::Element(_) => value(self, of),
+        }
+    }
+
     /// One condition that is ON if any of `powers` is ON, as the text of `when = ["…"]`. `None` if
     /// a power is unknown, or if the condition is too long or always ON.
     pub fn any_of(

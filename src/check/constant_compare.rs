@@ -189,7 +189,8 @@ fn judge_range(
     Some(ConstantResult { always, why })
 }
 
-fn holds(a: f64, comparison: Comparison, b: f64) -> bool {
+/// Whether a compare of two numbers is true.
+pub(super) fn holds(a: f64, comparison: Comparison, b: f64) -> bool {
     match comparison {
         Comparison::Eq => a == b,
         Comparison::Ne => a != b,
@@ -201,7 +202,7 @@ fn holds(a: f64, comparison: Comparison, b: f64) -> bool {
 }
 
 /// The same compare with its sides exchanged.
-fn mirrored(comparison: Comparison) -> Comparison {
+pub(super) fn mirrored(comparison: Comparison) -> Comparison {
     match comparison {
         Comparison::Lt => Comparison::Gt,
         Comparison::Le => Comparison::Ge,

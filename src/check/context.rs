@@ -222,6 +222,11 @@ impl<'a> Context<'a> {
         self.progress.during(&self.drivers).map(|(bit, drivers)| (*bit, drivers.as_slice()))
     }
 
+    /// The drivers of a bit, in file order.
+    pub fn drivers_of(&self, bit: Bit) -> &[Driver<'a>] {
+        self.drivers.get(&bit).map_or(&[], Vec::as_slice)
+    }
+
     /// Every owned structure with its owners, in file order, until the load must end.
     pub fn owners(&self) -> impl Iterator<Item = (Structure, &[Placed<'a>])> {
         self.progress

@@ -26,6 +26,7 @@ mod duplicate_out;
 mod duration_as_count;
 mod edge_in_clk;
 mod entask_conflict;
+mod implied;
 mod input_unmapped;
 mod jump_outside_stage;
 mod lost_fraction;
@@ -42,6 +43,9 @@ mod reach;
 mod reset_never_set;
 mod reset_without_owner;
 mod retained_but_reset;
+mod runs_through;
+mod scan_order;
+mod self_reset_loses_time;
 mod sensaphone_preset;
 mod set_never_reset;
 mod silence;
@@ -82,6 +86,7 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Place, Code::DuplicateOut, duplicate_out::check),
     (Needs::Place, Code::OutElsewhere, out_elsewhere::check),
     (Needs::Whole, Code::OutLostOnJumpBack, out_lost_on_jump_back::check),
+    (Needs::Whole, Code::RunsThrough, runs_through::check),
     (Needs::Whole, Code::StageNeverEntered, stage_never_entered::check),
     (Needs::Whole, Code::BlockNeverStarted, block_never_started::check),
     (Needs::Whole, Code::SetNeverReset, set_never_reset::check),
@@ -98,6 +103,7 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Itself, Code::DurationAsCount, duration_as_count::check),
     (Needs::Itself, Code::MixedAndOr, mixed_and_or::check),
     (Needs::Itself, Code::EdgeInClk, edge_in_clk::check),
+    (Needs::Itself, Code::SelfResetLosesTime, self_reset_loses_time::check),
     (Needs::Place, Code::RetainedButReset, retained_but_reset::check),
     (Needs::Whole, Code::UnusedTag, unused_tag::check),
 ];

@@ -116,6 +116,15 @@ mod tests {
                   stage `Alone` of program `Day` is never entered: no JMP, SGSET, SGDIVRG
                   or SGCONVRG leads to it
                     enter it, for example from stage `B`: `do = ["JMP Alone"]`
+                18:47 runs-through
+                  `JMP Behind` runs through stage `Behind`: `JMP A` there is ON in the
+                  same scan
+                    let `Behind` wait for something that comes later; or let one edge make
+                    one step: a bit that the step takes away,
+                    `pulse = { type = "bit" }` under [tags], in `Main`
+                    { when = ["X2"], do = ["PD pulse"] },
+                    and here, as in every stage that waits for it,
+                    { when = ["pulse"], do = ["RST pulse", "JMP Behind"] },
                 21:9 stage-never-entered
                   stage `Behind` of program `Day` is never entered: it would be entered
                   only from `Alone`, which is never entered either

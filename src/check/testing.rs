@@ -6,7 +6,7 @@ use super::{Around, Outside, Read};
 use crate::isa::NumberRanges;
 use crate::resolve::operands::{numbers, resolve_operands};
 use crate::resolve::program::Program;
-use crate::resolve::range::resolve_range;
+use crate::resolve::range::{Range, resolve_range};
 use crate::resolve::scope::Scope;
 use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::finding::{Code, Finding};
@@ -46,13 +46,22 @@ pub fn main(rungs: &str) -> String {
 
 /// As [`check_main`], with a controller file that retains these ranges.
 pub fn check_retained(ranges: &[&str], rungs: &str, expected: Expect) {
+    compare_retained((ranges, false), rungs, expected);
+}
+
+/// As [`check_retained`], for what `[retain] tags` names.
+pub fn check_retained_tags(tags: &[&str], rungs: &str, expected: Expect) {
+    compare_retained((tags, true), rungs, expected);
+}
+
+fn compare_retained((ranges, of_tag): (&[&str], bool), rungs: &str, expected: Expect) {
     let ladder = main(rungs);
     let (program, _) = load(&ladder);
     let program = program.expect("the ladder has no errors");
     let scope = Scope::of(&program);
     let range = |text: &&str| {
         let text = Text { text: (*text).to_owned(), span: Span::default(), exact: true };
-        resolve_range(&scope, &text).expect("a range")
+        Range { of_tag, ..resolve_range(&scope, &text).expect("a range") }
     };
     let retained: Vec<_> = ranges.iter().map(range).collect();
     expected.assert_eq(&print(&ladder, &super::check(&program, Around::of(&retained))));

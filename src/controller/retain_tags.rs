@@ -136,7 +136,8 @@ fn range(program: &Program, tag: &Tag) -> Option<Range> {
     let TagMeaning::Address(address) = tag.meaning else { return None };
     let (space, first) = Space::of(address)?;
     let count = program.places.named(&tag.name).map_or(1, |place| place.count);
-    let range = Range { space, first, last: first + count - 1, span: tag.span };
+    let last = first + count - 1;
+    let range = Range { space, first, last, span: tag.span, of_tag: true };
     Space::RETAINABLE.contains(&space).then_some(range)
 }
 

@@ -40,6 +40,8 @@ files! {
     "pid"
     "ramp"
     "scaling"
+    "tick"
+    "totalizer"
 }
 
 impl LibraryFile {

@@ -89,7 +89,8 @@ pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, F
         return Err(finding(message));
     }
     if let Some((space, _)) = Space::with_members(first) {
-        let range = Range { space, first: from.min(to), last: to.max(from), span: text.span };
+        let (first, last) = (from.min(to), from.max(to));
+        let range = Range { space, first, last, span: text.span, of_tag: false };
         if let Some(finding) = placed_in(scope, &range) {
             return Err(finding);
         }

@@ -17,6 +17,8 @@ pub struct Range {
     pub last: u32,
     /// Its place.
     pub span: Span,
+    /// Whether it stands for a tag that `[retain] tags` names.
+    pub of_tag: bool,
 }
 
 impl Range {
@@ -88,7 +90,7 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
     }
     if let Ok(Thing::Array(array)) = whole {
         let (space, first, last) = (array.space, array.first, array.first + array.count - 1);
-        return Ok(Range { space, first, last, span: text.span });
+        return Ok(Range { space, first, last, span: text.span, of_tag: false });
     }
     let (low, high) = match text.text.split_once("..") {
         Some((low, high)) => (low.trim(), high.trim()),
@@ -110,7 +112,8 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
         );
         return Err(finding(message));
     }
-    let range = Range { space, first: first.min(last), last: last.max(first), span: text.span };
+    let (least, most) = (first.min(last), first.max(last));
+    let range = Range { space, first: least, last: most, span: text.span, of_tag: false };
     if let Some(finding) = is_range(&text.text).then(|| placed_in(scope, &range)).flatten() {
         return Err(finding);
     }

@@ -246,6 +246,8 @@ findings! {
     OutElsewhere "out-elsewhere" Warning "Two OUTs in different places drive one bit.";
     OutLostOnJumpBack "out-lost-on-jump-back" Warning
         "After a jump back, the left stage's termination turns a bit of the new stage OFF.";
+    RunsThrough "runs-through" Warning
+        "The condition that enters a stage also leaves it, in the same scan.";
     StageNeverEntered "stage-never-entered" Warning "Nothing ever turns this stage ON.";
     BlockNeverStarted "block-never-started" Warning "Nothing ever starts this block.";
     SetNeverReset "set-never-reset" Warning "A bit is SET and never RST.";
@@ -259,7 +261,11 @@ findings! {
     DurationAsCount "duration-as-count" Warning
         "A duration where a counter wants a number of counts.";
     MixedAndOr "mixed-and-or" Warning "`&` and `|` are mixed without parentheses.";
-    EdgeInClk "edge-in-clk" Warning "An edge contact stands in the `clk` leg of SR.";
+    EdgeInClk "edge-in-clk" Warning
+        "An edge contact stands in a leg that detects the edge itself: `clk` of SR, `up` or `dn` \
+         of UDCG.";
+    SelfResetLosesTime "self-reset-loses-time" Warning
+        "A timer that its own Done resets takes longer for each round than its preset.";
     MixedOperators "mixed-operators" Warning
         "Operators of an expression that are easily misread are mixed without parentheses.";
     IntegerDivisionIntoReal "integer-division-into-real" Warning
@@ -273,7 +279,7 @@ findings! {
     MathConstants "math-constants" Warning
         "Constants in MATH can only be a mistake, as a division by 0.";
     RetainedButReset "retained-but-reset" Warning
-        "A retained structure loses its value at every stop.";
+        "A retained structure or bit loses its value at every stop.";
     RetainsNothing "retains-nothing" Warning "`[retain]` names nothing that a restart keeps.";
     ColdForEver "cold-for-ever" Warning
         "A start with nothing to restore waits for an operator's command, but has no socket.";

@@ -37,8 +37,8 @@ impl Code {
             | DuplicateOut | RetainRange | OutElsewhere | TaskStartsItself | ConstantCompare
             | BareTimerValue | DurationAsCount | MixedAndOr | EdgeInClk | MixedOperators
             | IntegerDivisionIntoReal | ComplementOfBit | ConstantSaturates | LostFraction
-            | MathConstants | RetainedButReset | LongPeriod | UnknownAllow | UnknownEvent
-            | KeptEvent => RestsOn::Itself,
+            | MathConstants | RetainedButReset | SelfResetLosesTime | LongPeriod | UnknownAllow
+            | UnknownEvent | KeptEvent => RestsOn::Itself,
             UnknownName | UnknownMember | UnknownBlock | UnknownStage
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
@@ -46,7 +46,7 @@ impl Code {
             | LevelLeftOut => RestsOn::Table,
             Controller | Edge | TestFile => RestsOn::Group,
             BeyondMemory | MemoryFull | RetainsNothing | ColdForEver => RestsOn::Settings,
-            Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | StageNeverEntered
+            Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | RunsThrough | StageNeverEntered
             | BlockNeverStarted | SetNeverReset | ResetNeverSet | NeverWritten | MultiScanInTask
             | HeldButReset | InputUnmapped | OutputUnmapped | UnusedTag
             | UnusedTemplate => RestsOn::Everything,

@@ -148,3 +148,19 @@ fn noise_does_not_disturb_it() {
     // 30 uA correspond to half a degree.
     assert!((118.5..=121.5).contains(&low) && high < 121.5, "{low} to {high}");
 }
+
+/// What a scan is too long is taken off the next cycle, so any share is exact in the long run.
+#[test]
+fn the_heater_is_on_for_the_share_that_is_asked() {
+    for (percent, wanted) in [("0.0", 0), ("1.0", 40), ("0.5", 20), ("33.3", 1332), ("79.9", 3196)]
+    {
+        let mut plant = plant();
+        plant.force("by_hand", true);
+        run(&mut plant, 1);
+        write(&mut plant, "power", percent);
+        run(&mut plant, 2);
+        let mut on = 0;
+        plant.until(plant.now_ms + 40_000, |plant| on += plant.value("heater"));
+        assert!((on - wanted).abs() <= 2, "{percent} per cent: of 4000 scans {on}, not {wanted}");
+    }
+}

@@ -29,10 +29,12 @@ rung = [
   { use = "HysteresisInt", name = "hi", with = { value = "raw", high = 6000, low = 4000 } },
   { use = "Pid", name = "p", with = { value = "level", setpoint = "setpoint", hand = "hand", gain = 2, reset = 5, by_hand = "X8" } },
   { use = "FirstOut", name = "fo", with = { alarm1 = "X9", alarm2 = "X10", ack = "X11" } },
+  { use = "Tick", name = "t", with = { every = "100ms" } },
+  { use = "Totalizer", name = "q", with = { rate = "level", clear = "t.now" } },
 ]
 "#;
 
-pub const LIBRARY: [&str; 10] = [
+pub const LIBRARY: [&str; 12] = [
     "alternate",
     "debounce",
     "first-out",
@@ -43,6 +45,8 @@ pub const LIBRARY: [&str; 10] = [
     "pid",
     "ramp",
     "scaling",
+    "tick",
+    "totalizer",
 ];
 
 #[test]
@@ -58,7 +62,7 @@ fn every_template_is_used_without_a_finding() {
     let all = LIBRARY.map(|name| format!("\"lib:{name}\"")).join(", ");
     let controller = folder.join("controller.toml");
     // The values that a plant needs after a restart; a stop resets none of them.
-    let kept = "h.hours h.since h.part l2.lead l3.lead alt.others_turn fo.first p.out p.integral \
+    let kept = "h.hours h.since h.part q.total q.part q.rest l2.lead l3.lead alt.others_turn fo.first p.out p.integral \
                 r.value";
     let kept = format!("[\"{}\"]", kept.split_whitespace().collect::<Vec<_>>().join("\", \""));
     let text = format!("ladder = [{all}, \"plant.toml\"]\n[retain]\ntags = {kept}\n");

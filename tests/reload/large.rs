@@ -130,7 +130,8 @@ fn retained_words_with_gaps_and_timers() {
         let rungs: String = (0..count).map(rung).collect();
         let timers = format!("[[program]]\nname = \"Timers\"\nrung = [\n{rungs}]\n");
         let large = Large::new(&format!("[tags]\n{tags}{timers}"));
-        let range = |space, first, last| Range { space, first, last, span: Span::default() };
+        let span = Span::default();
+        let range = |space, first, last| Range { space, first, last, span, of_tag: false };
         let word = |at: u32| range(Space::Word(WordSpace::D), 2 * at, 2 * at);
         let words = (0..count as u32).map(word);
         let ranges = words.chain([range(Space::Timer, 0, count as u32 - 1)]);

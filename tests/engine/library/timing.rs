@@ -1,4 +1,4 @@
-//! The templates that measure time: debounce, flasher, hour meter.
+//! The templates that measure time: debounce, flasher, hour meter, tick, totalizer.
 
 use super::{Bench, bench};
 
@@ -151,4 +151,96 @@ fn service_is_due_until_it_is_done() {
     assert_eq!((h.int("h.since"), h.on("h.due"), h.int("h.hours")), (0, false, 3));
     h.run(1_000);
     assert_eq!((h.int("h.since"), h.int("h.hours")), (1, 4));
+}
+
+/// The sum of a word over the scans of some time.
+fn sum(bench: &mut Bench, name: &str, ms: u64) -> i64 {
+    let end = bench.plc.now_ns + ms * 1_000_000;
+    let mut sum = 0;
+    while bench.plc.now_ns < end {
+        sum += bench.scan().int(name);
+    }
+    sum
+}
+
+/// 600 periods of 100 ms last a minute with scans of any length, longer ones too.
+#[test]
+fn a_tick_does_not_drift() {
+    let uses = "{ use = \"Tick\", name = \"t\", with = { every = \"100ms\" } },";
+    for period in [1, 7, 10, 30, 90, 250] {
+        let mut t = bench("tick", "", uses).period(period);
+        t.scan();
+        let ticks = sum(&mut t, "t.count", 60_000);
+        let part = t.int("t.time.Acc");
+        let passed = (t.plc.now_ns / 1_000_000).cast_signed() - period.cast_signed();
+        assert_eq!(ticks * 100 + part, passed, "scans of {period} ms");
+        let mut t = bench("tick", "", uses).period(period);
+        t.scan();
+        let (scans, _) = t.watch("t.now", 60_000);
+        let most = 60_000 / period.max(100);
+        assert!(u64::from(scans).abs_diff(most) <= 1, "scans of {period} ms: {scans}");
+    }
+}
+
+#[test]
+fn a_tick_that_is_not_wanted_begins_anew() {
+    let uses = "{ use = \"Tick\", name = \"t\", with = { every = \"50ms\", wanted = \"X0\" } },";
+    let mut t = bench("tick", "", uses);
+    assert_eq!(sum(&mut t, "t.count", 1_000), 0);
+    t.set("X0", 1).run(40).set("X0", 0).run(100).set("X0", 1);
+    let ticks: String = (0..16).map(|_| if t.scan().on("t.now") { '1' } else { '0' }).collect();
+    assert_eq!(ticks, "0000010000100001");
+    t.restart();
+    assert_eq!(sum(&mut t, "t.count", 50), 0, "a stop begins anew");
+}
+
+fn totalizer(rate: &str, per: &str) -> Bench {
+    let uses = format!(
+        "{{ use = \"Totalizer\", name = \"q\", \
+         with = {{ rate = \"{rate}\", per = \"{per}\", count = \"X0\", clear = \"X1\" }} }},"
+    );
+    bench("totalizer", "flow = { at = \"R0\" }", &uses)
+}
+
+/// In billionths of a unit.
+fn totalled(q: &Bench) -> i64 {
+    q.int("q.total") * 1_000_000_000 + q.int("q.part")
+}
+
+/// The total is that of the time that passed, with scans of any length: to a billionth.
+#[test]
+fn a_totalizer_loses_nothing() {
+    for period in [1, 7, 10, 250] {
+        for (rate, per, each_ms) in [
+            ("90.0", "1m", 90.0 / 60_000.0),
+            ("0.01", "1h", f64::from(0.01_f32) / 3_600_000.0),
+            ("3600000.0", "1s", 3_600.0),
+        ] {
+            let mut q = totalizer(rate, per).period(period);
+            q.set("X0", 1).scan();
+            let begin = q.plc.now_ns;
+            q.run(20_000);
+            let passed = (q.plc.now_ns - begin) as f64 / 1e6;
+            let wanted = passed * each_ms * 1e9;
+            let total = totalled(&q);
+            let off = (total as f64 - wanted).abs();
+            assert!(off <= 2.0, "{rate} in {per}, scans of {period} ms: {total}, not {wanted}");
+        }
+    }
+}
+
+#[test]
+fn a_totalizer_counts_while_it_is_to_and_takes_away_too() {
+    let mut q = totalizer("flow", "1s");
+    q.set("X0", 1).put("flow", 4.0).scan();
+    q.run(1_000).set("X0", 0).run(5_000);
+    assert_eq!(totalled(&q), 4_000_000_000, "its time while it does not count is left out");
+    q.set("X0", 1).run(510);
+    assert_eq!(totalled(&q), 6_000_000_000);
+    q.put("flow", -1.0).run(500);
+    assert_eq!(totalled(&q), 5_500_000_000);
+    q.restart().run(260);
+    assert_eq!(totalled(&q), 5_240_000_000, "the last scan counts, the stop adds nothing");
+    q.set("X1", 1).scan();
+    assert_eq!(totalled(&q), 0);
 }

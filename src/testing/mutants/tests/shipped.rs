@@ -60,7 +60,7 @@ fn all_mutants_of_the_ladders_in_config() {
         parts-bin: 43
         pump-station: 155
         rungd: 43
-        temperature-loop: 59
+        temperature-loop: 94
         traffic-light: 189
         controller: 39
     "#]]
@@ -88,6 +88,8 @@ fn all_mutants_of_the_library() {
         pid: 136
         ramp: 68
         scaling: 47
+        tick: 26
+        totalizer: 75
     "#]]
     .assert_eq(&text);
 }
