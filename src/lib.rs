@@ -60,3 +60,5 @@ mod variants;
 mod wall_clock;
 #[cfg(feature = "web")]
 pub mod web;
+#[cfg_attr(not(all(feature = "web", feature = "fleet")), allow(dead_code))]
+mod whole_file;

@@ -89,6 +89,13 @@ impl BrokerArgs {
         brokers.packet_bytes_max = PACKET_BYTES_MAX;
         let login = self.user.as_ref().zip(self.password_file.as_ref());
         brokers.login = login.map(|(user, file)| login_of(user, file)).transpose()?;
+        let in_clear = brokers.addresses.iter().find(|address| address.is_in_clear());
+        if let Some(address) = in_clear.filter(|_| brokers.login.is_some()) {
+            say_line(&format!(
+                "rungd fleet: warning: the password goes to {address} in clear, for everybody on \
+                 the way: use an address that begins with `mqtts://`"
+            ));
+        }
         let (ca, certificate, key) = (self.ca.clone(), self.cert.clone(), self.key.clone());
         let has_files = ca.is_some() || certificate.is_some();
         brokers.tls = has_files.then_some(TlsFiles { ca, certificate, key });

@@ -28,6 +28,10 @@ pub struct MetricsArgs {
     #[arg(default_missing_value = "127.0.0.1:9464", value_parser = address)]
     #[arg(conflicts_with = "textfile")]
     listen: Option<SocketAddr>,
+    /// A host name under which clients reach this host, besides its own. Repeat the option for
+    /// several names
+    #[arg(long = "host", value_name = "NAME", requires = "listen")]
+    hosts: Vec<String>,
     /// Write them to a file, for a collector of text files (`*.prom`)
     #[arg(long, value_name = "PATH")]
     textfile: Option<PathBuf>,
@@ -63,7 +67,7 @@ fn interval(text: &str) -> Result<Duration, String> {
 pub fn metrics(args: &MetricsArgs) -> Result<Exit> {
     let socket = args.socket.clone();
     if let Some(at) = args.listen {
-        metrics::listen(at, socket)?;
+        metrics::listen(at, &args.hosts, socket)?;
         return Ok(Exit::Ok);
     }
     let failure = match (&args.textfile, args.every) {

@@ -157,7 +157,7 @@ pub(super) fn exit_of(failure: &CallFailure) -> Exit {
             }
             RefusalKind::BadFiles => Exit::Config,
             RefusalKind::NotPermitted => Exit::NoPerm,
-            RefusalKind::Refused | RefusalKind::NoAnswer => Exit::Refused,
+            RefusalKind::Refused | RefusalKind::NoAnswer | RefusalKind::TooLate => Exit::Refused,
         },
     }
 }

@@ -22,5 +22,5 @@ pub struct WriteArgs {
 /// Standard output cannot be written.
 pub fn write(args: &WriteArgs) -> Result<Exit> {
     let (operand, value) = args.new.named();
-    args.at.change(&Request::Write { operand, value, for_user: None }, "")
+    args.at.change(&Request::Write { operand, value, for_user: None, from_page: false }, "")
 }

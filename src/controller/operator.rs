@@ -5,6 +5,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::key::key;
 use crate::source::reader::{Table, Text};
 use crate::source::span::Span;
+use crate::source::wording::is_unseen;
 
 /// `[operator]`.
 #[derive(Clone, Debug)]
@@ -158,7 +159,7 @@ impl Judged<'_> {
 
     fn group(&mut self, group: Option<&Text>, key: &str, name: &str) -> Option<String> {
         let group = group?;
-        let odd = |c: char| c.is_whitespace() || c.is_control() || c == ':';
+        let odd = |c: char| c.is_whitespace() || is_unseen(c) || c == ':';
         if group.text.is_empty() || group.text.contains(odd) {
             let message = format!("`{}` is no group", group.text);
             self.wrong(group, message, &format!("write its name or number: `{key} = \"{name}\"`"));

@@ -17,6 +17,7 @@ use crate::controller::record::RecordSettings;
 use crate::engine;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
+use crate::isa::Address;
 use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower_within};
 use crate::operator::names::Names;
@@ -52,6 +53,8 @@ pub struct Setup {
     /// The name and kind of each block, by `BlockId`.
     pub(super) blocks: Vec<(String, BlockKind)>,
     pub(super) operator: Operator,
+    /// The operands that pages may write: `[web] write`.
+    pub(super) pages_write: Vec<Address>,
     pub(super) narration: Narration,
     pub(super) watched: Watched,
     pub(super) pace: Pace,
@@ -157,6 +160,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         names: Arc::new(Names::new(program, &symbols)),
         blocks: blocks(program),
         operator: controller.operator.clone(),
+        pages_write: controller.web.write.iter().map(|(_, what)| *what).collect(),
         pace,
         memory: Memory::new(&symbols.layout, controller.safe_values(program.sizes.y)),
         posture: controller.realtime.clone(),

@@ -8,11 +8,13 @@ use std::time::Duration;
 use super::settings::{BrokerKeys, EdgeSettings, PublishRule};
 use crate::isa::Real;
 use crate::load::decode;
+use crate::mqtt::BrokerAddress;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::key::{NOT_EMPTY, key};
 use crate::source::reader::{self, Constant, Table, Text};
 use crate::source::shape::Shape;
 use crate::source::span::{FileId, Located, SourceFile, Span};
+use crate::source::wording::is_unseen;
 use crate::sparkplug::check_name;
 
 /// The result of reading an EDGE.toml.
@@ -165,6 +167,14 @@ fn read_broker(mut table: Table<'_>, base: &Path) -> BrokerKeys {
         let message = "certificates are for `mqtts://`".to_owned();
         wrong(&table, span, message, "write `mqtts://` in `addresses`");
     }
+    if password_file.is_some() {
+        let in_clear = addresses.iter().filter_map(|text| BrokerAddress::parse(text).ok());
+        for address in in_clear.filter(BrokerAddress::is_in_clear) {
+            let message = format!("the password goes to {address} in clear");
+            let finding = Finding::new(Code::PasswordInClear, span, message);
+            table.find(finding.help("write `mqtts://` in `addresses`"));
+        }
+    }
     table.finish();
     let certificate = certificate.zip(own_key);
     BrokerKeys { addresses, is_v5, keepalive, user, password_file, ca, certificate }
@@ -260,6 +270,9 @@ fn sparkplug_name(table: &mut Table<'_>, explained: crate::source::key::Key) -> 
     if let Err(fault) = check_name(&text.text) {
         let message = format!("`{}` cannot be a level of a topic: {fault}", text.text);
         wrong(table, text.span, message, "write letters, digits, `-` and `_`");
+    } else if text.text.contains(is_unseen) {
+        let message = format!("`{}` has a character that cannot be seen", text.text);
+        wrong(table, text.span, message, "write letters, digits, `-` and `_`");
     }
     Some(text.text)
 }
@@ -319,6 +332,7 @@ mod tests {
     fn what_cannot_be_is_a_finding() {
         for (more, said) in [
             ("[sparkplug]\ninterval = \"1ms\"", "`interval` is 10ms to 1m"),
+            ("[sparkplug]\nprimary-host = \"a\u{200b}b\"", "cannot be seen"),
             ("[sparkplug]\nprimary-host = \"a/b\"", "cannot be a level of a topic"),
             ("[history]\nmargin = \"2h\"", "`margin` is 0ms to 1h"),
             ("[[publish]]\ntags = [\"a\"]\ndeadband = -1", "0 or more"),

@@ -275,7 +275,7 @@ impl LogWorker {
             return self.lines.say(LineKind::OldWrite, &format!("{line}, and is refused: {why}"));
         }
         let for_user = Some(COMMANDER.to_owned());
-        let request = Request::Write { operand, value, for_user };
+        let request = Request::Write { operand, value, for_user, from_page: false };
         let socket = self.socket.find();
         match socket.and_then(|at| client::ask_within::<Value>(&at, &request, ANSWER_MAX)) {
             Ok(_) => self.lines.say(LineKind::Write, &line),

@@ -1,9 +1,11 @@
 //! An HTTP/1 connection with limits: the bytes and the time of a request's head, and the time for
-//! which a peer may read nothing. The signals that end a server, and its next connection.
+//! which a peer may read nothing; the hosts by which it may be asked. The signals that end a
+//! server, and its next connection.
 //!
 //! Called by `web` and by `metrics`. They open the listeners, make the answers and limit the number
 //! of connections.
 
+mod hosts;
 mod stall;
 
 use std::convert::Infallible;
@@ -19,6 +21,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::time::sleep;
 
+pub(crate) use hosts::{ExpectedHosts, with_port};
 use stall::NoStall;
 
 /// The time limit of a request's head. A connection without requests ends after this time too.

@@ -28,12 +28,13 @@ use anyhow::Result;
 
 use crate::operator::client::CallFailure;
 
-/// Serves the metrics of the controller at `socket` until a signal ends the process.
+/// Serves the metrics of the controller at `socket` until a signal ends the process. `hosts`: the
+/// names by which clients may ask for this machine, besides its own.
 ///
 /// # Errors
 /// The address cannot be used.
-pub(crate) fn listen(at: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
-    serve::serve(at, socket)
+pub(crate) fn listen(at: SocketAddr, hosts: &[String], socket: Option<PathBuf>) -> Result<()> {
+    serve::serve(at, hosts, socket)
 }
 
 /// The metrics of one look, in the form of a text file; if the look failed, also the reason.

@@ -24,7 +24,7 @@ use super::journal::say;
 use super::scrape::Scraper;
 use super::slots::{AwaitedAnswers, ConnectionSlot, ConnectionSlots};
 use super::text::{Exposition, text};
-use crate::http;
+use crate::http::{self, ExpectedHosts, with_port};
 
 /// The most connections at a time.
 const CONNECTIONS_MAX: usize = 32;
@@ -46,16 +46,23 @@ struct Looks {
     answers: Option<bool>,
 }
 
+/// What all connections share.
+#[derive(Clone)]
+struct MetricsSite {
+    hosts: Arc<ExpectedHosts>,
+    looks: Arc<Mutex<Looks>>,
+}
+
 /// Serves until SIGINT or SIGTERM.
 ///
 /// # Errors
 /// The address cannot be used.
-pub(super) fn serve(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
+pub(super) fn serve(listen: SocketAddr, hosts: &[String], socket: Option<PathBuf>) -> Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    runtime.context("the system cannot start an event loop")?.block_on(run(listen, socket))
+    runtime.context("the system cannot start an event loop")?.block_on(run(listen, hosts, socket))
 }
 
-async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
+async fn run(listen: SocketAddr, hosts: &[String], socket: Option<PathBuf>) -> Result<()> {
     let listener = TcpListener::bind(listen).await.with_context(|| listen.to_string())?;
     let at = listener.local_addr().with_context(|| listen.to_string())?;
     let scraper = Scraper::new(socket);
@@ -65,20 +72,38 @@ async fn run(listen: SocketAddr, socket: Option<PathBuf>) -> Result<()> {
     };
     say(&format!("listens at http://{at}/metrics, for {from}"));
     let looks = Arc::new(Mutex::new(Looks { scraper, last: None, answers: None }));
+    let site = MetricsSite { hosts: Arc::new(expected(hosts, at.port())), looks };
     let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
-    http::until_signal(accept(&listener, &looks)).await?;
+    http::until_signal(accept(&listener, &site)).await?;
     Ok(())
 }
 
+/// This machine's own names and the given ones, and every IP address.
+fn expected(hosts: &[String], port: u16) -> ExpectedHosts {
+    let own = own_name();
+    let short = own.split('.').next().unwrap_or_default().to_owned();
+    let mut names = vec!["localhost".to_owned(), short, own];
+    names.retain(|name| !name.is_empty());
+    names.extend_from_slice(hosts);
+    ExpectedHosts::new(with_port(&names, Some(port)), "rungd metrics --host NAME").with_any_ip()
+}
+
+/// The name of this machine. The shipped unit hides the kernel's.
+fn own_name() -> String {
+    let places = ["/proc/sys/kernel/hostname", "/etc/hostname"];
+    let text = places.iter().find_map(|place| std::fs::read_to_string(place).ok());
+    text.unwrap_or_default().trim().to_owned()
+}
+
 /// Accepts connections.
-async fn accept(listener: &TcpListener, looks: &Arc<Mutex<Looks>>) {
+async fn accept(listener: &TcpListener, site: &MetricsSite) {
     let mut slots = ConnectionSlots::new(CONNECTIONS_MAX);
     loop {
         let (connection, _) = http::accepted(move || listener.accept()).await;
         let Ok(slot) = timeout(SLOT_WAIT, free_slot(&mut slots)).await else { continue };
-        let looks = Arc::clone(looks);
+        let site = site.clone();
         tokio::spawn(async move {
-            let conversation = conversation(connection, slot.answers(), looks);
+            let conversation = conversation(connection, slot.answers(), site);
             let _ = timeout(CONNECTION_MAX, slot.hold(conversation)).await;
         });
     }
@@ -93,21 +118,24 @@ async fn free_slot(slots: &mut ConnectionSlots) -> ConnectionSlot {
     }
 }
 
-async fn conversation(connection: TcpStream, answers: AwaitedAnswers, looks: Arc<Mutex<Looks>>) {
+async fn conversation(connection: TcpStream, answers: AwaitedAnswers, site: MetricsSite) {
     let service = service_fn(|request: Request<Incoming>| {
-        let (answers, looks) = (answers.clone(), Arc::clone(&looks));
-        async move { Ok::<_, Infallible>(answers.wait(page(&request, looks)).await) }
+        let (answers, site) = (answers.clone(), site.clone());
+        async move { Ok::<_, Infallible>(answers.wait(page(&request, site)).await) }
     });
     http::converse(connection, service).await;
 }
 
 /// Answers a request. (For a `HEAD`, hyper omits the body.)
-async fn page(request: &Request<Incoming>, looks: Arc<Mutex<Looks>>) -> Page {
+async fn page(request: &Request<Incoming>, site: MetricsSite) -> Page {
+    if let Err(why) = site.hosts.host(request.uri(), request.headers()) {
+        return answer(StatusCode::FORBIDDEN, PLAIN, why + "\n");
+    }
     let is_asked = request.method() == Method::GET || request.method() == Method::HEAD;
     match request.uri().path() {
         "/metrics" if is_asked => {
             let form = Exposition::accepted(&accept_of(request.headers()));
-            let families = look(looks).await;
+            let families = look(site.looks).await;
             answer(StatusCode::OK, form.content_type(), text(&families, form))
         }
         "/metrics" => {

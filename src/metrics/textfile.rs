@@ -1,47 +1,26 @@
-//! The metrics as a file, for a collector of text files. The file is written under a temporary
-//! name, then renamed, so that nobody reads an incomplete file.
+//! The metrics as a file, for a collector of text files, which never sees an incomplete file.
 
-use std::fs::{self, OpenOptions, Permissions};
-use std::io::{self, Write as _};
-use std::os::unix::fs::PermissionsExt as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context as _, Result};
 
-/// Writes a file that every user may read.
+use crate::whole_file::{self, FileRights};
+
+/// Writes a file that every user may read. Only a regular file is replaced: a link could be a
+/// different user's, and a device is everybody's.
 ///
 /// # Errors
 /// The system's error; the previous file is not changed.
 pub(super) fn write(path: &Path, text: &str) -> Result<()> {
-    let beside = beside(path);
-    let written = put(&beside, path, text);
-    if written.is_err() {
-        let _ = fs::remove_file(&beside);
-    }
+    let written = whole_file::replace(path, text.as_bytes(), FileRights::Given(0o644));
     written.with_context(|| path.display().to_string())
-}
-
-fn put(beside: &Path, path: &Path, text: &str) -> io::Result<()> {
-    // Removes a file that a killed process has left. A link at this path is not followed.
-    match fs::remove_file(beside) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-        Ok(()) | Err(_) => {}
-    }
-    let mut file = OpenOptions::new().write(true).create_new(true).open(beside)?;
-    file.write_all(text.as_bytes())?;
-    file.set_permissions(Permissions::from_mode(0o644))?;
-    file.sync_all()?;
-    fs::rename(beside, path)
-}
-
-/// A path in the same folder, with an ending that no collector reads.
-fn beside(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}.new", std::process::id()))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt as _;
+
     use super::*;
 
     #[test]
@@ -58,7 +37,13 @@ mod tests {
         fs::create_dir(folder.join("taken")).expect("a folder");
         assert!(write(&folder.join("taken"), "x").is_err(), "a folder is not replaced");
         assert!(write(&folder.join("none/rungd.prom"), "x").is_err());
-        assert_eq!(fs::read_dir(&folder).expect("it is there").count(), 2);
+        let device = folder.join("null");
+        std::os::unix::fs::symlink("/dev/null", &device).expect("a link");
+        for other in [device.as_path(), Path::new("/dev/null")] {
+            let refused = format!("{:#}", write(other, "x").expect_err("refused"));
+            assert!(refused.contains("only a regular file is replaced"), "{refused}");
+        }
+        assert_eq!(fs::read_dir(&folder).expect("it is there").count(), 3);
         fs::remove_dir_all(&folder).expect("it was made here");
     }
 }

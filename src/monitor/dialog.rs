@@ -60,7 +60,7 @@ impl ChangeWanted {
             ChangeWanted::Force => Request::Force { operand, value: GivenValue::Text(text) },
             ChangeWanted::Write => {
                 let value = GivenValue::Text(text);
-                Request::Write { operand, value, for_user: None }
+                Request::Write { operand, value, for_user: None, from_page: false }
             }
             ChangeWanted::Release => Request::Unforce { operand },
             ChangeWanted::Acknowledge => Request::Ack { alarms: vec![operand], for_user: None },

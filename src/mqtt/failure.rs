@@ -75,6 +75,9 @@ pub enum LinkSilence {
     NoAcknowledgement,
 }
 
+/// The name by which rustls refuses an authority's certificate as the broker's.
+const AUTHORITY_AS_BROKER: &str = "CaUsedAsEndEntity";
+
 impl MqttFailure {
     /// Whether the broker was silent, rather than gone.
     pub fn is_silent(&self) -> bool {
@@ -101,6 +104,13 @@ impl fmt::Display for MqttCause {
             }
             MqttCause::File(path, why) => write!(f, "{}: {why}", path.display()),
             MqttCause::Settings(what) => f.write_str(what),
+            MqttCause::Insecure(why) if why.contains(AUTHORITY_AS_BROKER) => write!(
+                f,
+                "TLS failed ({why}): the broker shows the certificate of an authority (`CA:TRUE`) \
+                 as its own, which no client may accept: let the authority sign one for the broker \
+                 (`basicConstraints = CA:FALSE`, `subjectAltName` with its host), and keep the \
+                 authority's as `ca`"
+            ),
             MqttCause::Insecure(why) => write!(
                 f,
                 "TLS failed ({why}): compare `ca`, `certificate` and `key` with the broker's, and \
@@ -184,5 +194,17 @@ impl fmt::Display for LinkSilence {
             LinkSilence::NoSubscription => "a subscription had no answer",
             LinkSilence::NoAcknowledgement => "messages had no acknowledgement",
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_authority_as_a_brokers_certificate_is_explained() {
+        let refused = "invalid peer certificate: Other(OtherError(CaUsedAsEndEntity))";
+        let told = MqttCause::Insecure(refused.to_owned()).to_string();
+        assert!(told.contains("`basicConstraints = CA:FALSE`"), "{told}");
     }
 }

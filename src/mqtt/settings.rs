@@ -1,9 +1,12 @@
 //! The settings of a session. `connect`, `session` and `wire` read them; `edge` and `fleet` make
 //! them from their own settings.
 
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use std::{fmt, fs, io};
+
+use crate::whole_file::judge_secret;
 
 /// The default of the longest packet that is taken from a broker.
 const PACKET_BYTES_MAX: u32 = 1 << 20;
@@ -87,8 +90,9 @@ impl BrokerLogin {
     /// A user whose password is the first line of a file.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// The file cannot be read, or others may read it.
     pub fn of_file(user: &str, password: &Path) -> io::Result<BrokerLogin> {
+        judge_secret(password, "the password")?;
         let text = fs::read_to_string(password)?;
         let password = text.lines().next().unwrap_or_default().to_owned();
         Ok(BrokerLogin { user: user.to_owned(), password })
@@ -138,6 +142,16 @@ pub struct BrokerAddress {
 }
 
 impl BrokerAddress {
+    /// Whether everybody on the way to the broker can read what is sent, a password too: no TLS,
+    /// and a broker that is not on this machine.
+    pub(crate) fn is_in_clear(&self) -> bool {
+        let is_local = match self.host.parse::<IpAddr>() {
+            Ok(ip) => ip.is_loopback(),
+            Err(_) => self.host == "localhost",
+        };
+        !self.tls && !is_local
+    }
+
     /// Reads an address. The default port is 1883, or 8883 with TLS.
     ///
     /// # Errors

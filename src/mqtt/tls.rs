@@ -12,6 +12,7 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 use super::failure::MqttCause;
 use super::settings::TlsFiles;
+use crate::whole_file::judge_secret;
 
 /// The file of the system's authorities, in Debian and most other distributions.
 const SYSTEM_CA: &str = "/etc/ssl/certs/ca-certificates.crt";
@@ -30,6 +31,8 @@ pub(super) fn connector(files: &TlsFiles) -> Result<TlsConnector, MqttCause> {
         (None, None) => builder.with_no_client_auth(),
         (Some(certificate), Some(key)) => {
             let chain = certificates(certificate)?;
+            judge_secret(key, "the key")
+                .map_err(|error| MqttCause::File(key.clone(), error.to_string()))?;
             let secret = PrivateKeyDer::from_pem_file(key);
             let secret = secret.map_err(|error| of_file(key, &error, "a key"))?;
             let config = builder.with_client_auth_cert(chain, secret);

@@ -18,7 +18,10 @@ use rustix::net::sockopt::socket_peercred;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 use rustix::process::geteuid;
 
-use super::protocol::{Awaited, RECORDING_BYTES_MAX, Refusal, Reply, Request};
+use super::deadline::Deadline;
+use super::protocol::{
+    Awaited, DEADLINE, RECORDING_BYTES_MAX, Refusal, RefusalKind, Reply, Request, SentRequest,
+};
 use super::search_failure::SearchFailure;
 use super::view_socket_beside;
 
@@ -145,14 +148,21 @@ fn exchanged<T: DeserializeOwned>(
     request: &Request,
     (limit, tell): (Duration, &dyn Fn(&str)),
 ) -> Result<T, CallFailure> {
-    let stream = opened_for(request, socket)?;
-    let wait = Wait { request, limit, began: Instant::now(), tell };
-    let line = wait.exchange(stream).map_err(|error| CallFailure::Broken(socket.into(), error))?;
-    match serde_json::from_slice(&line) {
-        Ok(Reply::Ok(answer)) => Ok(answer),
-        Ok(Reply::Error(refusal)) => Err(CallFailure::Refused(refusal)),
-        Err(error) => Err(CallFailure::Broken(socket.into(), error.into())),
+    // Before the connection: the client's wait has begun.
+    let deadline = Deadline::of_wait(limit).filter(|_| !request.only_looks());
+    let wait = Wait { request, deadline, limit, began: Instant::now(), tell };
+    match wait.answered(socket) {
+        Err(CallFailure::Refused(refusal)) if is_of_earlier(&refusal) => {
+            Wait { deadline: None, ..wait }.answered(socket)
+        }
+        other => other,
     }
+}
+
+/// Whether a rungd refuses a deadline because it is of an earlier version, which an upgrade has not
+/// ended.
+fn is_of_earlier(refusal: &Refusal) -> bool {
+    refusal.kind == RefusalKind::BadRequest && refusal.message.contains(&format!("`{DEADLINE}`"))
 }
 
 /// Connects, within a time limit: a process that hangs accepts no client once its queue is full.
@@ -192,15 +202,29 @@ fn limit_of(request: &Request) -> Duration {
 /// A request that waits for its answer.
 struct Wait<'a> {
     request: &'a Request,
+    /// The moment after which the controller must not begin the request.
+    deadline: Option<Deadline>,
     limit: Duration,
     began: Instant,
     tell: &'a dyn Fn(&str),
 }
 
 impl Wait<'_> {
+    fn answered<T: DeserializeOwned>(&self, socket: &Path) -> Result<T, CallFailure> {
+        let broken = |error| CallFailure::Broken(socket.into(), error);
+        let stream = opened_for(self.request, socket)?;
+        let line = self.exchange(stream).map_err(broken)?;
+        match serde_json::from_slice(&line) {
+            Ok(Reply::Ok(answer)) => Ok(answer),
+            Ok(Reply::Error(refusal)) => Err(CallFailure::Refused(refusal)),
+            Err(error) => Err(broken(error.into())),
+        }
+    }
+
     fn exchange(&self, mut stream: UnixStream) -> io::Result<Vec<u8>> {
         stream.set_write_timeout(Some(SEND_MAX))?;
-        let mut line = serde_json::to_vec(self.request)?;
+        let sent = SentRequest { request: self.request, deadline: self.deadline.clone() };
+        let mut line = serde_json::to_vec(&sent)?;
         line.push(b'\n');
         // A rejected client receives the reason even if its request was not received.
         let sent = stream.write_all(&line);
@@ -264,7 +288,11 @@ impl Wait<'_> {
 
     fn no_answer(&self, process: Process) -> String {
         let limit = self.limit.as_secs();
-        let yet = if self.request.only_looks() { "" } else { "; the command may still be done" };
+        let yet = match &self.deadline {
+            _ if self.request.only_looks() => "",
+            Some(_) => "; what it has not begun by now, it does not do later",
+            None => "; the command may still be done",
+        };
         format!("{process} gave no answer in {limit} s: it hangs{yet}{}", process.hint())
     }
 }

@@ -7,6 +7,7 @@
 
 mod alarm;
 pub mod client;
+pub(crate) mod deadline;
 mod groups;
 mod metric;
 pub mod names;

@@ -7,10 +7,12 @@
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 pub(crate) use super::alarm::{
     AckList, AckedAlarm, Alarm, AlarmAck, AlarmList, AlarmState, AlarmTime,
 };
+use super::deadline::Deadline;
 pub(crate) use super::state::{
     Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Record, RecordDir, Retain,
     Scan, Spread,
@@ -53,6 +55,10 @@ pub enum Request {
         /// The person for whom a program writes: the log shows this user of `rungd web`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         for_user: Option<String>,
+        /// The write comes from a page: it is refused unless `[web] write` of the running
+        /// controller file lists the operand.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        from_page: bool,
     },
     /// Forces one bit or word, in any mode: [`Change`].
     Force {
@@ -116,6 +122,36 @@ pub enum Request {
         /// The beginning.
         prefix: String,
     },
+}
+
+/// A request as it is sent.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SentRequest<'a> {
+    /// The request.
+    #[serde(flatten)]
+    pub request: &'a Request,
+    /// The moment at which the client stops waiting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deadline: Option<Deadline>,
+}
+
+/// The key of a deadline in a request.
+pub(crate) const DEADLINE: &str = "deadline";
+
+/// A request as it is received: with the deadline, if its client has named one.
+///
+/// # Errors
+/// The line is not a request.
+pub(crate) fn received(line: &[u8]) -> serde_json::Result<(Request, Option<Deadline>)> {
+    let refused = match serde_json::from_slice(line) {
+        Ok(request) => return Ok((request, None)),
+        Err(error) => error,
+    };
+    // The requests refuse unknown keys, so the deadline is taken out before them.
+    let Ok(Value::Object(mut keys)) = serde_json::from_slice(line) else { return Err(refused) };
+    let Some(deadline) = keys.remove(DEADLINE) else { return Err(refused) };
+    let deadline = serde_json::from_value(deadline)?;
+    Ok((serde_json::from_value(Value::Object(keys))?, Some(deadline)))
 }
 
 /// The mode that a request sets.
@@ -191,6 +227,8 @@ pub(crate) enum RefusalKind {
     BadFiles,
     /// The controller did not answer in time; the request may still be done.
     NoAnswer,
+    /// The deadline of the request was over before the controller began it: nothing is done.
+    TooLate,
 }
 
 /// The answer to a read: all values are from one complete scan.

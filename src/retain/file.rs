@@ -12,9 +12,7 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{Advice, FlockOperation, RenameFlags, fadvise, flock, renameat_with};
 
 use super::device::Storage;
-
-/// The maximum length of a chain of symbolic links, as in the kernel.
-const LINKS_MAX: usize = 40;
+use crate::whole_file::{followed, sync_folder_of};
 
 /// An open file of retentive memory. With [`Access::Own`] it is locked against other processes.
 #[derive(Debug)]
@@ -158,7 +156,7 @@ impl FileDevice {
             other => other?,
         }
         path.clone_into(&mut self.path);
-        sync_directory(&place)
+        sync_folder_of(&place)
     }
 }
 
@@ -275,7 +273,7 @@ pub(crate) fn rename_aside(path: &Path) -> io::Result<PathBuf> {
         let aside = with_ending(path, &format!(".aside-{number}"));
         match rename_anew(path, &aside) {
             Ok(()) => {
-                sync_directory(path)?;
+                sync_folder_of(path)?;
                 return Ok(aside);
             }
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
@@ -285,25 +283,10 @@ pub(crate) fn rename_aside(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::new(io::ErrorKind::AlreadyExists, "too many files are kept aside already"))
 }
 
-/// The target of a symbolic link, even if it does not exist; else the path itself.
-fn followed(path: &Path) -> PathBuf {
-    let mut place = path.to_owned();
-    for _ in 0..LINKS_MAX {
-        let Ok(target) = fs::read_link(&place) else { return place };
-        place = place.parent().unwrap_or(Path::new("")).join(target);
-    }
-    path.to_owned()
-}
-
 fn with_ending(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);
     name.into()
-}
-
-fn sync_directory(path: &Path) -> io::Result<()> {
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    File::open(parent.unwrap_or(Path::new(".")))?.sync_all()
 }
 
 #[cfg(test)]

@@ -68,6 +68,8 @@ pub enum Denial {
     NoProgram,
     /// The program was reloaded in between, and the new one does not have the cell of the command.
     Gone,
+    /// The scan thread came to the command after the moment until which it was to be executed.
+    Late,
 }
 
 /// The outcome of a command.
@@ -94,12 +96,15 @@ pub(crate) struct Before {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CommandId(pub u64);
 
+/// A command that waits.
 #[derive(Clone, Copy, Debug)]
-struct Order {
-    id: u64,
+pub(super) struct WaitingCommand {
+    pub id: CommandId,
     /// The generation of the program that the command's cell belongs to.
-    generation: u32,
-    command: Command,
+    pub generation: u32,
+    pub command: Command,
+    /// After this moment the command is denied; ns of the scan's clock.
+    pub until_ns: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -110,14 +115,14 @@ struct Answered {
 
 /// The entry for commands, and the answers that no caller has fetched yet.
 pub(super) struct Desk {
-    orders: Producer<Order>,
+    orders: Producer<WaitingCommand>,
     last: u64,
     answers: VecDeque<(u64, Answer)>,
 }
 
 /// The scan thread's end.
 pub(super) struct Orders {
-    orders: Consumer<Order>,
+    orders: Consumer<WaitingCommand>,
     answers: Producer<Answered>,
     /// The answers of this step, sent at its end.
     taken: Vec<Answered>,
@@ -139,11 +144,12 @@ impl Desk {
         &mut self,
         generation: u32,
         command: Command,
+        until_ns: u64,
     ) -> Result<CommandId, Denial> {
-        let order = Order { id: self.last + 1, generation, command };
+        let order = WaitingCommand { id: CommandId(self.last + 1), generation, command, until_ns };
         self.orders.push(order).map_err(|_| Denial::QueueFull)?;
-        self.last = order.id;
-        Ok(CommandId(order.id))
+        self.last = order.id.0;
+        Ok(order.id)
     }
 
     /// Returns an answer, once, and forgets it.
@@ -161,12 +167,12 @@ impl Desk {
 }
 
 impl Orders {
-    /// The next command and its generation, if there is room to answer it.
-    pub(crate) fn next(&mut self) -> Option<(CommandId, u32, Command)> {
+    /// The next command, if there is room to answer it.
+    pub(super) fn next(&mut self) -> Option<WaitingCommand> {
         if self.taken.len() >= self.answers.slots().min(COMMANDS_MAX) {
             return None;
         }
-        self.orders.pop().ok().map(|order| (CommandId(order.id), order.generation, order.command))
+        self.orders.pop().ok()
     }
 
     /// Whether a command waits.
@@ -204,6 +210,10 @@ impl Answers {
     }
 }
 
+/// Why a command or a batch that is late is not carried out.
+pub(crate) const LATE: &str =
+    "nothing is done: the scan thread came to it after its client had stopped waiting";
+
 impl fmt::Display for Denial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -225,6 +235,7 @@ impl fmt::Display for Denial {
                 "the program was reloaded meanwhile, and the new program does not have the named \
                  operand",
             ),
+            Denial::Late => f.write_str(LATE),
             Denial::TooManyForces => write!(f, "{FORCES_MAX} bits and words are forced already"),
         }
     }
@@ -237,10 +248,11 @@ mod tests {
     #[test]
     fn limits_are_limits_and_every_command_has_its_answer() {
         let (mut desk, mut orders, mut answers) = desk();
-        let ids: Vec<_> = (0..1000).map_while(|_| desk.hand_in(0, Command::Run).ok()).collect();
+        let ids: Vec<_> =
+            (0..1000).map_while(|_| desk.hand_in(0, Command::Run, u64::MAX).ok()).collect();
         assert_eq!(ids.len(), COMMANDS_MAX);
-        while let Some((id, ..)) = orders.next() {
-            orders.note(id, Answer::Denied(Denial::Ending));
+        while let Some(order) = orders.next() {
+            orders.note(order.id, Answer::Denied(Denial::Ending));
         }
         assert_eq!(desk.answer(ids[0]), None);
         orders.give();

@@ -84,6 +84,8 @@ pub enum Refused {
     /// The program was reloaded before a scan saw the batch, and the new program does not have one
     /// of its cells.
     Overtaken,
+    /// No scan took the batch before the moment until which it was to be taken.
+    Late,
 }
 
 /// The outcome of a batch.
@@ -106,6 +108,8 @@ pub(crate) struct Batch {
     pub generation: u32,
     /// The writes; the scan applies all of them, in this order, or none.
     pub writes: Vec<Write>,
+    /// A scan that begins after this moment refuses the batch; ns of the scan's clock.
+    pub until_ns: u64,
 }
 
 /// A driver's end of the exchange. Cheap to clone.
@@ -305,6 +309,19 @@ impl Port {
     /// # Errors
     /// The same as those of [`Port::submit`].
     pub fn submit_to(&self, generation: u32, writes: Vec<Write>) -> Result<Ticket, Refused> {
+        self.submit_until(u64::MAX, generation, writes)
+    }
+
+    /// Does the same as [`Port::submit_to`]. A scan that begins after `until_ns` refuses the batch.
+    ///
+    /// # Errors
+    /// The same as those of [`Port::submit`].
+    pub(crate) fn submit_until(
+        &self,
+        until_ns: u64,
+        generation: u32,
+        writes: Vec<Write>,
+    ) -> Result<Ticket, Refused> {
         if writes.len() > BATCH_WRITES_MAX {
             return Err(Refused::TooLarge);
         }
@@ -319,7 +336,8 @@ impl Port {
         }
         waiting.fetch_add(count, Ordering::AcqRel);
         let ticket = Ticket(door.last + 1);
-        door.queue.push(Batch { ticket, generation, writes }).map_err(|_| Refused::QueueFull)?;
+        let batch = Batch { ticket, generation, writes, until_ns };
+        door.queue.push(batch).map_err(|_| Refused::QueueFull)?;
         door.last = ticket.0;
         Ok(ticket)
     }
@@ -365,10 +383,23 @@ impl Port {
     /// # Errors
     /// The same as those of [`Port::command`].
     pub fn command_to(&self, generation: u32, command: Command) -> Result<CommandId, Denial> {
+        self.command_until(u64::MAX, generation, command)
+    }
+
+    /// Does the same as [`Port::command_to`]. After `until_ns` the command is denied.
+    ///
+    /// # Errors
+    /// The same as those of [`Port::command`].
+    pub(crate) fn command_until(
+        &self,
+        until_ns: u64,
+        generation: u32,
+        command: Command,
+    ) -> Result<CommandId, Denial> {
         if self.is_stuck() {
             return Err(Denial::ScanThreadStuck);
         }
-        locked(&self.shared.desk).hand_in(generation, command)
+        locked(&self.shared.desk).hand_in(generation, command, until_ns)
     }
 
     /// Whether the scan thread is stuck or has ended, so that it accepts no command.

@@ -94,6 +94,8 @@ pub struct ScanSide {
     taken: Vec<Batch>,
     /// The last ticket that was applied.
     applied: u64,
+    /// The present moment: batches that were to be taken before it are late.
+    pub(super) now_ns: u64,
     /// Commands and their answers.
     pub(super) orders: Orders,
     /// The generation of the program.
@@ -154,6 +156,7 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
         published,
         taken,
         applied: 0,
+        now_ns: 0,
         orders,
         generation: 0,
         earlier: EarlierPrograms::default(),
@@ -226,10 +229,14 @@ impl ScanSide {
             self.port.shared.waiting_writes.fetch_sub(batch.writes.len(), Ordering::AcqRel);
             let (generation, earlier) = (batch.generation, &self.earlier);
             let is_present = |write: &mut Write| earlier.is_renumbered(generation, write);
-            if generation == self.generation || batch.writes.iter_mut().all(is_present) {
+            let why = if batch.until_ns < self.now_ns {
+                Refused::Late
+            } else if generation == self.generation || batch.writes.iter_mut().all(is_present) {
                 break batch;
-            }
-            give_back(&mut self.returns, Returned { batch, outcome: Err(Refused::Overtaken) });
+            } else {
+                Refused::Overtaken
+            };
+            give_back(&mut self.returns, Returned { batch, outcome: Err(why) });
         };
         for write in &batch.writes {
             if let Write::Input(x, on) = *write {

@@ -4,7 +4,7 @@
 //! Called by `scan_loop`, which sends the answers after the effects are published. Like the whole
 //! scan thread it allocates, locks and logs nothing.
 
-use super::command::{Answer, Before, Command, Denial};
+use super::command::{Answer, Before, Command, Denial, WaitingCommand};
 use super::exchange::{FaultReason, Mode, StopReason, Tempo};
 use super::machine::Machine;
 use super::origin::Origin;
@@ -17,15 +17,19 @@ use crate::engine::Cell;
 impl<M: Machine, C: Clock> Scanner<M, C> {
     /// Executes the waiting commands in order. A command behind a stop waits until STOP is reached.
     pub(super) fn obey(&mut self, now_ns: u64) {
-        while let Some((id, generation, command)) = self.side.orders.next() {
+        while let Some(WaitingCommand { id, generation, command, until_ns }) =
+            self.side.orders.next()
+        {
             self.machine.comes_from(Origin::Command(id));
-            let answer = match (self.denies(command), self.now(generation, command)) {
+            let late = (until_ns < self.clock.now_ns()).then_some(Denial::Late);
+            let denial = late.or_else(|| self.denies(command));
+            let answer = match (denial, self.now(generation, command)) {
                 (Some(denial), _) => Answer::Denied(denial),
                 (None, Some(command)) => self.carry_out(command, now_ns),
                 (None, None) => Answer::Denied(Denial::Gone),
             };
             self.side.orders.note(id, answer);
-            if command == Command::Stop {
+            if command == Command::Stop && late.is_none() {
                 return;
             }
         }

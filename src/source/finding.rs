@@ -291,6 +291,8 @@ findings! {
     UnusedTemplate "unused-template" Warning "Nothing uses this template.";
     LevelLeftOut "level-left-out" Warning
         "A level is given to an event that `[log] blocks` leaves out.";
+    PasswordInClear "password-in-clear" Warning
+        "The password of a broker's user goes over the network without TLS.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";
     TestEmpty "test-empty" Warning "A test file, or a scenario of it, tests nothing.";
 }

@@ -43,7 +43,7 @@ impl Code {
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
             | ForbiddenName | TemplateRule | TagKey | TestStep | TestEmpty
-            | LevelLeftOut => RestsOn::Table,
+            | LevelLeftOut | PasswordInClear => RestsOn::Table,
             Controller | Edge | TestFile => RestsOn::Group,
             BeyondMemory | MemoryFull | RetainsNothing | ColdForEver => RestsOn::Settings,
             Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | RunsThrough | StageNeverEntered

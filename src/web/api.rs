@@ -22,7 +22,7 @@ use crate::isa::Address;
 use crate::live::{LiveEvent, LiveProgram, LiveTag, LiveView};
 use crate::observe::CellChanged;
 use crate::operator::client::{self, CallFailure};
-use crate::operator::protocol::{GivenValue, Request};
+use crate::operator::protocol::{GivenValue, RefusalKind, Request};
 
 /// The most rungs, and the most tags, of an answer.
 const RUNGS_MAX: usize = 60;
@@ -299,7 +299,10 @@ async fn write(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
     let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
     let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
     let for_user = Some(user.to_owned());
-    let done = sent(site, Request::Write { operand: operand.clone(), value, for_user }).await?;
+    // The controller checks the list again, that of the program which it runs at that time.
+    let from_page = true;
+    let write = Request::Write { operand: operand.clone(), value, for_user, from_page };
+    let done = sent(site, write).await?;
     say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
     Ok(json_answer(&done))
 }
@@ -331,7 +334,23 @@ async fn sent(site: &Arc<WebSite>, request: Request) -> Result<Value, WebFailure
         Ok(Ok(done)) => Ok(done),
         Ok(Err(CallFailure::Refused(refusal))) => {
             say(&format!("a change is refused: {}", refusal.message));
-            Err(WebFailure(StatusCode::CONFLICT, refusal.message))
+            let status = match refusal.kind {
+                RefusalKind::NotPermitted => StatusCode::FORBIDDEN,
+                RefusalKind::BadRequest
+                | RefusalKind::BadOperand
+                | RefusalKind::BadValue
+                | RefusalKind::Refused
+                | RefusalKind::BadFiles
+                | RefusalKind::NoAnswer
+                | RefusalKind::TooLate => StatusCode::CONFLICT,
+            };
+            Err(WebFailure(status, refusal.message))
+        }
+        Ok(Err(failure @ CallFailure::NotAllowed(..))) => {
+            say(&format!("a change is not possible: {failure}"));
+            let why = "this server may only look: to let users change something, its user must be \
+                       in the group of the operator's socket (docs/web.md)";
+            Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()))
         }
         Ok(Err(failure)) => Err(WebFailure(StatusCode::BAD_GATEWAY, failure.to_string())),
         Err(bug) => Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())),

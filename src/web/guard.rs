@@ -1,8 +1,10 @@
 //! Checks the host and the origin of a request before its other parts are read. So neither a page
 //! of another site, nor a foreign host name that points to this machine, receives an answer.
 
-use hyper::header::{HOST, HeaderMap, HeaderName, HeaderValue, ORIGIN};
+use hyper::header::{HeaderMap, HeaderName, HeaderValue, ORIGIN};
 use hyper::{Method, Uri};
+
+use crate::http::ExpectedHosts;
 
 /// The header with the session's token. Each change must have it.
 pub(super) const CSRF: &str = "x-csrf-token";
@@ -26,15 +28,16 @@ const SECURITY: [(&str, &str); 8] = [
 /// The requests that are admitted.
 #[derive(Clone, Debug)]
 pub(super) struct Guard {
-    /// The accepted values of `Host`, in small letters.
-    hosts: Vec<String>,
+    /// The accepted values of `Host`.
+    hosts: ExpectedHosts,
     /// Whether browsers speak TLS.
     is_tls: bool,
 }
 
 impl Guard {
+    /// `hosts`: the accepted values of `Host`, in small letters.
     pub fn new(hosts: Vec<String>, is_tls: bool) -> Guard {
-        Guard { hosts, is_tls }
+        Guard { hosts: ExpectedHosts::new(hosts, "rungd web --host NAME"), is_tls }
     }
 
     /// Admits a request of our own pages.
@@ -42,7 +45,7 @@ impl Guard {
     /// # Errors
     /// Why it is not admitted.
     pub fn admit(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), String> {
-        let host = self.host(uri, headers)?;
+        let host = self.hosts.host(uri, headers)?;
         let mut origins = headers.get_all(ORIGIN).iter();
         match (origins.next(), origins.next()) {
             (None, _) if *method == Method::GET || *method == Method::HEAD => Ok(()),
@@ -58,21 +61,6 @@ impl Guard {
                 Err("the request comes from a page of another site (its Origin)".to_owned())
             }
         }
-    }
-
-    fn host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, String> {
-        if uri.authority().is_some() {
-            return Err("this server is not a proxy".to_owned());
-        }
-        let mut hosts = headers.get_all(HOST).iter();
-        let (Some(host), None) = (hosts.next(), hosts.next()) else {
-            return Err("a request must have exactly one Host header".to_owned());
-        };
-        let host = host.to_str().unwrap_or_default().to_ascii_lowercase();
-        if self.hosts.contains(&host) {
-            return Ok(host);
-        }
-        Err("this host is not known by that name: `rungd web --host NAME` adds one".to_owned())
     }
 }
 

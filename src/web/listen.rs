@@ -19,6 +19,7 @@ use tokio_rustls::rustls::pki_types::pem::PemObject as _;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 
 use super::options::ListenAt;
+use crate::whole_file::judge_secret;
 
 /// The time limit of the TLS handshake.
 const HANDSHAKE_MAX: Duration = Duration::from_secs(10);
@@ -42,7 +43,17 @@ impl Listener {
         match at {
             ListenAt::Port(address) => {
                 let listener = TcpListener::bind(address).await;
-                Ok(Listener::Port(listener.with_context(|| address.to_string())?))
+                let listener = listener.map_err(|error| {
+                    let about = match error.kind() == io::ErrorKind::PermissionDenied {
+                        true => format!(
+                            "{address}: ports below 1024 are for root, and for a service with the \
+                             capability CAP_NET_BIND_SERVICE (docs/web.md): use a port such as 8443"
+                        ),
+                        false => address.to_string(),
+                    };
+                    anyhow::Error::new(error).context(about)
+                });
+                Ok(Listener::Port(listener?))
             }
             ListenAt::Unix(path) => {
                 let of_path = || path.display().to_string();
@@ -104,6 +115,7 @@ pub(super) fn tls(certificates: &Path, key: &Path) -> Result<TlsAcceptor> {
     let chain = CertificateDer::pem_file_iter(certificates);
     let chain = chain.and_then(Iterator::collect::<Result<Vec<_>, _>>);
     let chain = chain.with_context(|| of_file(certificates))?;
+    judge_secret(key, "the key").with_context(|| of_file(key))?;
     let secret = PrivateKeyDer::from_pem_file(key).with_context(|| of_file(key))?;
     let builder = ServerConfig::builder_with_provider(Arc::new(default_provider()));
     let builder = builder.with_safe_default_protocol_versions()?.with_no_client_auth();

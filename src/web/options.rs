@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 
+use crate::http::with_port;
+
 /// The settings of `rungd web`.
 #[derive(Clone, Debug)]
 pub struct WebOptions {
@@ -107,10 +109,7 @@ impl WebOptions {
         if self.listen.is_local() && !self.behind_proxy {
             names.push("localhost".to_owned());
         }
-        let with_port = |name: &String| port.map(|port| format!("{name}:{port}"));
-        let ports: Vec<String> = names.iter().filter_map(with_port).collect();
-        names.extend(ports);
-        names.iter().map(|name| name.to_ascii_lowercase()).collect()
+        with_port(&names, port)
     }
 }
 

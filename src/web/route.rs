@@ -144,12 +144,12 @@ async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     let said = body(request).await?;
     let text = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
     let (name, password) = (text("user"), text("password"));
-    let failed = |why: &str| WebFailure(StatusCode::TOO_MANY_REQUESTS, why.to_owned());
-    if !site.sessions().may_try(&name, Instant::now()) {
-        return Err(failed("too many wrong passwords: wait a minute"));
-    }
-    // Only one password is verified at a time: argon2 needs much memory and time.
-    let place = Arc::clone(&site.passwords).acquire_owned().await;
+    may_try(site, &name)?;
+    // Only one password is verified at a time: argon2 needs much memory and time. The place is kept
+    // until a wrong password is noted, so the number of tries is right for the next one.
+    let _place = Arc::clone(&site.passwords).acquire_owned().await;
+    // Those that were before this one in the queue may have used up the tries.
+    may_try(site, &name)?;
     let users = site.users().map_err(|failure| {
         say(&failure.to_string());
         let why = "the file of users cannot be read: see the log of `rungd web`";
@@ -157,7 +157,6 @@ async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     })?;
     let tried = name.clone();
     let verified = tokio::task::spawn_blocking(move || users.verified(&tried, &password)).await;
-    drop(place);
     let Ok(Some(hash)) = verified else {
         site.sessions().note_wrong(&name, Instant::now());
         say(&format!("a wrong password for `{}`", name.chars().take(32).collect::<String>()));
@@ -169,6 +168,15 @@ async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     let mut answer = json_answer(&json!({}));
     set_cookie(site, &mut answer, &cookie);
     Ok(answer)
+}
+
+/// Refuses a try if there were too many wrong passwords.
+fn may_try(site: &WebSite, user: &str) -> Result<(), WebFailure> {
+    if site.sessions().may_try(user, Instant::now()) {
+        return Ok(());
+    }
+    let why = "too many wrong passwords: wait a minute";
+    Err(WebFailure(StatusCode::TOO_MANY_REQUESTS, why.to_owned()))
 }
 
 fn set_cookie(site: &WebSite, answer: &mut WebAnswer, cookie: &str) {

@@ -2,14 +2,16 @@
 //! group may read it.
 
 use std::fmt;
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write as _};
-use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use argon2::password_hash::SaltString;
 use argon2::password_hash::rand_core::OsRng;
 use argon2::{Argon2, PasswordHash, PasswordHasher as _, PasswordVerifier as _};
+
+use crate::source::wording::is_unseen;
+use crate::whole_file::{self, FileRights, FolderLock, judge_secret};
 
 /// The longest name, and the shortest and longest password, in bytes.
 const NAME_BYTES_MAX: usize = 32;
@@ -28,8 +30,6 @@ const NOBODY: &str = "$argon2id$v=19$m=19456,t=2,p=1$AAAAAAAAAAAAAAAAAAAAAA\
 pub enum UserFailure {
     /// The file cannot be read or written.
     File(PathBuf, io::Error),
-    /// More than the owner and the group may read the file, or the group may write it.
-    Open(PathBuf),
     /// A line of the file is not a user.
     Line(PathBuf, usize),
     /// Why a name or password is refused.
@@ -40,11 +40,6 @@ impl fmt::Display for UserFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             UserFailure::File(path, error) => write!(f, "{}: {error}", path.display()),
-            UserFailure::Open(path) => write!(
-                f,
-                "{0}: others may read the users' hashes: `chmod o=,g-wx {0}` ends that",
-                path.display()
-            ),
             UserFailure::Line(path, line) => write!(
                 f,
                 "{}:{line}: a line is NAME:HASH, as `rungd web passwd` writes it",
@@ -62,6 +57,8 @@ impl std::error::Error for UserFailure {}
 pub(super) struct Users {
     /// Names and hashes, in the order of the file.
     all: Vec<(String, String)>,
+    /// The lines that begin with `#`, with their ends.
+    remarks: Vec<String>,
 }
 
 impl Users {
@@ -71,18 +68,18 @@ impl Users {
     /// [`UserFailure`].
     pub fn read(path: &Path) -> Result<Users, UserFailure> {
         let failed = |error| UserFailure::File(path.to_owned(), error);
-        let facts = fs::metadata(path).map_err(failed)?;
-        // The group may read the file, so that a service can read a file of root.
-        if facts.mode() & 0o037 != 0 {
-            return Err(UserFailure::Open(path.to_owned()));
-        }
-        if facts.len() > FILE_BYTES_MAX {
+        judge_secret(path, "the users' hashes").map_err(failed)?;
+        if fs::metadata(path).map_err(failed)?.len() > FILE_BYTES_MAX {
             return Err(failed(io::Error::other("it is too large for a file of users")));
         }
         let text = fs::read_to_string(path).map_err(failed)?;
         let mut users = Users::default();
         for (number, line) in (1..).zip(text.lines()) {
-            if line.trim().is_empty() || line.starts_with('#') {
+            if line.starts_with('#') {
+                users.remarks.push(format!("{line}\n"));
+                continue;
+            }
+            if line.trim().is_empty() {
                 continue;
             }
             let user = line.split_once(':').filter(|(_, hash)| PasswordHash::new(hash).is_ok());
@@ -107,36 +104,45 @@ impl Users {
 }
 
 /// Writes the password of a user into a file. Makes the file if it does not exist. The password
-/// `None` removes the user.
+/// `None` removes the user. If several processes do it at the same time, each one's change stays.
 ///
 /// # Errors
 /// [`UserFailure`]; the file is not changed.
 pub fn set_password(path: &Path, name: &str, password: Option<&str>) -> Result<(), UserFailure> {
-    let is_odd = |c: char| c == ':' || c == '#' || c.is_control() || c.is_whitespace();
-    if name.is_empty() || name.len() > NAME_BYTES_MAX || name.contains(is_odd) {
-        return Err(UserFailure::Refused(format!(
-            "a user's name has no spaces, no `:` and no `#`, and at most {NAME_BYTES_MAX} bytes"
-        )));
-    }
-    let mut users = match Users::read(path) {
+    // A user with an impossible name, from a file that was written by hand, can be removed.
+    let hash = password.map(|password| judge_name(name).and_then(|()| hashed(password)));
+    let hash = hash.transpose()?;
+    // A link to the file stays a link.
+    let path = whole_file::followed(path);
+    let failed = |error| UserFailure::File(path.clone(), error);
+    let _lock = FolderLock::of(&path).map_err(failed)?;
+    let mut users = match Users::read(&path) {
         Err(UserFailure::File(_, error)) if error.kind() == io::ErrorKind::NotFound => {
             Users::default()
         }
         users => users?,
     };
     let known = users.all.iter().position(|(known, _)| known == name);
-    match (password, known) {
-        (Some(password), known) => {
-            let hash = hashed(password)?;
-            match known {
-                Some(at) => users.all[at].1 = hash,
-                None => users.all.push((name.to_owned(), hash)),
-            }
-        }
+    match (hash, known) {
+        (Some(hash), Some(at)) => users.all[at].1 = hash,
+        (Some(hash), None) => users.all.push((name.to_owned(), hash)),
         (None, Some(at)) => drop(users.all.remove(at)),
         (None, None) => return Err(UserFailure::Refused(format!("there is no user `{name}`"))),
     }
-    write(path, &users).map_err(|error| UserFailure::File(path.to_owned(), error))
+    let line = |(name, hash): &(String, String)| format!("{name}:{hash}\n");
+    let text: String = users.remarks.iter().cloned().chain(users.all.iter().map(line)).collect();
+    whole_file::replace(&path, text.as_bytes(), FileRights::Kept(0o600)).map_err(failed)
+}
+
+fn judge_name(name: &str) -> Result<(), UserFailure> {
+    let is_odd = |c: char| c == ':' || c == '#' || c.is_whitespace() || is_unseen(c);
+    if !name.is_empty() && name.len() <= NAME_BYTES_MAX && !name.contains(is_odd) {
+        return Ok(());
+    }
+    Err(UserFailure::Refused(format!(
+        "a user's name has no spaces, no `:`, no `#` and no invisible characters, and at most \
+         {NAME_BYTES_MAX} bytes"
+    )))
 }
 
 fn hashed(password: &str) -> Result<String, UserFailure> {
@@ -148,30 +154,6 @@ fn hashed(password: &str) -> Result<String, UserFailure> {
     let salt = SaltString::generate(&mut OsRng);
     let hash = Argon2::default().hash_password(password.as_bytes(), &salt);
     hash.map(|hash| hash.to_string()).map_err(|error| UserFailure::Refused(error.to_string()))
-}
-
-/// Writes a new file beside the old one, and replaces the old one with it.
-fn write(path: &Path, users: &Users) -> io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}", std::process::id()));
-    let beside = path.with_file_name(name);
-    let mut options = OpenOptions::new();
-    let mut file = options.write(true).create_new(true).mode(0o600).open(&beside)?;
-    let text: String = users.all.iter().map(|(name, hash)| format!("{name}:{hash}\n")).collect();
-    let done = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-    let done = done.and_then(|()| match fs::metadata(path) {
-        // The new file keeps the owner, the group and the permissions of the old one.
-        Ok(old) => {
-            std::os::unix::fs::chown(&beside, Some(old.uid()), Some(old.gid()))?;
-            fs::set_permissions(&beside, old.permissions())
-        }
-        Err(_) => Ok(()),
-    });
-    let done = done.and_then(|()| fs::rename(&beside, path));
-    if done.is_err() {
-        let _ = fs::remove_file(&beside);
-    }
-    done
 }
 
 #[cfg(test)]
@@ -195,10 +177,18 @@ mod tests {
         let refused = |name, password| set_password(&path, name, password).unwrap_err();
         assert!(refused("anna", None).to_string().contains("no user"));
         assert!(refused("a:b", Some("long enough")).to_string().contains("no `:`"));
+        for name in ["anna\u{202e}", "an\u{200b}na", "\u{feff}anna", "a\u{ad}nna", "\u{3164}"] {
+            assert!(refused(name, Some("long enough")).to_string().contains("invisible"), "{name}");
+        }
         assert!(refused("dora", Some("short")).to_string().contains("8 to 1024"));
         fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).expect("changed");
         assert!(Users::read(&path).unwrap_err().to_string().contains("chmod o="));
         fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).expect("changed");
+        let hash = hashed("long enough").expect("a hash");
+        fs::write(&path, format!("# users\ndora:{hash}\n")).expect("written");
+        set_password(&path, "anna", Some("long enough")).expect("written");
+        let text = fs::read_to_string(&path).expect("read");
+        assert!(text.starts_with("# users\ndora:$") && text.contains("\nanna:$"), "{text}");
         fs::write(&path, "# users\nanna\n").expect("written");
         assert!(Users::read(&path).unwrap_err().to_string().contains(":2: a line is NAME:HASH"));
         let _ = fs::remove_file(&path);

@@ -16,6 +16,7 @@ mod names;
 mod no_descriptors;
 mod operator_commands;
 mod operator_hostile;
+mod operator_late;
 mod operator_modes;
 mod operator_socket;
 mod operator_storm;

@@ -27,10 +27,27 @@ fn only_a_get_of_metrics_is_answered() {
         assert_eq!(answer.status, status, "{first}: {answer:?}");
     }
     let post =
-        b"POST /metrics HTTP/1.1\r\nHost: x\r\nContent-Length: 40\r\nConnection: close\r\n\r\n\
+        b"POST /metrics HTTP/1.1\r\nHost: localhost\r\nContent-Length: 40\r\nConnection: close\r\n\r\n\
                  {\"do\":\"write\",\"operand\":\"D1\",\"value\":7}";
     assert_eq!(served.send(post).status, 405);
     assert!(served.live.ok("read D1").contains(" 0 bar"), "nothing is written");
+}
+
+/// A page of a foreign name, which its owner points to this machine, reads nothing.
+#[test]
+fn a_foreign_host_name_gets_no_metrics() {
+    let served = Served::start();
+    let status = |hosts: &str| {
+        let request = format!("GET /metrics HTTP/1.1\r\n{hosts}Connection: close\r\n\r\n");
+        served.send(request.as_bytes()).status
+    };
+    for known in ["localhost", "127.0.0.1:9464", "[::1]:80", "10.1.2.3"] {
+        assert_eq!(status(&format!("Host: {known}\r\n")), 200, "{known}");
+    }
+    for foreign in ["evil.example", "127.0.0.1.evil.example", "localhost.evil.example:9464"] {
+        assert_eq!(status(&format!("Host: {foreign}\r\n")), 403, "{foreign}");
+    }
+    assert_eq!((status(""), status("Host: localhost\r\nHost: localhost\r\n")), (403, 403));
 }
 
 #[test]
@@ -85,7 +102,7 @@ fn those_who_ask_at_once_share_a_look_and_those_who_go_leave_none() {
         line.expect("scans").to_owned()
     };
     // Clients that send a request and do not wait for the answer.
-    let request = b"GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n";
+    let request = b"GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n";
     for _ in 0..200 {
         let mut stream = TcpStream::connect(&served.host).unwrap();
         stream.write_all(request).unwrap();
@@ -94,7 +111,7 @@ fn those_who_ask_at_once_share_a_look_and_those_who_go_leave_none() {
     // Many requests at once over one connection: they share one look at the controller, or two that
     // are a second apart.
     let mut stream = TcpStream::connect(&served.host).unwrap();
-    let close = b"GET /metrics HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+    let close = b"GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
     stream.write_all(&[&request.repeat(20)[..], close].concat()).unwrap();
     let mut all = String::new();
     stream.read_to_string(&mut all).unwrap();
@@ -113,5 +130,5 @@ fn a_controller_that_hangs_is_told_in_bounded_time() {
     served.live.signal("CONT");
     assert_eq!(text.lines().count(), 3, "{text}");
     served.await_line("rungd_up 1");
-    assert_eq!(answer_of(&served.host, b"GET / HTTP/1.0\r\n\r\n").status, 404);
+    assert_eq!(answer_of(&served.host, b"GET / HTTP/1.0\r\nHost: localhost\r\n\r\n").status, 404);
 }

@@ -68,6 +68,16 @@ pub struct HttpAnswer {
 }
 
 impl HttpAnswer {
+    /// Reads an answer up to the end of its connection.
+    pub fn read(mut stream: TcpStream) -> HttpAnswer {
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let text = String::from_utf8_lossy(&answer).into_owned();
+        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
+        let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).unwrap_or(0);
+        HttpAnswer { status, head: head.to_owned(), body: body.to_owned() }
+    }
+
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.body).unwrap_or_else(|error| panic!("{error}: {self:?}"))
     }
@@ -125,18 +135,17 @@ impl Web {
 
     /// Sends bytes; returns the answer up to the end of the connection.
     pub fn send(&self, bytes: &[u8]) -> HttpAnswer {
+        HttpAnswer::read(self.begin(bytes))
+    }
+
+    /// Sends bytes; returns the connection, on which the answer comes.
+    pub fn begin(&self, bytes: &[u8]) -> TcpStream {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         // The server may answer and close the connection before it has all bytes.
         let _ = stream.write_all(bytes);
-        let mut answer = Vec::new();
-        let _ = stream.read_to_end(&mut answer);
-        let text = String::from_utf8_lossy(&answer).into_owned();
-        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
-        let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).unwrap_or(0);
-        HttpAnswer { status, head: head.to_owned(), body: body.to_owned() }
+        stream
     }
-
     /// Sends a request with these header lines.
     pub fn ask(&self, first: &str, lines: &[String], body: &str) -> HttpAnswer {
         let mut request = format!("{first} HTTP/1.1\r\nConnection: close\r\n");

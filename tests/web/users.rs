@@ -1,10 +1,13 @@
 //! Users: their passwords, and the operands that they may write.
 
+use std::fs::Permissions;
 use std::io::{BufRead as _, BufReader, Write as _};
+use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Command, Stdio};
 
 use serde_json::json;
 
+use crate::support::folder::TestFolder;
 use crate::support::live::Live;
 use crate::web::client::{CONTROLLER, HttpAnswer, LADDER, Visitor, Web};
 
@@ -17,6 +20,13 @@ fn passwd(file: &str, user: &str, password: &str) -> (i32, String) {
     child.stdin.take().unwrap().write_all(format!("{password}\n").as_bytes()).unwrap();
     let said = child.wait_with_output().unwrap();
     (said.status.code().unwrap(), String::from_utf8(said.stderr).unwrap())
+}
+
+/// The exit code of the removal of a user.
+fn removed(file: &str, user: &str) -> i32 {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.args(["web", "passwd", user, "--remove", "--users-file", file]).stdout(Stdio::null());
+    command.status().unwrap().code().unwrap()
 }
 
 fn error(answer: &HttpAnswer) -> String {
@@ -72,6 +82,82 @@ fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
     assert!(lines.take(600).count() < 600, "it ends");
     assert_eq!(web.get("/api/session", &anna).status, 401);
     assert_eq!(web.live.say("read level --json").json()["values"][0]["value"], 43);
+}
+
+#[test]
+fn a_reload_that_takes_an_operand_from_the_list_leaves_no_time_for_a_write() {
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let file = live.folder.join("users").display().to_string();
+    passwd(&file, "anna", "correct horse");
+    let web = Web::of(live, &["--users-file", &file]);
+    let anna = web.visitor(web.sign_in("anna", "correct horse").cookie());
+    let write =
+        |operand: &str| web.post("/api/write", &anna, &json!({"operand": operand, "value": 1}));
+    assert_eq!(write("level").status, 200);
+    let controller = web.live.folder.join("controller.toml");
+    let text = std::fs::read_to_string(&controller).unwrap();
+    let text = text.replace("write = [\"level\", \"start\"]", "write = [\"start\"]");
+    std::fs::write(&controller, text).unwrap();
+    web.live.ok("reload");
+    let refused = write("level");
+    assert!(refused.status == 403 && error(&refused).contains("[web] write"), "{refused:?}");
+    assert_eq!(write("start").status, 200);
+}
+
+/// The wrong passwords wait for their turn at the same time, so each of them was admitted before
+/// the first was found to be wrong.
+#[test]
+fn a_burst_of_passwords_gets_no_more_tries_than_the_limit() {
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let file = live.folder.join("users").display().to_string();
+    passwd(&file, "anna", "correct horse");
+    let web = Web::of(live, &["--users-file", &file]);
+    let statuses = |count: usize, password: &str| -> Vec<u16> {
+        let body = json!({ "user": "anna", "password": password }).to_string();
+        let (host, length) = (&web.host, body.len());
+        let request = format!(
+            "POST /api/login HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: \
+             {length}\r\nContent-Type: application/json\r\nConnection: close\r\n\r\n{body}"
+        );
+        let opened: Vec<_> = (0..count).map(|_| web.begin(request.as_bytes())).collect();
+        opened.into_iter().map(|stream| HttpAnswer::read(stream).status).collect()
+    };
+    let wrong = statuses(250, "wrong horse");
+    let tried = wrong.iter().filter(|status| **status == 401).count();
+    assert_eq!(tried, 5, "{wrong:?}");
+    assert_eq!(wrong.iter().filter(|status| **status == 429).count(), 245);
+    assert_eq!(statuses(3, "correct horse"), [429; 3], "limited like any other");
+}
+
+#[test]
+fn users_that_are_set_at_the_same_time_all_stay() {
+    let folder = TestFolder::new("users");
+    let file = folder.path().join("users");
+    let (named, text) = (folder.path().join("link"), || std::fs::read_to_string(&file).unwrap());
+    assert_eq!(passwd(&file.display().to_string(), "first", "correct horse").0, 0);
+    std::fs::set_permissions(&file, Permissions::from_mode(0o640)).unwrap();
+    std::os::unix::fs::symlink("users", &named).unwrap();
+    let named = named.display().to_string();
+    let all = |change: &(dyn Fn(usize) -> i32 + Sync)| {
+        std::thread::scope(|scope| {
+            let changes: Vec<_> = (0..8).map(|n| scope.spawn(move || change(n))).collect();
+            assert!(changes.into_iter().all(|change| change.join().unwrap() == 0));
+        });
+    };
+    all(&|n| passwd(&named, &format!("user{n}"), "correct horse").0);
+    assert_eq!(text().lines().count(), 9, "{}", text());
+    // Some are removed while others get a new password.
+    all(&|n| match n % 2 {
+        0 => removed(&named, &format!("user{n}")),
+        _ => passwd(&named, &format!("user{n}"), "another horse").0,
+    });
+    let names = text();
+    let mut names: Vec<&str> = names.lines().filter_map(|line| line.split(':').next()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["first", "user1", "user3", "user5", "user7"]);
+    assert!(std::fs::symlink_metadata(&named).unwrap().is_symlink(), "a link stays a link");
+    assert_eq!(std::fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing stays beside it");
 }
 
 #[test]

@@ -12,16 +12,18 @@ use serde::Serialize;
 use tokio::time::timeout;
 
 use super::memory;
-use super::peer::Peer;
+use super::peer::{Asker, Peer};
 use super::record;
+use super::refused::{denied, in_words, no_answer, not_for_pages, not_taken};
 use super::status::{View, reason};
 use super::told_change::{ToldChange, WaitingWrite, Was};
 use crate::daemon::log;
-use crate::daemon::reload::Reloads;
+use crate::daemon::reload::{Caller, Reloads};
 use crate::engine::Cell;
 use crate::events::{self, Event, Level};
 use crate::isa::{Address, Bit, BitSpace};
 use crate::locked::locked;
+use crate::operator::deadline::{self, NEVER_NS};
 use crate::operator::names::Names;
 use crate::operator::operand::Variable;
 use crate::operator::protocol::{
@@ -81,35 +83,36 @@ impl Desk {
     }
 
     /// Carries out a request; returns the line of its answer.
-    pub(super) async fn answer(&self, peer: &Peer, request: &Request) -> Answered<Vec<u8>> {
+    pub(super) async fn answer(&self, asker: &Asker, request: &Request) -> Answered<Vec<u8>> {
+        let peer = &asker.peer;
         match request {
             Request::Status {} => answered(self.status()),
             Request::Read { operands } => answered(self.read(operands)?),
-            Request::Write { operand, value, for_user } => {
-                let peer = peer.acting_for(for_user.as_deref())?;
-                answered(self.write(&peer, operand, value).await?)
+            Request::Write { operand, value, for_user, from_page } => {
+                let asker = asker.acting_for(for_user.as_deref())?;
+                answered(self.write(&asker, operand, (value, *from_page)).await?)
             }
-            Request::Force { operand, value } => answered(self.force(peer, operand, value).await?),
-            Request::Unforce { operand } => answered(self.unforce(peer, operand).await?),
-            Request::UnforceAll {} => answered(self.unforce_all(peer).await?),
+            Request::Force { operand, value } => answered(self.force(asker, operand, value).await?),
+            Request::Unforce { operand } => answered(self.unforce(asker, operand).await?),
+            Request::UnforceAll {} => answered(self.unforce_all(asker).await?),
             Request::Mode { to, no_wait } => {
-                let changed = self.mode(peer, *to).await?;
+                let changed = self.mode(asker, *to).await?;
                 answered(self.durable(changed, *to, *no_wait).await)
             }
             Request::Alarms {} => answered(self.alarms().await),
             Request::Ack { alarms, for_user } => {
-                let peer = peer.acting_for(for_user.as_deref())?;
-                answered(self.acknowledge(&peer, Some(alarms)).await?)
+                let asker = asker.acting_for(for_user.as_deref())?;
+                answered(self.acknowledge(&asker.peer, Some(alarms)).await?)
             }
             Request::AckAll {} => answered(self.acknowledge(peer, None).await?),
             Request::LogLevel { level } => answered(log_level(peer, *level)),
             Request::Reload { dry_run } => {
                 let reloads = Arc::clone(&self.reloads);
-                answered(reloads.reload(peer.to_string(), *dry_run).await?)
+                answered(reloads.reload(caller(asker), *dry_run).await?)
             }
             Request::Rollback {} => {
                 let reloads = Arc::clone(&self.reloads);
-                answered(reloads.rollback(peer.to_string()).await?)
+                answered(reloads.rollback(caller(asker)).await?)
             }
             Request::RetainSave {} => {
                 let view = self.seen().1;
@@ -164,9 +167,18 @@ impl Desk {
         Ok(values(&latest, &found))
     }
 
-    async fn write(&self, peer: &Peer, text: &str, given: &GivenValue) -> Answered<Change> {
+    async fn write(
+        &self,
+        asker: &Asker,
+        text: &str,
+        (given, from_page): (&GivenValue, bool),
+    ) -> Answered<Change> {
         let (before, view) = self.seen();
         let operand = view.names.find_one(text)?;
+        // The list of the image's program, so that no page writes by a list of before a reload.
+        if from_page && !view.pages_write.contains(&operand.what) {
+            return Err(not_for_pages(text));
+        }
         operand.may_write()?;
         let value = view.names.number(&operand, given)?;
         if before.forces.has(operand.cell) {
@@ -181,22 +193,24 @@ impl Desk {
             (None, Cell::Bit(cell)) => Write::Bit(cell, value != 0),
             (None, Cell::Word(cell)) => Write::Word(cell, value),
         };
-        let ticket = self
-            .port
-            .submit_to(before.generation, vec![write])
-            .map_err(|why| self.not_taken(why))?;
-        self.port.sign(Origin::Batch(ticket), peer.to_string());
         let period = Duration::from_nanos(self.port.tempo().period_ns);
         let is_long = period > PERIOD_AWAITED_MAX;
+        // A write whose scan is far away is answered before it: from then on it is agreed.
+        let until_ns = if is_long { NEVER_NS } else { self.until_ns(asker) };
+        let ticket = self
+            .port
+            .submit_until(until_ns, before.generation, vec![write])
+            .map_err(|why| not_taken(why, &self.port))?;
+        self.port.sign(Origin::Batch(ticket), asker.peer.to_string());
         let patience = if is_long { PERIOD_AWAITED_MAX } else { self.wait() };
         let seen = match timeout(patience, self.port.done(ticket)).await {
             Ok(Err(Refused::Overtaken)) => None,
-            Ok(done) => Some(done.map(|()| true).map_err(|why| self.not_taken(why))?),
+            Ok(done) => Some(done.map(|()| true).map_err(|why| not_taken(why, &self.port))?),
             Err(_) if is_long => Some(false),
             Err(_) => return Err(no_answer()),
         };
         let (was, written) = (Was::of(&operand, &before), operand.held(value));
-        let told = ToldChange::new(peer, &operand, was);
+        let told = ToldChange::new(&asker.peer, &operand, was);
         let Some((seen, sight)) = seen.zip(self.sight(&operand)) else {
             // A scan may have taken the write before the reload, unless the batch was refused.
             let asked = format!("asked to write {written} to {operand}");
@@ -228,28 +242,13 @@ impl Desk {
         Ok(sight)
     }
 
-    fn not_taken(&self, why: Refused) -> Refusal {
-        let message = match why {
-            Refused::NotRunning => format!(
-                "the controller is in {}: what is written would not be scanned (`rungd mode run` \
-                 runs it; a force is accepted in any mode)",
-                in_words(self.port.latest().mode)
-            ),
-            Refused::QueueFull | Refused::TooLarge => {
-                "too many writes wait for the next scan".to_owned()
-            }
-            Refused::Overtaken => Denial::Gone.to_string(),
-        };
-        Refusal::new(RefusalKind::Refused, message)
-    }
-
-    async fn force(&self, peer: &Peer, text: &str, given: &GivenValue) -> Answered<Change> {
+    async fn force(&self, asker: &Asker, text: &str, given: &GivenValue) -> Answered<Change> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text)?;
         operand.may_force()?;
         let value = view.names.number(&operand, given)?;
         let force = Command::Force { cell: operand.cell, value };
-        let id = self.hand_in(peer, latest.generation, force)?;
+        let id = self.hand_in(asker, latest.generation, force)?;
         // The name is stored first: the status may show the force before the answer arrives.
         if !view.names.is_placed(operand.what) {
             self.forced().insert(operand.what, operand.operand.clone());
@@ -257,27 +256,27 @@ impl Desk {
         let was = Was::found(&operand, self.carried_out(id).await?);
         let forced = operand.held(value);
         let did = format!("forced {operand} to {forced}");
-        let told = ToldChange::new(peer, &operand, was);
+        let told = ToldChange::new(&asker.peer, &operand, was);
         let sight = self.changed(told, &events::OPERATOR_FORCE, &did)?;
         let is_output = matches!(operand.what, Address::Bit(Bit::Space(BitSpace::Y, _)));
         let stays_safe = is_output && sight.latest.mode != Mode::Run;
         Ok(Change { note: stays_safe.then(|| STAYS_SAFE.to_owned()), ..sight.change(was) })
     }
 
-    async fn unforce(&self, peer: &Peer, text: &str) -> Answered<Change> {
+    async fn unforce(&self, asker: &Asker, text: &str) -> Answered<Change> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text).map_err(|unknown| {
             let message = format!("{}; {}", unknown.message, self.forced_now(text.trim()));
             Refusal { message, ..unknown }
         })?;
         let before = self
-            .carried_out(self.hand_in(peer, latest.generation, Command::Release(operand.cell))?)
+            .carried_out(self.hand_in(asker, latest.generation, Command::Release(operand.cell))?)
             .await?;
         let was = Was::found(&operand, before);
         if was.forced {
             self.forced().remove(&operand.what);
             let did = format!("ended the force of {operand}");
-            let told = ToldChange::new(peer, &operand, was);
+            let told = ToldChange::new(&asker.peer, &operand, was);
             let sight = self.changed(told, &events::OPERATOR_UNFORCE, &did)?;
             return Ok(sight.change(was));
         }
@@ -310,15 +309,15 @@ impl Desk {
         }
     }
 
-    async fn unforce_all(&self, peer: &Peer) -> Answered<Values> {
+    async fn unforce_all(&self, asker: &Asker) -> Answered<Values> {
         let (before, view) = self.seen();
         let forces = self.forces(&before, &view.names);
-        self.carried_out(self.hand_in(peer, before.generation, Command::ReleaseAll)?).await?;
+        self.carried_out(self.hand_in(asker, before.generation, Command::ReleaseAll)?).await?;
         let (latest, view) = self.seen();
         let mut released = Vec::new();
         for (operand, _) in &forces {
             self.forced().remove(&operand.what);
-            let told = ToldChange::new(peer, operand, Was::of(operand, &before));
+            let told = ToldChange::new(&asker.peer, operand, Was::of(operand, &before));
             let did = format!("ended the force of {operand}");
             match view.names.again(operand) {
                 Some(now) => {
@@ -331,11 +330,12 @@ impl Desk {
         Ok(values(&latest, &released))
     }
 
-    async fn mode(&self, peer: &Peer, to: ModeWanted) -> Answered<ModeChange> {
+    async fn mode(&self, asker: &Asker, to: ModeWanted) -> Answered<ModeChange> {
+        let peer = &asker.peer;
         let latest = self.port.latest();
         let since_ns = latest.since_ns;
         let command = if to == ModeWanted::Run { Command::Run } else { Command::Stop };
-        let before = self.carried_out(self.hand_in(peer, latest.generation, command)?).await?.mode;
+        let before = self.carried_out(self.hand_in(asker, latest.generation, command)?).await?.mode;
         let there = match to {
             ModeWanted::Run => before == Mode::Run,
             ModeWanted::Stop => matches!(before, Mode::Stop(_)),
@@ -394,16 +394,27 @@ impl Desk {
     }
 
     /// Hands in a command whose cells belong to the program of this generation.
-    fn hand_in(&self, peer: &Peer, generation: u32, command: Command) -> Answered<CommandId> {
-        let id = self.port.command_to(generation, command).map_err(denied)?;
-        self.port.sign(Origin::Command(id), peer.to_string());
+    fn hand_in(&self, asker: &Asker, generation: u32, command: Command) -> Answered<CommandId> {
+        let until_ns = self.until_ns(asker);
+        let id = self.port.command_until(until_ns, generation, command).map_err(denied)?;
+        self.port.sign(Origin::Command(id), asker.peer.to_string());
         Ok(id)
+    }
+
+    /// The moment after which a change is not begun: at the client's deadline, and when the desk
+    /// itself stops waiting.
+    fn until_ns(&self, asker: &Asker) -> u64 {
+        asker.until_ns.min(deadline::now_ns().saturating_add(self.wait().as_nanos() as u64))
     }
 
     async fn carried_out(&self, id: CommandId) -> Answered<Before> {
         let answered = timeout(self.wait(), self.port.answered(id)).await;
         answered.map_err(|_| no_answer())?.map_err(denied)
     }
+}
+
+fn caller(asker: &Asker) -> Caller {
+    Caller { who: asker.peer.to_string(), until_ns: asker.until_ns }
 }
 
 /// An operand in the latest image, by the names of that image's program.
@@ -473,21 +484,5 @@ fn values(image: &Snapshot, operands: &[Variable]) -> Values {
         mode: image.mode.name().to_owned(),
         scans: image.scans,
         values: operands.iter().map(|operand| operand.seen(image)).collect(),
-    }
-}
-
-fn denied(why: Denial) -> Refusal {
-    Refusal::new(RefusalKind::Refused, why.to_string())
-}
-
-fn no_answer() -> Refusal {
-    let message = "no scan has processed it in time; it may still be done";
-    Refusal::new(RefusalKind::NoAnswer, message)
-}
-
-fn in_words(mode: Mode) -> String {
-    match reason(mode) {
-        None => mode.name().to_owned(),
-        Some(why) => format!("{} ({why})", mode.name()),
     }
 }

@@ -13,6 +13,7 @@ mod memory;
 mod pace;
 mod peer;
 mod record;
+mod refused;
 mod seats;
 mod server;
 mod session;

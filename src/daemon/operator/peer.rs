@@ -14,6 +14,7 @@ use tokio::net::UnixStream;
 use super::accounts::name_of;
 use super::socket::{Door, Owner};
 use crate::operator::protocol::{Refusal, RefusalKind};
+use crate::source::wording::is_unseen;
 
 /// The most groups that are read. If a user has more, only its first group counts.
 const GROUPS_MAX: usize = 1024;
@@ -61,17 +62,37 @@ impl Peer {
     }
 }
 
+/// A client with one of its requests.
+#[derive(Clone, Debug)]
+pub(super) struct Asker {
+    pub peer: Peer,
+    /// After this moment the request is not carried out; ns of the monotonic clock.
+    pub until_ns: u64,
+}
+
+impl Asker {
+    /// The same request on behalf of one of the client's own users: the log shows both names.
+    ///
+    /// # Errors
+    /// The person's name is not valid.
+    pub fn acting_for(&self, person: Option<&str>) -> Result<Asker, Refusal> {
+        Ok(Asker { peer: self.peer.acting_for(person)?, until_ns: self.until_ns })
+    }
+}
+
 impl Peer {
     /// The same client on behalf of one of its own users: the log shows both names.
     ///
     /// # Errors
     /// The person's name is not valid.
-    pub fn acting_for(&self, person: Option<&str>) -> Result<Peer, Refusal> {
+    fn acting_for(&self, person: Option<&str>) -> Result<Peer, Refusal> {
         let Some(person) = person else { return Ok(self.clone()) };
-        let is_odd = |c: char| c.is_control() || c.is_whitespace();
+        let is_odd = |c: char| c.is_whitespace() || is_unseen(c);
         if person.is_empty() || person.len() > PERSON_BYTES_MAX || person.contains(is_odd) {
-            let message =
-                format!("`for_user` is a name without spaces, of at most {PERSON_BYTES_MAX} bytes");
+            let message = format!(
+                "`for_user` is a name without spaces and invisible characters, of at most \
+                     {PERSON_BYTES_MAX} bytes"
+            );
             return Err(Refusal::new(RefusalKind::BadRequest, message));
         }
         Ok(Peer { name: format!("{person} by {}", self.name), ..self.clone() })

@@ -11,20 +11,22 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use rustix::net::{RecvFlags, recv};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
 use super::desk::Desk;
 use super::pace::{Pace, metered};
-use super::peer::Peer;
+use super::peer::{Asker, Peer};
 use super::seats::{Seat, Seats};
 use super::socket::Door;
-use crate::daemon::narration::one_line;
+use crate::daemon::narration::{one_line, span};
 use crate::daemon::turns::{Turn, Turns};
 use crate::locked::locked;
+use crate::operator::deadline::{self, Deadline, NEVER_NS};
 use crate::operator::protocol::{
-    Answered, REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request,
+    Answered, REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request, received,
 };
 use crate::say::say;
 
@@ -215,8 +217,8 @@ impl Session {
     }
 
     async fn answer(&mut self, line: &[u8]) -> Result<(), Closed> {
-        let request: Request = match serde_json::from_slice(line) {
-            Ok(request) => request,
+        let (request, deadline) = match received(line) {
+            Ok(received) => received,
             Err(error) => {
                 self.garbage += 1;
                 let message =
@@ -236,7 +238,7 @@ impl Session {
         // A user's recordings are made and taken one after the other: each can have many megabytes.
         let is_recording = matches!(request, Request::Recording { .. });
         let _turn = if is_recording { Some(self.turn().await?) } else { None };
-        let (answer, cost) = metered(self.done(&request)).await;
+        let (answer, cost) = metered(self.done(&request, deadline)).await;
         let line = answer.unwrap_or_else(|refusal| {
             self.tell_refusal(&request, &refusal);
             Reply::<()>::Error(refusal).line()
@@ -259,7 +261,8 @@ impl Session {
         Ok(turn)
     }
 
-    async fn done(&self, request: &Request) -> Answered<Vec<u8>> {
+    /// Carries out a request whose turn has come, unless its client has given up by now.
+    async fn done(&self, request: &Request, deadline: Option<Deadline>) -> Answered<Vec<u8>> {
         if !request.only_looks() && !self.peer.may_change {
             let message = match self.peer.door {
                 Door::Operator => format!(
@@ -275,14 +278,36 @@ impl Session {
             };
             return Err(Refusal::new(RefusalKind::NotPermitted, message));
         }
-        self.shared.desk.answer(&self.peer, request).await
+        let until_ns = self.until_ns(request, deadline)?;
+        let asker = Asker { peer: self.peer.clone(), until_ns };
+        self.shared.desk.answer(&asker, request).await
+    }
+
+    /// The moment after which a request is not carried out.
+    ///
+    /// # Errors
+    /// It is over, or the client is gone.
+    fn until_ns(&self, request: &Request, deadline: Option<Deadline>) -> Answered<u64> {
+        let Some(deadline) = deadline.filter(|_| !request.only_looks()) else {
+            return Ok(NEVER_NS);
+        };
+        let until_ns = deadline.until_ns().unwrap_or(NEVER_NS);
+        let late_ns = deadline::now_ns().saturating_sub(until_ns);
+        let message = if late_ns > 0 {
+            let late = span(late_ns);
+            format!("nothing is done: the request came {late} after its client had stopped waiting")
+        } else if has_left(&self.stream) {
+            "nothing is done: its client has left without waiting for the answer".to_owned()
+        } else {
+            return Ok(until_ns);
+        };
+        Err(Refusal::new(RefusalKind::TooLate, message))
     }
 
     /// A refused change is worth a warning; a refused look is a detail.
     fn tell_refusal(&self, request: &Request, refusal: &Refusal) {
-        if matches!(request, Request::Reload { .. } | Request::Rollback {})
-            && refusal.kind != RefusalKind::NotPermitted
-        {
+        let is_own = matches!(refusal.kind, RefusalKind::NotPermitted | RefusalKind::TooLate);
+        if matches!(request, Request::Reload { .. } | Request::Rollback {}) && !is_own {
             // The code that refused it has logged the findings.
             return;
         }
@@ -326,6 +351,12 @@ impl Session {
             () = seat.asked_to_leave() => Err(Closed::MadeRoom),
         }
     }
+}
+
+/// Whether the client has closed its end of the connection. What it has sent stays in the socket.
+fn has_left(stream: &UnixStream) -> bool {
+    let flags = RecvFlags::PEEK | RecvFlags::DONTWAIT;
+    matches!(recv(stream, &mut [0_u8; 1], flags), Ok((_, 0)))
 }
 
 /// A client's text, or a message that repeats it, for the log: shortened, and on one line.

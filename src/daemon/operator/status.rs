@@ -69,11 +69,14 @@ impl AboutParts {
 pub(in super::super) struct View {
     pub names: Arc<Names>,
     pub about: About,
+    /// The operands that pages may write.
+    pub pages_write: Vec<Address>,
 }
 
 impl View {
     pub fn new(setup: &Setup, parts: &AboutParts) -> View {
-        View { names: Arc::clone(&setup.names), about: About::new(setup, parts) }
+        let (names, about) = (Arc::clone(&setup.names), About::new(setup, parts));
+        View { names, about, pages_write: setup.pages_write.clone() }
     }
 }
 

@@ -6,6 +6,7 @@
 //! is completed even if its client disconnects. While a reload reads files, it holds no lock that a
 //! rollback needs, so a rollback never waits for files.
 
+mod caller;
 mod reading;
 mod ready;
 mod report;
@@ -21,6 +22,7 @@ use std::time::{Duration, Instant};
 use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
+pub(super) use caller::Caller;
 pub(super) use views::Views;
 
 use super::config::Setup;
@@ -105,7 +107,7 @@ struct Pending {
 
 /// A requested swap.
 struct SwapRequest {
-    who: String,
+    caller: Caller,
     direction: SwapDirection,
     /// The report's lines about settings that take effect with the swap.
     settings: Vec<String>,
@@ -150,17 +152,17 @@ impl Reloads {
     }
 
     /// Reads the files again, and swaps in their program.
-    pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Answered<Reloaded> {
+    pub async fn reload(self: Arc<Self>, caller: Caller, dry_run: bool) -> Answered<Reloaded> {
         let done = tokio::spawn(async move {
             let done = match dry_run {
                 true => match self.dry.try_turn().await {
-                    Some(_turn) => self.in_turn(&who, true).await,
+                    Some(_turn) => self.in_turn(&caller, true).await,
                     None => another_dry_run(),
                 },
-                false => self.in_turn(&who, false).await,
+                false => self.in_turn(&caller, false).await,
             };
             if let (Err(refusal), false) = (&done, dry_run) {
-                tell::refusal(&who, refusal);
+                tell::refusal(&caller.who, refusal);
             }
             done
         });
@@ -170,16 +172,16 @@ impl Reloads {
     /// Begins the reload of a SIGHUP. The log shows its outcome.
     pub fn hangup(self: &Arc<Self>) {
         if !self.hangup_waits.swap(true, Ordering::AcqRel) {
-            tokio::spawn(Arc::clone(self).reload("SIGHUP".to_owned(), false));
+            tokio::spawn(Arc::clone(self).reload(Caller::anytime("SIGHUP"), false));
         }
     }
 
     /// Swaps the previous program back in.
-    pub async fn rollback(self: Arc<Self>, who: String) -> Answered<Reloaded> {
+    pub async fn rollback(self: Arc<Self>, caller: Caller) -> Answered<Reloaded> {
         let done = tokio::spawn(async move {
-            let done = self.go_back(&who, None).await;
+            let done = self.go_back(&caller, None).await;
             if let Err(refusal) = &done {
-                tell::refusal(&who, refusal);
+                tell::refusal(&caller.who, refusal);
             }
             done
         });
@@ -212,7 +214,7 @@ impl Reloads {
                 let reloads = Arc::clone(self);
                 let fault = OwnFault { generation, reason: fault };
                 tokio::spawn(async move {
-                    let done = reloads.go_back("rungd", Some(fault)).await;
+                    let done = reloads.go_back(&Caller::anytime("rungd"), Some(fault)).await;
                     if let (Err(refusal), true) = (done, first) {
                         let why = refusal.message;
                         say!(ROLLBACK_FAILED, "the rollback failed: {why}");
@@ -222,7 +224,7 @@ impl Reloads {
         }
     }
 
-    async fn in_turn(&self, who: &str, dry_run: bool) -> Answered<Reloaded> {
+    async fn in_turn(&self, caller: &Caller, dry_run: bool) -> Answered<Reloaded> {
         let turn = timeout(TURN_MAX, self.turn.lock()).await;
         self.hangup_waits.store(false, Ordering::Release);
         let Ok(_turn) = turn else {
@@ -231,7 +233,7 @@ impl Reloads {
             ));
         };
         self.notify(Notice::Reloading { since_us: monotonic_ns() / 1000 }, dry_run);
-        let done = self.read_and_swap(who, dry_run).await;
+        let done = self.read_and_swap(caller, dry_run).await;
         self.notify(Notice::Ready, dry_run);
         done
     }
@@ -242,7 +244,7 @@ impl Reloads {
         }
     }
 
-    async fn read_and_swap(&self, who: &str, dry_run: bool) -> Answered<Reloaded> {
+    async fn read_and_swap(&self, caller: &Caller, dry_run: bool) -> Answered<Reloaded> {
         let started = |latest: &Snapshot| latest.mode != Mode::Stop(StopReason::NotStarted);
         if timeout(ANSWER_LEAST, self.port.shows(started)).await.is_err() {
             return Err(refused("the first scan is still to come; try again".to_owned()));
@@ -260,7 +262,7 @@ impl Reloads {
         }
         let restart = ready::needs_restart(&started.setup, &next.setup);
         if next.setup.source == running.setup.source {
-            return Ok(self.same(who, &next.setup, restart, dry_run));
+            return Ok(self.same(&caller.who, &next.setup, restart, dry_run));
         }
         let settings = ready::settings(&started.setup, &running.setup, &next.setup);
         let ready = self.ready(&mut inner, Arc::new(next)).await?;
@@ -276,8 +278,8 @@ impl Reloads {
             let dry_run = true;
             return Ok(Reloaded { dry_run, restart, ..self.reloaded(setup, report, None) });
         }
-        let (who, direction) = (who.to_owned(), SwapDirection::Forward);
-        self.swap(&mut inner, ready, SwapRequest { who, direction, settings, restart }).await
+        let (caller, direction) = (caller.clone(), SwapDirection::Forward);
+        self.swap(&mut inner, ready, SwapRequest { caller, direction, settings, restart }).await
     }
 
     /// Reads the current files.
@@ -313,7 +315,7 @@ impl Reloads {
 
     /// Swaps the previous program back in. `fault` is the fault of the new program, if it is the
     /// reason.
-    async fn go_back(&self, who: &str, fault: Option<OwnFault>) -> Answered<Reloaded> {
+    async fn go_back(&self, caller: &Caller, fault: Option<OwnFault>) -> Answered<Reloaded> {
         let mut inner = self.settled().await;
         if let Some(OwnFault { generation, .. }) = fault
             && self.on_trial().is_none_or(|(of, _)| of != generation)
@@ -328,8 +330,8 @@ impl Reloads {
         let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;
         let settings = ready::settings(&inner.started.setup, &inner.running.setup, &previous.setup);
         let direction = SwapDirection::Back(fault.map(|fault| fault.reason));
-        let (who, restart) = (who.to_owned(), Vec::new());
-        self.swap(&mut inner, ready, SwapRequest { who, direction, settings, restart }).await
+        let (caller, restart) = (caller.clone(), Vec::new());
+        self.swap(&mut inner, ready, SwapRequest { caller, direction, settings, restart }).await
     }
 
     /// Hands a program to the scan thread, and waits for the swap.
@@ -339,6 +341,11 @@ impl Reloads {
         ready: Ready,
         request: SwapRequest,
     ) -> Answered<Reloaded> {
+        if request.caller.until_ns < monotonic_ns() {
+            let message = "nothing is swapped: its client had stopped waiting when the files were \
+                           read";
+            return Err(Refusal::new(RefusalKind::TooLate, message));
+        }
         let Ready { running, plan, package, .. } = ready;
         let generation = package.generation;
         self.views.insert(generation, &running.setup);
@@ -443,8 +450,8 @@ impl Reloads {
         let done =
             Reloaded { restart: request.restart, ..self.reloaded(&running.setup, report, swap_us) };
         match request.direction {
-            SwapDirection::Forward => tell::done(&request.who, &done, &running.setup, trial),
-            SwapDirection::Back(fault) => tell::rolled_back(&request.who, &done, fault),
+            SwapDirection::Forward => tell::done(&request.caller.who, &done, &running.setup, trial),
+            SwapDirection::Back(fault) => tell::rolled_back(&request.caller.who, &done, fault),
         }
         done
     }

@@ -54,7 +54,7 @@ impl ModbusRefusal {
         match refused {
             Refused::NotRunning => ModbusRefusal::NotRunning(mode),
             Refused::QueueFull | Refused::TooLarge => ModbusRefusal::QueueFull,
-            Refused::Overtaken => ModbusRefusal::Overtaken,
+            Refused::Overtaken | Refused::Late => ModbusRefusal::Overtaken,
         }
     }
 

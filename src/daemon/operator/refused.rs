@@ -1,0 +1,62 @@
+//! The refusals of changes that the scan thread did not carry out.
+//!
+//! Used by `desk`.
+
+use super::status::reason;
+use crate::operator::protocol::{Refusal, RefusalKind};
+use crate::runtime::command::Denial;
+use crate::runtime::exchange::{Mode, Port, Refused};
+
+/// A page may not write an operand.
+pub(super) fn not_for_pages(operand: &str) -> Refusal {
+    let message = format!("`{operand}` cannot be written here: `[web] write` does not list it");
+    Refusal::new(RefusalKind::NotPermitted, message)
+}
+
+/// A batch of writes was not taken.
+pub(super) fn not_taken(why: Refused, port: &Port) -> Refusal {
+    let message = match why {
+        Refused::NotRunning => format!(
+            "the controller is in {}: what is written would not be scanned (`rungd mode run` \
+             runs it; a force is accepted in any mode)",
+            in_words(port.latest().mode)
+        ),
+        Refused::QueueFull | Refused::TooLarge => {
+            "too many writes wait for the next scan".to_owned()
+        }
+        Refused::Overtaken => Denial::Gone.to_string(),
+        Refused::Late => return denied(Denial::Late),
+    };
+    Refusal::new(RefusalKind::Refused, message)
+}
+
+/// A command was denied.
+pub(super) fn denied(why: Denial) -> Refusal {
+    let kind = match why {
+        Denial::Late => RefusalKind::TooLate,
+        Denial::QueueFull
+        | Denial::ScanThreadStuck
+        | Denial::EngineBroken
+        | Denial::Ending
+        | Denial::Faulted
+        | Denial::TooManyForces
+        | Denial::NoProgram
+        | Denial::Gone => RefusalKind::Refused,
+    };
+    Refusal::new(kind, why.to_string())
+}
+
+/// The scan thread has not answered in time.
+pub(super) fn no_answer() -> Refusal {
+    let message = "no scan has processed it in time, and no later scan begins it; a scan that \
+                   hangs may have begun it";
+    Refusal::new(RefusalKind::NoAnswer, message)
+}
+
+/// A mode with its reason.
+pub(super) fn in_words(mode: Mode) -> String {
+    match reason(mode) {
+        None => mode.name().to_owned(),
+        Some(why) => format!("{} ({why})", mode.name()),
+    }
+}
