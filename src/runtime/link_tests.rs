@@ -274,7 +274,7 @@ fn a_wait_for_a_command_ends_with_its_answer() {
         let id = port.command(Command::Run).unwrap();
         let (bell, mut answered) = (Arc::new(Bell::default()), pin!(port.answered(id)));
         assert_eq!(poll(answered.as_mut(), &bell), Poll::Pending);
-        let (taken, ..) = side.orders.next().unwrap();
+        let taken = side.orders.next().unwrap().id;
         side.orders.note(taken, answer);
         side.orders.give();
         world.pump();
