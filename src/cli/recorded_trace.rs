@@ -12,7 +12,7 @@ use anyhow::{Context, Result};
 use super::recorded_plant::RecordedPlant;
 use super::trace_file::TraceFile;
 use super::when::LocalClock;
-use crate::engine::{Cell, Image};
+use crate::engine::{Cell, Image, Layout};
 use crate::record::ReplayedScan;
 use crate::sim::trace::{RowName, ValueTrace, Watched};
 
@@ -57,7 +57,8 @@ impl<'a> RecordedTrace<'a> {
     /// Adds the row of a scan. An error is returned by [`RecordedTrace::finish`].
     pub fn look(&mut self, (place, plant): Placed, scan: &ReplayedScan, image: &Image) {
         if self.cells.as_ref().is_none_or(|(of, _)| *of != place) {
-            let cells = self.watched.iter().map(|watched| same_kind(plant, watched)).collect();
+            let cell = |of: &Watched| same_kind(of, plant.cell(&of.name), plant.layout());
+            let cells = self.watched.iter().map(cell).collect();
             self.cells = Some((place, cells));
         }
         let Some((_, cells)) = &self.cells else { return };
@@ -95,16 +96,16 @@ impl<'a> RecordedTrace<'a> {
     }
 }
 
-/// The cell of a traced operand, if the program has one of the same kind.
-fn same_kind(plant: &RecordedPlant, watched: &Watched) -> Option<Cell> {
-    let cell = plant.cell(&watched.name)?;
-    let here = Watched::new(&watched.name, cell, plant.layout());
+/// The cell of a traced operand in a program, if the program has one of the same kind. `cell`: what
+/// the program has under its name.
+pub(super) fn same_kind(watched: &Watched, cell: Option<Cell>, layout: &Layout) -> Option<Cell> {
+    let here = Watched::new(&watched.name, cell?, layout);
     let is_same = match (here.cell, watched.cell) {
         (Cell::Bit(_), Cell::Bit(_)) => true,
         (Cell::Word(_), Cell::Word(_)) => here.real == watched.real,
         (Cell::Bit(_), Cell::Word(_)) | (Cell::Word(_), Cell::Bit(_)) => false,
     };
-    is_same.then_some(cell)
+    is_same.then_some(here.cell)
 }
 
 /// An alarm, from the scan in which it goes ON to the scan in which it goes OFF.

@@ -21,7 +21,8 @@ use super::terminal::{one_line, plain_json, print, say, say_drawn};
 use super::test_trace;
 use crate::source::render::{refuses, render};
 use crate::testing::{
-    self, Coverage, FileVerdicts, ReadSuite, RunOptions, Suite, Verdict, read_suite,
+    self, Coverage, CoverageOptions, FileVerdicts, ReadSuite, RunOptions, Suite, Verdict,
+    read_suite,
 };
 
 /// The time after which the progress is shown on a terminal.
@@ -54,6 +55,9 @@ pub struct TestArgs {
     /// Print the coverage of the tests: rungs, contacts, Stages, alarms
     #[arg(long)]
     coverage: bool,
+    /// With --coverage: the runs of random tests count too
+    #[arg(long, requires = "coverage")]
+    random: bool,
     /// Write a trace of each scenario into this folder, as CSV
     #[arg(long, value_name = "DIR")]
     trace: Option<PathBuf>,
@@ -170,7 +174,8 @@ fn run_one(
     let verdicts = testing::run(suite, &programs, &options);
     progress.clear();
     if args.coverage {
-        coverage.add(suite, &programs, args.filter.as_deref());
+        let (filter, with_random) = (args.filter.as_deref(), args.random);
+        coverage.add(suite, &programs, CoverageOptions { filter, with_random });
     }
     if let Some(folder) = &args.trace {
         test_trace::write(folder, suite, &programs, args.filter.as_deref())?;

@@ -1,4 +1,7 @@
 //! The traces of `rungd test --trace`: a CSV file for each scenario.
+//!
+//! A scenario may reload other programs. Their operands have columns too; each is looked up in
+//! every program by its name.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -6,13 +9,18 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 
+use super::recorded_trace::{content, same_kind};
 use super::trace_file::TraceFile;
 use super::watched_operands;
+use crate::engine::Cell;
+use crate::resolve::scope::Scope;
 use crate::rig::RigProgram;
-use crate::testing::{self, Suite};
+use crate::rig::simulation::all_named;
+use crate::sim::trace::{RowName, ValueTrace, Watched};
+use crate::testing::{self, ProgramId, Reload, Scenario, Suite, TestStep, TracedScan};
 
 /// Runs the scenarios of a suite whose names contain the filter. Writes a trace of all operands
-/// that the ladder names for each: `FOLDER/<test file>-<scenario>.csv`.
+/// that its ladders name for each: `FOLDER/<test file>-<scenario>.csv`.
 ///
 /// # Errors
 /// The folder or a file cannot be written.
@@ -39,11 +47,75 @@ pub(super) fn write(
         }
         let path = folder.join(format!("{name}.csv"));
         let context = || path.display().to_string();
-        let mut trace = TraceFile::create(&path, &watched).with_context(context)?;
-        testing::trace(suite, programs, at, &mut trace).with_context(context)?;
+        let columns = TraceColumns::of((suite, programs), scenario, &watched);
+        let mut trace = TraceFile::create(&path, &columns.watched).with_context(context)?;
+        let mut row = |scan: TracedScan<'_>| {
+            let name = RowName::Scan(scan.number);
+            trace.values(name, scan.time_us, &columns.values(scan))
+        };
+        testing::trace(suite, programs, at, &mut row).with_context(context)?;
         trace.finish().with_context(context)?;
     }
     Ok(())
+}
+
+/// The columns of a trace: the operands of all programs of a scenario.
+struct TraceColumns {
+    watched: Vec<Watched>,
+    /// By program: the cell of each column; `None`: the program has none.
+    cells: Vec<Vec<Option<Cell>>>,
+}
+
+impl TraceColumns {
+    /// The columns of a scenario; `first`: those of its first program.
+    fn of(
+        (suite, programs): (&Suite, &[Arc<RigProgram>]),
+        scenario: &Scenario,
+        first: &[Watched],
+    ) -> TraceColumns {
+        let mut watched = first.to_vec();
+        for ProgramId(at) in reloaded(scenario) {
+            let known: HashSet<String> = watched.iter().map(|of| of.name.clone()).collect();
+            let named = all_named(&suite.programs[at].program, &programs[at].symbols);
+            watched.extend(named.into_iter().filter(|of| !known.contains(&of.name)));
+        }
+        let of_program = |(of, lowered): (&testing::TestProgram, &Arc<RigProgram>)| {
+            let (scope, layout) = (Scope::of(&of.program), &lowered.symbols.layout);
+            let cell = |name: &str| layout.cell(scope.address(name).ok()?);
+            watched.iter().map(|of| same_kind(of, cell(&of.name), layout)).collect()
+        };
+        let cells = suite.programs.iter().zip(programs).map(of_program).collect();
+        TraceColumns { watched, cells }
+    }
+
+    /// The values at the end of a scan.
+    fn values(&self, scan: TracedScan<'_>) -> Vec<i32> {
+        self.cells[scan.program.0].iter().map(|cell| content(scan.image, *cell)).collect()
+    }
+}
+
+/// The programs that a scenario reloads.
+fn reloaded(scenario: &Scenario) -> impl Iterator<Item = ProgramId> + '_ {
+    scenario.steps.iter().filter_map(|step| match step.value {
+        TestStep::Reload(Reload::To(program)) => Some(program),
+        TestStep::Reload(Reload::Refused(_))
+        | TestStep::Set(..)
+        | TestStep::Force(..)
+        | TestStep::Unforce(_)
+        | TestStep::Pulse { .. }
+        | TestStep::Beat { .. }
+        | TestStep::Run(_)
+        | TestStep::Expect(_)
+        | TestStep::Within(..)
+        | TestStep::Hold(..)
+        | TestStep::Stop
+        | TestStep::Start
+        | TestStep::Restart
+        | TestStep::PowerCut { .. }
+        | TestStep::Lose(_)
+        | TestStep::Restore(_)
+        | TestStep::Clock(_) => None,
+    })
 }
 
 /// A name for a file: letters, digits and `-`.

@@ -5,7 +5,7 @@ use super::mishap::Mishaps;
 use crate::isa::{BlockId, StageId};
 
 /// A part of the program that executes and terminates as a whole.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Element {
     /// A block's own rungs.
     Block(BlockId),

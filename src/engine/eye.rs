@@ -11,7 +11,7 @@ use super::image::Image;
 use crate::isa::BlockId;
 
 /// A step of a scan. Steps nest: a turn has the steps of its block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Deed {
     /// The turn of a block: it starts the block's initial Stage, ends a Task that runs once, and
     /// turns Stages OFF after the block's pass.

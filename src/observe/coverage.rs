@@ -2,14 +2,16 @@
 //!
 //! Executes the calls of a tape on an engine of the whole program and observes them rung by rung:
 //! the power of each leg ON and OFF, each contact ON and OFF, each Stage entered and left, each
-//! alarm raised and gone. Called by `testing`, with the tape of scenarios.
+//! alarm raised and gone. Stages and alarms are followed from step to step, because a scan can
+//! enter a Stage and leave it. Called by `testing`, with the tape of scenarios.
 
 use super::answer::{Place, RungName};
+use super::glimpse::BitWriters;
 use super::leaves::{legs, own_contacts, states};
 use super::logic::{Leaves, Logic};
 use super::subject::Subject;
 use super::walk::{Witness, walk};
-use crate::engine::{BitCell, Engine, EngineCall, EngineState, Image, Slice};
+use crate::engine::{BitCell, Deed, Engine, EngineCall, EngineState, Image, Slice};
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, StageId};
 use crate::resolve::program::Contact;
@@ -72,8 +74,9 @@ pub struct CoverageRun {
     slice: Slice,
     engine: Engine,
     parts: Vec<WatchedPart>,
-    stages: Vec<(BitCell, TwoWays)>,
-    alarms: Vec<(BitCell, TwoWays)>,
+    /// The bits of the Stages, then those of the alarms.
+    followed: Vec<(BitCell, TwoWays)>,
+    writers: BitWriters,
 }
 
 impl TwoWays {
@@ -107,11 +110,12 @@ impl CoverageRun {
         let parts = (0..count).map(|part| watched(&subject, part)).collect();
         let layout = &subject.symbols.layout;
         let stages = 0..subject.symbols.stages.len() as u32;
-        let stage = |at: u32| (layout.bit(Bit::Stage(StageId(at))), TwoWays::default());
-        let alarms = subject.symbols.alarms.iter();
+        let stages = stages.map(|at| layout.bit(Bit::Stage(StageId(at))));
+        let bits: Vec<BitCell> =
+            stages.chain(subject.symbols.alarms.iter().map(|alarm| alarm.bit)).collect();
         CoverageRun {
-            stages: stages.map(stage).collect(),
-            alarms: alarms.map(|alarm| (alarm.bit, TwoWays::default())).collect(),
+            writers: BitWriters::new(&subject, &bits),
+            followed: bits.into_iter().map(|bit| (bit, TwoWays::default())).collect(),
             parts,
             engine,
             slice,
@@ -126,10 +130,11 @@ impl CoverageRun {
 
     /// Makes a call.
     pub fn call(&mut self, call: EngineCall) {
-        let CoverageRun { subject, slice, engine, parts, stages, alarms } = self;
-        walk((&*subject, &*slice), engine, call, &mut Spotter { subject, parts });
+        let CoverageRun { subject, slice, engine, parts, followed, writers } = self;
+        let mut spotter = Spotter { subject, parts, followed, writers };
+        walk((&*subject, &*slice), engine, call, &mut spotter);
         if matches!(call, EngineCall::Execute | EngineCall::Terminate) {
-            for (cell, seen) in stages.iter_mut().chain(alarms) {
+            for (cell, seen) in followed {
                 seen.follow(engine.image().bit(*cell));
             }
         }
@@ -139,8 +144,9 @@ impl CoverageRun {
     pub fn coverage(&self) -> LadderCoverage {
         let symbols = &self.subject.symbols;
         let parts = (0..).zip(&self.parts).filter_map(|(at, part)| self.part(at, part));
-        let stages = symbols.stages.iter().zip(&self.stages);
-        let alarms = symbols.alarms.iter().zip(&self.alarms);
+        let (stages, alarms) = self.followed.split_at(symbols.stages.len());
+        let stages = symbols.stages.iter().zip(stages);
+        let alarms = symbols.alarms.iter().zip(alarms);
         LadderCoverage {
             parts: parts.collect(),
             stages: stages.map(|(name, (_, seen))| (name.clone(), *seen)).collect(),
@@ -198,10 +204,12 @@ fn watched(subject: &Subject, part: u32) -> WatchedPart {
     }
 }
 
-/// Collects the states of the contacts of each part.
+/// Collects the states of the contacts of each part, and of the followed bits.
 struct Spotter<'a> {
     subject: &'a Subject,
     parts: &'a mut [WatchedPart],
+    followed: &'a mut [(BitCell, TwoWays)],
+    writers: &'a BitWriters,
 }
 
 impl Witness for Spotter<'_> {
@@ -219,5 +227,22 @@ impl Witness for Spotter<'_> {
             seen.see(logic.is_on(&|leaf| all.get(leaf).copied().unwrap_or(false)));
         }
         of.now = now;
+    }
+
+    fn before(&mut self, deed: Deed, _: u32, image: &Image) {
+        self.follow(self.writers.before(deed), image);
+    }
+
+    fn after(&mut self, deed: Deed, _: u32, image: &Image) {
+        self.follow(self.writers.after(deed), image);
+    }
+}
+
+impl Spotter<'_> {
+    fn follow(&mut self, places: &[usize], image: &Image) {
+        for at in places {
+            let (cell, seen) = &mut self.followed[*at];
+            seen.follow(image.bit(*cell));
+        }
     }
 }

@@ -15,6 +15,7 @@ mod coverage;
 mod decide;
 mod earlier;
 mod facts;
+mod glimpse;
 mod idle;
 mod inquiry;
 mod json;

@@ -159,7 +159,32 @@ impl<'a> ConditionNames<'a> {
                 },
             });
         }
-        (terms.len() == sum.parts.len()).then_some(terms)
+        let is_complete = terms.len() == sum.parts.len();
+        (is_complete && !self.ands_a_real(sum, &terms)).then_some(terms)
+    }
+
+    /// Reports an `&` of a real; returns whether it did.
+    fn ands_a_real(&mut self, sum: &Sum, terms: &[Term]) -> bool {
+        let mut waiting: Vec<bool> = Vec::new();
+        for term in terms {
+            let is_real = match term {
+                Term::Bit(_) | Term::BitElement(_) => false,
+                Term::Value(value) => value.is_real(),
+                Term::Sign(sign) => {
+                    let (b, a) = (waiting.pop() == Some(true), waiting.pop() == Some(true));
+                    if *sign == SumSign::And && (a || b) {
+                        let message = "`&` works on the bits of integers, not on a real";
+                        let finding = Finding::new(Code::OperandType, sum.span, message);
+                        let help = "compare the real by itself: `level > 2.5`";
+                        self.resolver.findings.push(finding.help(help));
+                        return true;
+                    }
+                    a || b
+                }
+            };
+            waiting.push(is_real);
+        }
+        false
     }
 
     /// Reports `D0-D1`, which is read as one name; returns whether it did.

@@ -318,7 +318,11 @@ impl Parser<'_> {
             SumSign::Subtract if is_number => format!("write `-{name}`"),
             SumSign::Subtract if !name.is_empty() => format!("write `0 - {name}`"),
             SumSign::Add => "take the `+` away".to_owned(),
-            SumSign::Subtract | SumSign::Multiply | SumSign::Divide | SumSign::Remainder => {
+            SumSign::Subtract
+            | SumSign::Multiply
+            | SumSign::Divide
+            | SumSign::Remainder
+            | SumSign::And => {
                 "addresses go without `%`, and a sign stands between two values: `D0 * 2`"
                     .to_owned()
             }

@@ -8,10 +8,11 @@ use super::finding::{Code, Finding};
 use super::span::Span;
 
 /// The help for an operator or a function that only MATH has.
-pub(super) const SIGNS_ALONE: &str = "a condition computes with `+ - * / %` alone: let a MATH of \
-                                      the ladder compute this, and compare its result";
+pub(super) const SIGNS_ALONE: &str = "a condition computes with `+ - * / %` and, in \
+                                      parentheses, `&` alone: let a MATH of the ladder compute \
+                                      this, and compare its result";
 
-/// All signs of sums.
+/// All signs of sums that are no sign of contacts.
 const SIGNS: [SumSign; 5] =
     [SumSign::Add, SumSign::Subtract, SumSign::Multiply, SumSign::Divide, SumSign::Remainder];
 
@@ -47,7 +48,8 @@ pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(SumSign,
         | SumSign::Subtract
         | SumSign::Multiply
         | SumSign::Divide
-        | SumSign::Remainder => Some(Ok((sign, 1))),
+        | SumSign::Remainder
+        | SumSign::And => Some(Ok((sign, 1))),
     }
 }
 

@@ -1,4 +1,5 @@
-//! Sums in the compares of a test's conditions, as written: `+ - * / %` with parentheses.
+//! Sums in the compares of a test's conditions, as written: `+ - * / %` with parentheses, and `&`
+//! of bits within these.
 //!
 //! Made by `sum_parser`. The parts are in postfix order, so that a loop can visit a sum of any
 //! length. Names are not looked up here.
@@ -37,6 +38,8 @@ pub enum SumSign {
     Multiply,
     Divide,
     Remainder,
+    /// `&`, bit by bit; within parentheses only, because outside it joins contacts.
+    And,
 }
 
 impl SumSign {
@@ -48,14 +51,16 @@ impl SumSign {
             SumSign::Multiply => '*',
             SumSign::Divide => '/',
             SumSign::Remainder => '%',
+            SumSign::And => '&',
         }
     }
 
     /// How tightly it binds: an operator with a greater number binds tighter.
     pub(super) fn precedence(self) -> u8 {
         match self {
-            SumSign::Add | SumSign::Subtract => 0,
-            SumSign::Multiply | SumSign::Divide | SumSign::Remainder => 1,
+            SumSign::And => 0,
+            SumSign::Add | SumSign::Subtract => 1,
+            SumSign::Multiply | SumSign::Divide | SumSign::Remainder => 2,
         }
     }
 }

@@ -98,6 +98,22 @@ fn compares_are_signed_and_wide() {
 }
 
 #[test]
+fn within_the_parentheses_of_a_sum_an_and_is_that_of_math() {
+    check(&[
+        ("shift=0x1B", "(shift & 0x0F) == 0x0B & (shift & 0x04) == 0", true),
+        ("", "0x10 == (shift & 0x10) & shift == 27", true),
+        ("", "(shift & 0x03 + 0x08) == 0x0B & ((shift & 0x03) + 0x08) * 2 == 22", true),
+        ("shift=-1", "(shift & -1) == -1 & (shift & 0x7FFFFFFF) == 2147483647", true),
+        ("pusher=1 full_lamp=0", "(pusher & full_lamp) == 0 & (pusher & $On) == 1", true),
+        ("", "(pusher & $On) & (pusher | full_lamp)", true),
+        ("", "(pusher & full_lamp) + 1 > 1", false),
+    ]);
+    let refused = TestPlant::new().condition("(level & 3) == 1").map(|_| ());
+    let sentence = "`&` works on the bits of integers, not on a real";
+    assert_eq!(refused, Err(vec![sentence.to_owned()]));
+}
+
+#[test]
 fn arithmetic_is_that_of_math() {
     check(&[
         ("shift=7 weight=2", "shift / weight == 3 & shift % weight == 1", true),

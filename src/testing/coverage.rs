@@ -1,7 +1,7 @@
 //! The coverage of test files, as text and as JSON.
 //!
-//! Each scenario is played with a tape, which `observe` executes again. Random tests do not count:
-//! they reach a rung by chance, not because an author thought of it.
+//! Each scenario is played with a tape, which `observe` executes again. Random tests count only
+//! where the caller asks for them: they reach a rung by chance, not because an author thought of it.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
@@ -11,6 +11,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::player::{LoweredSuite, Spectator, play};
+use super::random_run;
 use super::suite::Suite;
 use crate::engine::EngineState;
 use crate::observe::{CoverageRun, LadderCoverage, PartCoverage, Subject, TwoWays};
@@ -64,17 +65,32 @@ impl Spectator for CoverageSeat {
     }
 }
 
+/// The tests that count.
+#[derive(Clone, Copy, Debug)]
+pub struct CoverageOptions<'a> {
+    /// Only tests whose names contain this text.
+    pub filter: Option<&'a str>,
+    /// The runs of random tests, too.
+    pub with_random: bool,
+}
+
 impl Coverage {
-    /// Plays the scenarios of a suite whose names contain the filter, and adds their coverage.
-    pub fn add(&mut self, suite: &Suite, programs: &[Arc<RigProgram>], filter: Option<&str>) {
+    /// Plays the tests of a suite that count, and adds their coverage.
+    pub fn add(&mut self, suite: &Suite, programs: &[Arc<RigProgram>], options: CoverageOptions) {
         let stage = LoweredSuite { suite, programs };
         let of = &suite.programs[0];
         let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
         let run = Rc::new(RefCell::new(CoverageRun::new(subject)));
-        let wanted = |name: &str| filter.is_none_or(|text| name.contains(text));
+        let wanted = |name: &str| options.filter.is_none_or(|text| name.contains(text));
+        let listener = || -> Box<dyn TapeListener> {
+            Box::new(Listener { program: Arc::clone(&programs[0]), run: Rc::clone(&run) })
+        };
         for scenario in suite.scenarios.iter().filter(|of| wanted(&of.name)) {
-            let listener = Listener { program: Arc::clone(&programs[0]), run: Rc::clone(&run) };
-            play(stage, scenario, true, &mut CoverageSeat(Some(Box::new(listener))));
+            play(stage, scenario, true, &mut CoverageSeat(Some(listener())));
+        }
+        let counts = |name: &str| options.with_random && wanted(name);
+        for test in suite.randoms.iter().filter(|of| counts(&of.name)) {
+            (0..test.runs).for_each(|run| random_run::heard(stage, test, (run, listener())));
         }
         self.files.push((suite.name.clone(), run.borrow().coverage()));
     }

@@ -11,10 +11,11 @@ use super::history::{History, OperandChange};
 use super::pasted::{PastedRun, pasted};
 use super::player::{Failed, FailedWhy, LoweredSuite, Nobody, condition, play};
 use super::random_run::BrokenRun;
-use super::suite::{ProgramId, RandomTest, Scenario};
-use crate::engine::Cell;
+use super::suite::{RandomTest, Scenario};
+use crate::engine::{BitCell, Cell};
 use crate::observe::{At, Limits, Subject};
-use crate::rig::{Rig, RigMode};
+use crate::rig::RigMode;
+use crate::runtime::TapeSection;
 use crate::source::wording::counted;
 
 /// The limits of the explanation of an operand.
@@ -57,6 +58,9 @@ pub struct SeenOperand {
     pub value: String,
     /// Whether it is a bit.
     pub is_bit: bool,
+    /// The last scan within which it was ON, although it was OFF at its end: a condition is judged
+    /// at the end.
+    pub on_within: Option<u64>,
     /// Its last changes, the newest last; the first one is its value at the start of the process.
     pub changes: Vec<SeenChange>,
 }
@@ -242,6 +246,7 @@ fn explain(
                 name: name.clone(),
                 value: text(*cell, changes.back().map_or(value, |last| last.value)),
                 is_bit: matches!(cell, Cell::Bit(_)),
+                on_within: None,
                 changes: changes.iter().map(seen).collect(),
             }
         })
@@ -252,27 +257,59 @@ fn explain(
         name,
         value: text(cell, super::happened::value_in(rig.image(), cell)),
         is_bit: matches!(cell, Cell::Bit(_)),
+        on_within: None,
         changes: Vec::new(),
     };
     failure.operands.extend(condition.elements(rig.image()).into_iter().map(element));
     let of_scan = matches!(failed.why, FailedWhy::Always(_)) && failed.scan > 0;
     let at = if of_scan { At::Scan(failed.scan) } else { At::Now };
-    failure.why = why(stage, failed.program, (&rig, history.deciding), at);
+    let of = &stage.suite.programs[failed.program.0];
+    let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
+    let mut sections = rig.sections();
+    glimpse(&subject, &sections, (failed, condition), &mut failure.operands);
+    failure.why = why(&subject, &mut sections, (history.deciding, at));
+}
+
+/// Notes which bits of a condition were ON only within a scan: for `within` in all its scans, else
+/// in the last one.
+fn glimpse(
+    subject: &Subject,
+    sections: &[Arc<TapeSection>],
+    (failed, condition): (&Failed, &Condition),
+    operands: &mut [SeenOperand],
+) {
+    let count = match failed.why {
+        FailedWhy::Never(count) => count,
+        FailedWhy::Unmet
+        | FailedWhy::NotHeld(_)
+        | FailedWhy::Always(_)
+        | FailedWhy::Mode(_)
+        | FailedWhy::AlreadyOn(_)
+        | FailedWhy::NotForced(_)
+        | FailedWhy::Refused(_) => 1,
+    };
+    let bit = |(at, (_, cell)): (usize, &(String, Cell))| match cell {
+        Cell::Bit(bit) => Some((at, *bit)),
+        Cell::Word(_) => None,
+    };
+    let (places, bits): (Vec<usize>, Vec<BitCell>) =
+        condition.operands.iter().enumerate().filter_map(bit).unzip();
+    let from = (failed.scan + 1).saturating_sub(count);
+    let glimpses = subject.glimpses(sections, &bits, from);
+    for (at, glimpse) in places.into_iter().zip(glimpses) {
+        operands[at].on_within = glimpse.filter(|_| operands[at].value == "OFF");
+    }
 }
 
 /// The reasons for the values of the operands of a condition.
 fn why(
-    stage: LoweredSuite,
-    program: ProgramId,
-    (rig, deciding): (&Rig, Vec<Cell>),
-    at: At,
+    subject: &Subject,
+    sections: &mut Vec<Arc<TapeSection>>,
+    (deciding, at): (Vec<Cell>, At),
 ) -> Vec<String> {
-    let of = &stage.suite.programs[program.0];
-    let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
-    let mut sections = rig.sections();
     let mut answers = Vec::new();
     for cell in deciding.into_iter().take(EXPLAINED_MAX) {
-        if let Ok(answer) = subject.why(&mut sections, cell, (at, WHY)) {
+        if let Ok(answer) = subject.why(sections, cell, (at, WHY)) {
             answers.push(answer.text());
         }
     }

@@ -94,7 +94,11 @@ fn of_failure(failure: &Failure) -> Value {
             .iter()
             .map(|at| json!({ "scan": at.scan, "ms": at.now_ns / 1_000_000, "value": at.value }))
             .collect();
-        json!({ "name": of.name, "value": of.value, "changes": changes })
+        let mut json = json!({ "name": of.name, "value": of.value, "changes": changes });
+        if let Some(scan) = of.on_within {
+            json["on_within_scan"] = scan.into();
+        }
+        json
     };
     json!({
         "step": failure.step.map(|(step, _)| step),

@@ -25,14 +25,6 @@ pub(super) fn word(target: &TestTarget, word: &StepWord) -> Result<i32, Finding>
     let given = match text.to_ascii_lowercase().as_str() {
         "on" | "true" => Constant::Bit(true),
         "off" | "false" => Constant::Bit(false),
-        lower if lower.trim_start_matches('-').starts_with("0x") => {
-            let finding = Finding::new(Code::TestStep, word.span, format!("`{text}` in a step"));
-            let help = match Atom::parse(text, word.span).map(|atom| atom.kind) {
-                Ok(AtomKind::Integer(number)) => format!("values are decimal: write `{number}`"),
-                Ok(_) | Err(_) => "values are decimal".to_owned(),
-            };
-            return Err(finding.help(help));
-        }
         _ => match Atom::parse(text, word.span) {
             Ok(Atom { kind: AtomKind::Integer(number), .. }) => Constant::Integer(number),
             Ok(Atom { kind: AtomKind::Duration(ms), .. }) => Constant::Duration(ms),

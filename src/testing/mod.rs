@@ -39,7 +39,7 @@ mod traced;
 mod written;
 
 pub use condition::Condition;
-pub use coverage::Coverage;
+pub use coverage::{Coverage, CoverageOptions};
 pub use failure::{Failure, SeenChange, SeenOperand};
 pub use formats::{FileVerdicts, json, junit};
 pub use mutants::{Mutant, MutantKind, mutants};
@@ -54,5 +54,5 @@ pub use suite::{
     TestOperand, TestProgram, TestStep, TestTime,
 };
 pub use touches::{TestTouch, touches};
-pub use traced::trace;
+pub use traced::{TracedScan, trace};
 pub(crate) use written::shape;

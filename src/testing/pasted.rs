@@ -23,7 +23,7 @@ pub(super) fn pasted(
     let layout = &stage.programs[0].symbols.layout;
     let mut steps: Vec<TestStep> = Vec::new();
     let mut scan = 0;
-    for RandomEvent { scan: at, change, value } in &broken.events {
+    for RandomEvent { scan: at, change, value, .. } in &broken.events {
         if *at > scan {
             steps.push(TestStep::Run(TestTime::Scans(at - scan)));
             scan = *at;

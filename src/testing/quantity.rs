@@ -12,9 +12,9 @@ use crate::resolve::program::Value;
 use crate::source::contact::Comparison;
 use crate::source::contact_sum::SumSign;
 
-/// The maximum number of operands that wait in a sum: two for each of 32 parentheses, and three
+/// The maximum number of operands that wait in a sum: three for each of 32 parentheses, and three
 /// outside of them.
-const WAITING_MAX: usize = 72;
+const WAITING_MAX: usize = 104;
 
 /// A number of a compare.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,6 +164,11 @@ fn sum(steps: &[SumStep], image: &Image) -> Option<SumNumber> {
     Some(waiting[0])
 }
 
+/// The result of an operator that reals do not have.
+fn nothing(_: f64, _: f64, _: &mut Mishaps) -> f64 {
+    0.0
+}
+
 impl SumNumber {
     fn real(self) -> f64 {
         match self {
@@ -181,6 +186,7 @@ impl SumNumber {
             SumSign::Multiply => integer::mul,
             SumSign::Divide => integer::div,
             SumSign::Remainder => integer::rem,
+            SumSign::And => integer::and,
         };
         let of_reals = match sign {
             SumSign::Add => real::add,
@@ -188,6 +194,8 @@ impl SumNumber {
             SumSign::Multiply => real::mul,
             SumSign::Divide => real::div,
             SumSign::Remainder => real::rem,
+            // `resolve` refuses it.
+            SumSign::And => nothing,
         };
         match (self, other) {
             (SumNumber::Integer(a), SumNumber::Integer(b)) => {

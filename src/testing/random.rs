@@ -9,6 +9,7 @@ use super::suite::{Chance, RandomChange, RandomMotion};
 use super::written::{WrittenChange, WrittenRandom};
 use crate::engine::TIME_END_NS;
 use crate::sim::stimulus::StimulusTarget;
+use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -181,11 +182,9 @@ fn step_of(target: &TestTarget, text: &Text) -> Result<f64, Finding> {
 
 /// A number in the form of the operand: a whole number for a word.
 fn number(target: &TestTarget, text: &str) -> Option<f64> {
-    if let Ok(whole) = text.parse::<i32>() {
-        return Some(whole.into()).filter(|_| !text.starts_with('+'));
-    }
-    match target.takes {
-        StimulusTarget::Real(..) => text.parse::<crate::isa::Real>().ok().map(f64::from),
-        StimulusTarget::Input(_) | StimulusTarget::Bit(_) | StimulusTarget::Word(..) => None,
+    match (Atom::parse(text, Span::default()).ok()?.kind, target.takes) {
+        (AtomKind::Integer(number), _) => Some(number.into()),
+        (AtomKind::Real(real), StimulusTarget::Real(..)) => Some(real.into()),
+        (AtomKind::Name(_) | AtomKind::Duration(_) | AtomKind::Real(_), _) => None,
     }
 }

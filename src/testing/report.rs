@@ -64,7 +64,11 @@ impl Failure {
         let values = self.operands.iter().map(|of| of.value.chars().count()).max().unwrap_or(0);
         let mut text = String::new();
         for operand in &self.operands {
-            let since = since_text(operand, self.now_ns);
+            let mut since = since_text(operand, self.now_ns);
+            if let Some(scan) = operand.on_within {
+                let comma = if since.is_empty() { "" } else { ", but " };
+                since += &format!("{comma}it was ON within scan {scan}");
+            }
             let (name, value) = (&operand.name, &operand.value);
             let line = format!("    {name:<width$}  {value:<values$}  {since}");
             let _ = writeln!(text, "{}", line.trim_end());

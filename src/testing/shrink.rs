@@ -2,11 +2,11 @@
 //! then the shortest times between them.
 //!
 //! Called by `runner` with a run that broke a line; `pasted` prints the result. Each attempt plays
-//! the run again, so the result is known to break a line. The number of scans of all attempts is
-//! limited.
+//! the run again, so the result is known to break a line, and is one that the generator could have
+//! made: a word that walks still takes steps. The number of scans of all attempts is limited.
 
 use super::player::LoweredSuite;
-use super::random_run::{BrokenLine, BrokenRun, RandomEvent, replay};
+use super::random_run::{BrokenRun, RandomEvent, replay};
 use super::suite::RandomTest;
 
 /// The maximum number of scans of all attempts together.
@@ -35,16 +35,16 @@ pub(super) fn shrink(stage: LoweredSuite, test: &RandomTest, broken: BrokenRun) 
 
 impl Shrinking<'_> {
     /// Plays a run; if it breaks a line, it becomes the best run. Returns whether it does.
-    fn attempt(&mut self, events: Vec<RandomEvent>) -> bool {
+    fn attempt(&mut self, mut events: Vec<RandomEvent>) -> bool {
         let scans = self.best.scan + 1;
         if self.scans_left < scans {
             return false;
         }
+        events.sort_by_key(|event| (event.scan, event.change));
         let broken = replay(self.stage, self.test, (&events, scans));
-        self.scans_left -= broken.map_or(scans, |of| of.scan + 1);
-        let Some(BrokenLine { scan, always }) = broken else { return false };
-        let events = events.into_iter().filter(|event| event.scan <= scan).collect();
-        self.best = BrokenRun { events, scan, always };
+        self.scans_left -= broken.as_ref().map_or(scans, |of| of.scan + 1);
+        let Some(broken) = broken else { return false };
+        self.best = broken;
         true
     }
 

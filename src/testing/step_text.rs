@@ -4,7 +4,7 @@
 //! ladder. The help for a mistake can be copied into the file.
 
 use super::step_forms::{FORMS, step_form};
-use super::step_words::{StepWord, StepWords};
+use super::step_words::{StepWord, StepWords, count};
 use super::suite::TestTime;
 use crate::calendar;
 use crate::isa::duration::{self, DurationError};
@@ -281,8 +281,8 @@ impl StepParser<'_> {
         let every = self.duration("the time from one pulse to the next")?;
         self.literal("times")?;
         let times = self.word("the number of pulses")?;
-        let count = times.value.parse::<u32>().ok().filter(|count| *count > 0);
-        let Some(count) = count else {
+        let written = count(&times.value).ok().and_then(|count| u32::try_from(count).ok());
+        let Some(count) = written.filter(|count| *count > 0) else {
             let message = format!("`{}` is no number of pulses", times.value);
             return Err(self.fail(times.span, message));
         };
@@ -329,14 +329,18 @@ impl StepParser<'_> {
 
     fn run(&mut self) -> ParsedStep<TestTime> {
         let first = self.word("a duration, or a number of scans")?;
-        let is_number = first.value.bytes().all(|b| b.is_ascii_digit());
+        let digits = first.value.strip_prefix("0x").unwrap_or(&first.value);
+        let is_number = match digits.len() == first.value.len() {
+            true => digits.bytes().all(|b| b.is_ascii_digit()),
+            false => !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_hexdigit()),
+        };
         if !is_number {
             return Ok(TestTime::Ms(milliseconds(&first)?.value));
         }
         let n = first.value.as_str();
         match self.words.next() {
             Some(word) if word.value == "scans" => {
-                let (message, help) = match n.parse::<u64>() {
+                let (message, help) = match count(n) {
                     Ok(0) => ("no scan passes here", "write `run 1 scans`, or take it away"),
                     Ok(scans) => return Ok(TestTime::Scans(scans)),
                     Err(_) => ("more scans than can be counted", "write `run 1000000 scans`"),

@@ -1,9 +1,19 @@
 //! The words of a step, each with its place. Called by `step_text`.
 
+use std::num::ParseIntError;
+
 use crate::source::span::{Located, Span};
 
 /// A word of a step.
 pub(super) type StepWord = Located<String>;
+
+/// A count: decimal, or `0x1F`.
+pub(super) fn count(text: &str) -> Result<u64, ParseIntError> {
+    match text.strip_prefix("0x") {
+        Some(digits) if !digits.starts_with('+') => u64::from_str_radix(digits, 16),
+        Some(_) | None => text.parse(),
+    }
+}
 
 /// The words of a step that have not been read yet; spaces separate them.
 pub(super) struct StepWords<'t> {

@@ -202,6 +202,13 @@ pub struct RandomChange {
     pub motion: RandomMotion,
 }
 
+impl RandomChange {
+    /// Whether it happens in every scan.
+    pub(super) fn is_certain(&self) -> bool {
+        self.chance.0 >= 1_000_000
+    }
+}
+
 /// A probability, in parts of a million.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chance(pub u32);

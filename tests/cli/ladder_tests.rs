@@ -136,6 +136,99 @@ fn a_trace_has_a_row_for_each_scan() {
 }
 
 #[test]
+fn a_trace_keeps_the_rows_of_a_reloaded_program() {
+    let folder = scratch("reloads");
+    let folder = folder.to_str().expect("text");
+    rungd(&["test", "reloaded.test.toml", "--trace", folder]);
+    let path = Path::new(folder).join("reloaded-the-reloaded-program-doubles.csv");
+    let trace = std::fs::read_to_string(&path).expect("a trace");
+    let mut rows = trace.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let head = rows.next().expect("a header");
+    let column = |name: &str| head.iter().position(|of| *of == name).expect(name);
+    let (counted, doubled) = (column("bottles.Acc"), column("doubled"));
+    let rows: Vec<_> = rows.map(|row| (row[0].to_owned(), row[counted], row[doubled])).collect();
+    let expected = [("1", "1", "0"), ("2", "1", "0"), ("3", "1", "2"), ("4", "1", "2")];
+    let expected = expected.map(|(scan, counted, doubled)| (scan.to_owned(), counted, doubled));
+    assert_eq!(rows, expected, "{trace}");
+}
+
+#[test]
+fn coverage_sees_a_stage_and_an_alarm_within_a_scan() {
+    let text = said(&rungd(&["test", "passing.test.toml", "--coverage"]));
+    for line in
+        ["  Stages, entered and left     3 of 4\n", "  alarms, raised and gone      1 of 1\n"]
+    {
+        assert!(text.contains(line), "{line}{text}");
+    }
+    assert!(!text.contains("Stage Steps.Pass"), "{text}");
+    assert!(text.contains("  Stage Steps.Never: never entered\n"), "{text}");
+}
+
+#[test]
+fn random_tests_count_in_coverage_where_asked() {
+    let legs = |more: &[&str]| {
+        let args = [&["test", "random.test.toml", "--coverage"], more].concat();
+        let text = said(&rungd(&args));
+        let line = text.lines().find(|line| line.contains("legs, power")).map(str::to_owned);
+        line.expect("a count")
+    };
+    assert!(legs(&[]).ends_with(" 0 of 6"), "{}", legs(&[]));
+    assert!(legs(&["--random"]).ends_with(" 5 of 6"), "{}", legs(&["--random"]));
+    let alone = rungd(&["test", "random.test.toml", "--random"]);
+    assert_eq!(alone.status.code(), Some(2), "{}", said(&alone));
+}
+
+/// The scenarios of shortened runs in an output: by scenario its `set` steps, each with its scan.
+fn shortened(text: &str) -> Vec<Vec<(u64, String, f64)>> {
+    let of_scenario = |steps: &str| {
+        let mut scan = 0;
+        let mut sets = Vec::new();
+        let steps = steps.split("    ]").next().unwrap_or_default().lines();
+        for step in steps.map(|line| line.trim().trim_matches(['"', ','])) {
+            match step.split(' ').collect::<Vec<_>>()[..] {
+                ["set", name, value] => {
+                    sets.push((scan, name.to_owned(), value.parse().expect("a number")));
+                }
+                ["run", scans, "scans"] => scan += scans.parse::<u64>().expect("a number"),
+                _ => panic!("{step}"),
+            }
+        }
+        sets
+    };
+    text.split("steps = [\n").skip(1).map(of_scenario).collect()
+}
+
+#[test]
+fn a_shortened_run_is_one_that_the_random_source_could_make() {
+    let text = said(&rungd(&["test", "walk.test.toml"]));
+    let runs = shortened(&text);
+    assert_eq!(runs.len(), 2, "{text}");
+    for (run, start) in runs.iter().zip([1.0, 9.0]) {
+        let (mut level, mut shift, mut last) = (1.5, start, std::collections::HashMap::new());
+        for (scan, name, value) in run {
+            let before = last.insert(name.clone(), *scan);
+            assert!(before.is_none_or(|before| before < *scan), "{name} twice in a scan: {text}");
+            match name.as_str() {
+                "level" => {
+                    assert_eq!(f64::abs(value - level), 0.25, "{text}");
+                    level = *value;
+                }
+                "shift" => {
+                    assert_eq!(f64::abs(value - shift), 1.0, "{text}");
+                    shift = *value;
+                }
+                _ => assert!(*value == 0.0 || *value == 1.0, "{text}"),
+            }
+        }
+        assert!(level >= 3.0 && shift >= 4.0, "{text}");
+    }
+    // A level that moves in every scan does so from the first one on.
+    let scans: Vec<u64> =
+        runs[1].iter().filter(|(_, name, _)| name == "level").map(|(scan, ..)| *scan).collect();
+    assert_eq!(scans, (0..scans.len() as u64).collect::<Vec<_>>(), "{text}");
+}
+
+#[test]
 fn coverage_names_what_was_not_seen_both_ways() {
     let name = "an edge is seen by expect, within and hold";
     let text = said(&rungd(&["test", "steps.test.toml", "--filter", name, "--coverage"]));
