@@ -1,7 +1,8 @@
 //! The coverage of test files, as text and as JSON.
 //!
 //! Each scenario is played with a tape, which `observe` executes again. Random tests count only
-//! where the caller asks for them: they reach a rung by chance, not because an author thought of it.
+//! where the caller asks for them: they reach a rung by chance, not because an author thought of
+//! it.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;

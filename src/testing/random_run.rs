@@ -2,9 +2,9 @@
 //!
 //! The generator is SplitMix64. The seed of run n is the n-th number of a generator that starts
 //! with the `seed` of the test, so every run can be repeated alone. A run is a list of
-//! [`RandomEvent`]s; `shrink` makes a failing list short. A replay of such a list draws nothing, but
-//! moves each operand by the rule of the test: every run that is replayed is one that the generator
-//! could have made.
+//! [`RandomEvent`]s; `shrink` makes a failing list short. A replay of such a list draws nothing,
+//! but moves each operand by the rule of the test: every run that is replayed is one that the
+//! generator could have made.
 
 use super::happened::value_in as content;
 use super::player::LoweredSuite;
@@ -103,10 +103,10 @@ fn drawn_run(
     (scans, broken.map(|BrokenLine { scan, always }| BrokenRun { events, scan, always }))
 }
 
-/// Plays events again, in order of their scans and changes. The values follow anew from the choices,
-/// and an event that would change nothing is left out, unless the change happens in every scan.
-/// Returns the first line of `always` that breaks, with the events up to it. `None`: none breaks, or
-/// the generator cannot make these events.
+/// Plays events again, in order of their scans and changes. The values follow anew from the
+/// choices, and an event that would change nothing is left out, unless the change happens in every
+/// scan. Returns the first line of `always` that breaks, with the events up to it. `None`: none
+/// breaks, or the generator cannot make these events.
 pub(super) fn replay(
     stage: LoweredSuite,
     test: &RandomTest,
