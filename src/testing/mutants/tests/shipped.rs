@@ -49,20 +49,20 @@ fn all_mutants_of_the_ladders_in_config() {
         text += &count(&path, &program, &loaded.files);
     }
     expect![[r#"
-        batch-mixer: 177
+        batch-mixer: 186
         bin-emptying: 56
-        bottling-plant: 173
-        car-park: 60
-        conveyor: 82
-        filling-line: 181
-        lift-station: 130
+        bottling-plant: 197
+        car-park: 62
+        conveyor: 92
+        filling-line: 220
+        lift-station: 193
         lubrication: 57
-        parts-bin: 43
-        pump-station: 155
-        rungd: 43
+        parts-bin: 72
+        pump-station: 178
+        rungd: 72
         temperature-loop: 94
         traffic-light: 189
-        controller: 39
+        controller: 55
     "#]]
     .assert_eq(&text);
 }
