@@ -20,6 +20,7 @@ import sys
 import threading
 
 import browser_rig as rig
+from browser_outputs import what_is_shown_of_an_output_is_what_the_device_got
 from browser_rig import LADDER, MORE, PAGES, PICTURES, Foreign, Look, Pages, Plant, wait_for
 
 USER, PASSWORD = "anna", "correct horse"
@@ -494,6 +495,7 @@ CHECKS = [
     search_finds_a_tag,
     a_trend_is_zoomed,
     a_panel_shows_what_it_should,
+    what_is_shown_of_an_output_is_what_the_device_got,
     a_user_signs_in_and_writes,
     nothing_is_wider_than_a_narrow_screen,
     the_keyboard_alone_reaches_everything,

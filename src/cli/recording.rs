@@ -13,19 +13,19 @@ use super::operator::OperatorArgs;
 use super::terminal::say_line;
 use super::when::Moment;
 pub(super) use crate::load::recorded::{RecordedPast, loaded, run_of, subject};
-use crate::operator::protocol::{RecordingBytes, Request};
+use crate::operator::protocol::{Present, RecordingBytes, Request};
 use crate::record::Recording;
 use crate::runtime::{NumberedCall, scan_begins};
 
-/// The recording of the last minute of a running controller. `Err` is the exit code of a refusal,
-/// which has been printed.
-pub(super) fn live(at: &OperatorArgs) -> Result<Recording, Exit> {
+/// The recording of the last minute of a running controller, and what it does at present. `Err` is
+/// the exit code of a refusal, which has been printed.
+pub(super) fn live(at: &OperatorArgs) -> Result<(Recording, Option<Present>), Exit> {
     let answer: RecordingBytes = at.ask(&Request::Recording { from_section: None })?;
     let Some(bytes) = answer.bytes() else {
         say_line("rungd: the controller's answer is not a recording");
         return Err(Exit::Unavailable);
     };
-    Ok(Recording::of_bytes(bytes))
+    Ok((Recording::of_bytes(bytes), answer.present))
 }
 
 /// The recording in a file of segments, or in a folder of such files.
@@ -46,7 +46,7 @@ pub(super) fn of(
 ) -> Result<std::result::Result<Recording, Exit>> {
     match path {
         Some(path) => opened(path).map(Ok),
-        None => Ok(live(at)),
+        None => Ok(live(at).map(|(recording, _)| recording)),
     }
 }
 

@@ -65,7 +65,7 @@ fn page(status: &Status, histogram: bool) -> String {
     ];
     lines.extend(rows("alarms", status.alarms.iter().map(alarm_line).collect()));
     lines.extend(rows("forces", table(&status.forces).lines().map(str::to_owned).collect()));
-    if !is_run(&status.mode) {
+    if !is_run(&status.mode) || !status.outputs.is_empty() {
         lines.extend(rows("outputs", outputs(status)));
     }
     lines.extend(rows("devices", devices(status)));
@@ -82,13 +82,19 @@ fn page(status: &Status, histogram: bool) -> String {
     lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
 }
 
-/// The lines about outputs outside RUN, with the outputs whose state differs from memory.
+/// The lines about outputs: outside RUN, and those whose state differs from memory or is not known.
 fn outputs(status: &Status) -> Vec<String> {
     match status.outputs.is_empty() {
         true => vec!["at their safe values, as in memory".to_owned()],
         false => {
             let rows = table(&status.outputs);
-            let head = "at their safe values; these differ from memory:".to_owned();
+            let is_lost = status.outputs.iter().any(|output| output.unknown.is_some());
+            let head = match (is_run(&status.mode), is_lost) {
+                (true, _) => "as in memory; not known, because their device is lost:",
+                (false, true) => "at their safe values; these differ from memory or are not known:",
+                (false, false) => "at their safe values; these differ from memory:",
+            };
+            let head = head.to_owned();
             [head].into_iter().chain(rows.lines().map(str::to_owned)).collect()
         }
     }

@@ -86,6 +86,8 @@ fn line(values: &Values) -> String {
     let shown = values.values.iter();
     let shown = shown.map(|value| {
         let (forced, driven) = (forced(value), value.driven_text(","));
+        let driven = driven.replace("output not known, last", "output=unknown,last");
+        let driven = driven.replace("not known", "unknown");
         let held = value.value_text().replace(' ', "");
         format!(" {}={held}{forced}{}", name(value), driven.replace(' ', "="))
     });
@@ -134,6 +136,7 @@ mod tests {
             unit: None,
             forced,
             driven: None,
+            unknown: None,
         };
         let values = vec![
             value("jam", Some("jam"), "C0", Held::Bit(false), false),

@@ -45,8 +45,12 @@ pub struct WhyArgs {
 /// # Errors
 /// The recording cannot be read, or standard output cannot be written.
 pub fn why(args: &WhyArgs) -> Result<Exit> {
-    let recording = match recording::of(args.recording.as_ref(), &args.controller)? {
-        Ok(recording) => recording,
+    let found = match &args.recording {
+        Some(path) => Ok((recording::opened(path)?, None)),
+        None => recording::live(&args.controller),
+    };
+    let (recording, present) = match found {
+        Ok(found) => found,
         Err(exit) => return Ok(exit),
     };
     let (section, at) = match place(args.at.as_ref(), &recording) {
@@ -63,7 +67,11 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
     };
     let mut past = RecordedPast::around(recording, section, subject.code_for(cell));
     let limits = Limits { depth: args.depth, ..Limits::default() };
-    match subject.why(&mut past, cell, (at, limits)) {
+    let mut answer = subject.why(&mut past, cell, (at, limits));
+    if let (Ok(answer), Some(present), At::Now) = (&mut answer, &present, at) {
+        present.complete(answer, &subject);
+    }
+    match answer {
         Ok(answer) if args.controller.json => {
             let json = answer.json().to_string();
             writeln!(io::stdout().lock(), "{}", plain_json(&json))?;

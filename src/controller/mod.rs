@@ -13,6 +13,7 @@ mod doubts;
 pub mod log;
 pub(crate) mod modbus_server;
 pub mod operator;
+mod outputs;
 mod outside;
 pub(crate) mod realtime;
 pub(crate) mod record;
@@ -25,6 +26,7 @@ pub mod web;
 mod wired;
 pub(crate) mod written;
 
+pub use outputs::{OUTPUT_UNKNOWN, OutputRules, OutputState};
 use resolver::{AllowedSpaces, Resolver};
 use retain::Retention;
 pub use settings::Controller;

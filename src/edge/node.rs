@@ -221,7 +221,7 @@ impl EdgeNode {
         metrics.extend(self.facts.born(now_ms));
         metrics.extend(self.tags.iter().zip(&self.values).map(|(tag, content)| {
             let value = tags::value(tag.metric.datatype, *content);
-            tag.metric.born(Some(&value), at_ms)
+            tag.metric.born(value.as_ref(), at_ms)
         }));
         self.throttle.born(&self.values, at.unix_ns);
         let payload = Payload { timestamp: Some(now_ms), metrics, seq: Some(self.seq.number()) };
@@ -263,7 +263,7 @@ impl EdgeNode {
         let metric = |(at, change): &(usize, crate::live::LoggedChange)| {
             let tag = self.tags.get(*at)?;
             let value = tags::value(tag.metric.datatype, change.value);
-            let data = metric_of(tag.metric.datatype, Some(&value), ms(change.unix_ns));
+            let data = metric_of(tag.metric.datatype, value.as_ref(), ms(change.unix_ns));
             let is_historical = is_historical.then_some(true);
             Some(Metric { alias: tag.metric.alias, is_historical, ..data })
         };

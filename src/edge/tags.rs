@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::settings::{EdgeSettings, PublishRule};
+use crate::controller::OUTPUT_UNKNOWN;
 use crate::engine::Cell;
 use crate::isa::{Address, Real, Word};
 use crate::live::{ChooseCells, LoggedProgram, NamedCell};
@@ -49,7 +50,7 @@ pub(super) fn metrics(
         let limits = content(&tag.min).zip(content(&tag.max));
         let is_whole = !matches!(tag.meaning, TagMeaning::Address(Address::Structure(_)));
         let limits = limits.filter(|_| is_whole);
-        let number = |content| number(&value(datatype, content)).unwrap_or(0.0);
+        let number = |content| number(&known_value(datatype, content)).unwrap_or(0.0);
         let properties = MetricProperties {
             unit: tag.unit.as_ref().filter(|_| is_whole).map(|unit| unit.text.clone()),
             documentation: tag.doc.clone(),
@@ -108,8 +109,13 @@ fn datatype(address: Address, cell: Cell, symbols: &Symbols) -> DataType {
     }
 }
 
-/// The content of a cell as a value of a type.
-pub(super) fn value(datatype: DataType, content: i32) -> MetricValue {
+/// The content of a cell as a value of a type; `None`: the state of the output is not known.
+pub(super) fn value(datatype: DataType, content: i32) -> Option<MetricValue> {
+    let is_unknown = datatype == DataType::Boolean && content == OUTPUT_UNKNOWN;
+    (!is_unknown).then(|| known_value(datatype, content))
+}
+
+fn known_value(datatype: DataType, content: i32) -> MetricValue {
     match datatype {
         DataType::Boolean => MetricValue::Bool(content != 0),
         DataType::Float | DataType::Double => {

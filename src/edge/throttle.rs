@@ -98,7 +98,7 @@ impl ToldTag {
 
 /// Whether a content differs from the known one by at least the deadband.
 fn differs(of: &TagMetric, known: i32, now: i32) -> bool {
-    let number = |content| number(&value(of.metric.datatype, content));
+    let number = |content| number(&value(of.metric.datatype, content)?);
     match number(known).zip(number(now)) {
         Some((known, now)) => known != now && (known - now).abs() >= of.rule.deadband,
         None => known != now,

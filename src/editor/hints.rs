@@ -5,13 +5,14 @@ use anyhow::Result;
 use lsp_types::{InlayHint, InlayHintKind, InlayHintLabel, InlayHintParams};
 
 use super::file::EditorFile;
-use super::live::LiveValues;
+use super::live::{LiveValue, LiveValues};
 use super::operands::{NamedWord, named, values, words};
 use super::outline::OutlineValue;
 use super::project::Project;
 use super::slots::{FileKind, Slot};
 use super::uri::path_of;
 use super::workspace::Workspace;
+use crate::controller::OutputState;
 use crate::operator::protocol::Held;
 use crate::testing::time_text;
 
@@ -66,13 +67,13 @@ fn label(
     let mut shown: Vec<String> = Vec::new();
     for word in words(file, value) {
         let Some(word) = named(project, (number, file), word) else { continue };
-        let Some(held) = live.get(&word.operand) else { continue };
-        let is_wanted = match held {
+        let Some(value) = live.get(&word.operand) else { continue };
+        let is_wanted = match value.memory {
             // The colour of a bit that is only read shows its value.
             Held::Bit(_) => slot == Slot::Instruction && word.is_written,
             Held::Word(_) | Held::Real(_) => true,
         };
-        let text = told(&word, held);
+        let text = told(&word, value);
         if is_wanted && !shown.contains(&text) && shown.len() < SHOWN_MAX {
             shown.push(text);
         }
@@ -80,12 +81,22 @@ fn label(
     (!shown.is_empty()).then(|| shown.join(", "))
 }
 
-fn told(word: &NamedWord, held: Held) -> String {
-    let value = match held {
+fn told(word: &NamedWord, value: LiveValue) -> String {
+    let held = value.held();
+    let value = match value.output {
+        OutputState::AsMemory => held_text(word, held),
+        OutputState::Safe(_) => format!("{held}, safe value"),
+        OutputState::Unknown(None) => "not known".to_owned(),
+        OutputState::Unknown(Some(last)) => format!("not known, last {}", Held::Bit(last)),
+    };
+    format!("{} = {value}", word.operand)
+}
+
+fn held_text(word: &NamedWord, held: Held) -> String {
+    match held {
         Held::Word(ms) if word.is_time => {
             time_text(u64::from(ms.unsigned_abs()).saturating_mul(NS_PER_MS))
         }
         Held::Bit(_) | Held::Word(_) | Held::Real(_) => held.to_string(),
-    };
-    format!("{} = {value}", word.operand)
+    }
 }

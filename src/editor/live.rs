@@ -16,6 +16,7 @@ use serde::de::DeserializeOwned;
 use toml_parser::Source;
 use toml_parser::lexer::{Token, TokenKind};
 
+use crate::controller::OutputState;
 use crate::daemon::config::sha256_of;
 use crate::daemon::operator_socket;
 use crate::operator::client::{self, CallFailure};
@@ -78,7 +79,27 @@ pub(super) struct LiveValues {
     /// The texts of the program.
     pub texts: Vec<Arc<str>>,
     /// The values by operand.
-    pub values: HashMap<String, Held>,
+    pub values: HashMap<String, LiveValue>,
+}
+
+/// The value of an operand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LiveValue {
+    /// Its value in memory.
+    pub memory: Held,
+    /// For a Y: the state of its output.
+    pub output: OutputState,
+}
+
+impl LiveValue {
+    /// The value that is shown: of an output outside RUN, what is driven. The power of a contact
+    /// comes from memory, so it stays where the state of the output is not known.
+    pub fn held(&self) -> Held {
+        match self.output {
+            OutputState::Safe(on) => Held::Bit(on),
+            OutputState::AsMemory | OutputState::Unknown(_) => self.memory,
+        }
+    }
 }
 
 /// The news of a project.
@@ -92,7 +113,7 @@ pub(super) struct LiveNews {
 
 impl LiveValues {
     /// The value of an operand.
-    pub fn get(&self, operand: &str) -> Option<Held> {
+    pub fn get(&self, operand: &str) -> Option<LiveValue> {
         self.values.get(operand).copied()
     }
 }
@@ -251,7 +272,7 @@ impl Known {
         &mut self,
         socket: &Path,
         some: &[String],
-        values: &mut HashMap<String, Held>,
+        values: &mut HashMap<String, LiveValue>,
     ) -> Result<(), CallFailure> {
         if self.reads_left == 0 {
             return Ok(());
@@ -260,7 +281,10 @@ impl Known {
         let request = Request::Read { operands: some.to_vec() };
         match ask::<Values>(socket, &request) {
             Ok(read) => {
-                values.extend(read.values.into_iter().map(|of| (of.operand, of.value)));
+                values.extend(read.values.into_iter().map(|of| {
+                    let (memory, output) = (of.value, of.output());
+                    (of.operand, LiveValue { memory, output })
+                }));
                 Ok(())
             }
             Err(CallFailure::Refused(Refusal {

@@ -78,7 +78,7 @@ pub(super) fn tokens(
     for word in &file.words.all {
         let value = || {
             let named = named(&project, (number, file), word)?;
-            live.as_ref()?.get(&named.operand)
+            Some(live.as_ref()?.get(&named.operand)?.held())
         };
         let state = match live.as_ref().and_then(|_| value()) {
             Some(Held::Bit(true)) => ON,

@@ -28,15 +28,18 @@ pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Opti
 }
 
 fn answer(operand: &str, socket: &Path) -> Result<String> {
-    let answer: RecordingBytes = client::ask(socket, &Request::Recording { from_section: None })
+    let told: RecordingBytes = client::ask(socket, &Request::Recording { from_section: None })
         .map_err(|failure| anyhow!("{failure}"))?;
-    let bytes = answer.bytes().context("the controller's answer is not a recording")?;
-    let recording = Recording::of_bytes(bytes);
+    let bytes = told.bytes().context("the controller's answer is not a recording")?;
+    let (recording, present) = (Recording::of_bytes(bytes), told.present);
     let Some(last) = recording.count().checked_sub(1) else { bail!("nothing is recorded yet") };
     let subject = subject(recording.program(last)).map_err(anyhow::Error::msg)?;
     let cell = subject.cell(operand).map_err(anyhow::Error::msg)?;
     let mut past = RecordedPast::around(recording, last, subject.code_for(cell));
     let answer = subject.why(&mut past, cell, (At::Now, Limits::default()));
-    let answer = answer.map_err(|refusal| anyhow!("{refusal}"))?;
+    let mut answer = answer.map_err(|refusal| anyhow!("{refusal}"))?;
+    if let Some(present) = present {
+        present.complete(&mut answer, &subject);
+    }
     Ok(format!("{}{}", answer.text(), answer.hints()))
 }

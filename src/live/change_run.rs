@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::log_event::{LogPosition, LoggedChange};
-use super::logged_program::{LoggedProgram, content};
+use super::logged_program::LoggedProgram;
 use crate::engine::{Cell, Engine, EngineCall};
 use crate::runtime::exchange::Mode;
 use crate::runtime::{TapeEntry, TapeSection, numbered_calls};
@@ -69,8 +69,9 @@ impl ChangeRun {
         if !self.engine.resume(&section.state) {
             return None;
         }
-        let image = self.engine.image();
-        Some(self.program.chosen.iter().map(|(_, cell)| content(image, *cell)).collect())
+        let (image, mode) = (self.engine.image(), section.start.mode);
+        let shown = |cell: Cell| self.program.shown(image, (cell, mode));
+        Some(self.program.chosen.iter().map(|(_, cell)| shown(*cell)).collect())
     }
 
     /// Marks the contents at the start of a section as reported.
@@ -100,7 +101,7 @@ impl ChangeRun {
             self.mode = section.start.mode;
             // Before the first scan of a process there is no end of a scan to compare.
             if scan > 0 {
-                self.compare(tell);
+                self.compare(false, tell);
             }
         }
         let from = begun.map_or(0, |(_, done)| done);
@@ -113,7 +114,13 @@ impl ChangeRun {
                     self.at = LogPosition { process_start_ns, scan: of.number, unix_ns };
                     self.call(of.call, tell);
                 }
-                TapeEntry::Mode(mode) if at >= from => self.mode = *mode,
+                TapeEntry::Mode(mode) if at >= from => {
+                    self.mode = *mode;
+                    // In RUN outputs move with the first scan, outside RUN at once.
+                    if *mode != Mode::Run {
+                        self.compare(true, tell);
+                    }
+                }
                 TapeEntry::Mode(_)
                 | TapeEntry::Origin(_)
                 | TapeEntry::Number(_)
@@ -129,10 +136,10 @@ impl ChangeRun {
     fn call(&mut self, call: EngineCall, tell: &mut dyn FnMut(LoggedChange)) {
         self.engine.apply(call);
         match call {
-            EngineCall::Execute | EngineCall::Terminate => self.compare(tell),
+            EngineCall::Execute | EngineCall::Terminate => self.compare(true, tell),
             // Outside of RUN no scan follows in which the change would be found.
             EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell)
-                if self.mode != Mode::Run =>
+                if self.mode != Mode::Run && self.program.rules.number(cell).is_none() =>
             {
                 self.compare_cell(cell, tell);
             }
@@ -145,13 +152,16 @@ impl ChangeRun {
         }
     }
 
-    /// Reports the cells whose contents differ from the last reported ones.
-    fn compare(&mut self, tell: &mut dyn FnMut(LoggedChange)) {
-        let (image, at) = (self.engine.image(), self.at);
+    /// Reports the cells whose contents differ from the last reported ones. `moves_held`: outputs
+    /// that keep their values outside RUN may have moved.
+    fn compare(&mut self, moves_held: bool, tell: &mut dyn FnMut(LoggedChange)) {
+        let (image, at, mode) = (self.engine.image(), self.at, self.mode);
+        let keeps =
+            |cell: Cell| !moves_held && mode != Mode::Run && self.program.rules.is_held(cell);
         let chosen = self.program.chosen.iter().zip(&mut self.values);
         for (number, ((_, cell), known)) in (0..).zip(chosen) {
-            let value = content(image, *cell);
-            if *known != Some(value) {
+            let value = self.program.shown(image, (*cell, mode));
+            if *known != Some(value) && !(known.is_some() && keeps(*cell)) {
                 *known = Some(value);
                 tell(LoggedChange { cell: number, value, scan: at.scan, unix_ns: at.unix_ns });
             }
@@ -159,7 +169,7 @@ impl ChangeRun {
     }
 
     fn compare_cell(&mut self, cell: Cell, tell: &mut dyn FnMut(LoggedChange)) {
-        let (value, at) = (content(self.engine.image(), cell), self.at);
+        let (value, at) = (self.program.shown(self.engine.image(), (cell, self.mode)), self.at);
         for number in self.program.numbers(cell) {
             let Some(known) = self.values.get_mut(*number as usize) else { continue };
             if *known != Some(value) {

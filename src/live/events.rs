@@ -39,7 +39,9 @@ pub(super) fn events(program: &LiveProgram, sections: &[Arc<TapeSection>]) -> Ve
             scan: change.scan,
             unix_ns: change.unix_ns,
             is_alarm: matches!(what, Told::Alarm(..)) && change.after != 0,
-            text: what.text(change.before.unwrap_or(0), change.after),
+            text: what.text([change.before.unwrap_or(0), change.after], &|content| {
+                value_text(program, change.cell, content)
+            }),
             operand: Some(what.operand().to_owned()),
         }));
     }
@@ -54,17 +56,23 @@ enum Told {
     Stage(String),
     /// The tag and its text.
     Alarm(String, String),
-    Tag(String),
+    Bit(String),
+    Word(String),
 }
 
 impl Told {
     fn operand(&self) -> &str {
         match self {
-            Told::Block(name) | Told::Stage(name) | Told::Alarm(name, _) | Told::Tag(name) => name,
+            Told::Block(name)
+            | Told::Stage(name)
+            | Told::Alarm(name, _)
+            | Told::Bit(name)
+            | Told::Word(name) => name,
         }
     }
 
-    fn text(&self, before: i32, after: i32) -> String {
+    /// The text of a change. `value`: the text of a content.
+    fn text(&self, [before, after]: [i32; 2], value: &dyn Fn(i32) -> String) -> String {
         let state = if after != 0 { "ON" } else { "OFF" };
         match self {
             Told::Block(name) => {
@@ -74,10 +82,8 @@ impl Told {
             Told::Stage(name) => format!("Stage {name} is {state}"),
             Told::Alarm(tag, text) if after != 0 => format!("alarm: {text} ({tag})"),
             Told::Alarm(tag, text) => format!("alarm gone: {text} ({tag})"),
-            Told::Tag(name) if (0..=1).contains(&before) && (0..=1).contains(&after) => {
-                format!("{name} is {state}")
-            }
-            Told::Tag(name) => format!("{name} is {after}, was {before}"),
+            Told::Bit(name) => format!("{name} is {state}"),
+            Told::Word(name) => format!("{name} is {}, was {}", value(after), value(before)),
         }
     }
 }
@@ -94,7 +100,10 @@ fn told(program: &LiveProgram) -> Vec<(Cell, Told)> {
     let alarms = symbols.alarms.iter();
     let alarms = alarms
         .map(|alarm| (Cell::Bit(alarm.bit), Told::Alarm(alarm.tag.clone(), alarm.text.clone())));
-    let tags = symbols.logged.iter().map(|of| (of.cell, Told::Tag(of.tag.clone())));
+    let tags = symbols.logged.iter().map(|of| match of.cell {
+        Cell::Bit(_) => (of.cell, Told::Bit(of.tag.clone())),
+        Cell::Word(_) => (of.cell, Told::Word(of.tag.clone())),
+    });
     blocks.chain(stages).chain(alarms).chain(tags).collect()
 }
 
@@ -149,15 +158,25 @@ fn who(section: &TapeSection, origin: Origin) -> Option<&str> {
     }
 }
 
+/// A content for people: ON or OFF of a bit, the number of a word.
+fn value_text(program: &LiveProgram, cell: Cell, content: i32) -> String {
+    match (cell, content) {
+        (Cell::Bit(_), 0) => "OFF".to_owned(),
+        (Cell::Bit(_), _) => "ON".to_owned(),
+        (Cell::Word(_), _) => program.subject.symbols().layout.text(cell, content),
+    }
+}
+
 /// The action of a person or client on an operand: its text, and the operand.
 fn done(program: &LiveProgram, call: EngineCall, who: Option<&str>) -> Option<(String, String)> {
     let (who, name) = (who?, |cell| program.subject.operand(cell).name);
+    let text = |cell, value| value_text(program, cell, value);
     match call {
         EngineCall::Write(cell, value) => {
-            Some((format!("{who} wrote {value} to {}", name(cell)), name(cell)))
+            Some((format!("{who} wrote {} to {}", text(cell, value), name(cell)), name(cell)))
         }
         EngineCall::Force(cell, value) => {
-            Some((format!("{who} forced {} to {value}", name(cell)), name(cell)))
+            Some((format!("{who} forced {} to {}", name(cell), text(cell, value)), name(cell)))
         }
         EngineCall::Release(cell) => {
             Some((format!("{who} ended the force of {}", name(cell)), name(cell)))

@@ -14,7 +14,7 @@ use super::view::LiveView;
 use crate::engine::Engine;
 use crate::observe::{PowerRun, ScanPower};
 use crate::operator::client::{self, CallFailure};
-use crate::operator::protocol::{RecordingBytes, Request};
+use crate::operator::protocol::{Present, RecordingBytes, Request};
 use crate::record::{LastProgram, RecordedProgram, Recording, Replay, ReplayEngine};
 use crate::runtime::TapeSection;
 
@@ -97,7 +97,8 @@ impl Follower {
     }
 
     fn look_on(&mut self) -> Result<LiveView, LookFailure> {
-        let recording = Arc::new(self.ask(self.next_section())?);
+        let (recording, present) = self.ask(self.next_section())?;
+        let recording = Arc::new(recording);
         let running = running(&recording)?;
         if self.known.as_ref().is_none_or(|known| known.program.recorded != running) {
             let earlier = self.known.take().and_then(|known| known.ended(&recording, &running));
@@ -107,7 +108,7 @@ impl Follower {
         }
         let known = self.known.as_mut().ok_or_else(exchanged)?;
         known.take(&recording)?;
-        Ok(known.view())
+        Ok(known.view(present))
     }
 
     /// The first section to request.
@@ -120,13 +121,14 @@ impl Follower {
         }
     }
 
-    fn ask(&mut self, from_section: u64) -> Result<Recording, LookFailure> {
+    fn ask(&mut self, from_section: u64) -> Result<(Recording, Option<Arc<Present>>), LookFailure> {
         let request = Request::Recording { from_section: Some(from_section) };
         let answer: RecordingBytes =
             client::ask_within(&self.socket, &request, ANSWER_MAX).map_err(LookFailure::Call)?;
         let unusable =
             || LookFailure::Unusable("the controller's answer is not a recording".into());
-        Ok(Recording::newest(answer.bytes().ok_or_else(unusable)?, &mut self.last))
+        let bytes = answer.bytes().ok_or_else(unusable)?;
+        Ok((Recording::newest(bytes, &mut self.last), answer.present.map(Arc::new)))
     }
 }
 
@@ -216,8 +218,9 @@ impl KnownProgram {
         is_next.then(|| Arc::new(earlier))
     }
 
-    fn view(&self) -> LiveView {
+    fn view(&self, present: Option<Arc<Present>>) -> LiveView {
         LiveView {
+            present,
             program: Arc::clone(&self.program),
             power: Arc::clone(&self.power),
             has_minute: self.has_minute,

@@ -35,7 +35,7 @@ pub struct LogGap {
 pub struct LoggedChange {
     /// The number of the cell among the chosen ones of its program.
     pub cell: u32,
-    /// The content of the cell.
+    /// The content of the cell; of a Y, what the output is driven to, or `OUTPUT_UNKNOWN`.
     pub value: i32,
     /// The number of the scan.
     pub scan: u64,

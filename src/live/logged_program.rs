@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::controller::OutputRules;
 use crate::engine::{self, Cell, Engine, Image};
 use crate::load::recorded::loaded;
 use crate::lower::{Symbols, lower};
 use crate::record::RecordedProgram;
 use crate::resolve::program::Program;
+use crate::runtime::exchange::Mode;
 
 /// A chosen cell, with its name. The name is the same in every program.
 pub type NamedCell = (String, Cell);
@@ -29,6 +31,8 @@ pub struct LoggedProgram {
     /// The numbers of each cell among the chosen ones.
     numbers: HashMap<Cell, Vec<u32>>,
     code: engine::Program,
+    /// What its outputs are driven to.
+    pub(super) rules: OutputRules,
 }
 
 impl LoggedProgram {
@@ -40,19 +44,26 @@ impl LoggedProgram {
         recorded: &Arc<RecordedProgram>,
         choose: &ChooseCells,
     ) -> Result<LoggedProgram, String> {
-        let (program, _) = loaded(recorded)?;
+        let (program, loaded) = loaded(recorded)?;
         let (code, symbols) = lower(&program);
         let chosen = choose(&program, &symbols);
         let mut numbers: HashMap<Cell, Vec<u32>> = HashMap::new();
         for (number, (_, cell)) in (0..).zip(&chosen) {
             numbers.entry(*cell).or_default().push(number);
         }
-        Ok(LoggedProgram { recorded: recorded.clone(), program, symbols, chosen, numbers, code })
+        let rules = OutputRules::of(loaded.controller.as_ref(), &symbols);
+        let recorded = recorded.clone();
+        Ok(LoggedProgram { recorded, program, symbols, chosen, numbers, code, rules })
     }
 
     /// An engine that executes the program.
     pub(super) fn engine(&self) -> Engine {
         Engine::new(self.code.clone())
+    }
+
+    /// The content of a cell as it is published: of a Y, what the output is driven to.
+    pub(super) fn shown(&self, image: &Image, (cell, mode): (Cell, Mode)) -> i32 {
+        self.rules.shown((cell, content(image, cell)), mode, |ok| image.bit(ok))
     }
 
     /// The numbers of a cell among the chosen ones.

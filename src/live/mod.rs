@@ -17,6 +17,8 @@ mod follower;
 mod live_past;
 mod log_event;
 mod logged_program;
+#[cfg(test)]
+mod output_tests;
 mod program;
 #[cfg(test)]
 mod tests;
@@ -30,5 +32,5 @@ pub use follower::{Follower, LookFailure};
 pub use log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 pub use logged_program::{ChooseCells, LoggedProgram, NamedCell};
 pub use program::{LiveProgram, LiveTag};
-pub use trend::Trend;
+pub use trend::{Trend, TrendPoint};
 pub use view::{LiveView, TagValue};

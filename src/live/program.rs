@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::controller::Controller;
+use crate::controller::{Controller, OutputRules};
 use crate::draw::ladder::{Picture, RungPicture};
+use crate::engine::Cell;
 use crate::isa::Address;
 use crate::load::recorded::loaded;
 use crate::observe::Subject;
@@ -22,6 +23,8 @@ pub struct LiveProgram {
     pub picture: Picture,
     /// The settings of its controller file.
     pub controller: Option<Controller>,
+    /// What its outputs are driven to.
+    pub(crate) rules: OutputRules,
     /// The parts, by block or Stage, then by rung and branch.
     parts: HashMap<String, HashMap<PartNumber, PartPlace>>,
 }
@@ -61,14 +64,16 @@ impl LiveProgram {
     pub fn of(recorded: Arc<RecordedProgram>) -> Result<LiveProgram, String> {
         let (program, loaded) = loaded(&recorded)?;
         let controller = loaded.controller;
-        let subject = Arc::new(Subject::new(Arc::new(program), loaded.files));
+        let subject = Subject::new(Arc::new(program), loaded.files);
+        let rules = OutputRules::of(controller.as_ref(), subject.symbols());
+        let subject = Arc::new(subject.with_outputs(rules.clone()));
         let picture = Picture::of(&subject);
         let mut parts: HashMap<String, HashMap<PartNumber, PartPlace>> = HashMap::new();
         for (part, of) in (0..).zip(subject.contacts()) {
             let of_element = parts.entry(of.element).or_default();
             of_element.insert((of.rung, of.branch), PartPlace { part, first: of.first });
         }
-        Ok(LiveProgram { recorded, subject, picture, controller, parts })
+        Ok(LiveProgram { recorded, subject, picture, controller, rules, parts })
     }
 
     /// The number of the first contact of a rung or branch, among the contacts of the program.
@@ -99,12 +104,25 @@ impl LiveProgram {
 
     /// The words in the compares and instructions of a rung, as operands.
     pub fn words(&self, element: &str, rung: usize) -> Vec<String> {
+        self.named((element, rung), |part| self.subject.words(part))
+    }
+
+    /// The outputs in a rung, as operands.
+    pub fn outputs(&self, element: &str, rung: usize) -> Vec<String> {
+        self.named((element, rung), |part| self.subject.outputs(part))
+    }
+
+    fn named(
+        &self,
+        (element, rung): (&str, usize),
+        cells: impl Fn(u32) -> Vec<Cell>,
+    ) -> Vec<String> {
         let rung = rung as u32;
         let branches = (1..).map(Some);
         let parts = std::iter::once(None)
             .chain(branches)
             .map_while(|branch| self.place(element, (rung, branch)).map(|of| of.part));
-        let cells = parts.flat_map(|part| self.subject.words(part));
+        let cells = parts.flat_map(cells);
         let mut names: Vec<String> = Vec::new();
         for name in cells.map(|cell| self.subject.operand(cell).name) {
             if !names.contains(&name) {

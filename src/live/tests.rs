@@ -127,7 +127,8 @@ fn the_power_that_is_shown_is_the_one_that_why_explains() {
             last = run.last_of(section);
         }
         let power = Arc::new(last.expect("it has scans"));
-        let view = LiveView { program, power, has_minute: true, sections, earlier: None };
+        let view =
+            LiveView { program, power, has_minute: true, present: None, sections, earlier: None };
         let scans = view.scans().expect("it has scans");
         assert_eq!(scans, 1..=5 * SCANS);
         // A followed scan and the same scan executed again are equal.

@@ -7,11 +7,14 @@ use std::sync::Arc;
 use super::events::{LiveEvent, events};
 use super::live_past::{EarlierProgram, LivePast};
 use super::program::LiveProgram;
-use super::trend::{Trend, trend};
+use super::trend::{Trend, TrendMinute, trend};
+use crate::controller::OutputState;
 use crate::draw::circuit::ContactSymbol;
 use crate::engine::Cell;
 use crate::isa::Real;
 use crate::observe::{At, Explanation, Limits, PowerRun, ScanPower};
+use crate::operator::protocol::Present;
+use crate::runtime::exchange::Mode;
 use crate::runtime::{TapeSection, scan_begins};
 
 /// The last scan of a controller, and the minute before it.
@@ -23,6 +26,8 @@ pub struct LiveView {
     pub power: Arc<ScanPower>,
     /// Whether `sections` contains the minute before the first look.
     pub has_minute: bool,
+    /// The mode and the outputs at the look; `None` from an earlier version of rungd.
+    pub present: Option<Arc<Present>>,
     /// The sections of the minute, in order.
     pub(super) sections: Vec<Arc<TapeSection>>,
     /// The program that ran right before the first section.
@@ -91,6 +96,34 @@ impl LiveView {
         Some(contact.form.conducts(on))
     }
 
+    /// The state of the output of a cell in a scan; `None`: the cell is no Y. For the last scan it
+    /// is the present state, as the controller has it; for an earlier scan it follows from the log.
+    pub fn output(&self, power: &ScanPower, cell: Cell) -> Option<OutputState> {
+        let rules = &self.program.rules;
+        let number = rules.number(cell)?;
+        if let Some(present) = self.present.as_ref().filter(|_| power.scan == self.power.scan) {
+            return Some(present.output(number));
+        }
+        if rules.is_lost(cell, |ok| power.value(Cell::Bit(ok)) != 0) {
+            let points = self.trend_of(cell).points;
+            let before = points.iter().rev().skip_while(|point| point.scan > power.scan);
+            let last = before.into_iter().find_map(|point| point.value);
+            return Some(OutputState::Unknown(last.map(|value| value != 0)));
+        }
+        let driven = rules.driven(cell, (power.mode, power.value(cell))) != 0;
+        Some(match power.mode {
+            Mode::Run => OutputState::AsMemory,
+            Mode::Stop(_) | Mode::Fault(_) => OutputState::Safe(driven),
+        })
+    }
+
+    /// Whether the blocks are executed, as the log and the controller say.
+    pub fn executes(&self, power: &ScanPower) -> bool {
+        let is_last = power.scan == self.power.scan;
+        let stands = self.present.as_ref().is_some_and(|of| is_last && of.on.is_some());
+        power.mode == Mode::Run && !stands
+    }
+
     /// Explains the value of an operand: the present one, or the one at the end of a scan.
     ///
     /// # Errors
@@ -101,7 +134,17 @@ impl LiveView {
         let at = scan.map_or(At::Now, At::Scan);
         let mut past = LivePast { sections: self.sections.clone(), earlier: self.earlier.clone() };
         let limits = Limits::default();
-        subject.why(&mut past, cell, (at, limits)).map_err(|refusal| refusal.to_string())
+        let answer = subject.why(&mut past, cell, (at, limits));
+        let mut answer = answer.map_err(|refusal| refusal.to_string())?;
+        let is_last = scan.is_none_or(|scan| scan == self.power.scan);
+        if let Some(present) = self.present.as_ref().filter(|_| is_last) {
+            present.complete(&mut answer, subject);
+        } else if let OutputState::Unknown(_) = answer.output {
+            let power = scan.and_then(|scan| self.at(scan).ok());
+            answer.output =
+                power.and_then(|power| self.output(&power, cell)).unwrap_or(answer.output);
+        }
+        Ok(answer)
     }
 
     /// The values of an operand over the minute.
@@ -110,7 +153,13 @@ impl LiveView {
     /// There is no such operand.
     pub fn trend(&self, operand: &str) -> Result<Trend, String> {
         let cell = self.program.subject.cell(operand)?;
-        Ok(trend(&self.program.subject, &self.sections, cell))
+        Ok(self.trend_of(cell))
+    }
+
+    fn trend_of(&self, cell: Cell) -> Trend {
+        let (program, sections) = (&*self.program, &*self.sections);
+        let (present, content) = (self.present.as_deref(), self.power.value(cell));
+        trend(TrendMinute { program, sections, present, content }, cell)
     }
 
     /// The events of the minute, the newest last.

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Loaded;
+use crate::controller::OutputRules;
 use crate::engine::{Cell, Engine, Program};
 use crate::lower::lower;
 use crate::observe::{EarlierPast, Past, Subject, TapeEnd};
@@ -58,7 +59,9 @@ pub(crate) fn run_of(recording: Recording) -> RecordedRun {
 /// The program of a section, as the subject of observations.
 pub(crate) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
     let (program, loaded) = loaded(program)?;
-    Ok(Subject::new(Arc::new(program), loaded.files))
+    let subject = Subject::new(Arc::new(program), loaded.files);
+    let outputs = OutputRules::of(loaded.controller.as_ref(), subject.symbols());
+    Ok(subject.with_outputs(outputs))
 }
 
 /// The sections of one program in a recording, for a question about it.

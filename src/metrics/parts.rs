@@ -165,9 +165,12 @@ fn log(log: &LogState) -> Vec<MetricFamily> {
 
 fn tags(values: &[ShownValue], left_out: usize) -> Vec<MetricFamily> {
     let family = gauges("rungd_tag", "The value of a tag with `metric = true`.");
-    let family = family.each(values, |value| {
+    // What is not known has no sample: a line of a graph ends there.
+    let known: Vec<(&ShownValue, Held)> =
+        values.iter().filter_map(|value| Some((value, value.present()?))).collect();
+    let family = family.each(&known, |(value, present)| {
         let unit = value.unit.as_deref().unwrap_or_default();
-        (vec![("tag", &*value.operand), ("unit", unit)], number(value.value))
+        (vec![("tag", &*value.operand), ("unit", unit)], number(*present))
     });
     let help = "Tags with `metric = true` beyond the most that are read.";
     vec![family, MetricFamily::gauge("rungd_tags_left_out", help, left_out as f64)]

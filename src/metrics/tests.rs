@@ -79,6 +79,24 @@ fn every_family_in_both_forms() {
     assert!(silent.ends_with("\nrungd_up 0\n") && silent.lines().count() == 3, "{silent}");
 }
 
+/// A graph shows what the machine has: outside RUN the safe value of an output, and nothing while
+/// the device of an output is lost.
+#[test]
+fn a_tag_of_an_output_is_what_is_driven() {
+    let mut seen = scraped();
+    let mut stopped = value("stopped", json!(true), None);
+    stopped["driven"] = json!(false);
+    let mut lost = value("lost", json!(true), None);
+    lost["unknown"] = json!({ "device": "io", "last": true });
+    let values = json!([stopped, lost, value("runs", json!(true), None)]);
+    seen.values = serde_json::from_value(values).expect("values");
+    let told = text(&parts::families(&seen), Exposition::Prometheus);
+    let tags: Vec<&str> = told.lines().filter(|line| line.starts_with("rungd_tag{")).collect();
+    let expected =
+        ["rungd_tag{tag=\"stopped\",unit=\"\"} 0", "rungd_tag{tag=\"runs\",unit=\"\"} 1"];
+    assert_eq!(tags, expected);
+}
+
 #[test]
 fn the_page_lists_every_name() {
     let page = include_str!("../../docs/metrics.md");

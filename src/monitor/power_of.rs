@@ -5,6 +5,7 @@
 
 use std::fmt::Debug;
 
+use crate::controller::OutputState;
 use crate::draw::circuit::ContactSymbol;
 use crate::live::{LiveView, TagValue};
 
@@ -27,14 +28,18 @@ impl PowerOf for LiveView {
     }
 
     fn value(&self, operand: &str) -> Option<String> {
-        Some(match LiveView::value(self, &self.power, operand).ok()? {
+        let value = match LiveView::value(self, &self.power, operand).ok()? {
             TagValue::Bit(on) => if on { "ON" } else { "OFF" }.to_owned(),
             TagValue::Integer(value) => value.to_string(),
             TagValue::Real(value) => value.to_string(),
-        })
+        };
+        let cell = self.program.subject.cell(operand).ok()?;
+        let output = self.output(&self.power, cell).unwrap_or(OutputState::AsMemory);
+        Some(value + &output.long_text(", "))
     }
 
     fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool> {
-        LiveView::conducts(self, &self.power, (element, rung), contact)
+        let executes = self.executes(&self.power);
+        executes.then(|| LiveView::conducts(self, &self.power, (element, rung), contact)).flatten()
     }
 }

@@ -35,7 +35,8 @@ pub(super) struct WatchRow {
     pub trend: WatchTrend,
 }
 
-/// The last values of an operand, the newest last; `None`: the controller did not answer.
+/// The last values of an operand, the newest last; `None`: the controller did not answer, or the
+/// state of an output is not known.
 #[derive(Clone, Debug, Default)]
 pub(super) struct WatchTrend {
     samples: VecDeque<Option<f64>>,
@@ -62,7 +63,7 @@ impl WatchList {
         for row in &mut self.rows {
             row.is_unknown = unknown.contains(&row.operand);
             row.shown = values.iter().find(|of| of.operand == row.operand).cloned();
-            row.trend.push(row.shown.as_ref().map(|of| number(of.value)));
+            row.trend.push(row.shown.as_ref().and_then(ShownValue::present).map(number));
         }
     }
 
@@ -129,6 +130,7 @@ mod tests {
             unit: None,
             forced: false,
             driven: None,
+            unknown: None,
         }
     }
 

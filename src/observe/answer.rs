@@ -2,6 +2,7 @@
 //!
 //! Types only; `inquiry` makes the answers. The value of a word is the content of its cell.
 
+use crate::controller::OutputState;
 use crate::engine::Cell;
 use crate::runtime::Origin;
 use crate::runtime::exchange::Mode;
@@ -22,6 +23,8 @@ pub struct Explanation {
     pub combined: u32,
     /// The mode, if it is not RUN, and since when.
     pub mode: Option<(Mode, Since)>,
+    /// For a Y: the state of its output, where it is not the value in memory.
+    pub output: OutputState,
     /// The depth that would explain all reasons that this answer cuts because of its depth.
     pub deeper: Option<u32>,
     /// Whether reasons are cut because the answer is long enough.

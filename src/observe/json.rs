@@ -7,6 +7,7 @@ use super::answer::{
     Hindrance, Idle, LastChange, LegSeen, Node, OperandName, Place, Remedy, Restart, RungName,
     Since, Stop, TapeEnd, When, Write,
 };
+use crate::controller::OutputState;
 use crate::isa::Real;
 use crate::runtime::Origin;
 
@@ -19,7 +20,16 @@ impl Explanation {
             "changed": self.changed.as_ref().map(|of| changed(of, &self.root.operand)),
             "change": self.change.as_ref().map(|of| change(of, self)),
             "deeper": self.deeper,
+            "output": output(self.output),
         })
+    }
+}
+
+fn output(of: OutputState) -> Value {
+    match of {
+        OutputState::AsMemory => Value::Null,
+        OutputState::Safe(on) => json!({ "known": true, "on": on }),
+        OutputState::Unknown(last) => json!({ "known": false, "last": last }),
     }
 }
 

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::answer::{BlockPlace, Place, RungName};
 use super::cell_index::CellIndex;
 use super::names::CellNames;
+use crate::controller::OutputRules;
 use crate::engine::{self, Cell, Deed, Engine, EngineState, Stretches};
 use crate::isa::{BlockId, ElementId};
 use crate::lower::sites::{RungPart, Site, Sites};
@@ -41,6 +42,8 @@ pub struct Subject {
     /// By batch: the index in `ready` of its first part.
     ready_from: Vec<u32>,
     writers: CellIndex<Deed>,
+    /// What its outputs are driven to, if its controller file is known.
+    pub(super) outputs: OutputRules,
 }
 
 impl Subject {
@@ -82,9 +85,17 @@ impl Subject {
             ready,
             ready_from,
             writers: CellIndex::new(std::iter::empty()),
+            outputs: OutputRules::default(),
         };
         subject.writers = CellIndex::new(subject.steps());
         subject
+    }
+
+    /// The program with the outputs of its controller file, so that `why` tells what they are
+    /// driven to.
+    #[must_use]
+    pub fn with_outputs(self, outputs: OutputRules) -> Subject {
+        Subject { outputs, ..self }
     }
 
     /// The parts of rungs whose contacts have been evaluated right before one of these batches.
@@ -214,6 +225,12 @@ impl Subject {
         let address = crate::resolve::resolve_operand(&self.program, name)?;
         let cell = self.symbols.layout.cell(address);
         cell.ok_or_else(|| format!("`{name}` is a structure: name a member, as `{name}.Acc`"))
+    }
+
+    /// The number of the output of a cell; `None`: the cell is no Y, or no controller file is
+    /// known.
+    pub(crate) fn output_number(&self, cell: Cell) -> Option<u32> {
+        self.outputs.number(cell)
     }
 
     /// The names and cells of the program.

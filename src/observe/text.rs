@@ -10,6 +10,7 @@ use super::phrases::{
     value_text,
 };
 use super::reasons::TOLD_MAX;
+use crate::controller::OutputState;
 use crate::runtime::exchange::Mode;
 
 /// The number of contacts that are told of a leg that has many of them.
@@ -49,6 +50,7 @@ impl Explanation {
         let mut lines = Lines { text: String::new(), telling };
         let Node { operand, value, .. } = &self.root;
         let head = format!("{} is {}", operand_text(operand), value_text(operand, *value));
+        let head = head + &self.output_text();
         lines.add(0, &head);
         if let Some(doc) = &operand.doc {
             lines.add(1, &format!("({})", doc.replace(['\n', '\r'], " ")));
@@ -66,6 +68,22 @@ impl Explanation {
             lines.add(0, &told);
         }
         lines.text
+    }
+
+    /// The state of the output beside the value in memory.
+    fn output_text(&self) -> String {
+        let mode =
+            self.mode.map_or("outside RUN".to_owned(), |(of, _)| format!("in {}", of.name()));
+        match self.output {
+            OutputState::AsMemory => String::new(),
+            OutputState::Safe(on) => {
+                format!(" in memory; its output is {}, the safe value {mode}", state(on))
+            }
+            OutputState::Unknown(last) => {
+                let last = last.map_or(String::new(), |on| format!(", last {}", state(on)));
+                format!(" in memory; its output is not known{last}: its device is lost")
+            }
+        }
     }
 
     /// The meaning of the marks `…` in the text: lines, each with a line end.

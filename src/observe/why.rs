@@ -6,6 +6,7 @@ use super::inquiry::Inquiry;
 use super::past::{At, EarlierPast, Past, Refusal};
 use super::replay::Replay;
 use super::subject::Subject;
+use crate::controller::OutputState;
 use crate::engine::{BitCell, Cell, WordCell};
 
 /// The maximum number of reloads behind which an answer goes.
@@ -70,6 +71,8 @@ impl Subject {
         let moment = replay.moment(at)?;
         let image = replay.seek(moment.section, moment.entry).ok_or(Refusal::NoPast)?.image();
         let value = super::leaves::content(image, cell);
+        let outputs = &self.outputs;
+        let is_lost = outputs.is_lost(cell, |ok| image.bit(ok));
         let when = replay.when(moment);
         let mut inquiry = Inquiry::new(self, replay, limits);
         let root = inquiry.node(cell, value, moment, limits.depth).ok_or(Refusal::NoPast)?;
@@ -86,8 +89,25 @@ impl Subject {
             Some(false) => inquiry.mode(moment),
             Some(true) | None => None,
         };
+        let output = match mode {
+            _ if outputs.number(cell).is_none() => OutputState::AsMemory,
+            _ if is_lost => OutputState::Unknown(None),
+            Some((mode, _)) => OutputState::Safe(outputs.driven(cell, (mode, value)) != 0),
+            None => OutputState::AsMemory,
+        };
         let Inquiry { deeper, is_long, .. } = inquiry;
-        Ok(Explanation { at: when, root, changed, change, combined, mode, deeper, is_long })
+        let found = Explanation {
+            at: when,
+            root,
+            changed,
+            change,
+            combined,
+            mode,
+            output,
+            deeper,
+            is_long,
+        };
+        Ok(found)
     }
 }
 

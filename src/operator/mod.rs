@@ -13,6 +13,7 @@ mod metric;
 pub mod names;
 mod offer;
 pub(crate) mod operand;
+mod present;
 pub mod protocol;
 #[cfg(test)]
 mod protocol_tests;

@@ -265,21 +265,22 @@ impl Names {
         self.called(self.symbols.layout.address(cell)?)
     }
 
-    /// The outputs whose state outside RUN differs from memory; in order, at most as many as one
-    /// request reads.
-    pub(crate) fn held_otherwise(&self, image: &Snapshot) -> Vec<Variable> {
+    /// The outputs whose state differs from memory or, by `is_unknown`, is not known; in order, at
+    /// most as many as one request reads.
+    pub(crate) fn held_otherwise(
+        &self,
+        image: &Snapshot,
+        is_unknown: &dyn Fn(u32) -> bool,
+    ) -> Vec<Variable> {
         let outputs = 0..image.outputs.len() as u32;
         let differs = |n: &u32| {
             let cell = self.symbols.layout.bit(Bit::Space(BitSpace::Y, *n));
             image.bit(cell) != (image.outputs[*n as usize] != 0)
         };
         let named = |n| self.called(Address::Bit(Bit::Space(BitSpace::Y, n)));
-        match image.mode {
-            Mode::Run => Vec::new(),
-            Mode::Stop(_) | Mode::Fault(_) => {
-                outputs.filter(differs).filter_map(named).take(OPERANDS_MAX).collect()
-            }
-        }
+        // In RUN the outputs follow memory: only a lost device makes a difference.
+        let is_otherwise = |n: &u32| is_unknown(*n) || image.mode != Mode::Run && differs(n);
+        outputs.filter(is_otherwise).filter_map(named).take(OPERANDS_MAX).collect()
     }
 
     /// The operands of tags with `metric = true`.

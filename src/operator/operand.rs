@@ -174,14 +174,22 @@ impl Variable {
             unit: self.unit.clone(),
             forced: image.forces.has(self.cell),
             driven: self.driven(image),
+            unknown: None,
         }
     }
 
     /// The state of the output, for a Y outside RUN.
     pub(super) fn driven(&self, image: &Snapshot) -> Option<bool> {
-        let Address::Bit(Bit::Space(BitSpace::Y, n)) = self.what else { return None };
-        let driven = image.outputs.get(n as usize)?;
+        let driven = image.outputs.get(self.output()? as usize)?;
         (image.mode != Mode::Run).then_some(*driven != 0)
+    }
+
+    /// The number of a Y.
+    pub(crate) fn output(&self) -> Option<u32> {
+        match self.what {
+            Address::Bit(Bit::Space(BitSpace::Y, n)) => Some(n),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+        }
     }
 
     /// The number of an X.

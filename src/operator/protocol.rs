@@ -13,12 +13,14 @@ pub(crate) use super::alarm::{
     AckList, AckedAlarm, Alarm, AlarmAck, AlarmList, AlarmState, AlarmTime,
 };
 use super::deadline::Deadline;
+pub(crate) use super::present::Present;
 pub(crate) use super::state::{
     Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Record, RecordDir, Retain,
     Scan, Spread,
 };
 pub use super::state::{Posture, Status};
 pub use super::value::GivenValue;
+pub use super::value::UnknownOutput;
 pub(crate) use super::value::{Held, ShownValue};
 use crate::events::Level;
 use crate::runtime::exchange::Mode;
@@ -323,6 +325,9 @@ pub(crate) struct Saved {
 pub(crate) struct RecordingBytes {
     /// The bytes of a recording (`docs/record-format.md`), in base64.
     pub base64: String,
+    /// What the controller does at present; `None` from an earlier version of rungd.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub present: Option<Present>,
 }
 
 impl RecordingBytes {

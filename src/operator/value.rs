@@ -6,6 +6,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::controller::OutputState;
 use crate::isa::Real;
 
 /// A value in the form that a client sends.
@@ -41,6 +42,20 @@ pub struct ShownValue {
     /// For a Y outside RUN: the state of the output, its safe value. In RUN the state is `value`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub driven: Option<bool>,
+    /// For a Y whose device is lost: what is known of its state. `driven` is then what would be
+    /// written to the device.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unknown: Option<UnknownOutput>,
+}
+
+/// An output whose device is lost.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UnknownOutput {
+    /// The name of the device.
+    pub device: String,
+    /// The last value that the device has accepted; `None`: it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last: Option<bool>,
 }
 
 impl ShownValue {
@@ -52,13 +67,28 @@ impl ShownValue {
         }
     }
 
+    /// The state of the output.
+    pub fn output(&self) -> OutputState {
+        match (&self.unknown, self.driven) {
+            (Some(unknown), _) => OutputState::Unknown(unknown.last),
+            (None, Some(driven)) => OutputState::Safe(driven),
+            (None, None) => OutputState::AsMemory,
+        }
+    }
+
+    /// What the machine has: the value, or the state of the output where it is a different thing.
+    /// `None`: it is not known.
+    pub fn present(&self) -> Option<Held> {
+        match self.output() {
+            OutputState::AsMemory => Some(self.value),
+            OutputState::Safe(on) => Some(Held::Bit(on)),
+            OutputState::Unknown(_) => None,
+        }
+    }
+
     /// The state of the output in words, after a separator; empty if the value shows it.
     pub fn driven_text(&self, separator: &str) -> String {
-        match self.driven {
-            Some(true) => format!("{separator}output ON"),
-            Some(false) => format!("{separator}output OFF"),
-            None => String::new(),
-        }
+        self.output().text(separator)
     }
 }
 

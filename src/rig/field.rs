@@ -83,12 +83,8 @@ impl<'a> Driven<'a> {
     /// The state of an output that is written to devices.
     pub fn output(&self, y: u32) -> bool {
         let in_memory = self.image.bit(BitCell(self.first_output + y));
-        match self.safe.get(y as usize) {
-            _ if self.runs => in_memory,
-            Some(Safe::Hold) => in_memory,
-            Some(Safe::On) => true,
-            Some(Safe::Off) | None => false,
-        }
+        let safe = self.safe.get(y as usize).copied().unwrap_or_default();
+        if self.runs { in_memory } else { safe.driven(in_memory) }
     }
 
     fn value(&self, source: Source) -> i32 {

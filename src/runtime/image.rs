@@ -70,3 +70,14 @@ pub enum Safe {
     /// scan.
     Hold,
 }
+
+impl Safe {
+    /// The value of the output outside RUN. `held`: its value when RUN ended.
+    pub(crate) fn driven(self, held: bool) -> bool {
+        match self {
+            Safe::Off => false,
+            Safe::On => true,
+            Safe::Hold => held,
+        }
+    }
+}

@@ -487,10 +487,6 @@ fn give_back(returns: &mut Producer<Returned>, returned: Returned) {
 
 fn make_safe(outputs: &mut [u8], safe: &[Safe]) {
     for (output, safe) in outputs.iter_mut().zip(safe) {
-        match safe {
-            Safe::Off => *output = 0,
-            Safe::On => *output = 1,
-            Safe::Hold => {}
-        }
+        *output = u8::from(safe.driven(*output != 0));
     }
 }

@@ -274,11 +274,7 @@ impl LocalSide {
                 None => self.written[at],
             };
             self.values[at] = match *source {
-                Source::Output(y) => match safe[y as usize] {
-                    Safe::Off => 0,
-                    Safe::On => 1,
-                    Safe::Hold => held,
-                },
+                Source::Output(y) => safe[y as usize].driven(held != 0).into(),
                 Source::Cell(_, fixed) => fixed.unwrap_or(held),
             };
         }

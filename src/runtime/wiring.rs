@@ -4,7 +4,6 @@
 //! The daemon makes it from the controller file. The scan (`field`, `local`) and drivers read it.
 
 use super::exchange::{Mode, Snapshot};
-use super::image::Safe;
 use super::machine::Machine;
 use crate::engine::{BitCell, Cell, WordCell};
 
@@ -98,11 +97,7 @@ pub fn last_words(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
     outgoing(sources, image, values);
     for (value, source) in values.iter_mut().zip(sources) {
         match *source {
-            Source::Output(y) => match image.safe[y as usize] {
-                Safe::Off => *value = 0,
-                Safe::On => *value = 1,
-                Safe::Hold => {}
-            },
+            Source::Output(y) => *value = image.safe[y as usize].driven(*value != 0).into(),
             Source::Cell(_, Some(fixed)) => *value = fixed,
             Source::Cell(_, None) => {}
         }

@@ -19,8 +19,7 @@ use crate::controller::web::{Panel, WebSettings, Widget};
 use crate::draw::ladder::{BlockPicture, RungPicture, StagePicture};
 use crate::draw::live_svg;
 use crate::isa::Address;
-use crate::live::{LiveEvent, LiveProgram, LiveTag, LiveView};
-use crate::observe::CellChanged;
+use crate::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendPoint};
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{GivenValue, RefusalKind, Request};
 
@@ -46,7 +45,11 @@ pub(super) async fn question(
 ) -> WebResult {
     if path == "/api/status" {
         let seen = site.follow.now().await;
-        return Ok(json_answer(&json!({ "status": seen.status.as_deref() })));
+        let present = seen.view.as_ref().ok().and_then(|view| view.present.as_deref());
+        let now = present.map(|of| json!({ "mode": of.mode, "reason": of.reason }));
+        let error = seen.view.as_ref().err();
+        let status = seen.status.as_deref();
+        return Ok(json_answer(&json!({ "status": status, "now": now, "error": error })));
     }
     let view = match query.number("hold") {
         Some(hold) => site.held(hold).ok_or_else(|| {
@@ -213,6 +216,7 @@ fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
             "use": of_use,
             "svg": live_svg::drawing(&rung.grid, &title),
             "words": view.program.words(element, rung.number),
+            "outputs": view.program.outputs(element, rung.number),
         })
     };
     let rungs: Vec<Value> = all.iter().skip(from - 1).take(count).map(rung).collect();
@@ -257,14 +261,14 @@ fn why(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
 
 fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let operand = operand(query)?;
-    let trend = view.trend(operand).map_err(bad)?;
+    let found = view.trend(operand).map_err(bad)?;
     let cell = view.program.subject.cell(operand).map_err(bad)?;
-    let point = |of: &CellChanged| {
-        let value = tag_value(view.tag_value(cell, of.after));
+    let point = |of: &TrendPoint| {
+        let value = of.value.map(|content| tag_value(view.tag_value(cell, content)));
         json!([of.unix_ns / 1_000_000, of.scan, value])
     };
-    let span = trend.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);
-    let points: Vec<Value> = trend.points.iter().map(point).collect();
+    let span = found.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);
+    let points: Vec<Value> = found.points.iter().map(point).collect();
     Ok(json!({ "operand": operand, "span_ms": span, "points": points }))
 }
 

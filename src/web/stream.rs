@@ -12,13 +12,13 @@ use super::body::AnswerBody;
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, typed};
 use super::site::WebSite;
+use crate::controller::OutputState;
 use crate::draw::ladder::RungPicture;
 use crate::draw::live_svg;
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BlockId, StageId};
 use crate::live::{LiveProgram, LiveView, TagValue};
 use crate::observe::ScanPower;
-use crate::runtime::exchange::Mode;
 
 /// The most rungs, and the most values, of a window.
 const RUNGS_MAX: usize = 100;
@@ -112,7 +112,10 @@ impl Told {
         if let Some(scans) = view.scans() {
             event["scans"] = json!([scans.start(), scans.end()]);
         }
-        if let Mode::Stop(_) | Mode::Fault(_) = power.mode {
+        if let Some(present) = &view.present {
+            event["now"] = json!({ "mode": present.mode, "reason": present.reason });
+        }
+        if !view.executes(power) {
             event["executes"] = json!(false);
         }
         self.know(&view.program, window);
@@ -120,7 +123,7 @@ impl Told {
         let values = self.tag_values(view, power, window);
         event["power"] = changed(&mut self.power, lit);
         event["values"] = changed(&mut self.values, values);
-        let (on, running) = blocks(&view.program, power);
+        let (on, running) = blocks(view, power);
         for (key, told, now) in [("on", &mut self.on, on), ("running", &mut self.running, running)]
         {
             if *told != now {
@@ -149,7 +152,7 @@ impl Told {
         let Some((_, cells)) = &self.program else { return Map::new() };
         let value = |(tag, cell): (&String, &Option<Cell>)| {
             let cell = (*cell)?;
-            Some((tag.clone(), tag_value(view.tag_value(cell, power.value(cell)))))
+            Some((tag.clone(), shown_value(view, power, cell)))
         };
         window.tags.iter().zip(cells).filter_map(value).collect()
     }
@@ -159,6 +162,17 @@ impl Told {
 pub(super) fn name_of(program: &LiveProgram) -> String {
     let of = &program.recorded;
     format!("{}.{}.{}", of.process_start_ns, of.generation, of.hash)
+}
+
+/// The value of a cell in a scan, for a page. Of an output that does not follow memory: what it is
+/// driven to (`on`; null: not known) and what memory holds.
+fn shown_value(view: &LiveView, power: &ScanPower, cell: Cell) -> Value {
+    let memory = tag_value(view.tag_value(cell, power.value(cell)));
+    match view.output(power, cell) {
+        None | Some(OutputState::AsMemory) => memory,
+        Some(OutputState::Safe(on)) => json!({ "on": on, "memory": memory }),
+        Some(OutputState::Unknown(last)) => json!({ "on": null, "last": last, "memory": memory }),
+    }
 }
 
 /// A value in JSON, for a page.
@@ -185,11 +199,12 @@ fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
 /// The power of each rung of the window; null: the rung was not executed.
 fn lit(view: &LiveView, power: &ScanPower, window: &Window) -> Map<String, Value> {
     let Some(rungs) = view.program.rungs(&window.element) else { return Map::new() };
+    let executes = view.executes(power);
     let shown =
         rungs.iter().skip(window.from - 1).take((window.to + 1).saturating_sub(window.from));
     let of_rung = |rung: &RungPicture| {
         let place = (window.element.as_str(), rung.number as u32);
-        let is_executed = view.is_executed(power, place);
+        let is_executed = executes && view.is_executed(power, place);
         let conducts = |contact: &_| view.conducts(power, place, contact).unwrap_or(false);
         let power = is_executed.then(|| live_svg::power(&rung.grid, &conducts));
         (rung.number.to_string(), json!(power))
@@ -198,8 +213,8 @@ fn lit(view: &LiveView, power: &ScanPower, window: &Window) -> Map<String, Value
 }
 
 /// The Stages that are ON, and the running blocks.
-fn blocks(program: &LiveProgram, power: &ScanPower) -> (Value, Value) {
-    let symbols = program.subject.symbols();
+fn blocks(view: &LiveView, power: &ScanPower) -> (Value, Value) {
+    let symbols = view.program.subject.symbols();
     let is_on = |bit: Bit| {
         let cell = symbols.layout.cell(Address::Bit(bit));
         cell.is_some_and(|cell| power.value(cell) != 0)
@@ -208,7 +223,8 @@ fn blocks(program: &LiveProgram, power: &ScanPower) -> (Value, Value) {
     let on = stages.filter(|(at, _)| is_on(Bit::Stage(StageId(*at)))).map(|(_, name)| name);
     let blocks = (0..).zip(&symbols.blocks);
     // Only in RUN: in FAULT the bits of the blocks keep their values, but no block runs.
-    let blocks = blocks.filter(|_| power.mode == Mode::Run);
+    let executes = view.executes(power);
+    let blocks = blocks.filter(|_| executes);
     let running = blocks.filter(|(at, _)| is_on(Bit::Running(BlockId(*at)))).map(|(_, name)| name);
     (json!(on.collect::<Vec<_>>()), json!(running.collect::<Vec<_>>()))
 }

@@ -184,6 +184,10 @@ fn values_appear_follow_and_vanish() {
     });
     live.ok("write late.Acc 1200");
     await_hints(&mut editor, |hints| has(hints, "late.Acc >= 1s", "late.Acc = 1.2 s"));
+    // Outside RUN the text beside an output is what is driven, whatever memory holds.
+    live.ok("mode stop");
+    live.ok("force lamp ON");
+    await_hints(&mut editor, |hints| has(hints, "OUT lamp", "lamp = OFF, safe value"));
     assert_eq!(messages(&editor), [""; 0]);
     live.end();
     await_hints(&mut editor, <[_]>::is_empty);

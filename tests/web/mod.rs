@@ -3,6 +3,7 @@
 
 mod client;
 mod crowd;
+mod outputs;
 mod pages;
 mod secured;
 mod strangers;

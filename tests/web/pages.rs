@@ -105,7 +105,7 @@ fn tags_are_searched_and_trends_have_every_change() {
     let texts: Vec<_> =
         happened["events"].as_array().unwrap().iter().map(|of| &of["text"]).collect();
     let has = |part: &str| texts.iter().any(|text| text.as_str().unwrap().contains(part));
-    assert!(has("forced lamp to 1") && has("wrote 30 to level") && has("RUN"), "{texts:?}");
+    assert!(has("forced lamp to ON") && has("wrote 30 to level") && has("RUN"), "{texts:?}");
     // RUN and the first values come before the first scan, and have the time of that scan.
     let run = texts.iter().position(|text| **text == "RUN").expect("it went into RUN");
     for first in [&happened["events"][run]["time_ms"], &trend["span_ms"][0]] {

@@ -120,7 +120,7 @@ impl Desk {
             }
             Request::Recording { from_section } => {
                 let (view, from) = (self.seen().1, from_section.unwrap_or(0));
-                record::recent(&view.about, peer, from).await
+                record::recent((&view.about, &|| self.present()), peer, from).await
             }
             Request::Metrics {} => answered(self.names().metrics()),
             Request::Names { prefix } => {
@@ -132,11 +132,17 @@ impl Desk {
 
     fn status(&self) -> protocol::Status {
         let (latest, view) = self.seen();
+        let sight = view.sight(&latest);
         let forces = self.forces(&latest, &view.names);
-        let forces = forces.iter().map(|(operand, _)| operand.seen(&latest)).collect();
-        let outputs = view.names.held_otherwise(&latest);
-        let outputs = outputs.iter().map(|output| output.seen(&latest)).collect();
+        let forces = forces.iter().map(|(operand, _)| sight.shown(operand)).collect();
+        let outputs = view.names.held_otherwise(&latest, &|n| sight.is_unknown(n));
+        let outputs = outputs.iter().map(|output| sight.shown(output)).collect();
         view.about.status(&latest, forces, outputs)
+    }
+
+    fn present(&self) -> protocol::Present {
+        let (latest, view) = self.seen();
+        view.sight(&latest).present()
     }
 
     /// The forced operands with their current names, each with the name by which it was forced.
@@ -164,7 +170,7 @@ impl Desk {
                 return Err(Refusal::new(RefusalKind::BadRequest, message));
             }
         }
-        Ok(values(&latest, &found))
+        Ok(view.sight(&latest).values(&found))
     }
 
     async fn write(
@@ -327,7 +333,7 @@ impl Desk {
                 None => told.tell_gone(&events::OPERATOR_UNFORCE, &did),
             }
         }
-        Ok(values(&latest, &released))
+        Ok(view.sight(&latest).values(&released))
     }
 
     async fn mode(&self, asker: &Asker, to: ModeWanted) -> Answered<ModeChange> {
@@ -426,7 +432,7 @@ struct Sight {
 
 impl Sight {
     fn shown(&self) -> ShownValue {
-        self.operand.seen(&self.latest)
+        self.view.sight(&self.latest).shown(&self.operand)
     }
 
     fn change(&self, was: Was) -> Change {
@@ -477,12 +483,4 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
 /// The line of an answer.
 fn answered(answer: impl Serialize) -> Answered<Vec<u8>> {
     Ok(Reply::Ok(answer).line())
-}
-
-fn values(image: &Snapshot, operands: &[Variable]) -> Values {
-    Values {
-        mode: image.mode.name().to_owned(),
-        scans: image.scans,
-        values: operands.iter().map(|operand| operand.seen(image)).collect(),
-    }
 }

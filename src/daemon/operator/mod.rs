@@ -10,6 +10,7 @@ mod accounts;
 mod alarms;
 mod desk;
 mod memory;
+mod outputs;
 mod pace;
 mod peer;
 mod record;

@@ -18,7 +18,7 @@ use tokio::time::timeout;
 use super::peer::Peer;
 use super::status::About;
 use crate::load;
-use crate::operator::protocol::{Answered, RecordingBytes, Refusal, RefusalKind, Reply};
+use crate::operator::protocol::{Answered, Present, RecordingBytes, Refusal, RefusalKind, Reply};
 use crate::record::RecordedFile;
 
 /// The time limit for the scan log's thread, and for the rights of the files.
@@ -28,7 +28,11 @@ const THREAD_MAX: Duration = Duration::from_secs(10);
 ///
 /// # Errors
 /// The peer may not read the ladder, or the thread does not answer.
-pub(super) async fn recent(about: &About, peer: &Peer, from: u64) -> Answered<Vec<u8>> {
+pub(super) async fn recent(
+    (about, present): (&About, &(dyn Fn() -> Present + Sync)),
+    peer: &Peer,
+    from: u64,
+) -> Answered<Vec<u8>> {
     if !peer.may_see_files && !are_public(about.files()).await {
         return Err(private(peer));
     }
@@ -40,9 +44,11 @@ pub(super) async fn recent(about: &About, peer: &Peer, from: u64) -> Answered<Ve
     if !peer.may_see_files && !recent.is_public {
         return Err(private(peer));
     }
+    // Taken after the log, so that no mode of the log is newer.
+    let present = Some(present());
     let line = spawn_blocking(move || {
         let base64 = BASE64_STANDARD.encode(recent.bytes);
-        Reply::Ok(RecordingBytes { base64 }).line()
+        Reply::Ok(RecordingBytes { base64, present }).line()
     });
     line.await.map_err(|bug| Refusal::new(RefusalKind::Refused, format!("a bug in rungd: {bug}")))
 }

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
+use super::outputs::{DeviceOutputs, OutputSight};
 use crate::daemon::alarm_book::AlarmBook;
 use crate::daemon::alarm_keeper::SharedBook;
 use crate::daemon::config::{LadderFacts, Setup};
@@ -78,6 +79,12 @@ impl View {
         let (names, about) = (Arc::clone(&setup.names), About::new(setup, parts));
         View { names, about, pages_write: setup.pages_write.clone() }
     }
+
+    /// The sight of the latest image.
+    pub(super) fn sight<'a>(&self, latest: &'a Snapshot) -> OutputSight<'a> {
+        let About { parts, outputs, .. } = &self.about;
+        OutputSight::new(latest, parts.devices.iter().zip(outputs))
+    }
 }
 
 /// The facts of a status that stay the same while a program runs, and the sources of the others.
@@ -94,6 +101,8 @@ pub(in super::super) struct About {
     alarms: Vec<(BitCell, Alarm)>,
     /// The name of each driver, with the addresses that it moves.
     movers: Vec<(String, HashSet<Address>)>,
+    /// The outputs of each field device, by number.
+    outputs: Vec<DeviceOutputs>,
 }
 
 struct NamedBlock {
@@ -129,6 +138,7 @@ impl About {
             rules: setup.rules.len(),
             alarms: alarms(setup),
             movers,
+            outputs: setup.field.iter().map(DeviceOutputs::of).collect(),
         }
     }
 
@@ -249,7 +259,8 @@ impl About {
         BlockStatus {
             name: block.name.clone(),
             kind: if block.is_task { "task" } else { "program" }.to_owned(),
-            running: is_on(Bit::Running(block.id)),
+            // In FAULT the bits of the blocks keep their values, but no block runs.
+            running: latest.mode == Mode::Run && is_on(Bit::Running(block.id)),
             done: block.is_task.then(|| is_on(Bit::Done(block.id))),
             stages: on.map(|(_, name)| name.clone()).collect(),
         }

@@ -71,6 +71,17 @@ pub struct Condition {
     pub trouble: Option<String>,
     /// Whether the last exchange failed, but read inputs.
     pub is_in_part: bool,
+    /// The outputs that the device has accepted last; empty before the first time, and for a local
+    /// device, whose outputs the scan thread writes.
+    pub accepted: Vec<i32>,
+}
+
+/// The outputs of a device that is lost.
+pub struct LostOutputs {
+    /// The name of the device.
+    pub device: String,
+    /// The values that it has accepted last; empty if they are not known.
+    pub accepted: Vec<i32>,
 }
 
 /// The result of an exchange that failed in part.
@@ -93,6 +104,26 @@ impl Health {
     /// The present condition.
     pub fn condition(&self) -> Condition {
         locked(&self.inner).clone()
+    }
+
+    /// The outputs, if their state is not known: the last exchange failed, the device has accepted
+    /// no outputs yet, or it is stale.
+    pub fn lost_outputs(&self, is_stale: bool) -> Option<LostOutputs> {
+        let condition = locked(&self.inner);
+        let has_taken = condition.is_open || !condition.accepted.is_empty();
+        let is_known = has_taken && condition.trouble.is_none() && !is_stale;
+        let lost =
+            || LostOutputs { device: condition.name.clone(), accepted: condition.accepted.clone() };
+        (!is_known).then(lost)
+    }
+
+    /// Notes the outputs that the device has accepted.
+    pub(super) fn accepted(&self, outputs: &[i32]) {
+        let mut condition = locked(&self.inner);
+        if condition.accepted != outputs {
+            condition.accepted.clear();
+            condition.accepted.extend_from_slice(outputs);
+        }
     }
 
     /// Whether an exchange has succeeded since the start, or the device is open, so that the first

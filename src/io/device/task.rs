@@ -250,6 +250,9 @@ impl<D: Driver> DeviceTask<D> {
         // Also if the exchange failed: the driver writes these outputs at the next poll.
         if occasion != Occasion::First {
             self.offered.copy_from_slice(&self.values);
+            if done == Ok(Extent::Whole) {
+                self.health.accepted(&self.values);
+            }
         }
         if done != Ok(Extent::Part) {
             self.judge(occasion, begun, done.is_ok());

@@ -163,6 +163,7 @@ fn bit(operand: &str, address: &str, on: bool) -> ShownValue {
         unit: None,
         forced: false,
         driven: None,
+        unknown: None,
     }
 }
 

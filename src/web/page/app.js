@@ -6,6 +6,8 @@ const $ = (id) => document.getElementById(id);
 const state = {
   session: null, ladder: null, status: null, values: {}, on: [], running: [],
   scan: 0, scans: [0, 0], time: 0, mode: "", hold: null, power: {},
+  // The present mode, whatever scan is looked at: its name, and its reason.
+  now: null,
 };
 let source = null, page = null, asked = 0, opened = 0;
 
@@ -90,11 +92,14 @@ function windowOf() {
 }
 
 function take(event) {
+  if (event.now && !state.hold) state.now = event.now;
   if (event.status) { state.status = event.status; overviewParts(); }
   if (event.error) { link(event.error + shownOf(), true); return; }
   link(state.hold ? "held at a scan of the past" : "live", false);
   if (state.ladder && event.program !== state.ladder.program && !state.hold) {
-    state.ladder = null; state.values = {}; open();
+    // A new stream: this one has sent the values, and would send only their changes.
+    if (source) source.close();
+    source = null; state.ladder = null; state.values = {}; open();
     return;
   }
   Object.assign(state.values, event.values);
@@ -115,12 +120,14 @@ function link(text, isGone) {
 
 function head() {
   const clock = clockOf(state.time);
-  const status = state.status;
-  // What is read aloud changes with the mode, not with each scan.
-  const mode = state.mode + (state.mode === "RUN" || !status || !status.reason ? "" : ` (${status.reason})`);
+  const status = state.status, now = state.now || { mode: state.mode };
+  // The present mode, also while a scan of the past is looked at. What is read aloud changes with the
+  // mode, not with each scan.
+  const mode = now.mode + (now.reason ? ` (${now.reason})` : "");
   if ($("mode").textContent !== mode) $("mode").textContent = mode;
-  $("mode").className = state.mode === "RUN" ? "" : "alarm";
-  $("clock").textContent = state.scan ? `, scan ${state.scan}, ${clock}` : "";
+  $("mode").className = now.mode === "RUN" ? "" : "alarm";
+  const then = state.hold ? `; you look at scan ${state.scan}, ${clock}, in ${state.mode}` : `, scan ${state.scan}, ${clock}`;
+  $("clock").textContent = state.scan ? then : "";
   const alarms = status ? status.alarms.filter((alarm) => !alarm.ended).length : 0;
   const place = $("alarms-short");
   place.textContent = alarms === 0 ? "no alarm" : alarms === 1 ? "1 alarm" : alarms + " alarms";
@@ -139,11 +146,27 @@ function watch(tags, element, from, to) {
 
 // --- Values ------------------------------------------------------------------------------------
 
+// The value of an output that does not follow memory has parts: `on`, what it is driven to (null: not
+// known, `last`: the last one known), and `memory`.
+const isOutput = (value) => value !== null && typeof value === "object";
+
 function text(value) {
   if (value === true) return "ON";
   if (value === false) return "OFF";
   if (value === undefined || value === null) return "…";
+  if (isOutput(value)) return outputText(value) + (value.memory === value.on || value.memory === undefined ? "" : `; memory holds ${text(value.memory)}`);
   return Number.isInteger(value) ? String(value) : String(Math.round(value * 1e4) / 1e4);
+}
+
+function outputText(value) {
+  if (value.on !== null) return text(value.on) + ", safe value";
+  return "not known" + (value.last == null ? "" : ", last " + text(value.last));
+}
+
+// The value in an answer of the controller, as the values of a page are.
+function ofAnswer(shown) {
+  if (shown.unknown) return { on: null, last: shown.unknown.last, memory: shown.value };
+  return shown.driven == null ? shown.value : { on: shown.driven, memory: shown.value };
 }
 
 function valueOf(name) {
@@ -155,6 +178,8 @@ function refreshValues(root) {
     const now = text(state.values[place.dataset.value]);
     if (place.textContent !== now) place.textContent = now;
   }
+  // Of an output that follows memory its rung tells enough.
+  for (const place of root.querySelectorAll("[data-output]")) place.hidden = !isOutput(state.values[place.dataset.output]);
 }
 
 function whyButton(name, label) {
@@ -245,9 +270,11 @@ function overview() {
   return { update() { const runs = $("runs"); if (runs) renew(runs, ...blockRows()); } };
 }
 
-// In STOP and FAULT no block runs, whatever memory holds.
-function runs(name) {
-  return state.executes !== false && state.running.includes(name);
+// In STOP and FAULT no block runs, whatever memory holds. The overview tells of the present; a ladder
+// of the scan that is looked at.
+function runs(name, isNow) {
+  const stands = isNow && state.now && state.now.mode !== "RUN";
+  return state.executes !== false && !stands && state.running.includes(name);
 }
 
 function blockRows() {
@@ -257,7 +284,7 @@ function blockRows() {
     const on = stages.filter((name) => state.on.includes(name));
     return h("tr", {}, h("th", { scope: "row" },
       h("a", { href: "#ladder/" + encodeURIComponent(block.name) }, block.name)),
-    h("td", {}, runs(block.name) ? "runs" : "does not run"),
+    h("td", {}, runs(block.name, true) ? "runs" : "does not run"),
     h("td", {}, ...on.flatMap((name) => [
       h("a", { href: "#ladder/" + encodeURIComponent(name) }, name.slice(block.name.length + 1)), " "])));
   });
@@ -280,7 +307,7 @@ function overviewParts() {
     card("Alarms", alarmsInShort(status.alarms)),
     card("Blocks", h("table", {}, h("tbody", { id: "runs" }))),
     card("Forces", status.forces.length ? list(status.forces.map((of) =>
-      [whyButton(of.tag || of.operand), text(of.value)])) : h("p", { class: "soft" }, "nothing is forced")),
+      [whyButton(of.tag || of.operand), text(of.value) + (isOutput(ofAnswer(of)) ? "; the output is " + outputText(ofAnswer(of)) : "")])) : h("p", { class: "soft" }, "nothing is forced")),
     card("Devices", deviceTable(status.devices)));
   renew($("runs"), ...blockRows());
 }
@@ -421,7 +448,8 @@ function place(shown, rung) {
   const root = h("article", { class: "rung", "data-rung": rung.number });
   root.style.top = shown.tops[rung.number - 1] + "px";
   const words = h("div", { class: "words" }, ...rung.words.map((name) =>
-    h("span", {}, whyButton(name), " = ", valueOf(name))));
+    h("span", {}, whyButton(name), " = ", valueOf(name))), ...rung.outputs.map((name) =>
+    h("span", { "data-output": name, hidden: true }, "output ", whyButton(name), " is ", valueOf(name))));
   const at = `${rung.file}:${rung.line}`, title = rung.title.replace(at, "").trim();
   root.append(h("p", { title: `${title} ${rung.doc || ""} ${at}` }, h("strong", {}, title), " ", h("span", { class: "state" }),
     rung.use ? h("span", { class: "soft" }, "of " + rung.use + " ") : null,
@@ -441,7 +469,7 @@ function place(shown, rung) {
   const behind = [...shown.places].filter(([number]) => number > rung.number);
   const next = behind.reduce((least, one) => !least || one[0] < least[0] ? one : least, null);
   shown.rungs.insertBefore(root, next && next[1].root);
-  shown.words.set(rung.number, rung.words);
+  shown.words.set(rung.number, [...rung.words, ...rung.outputs]);
   shown.places.set(rung.number, { root, lit: [...root.querySelectorAll("[data-p]")], power: undefined });
 }
 
@@ -493,12 +521,31 @@ async function hold() {
     const answer = await get("/api/hold");
     state.hold = answer.hold;
     state.scans = answer.scans;
+    setTimeout(presentOf, NOW_EVERY, answer.hold);
     if (source) source.close();
     source = null;
     $("hold").textContent = "Live";
     document.querySelectorAll("[data-step], #scan").forEach((part) => { part.disabled = false; });
     heldScan(answer.scans[1]);
   } catch (error) { link(error.message, true); }
+}
+
+// The time between two looks at the present while a scan of the past is shown, ms.
+const NOW_EVERY = 1000;
+
+// The present mode, alarms and forces, while a scan of the past is shown.
+async function presentOf(hold) {
+  if (state.hold !== hold) return;
+  try {
+    const answer = await get("/api/status");
+    if (state.hold !== hold) return;
+    if (answer.now) state.now = answer.now;
+    if (answer.status) state.status = answer.status;
+    link(answer.error ? answer.error + "; the mode shown is old" : "held at a scan of the past", !!answer.error);
+    overviewParts();
+    if (page && page.update) page.update({ status: answer.status });
+  } catch (error) { link(error.message + "; the mode shown is old", true); }
+  setTimeout(presentOf, NOW_EVERY, hold);
 }
 
 async function heldScan(scan) {
@@ -570,7 +617,7 @@ async function write(name, value, said) {
   try {
     const change = await post("/api/write", { operand: name, value });
     said.className = "soft";
-    said.textContent = "now " + text(change.now.value) + (change.note ? "; " + change.note : "");
+    said.textContent = "now " + text(ofAnswer(change.now)) + (change.note ? "; " + change.note : "");
   } catch (error) { said.className = "error"; said.textContent = error.message; }
 }
 
@@ -626,30 +673,34 @@ function draw(canvas, data, zoom, limits) {
   const [begin, end] = data.span_ms, whole = Math.max(1, end - begin);
   const from = begin + whole * zoom.from, to = begin + whole * zoom.to;
   const number = (value) => value === true ? 1 : value === false ? 0 : value;
-  const inside = data.points.filter((point, at) =>
-    point[0] <= to && (at + 1 >= data.points.length || data.points[at + 1][0] >= from));
-  let low = Math.min(...inside.map((point) => number(point[2]))), high = Math.max(...inside.map((point) => number(point[2])));
+  // Each point with its level. A value that is not known (null) has the level of the last known one.
+  let level = 0;
+  const points = data.points.map(([ms, , value]) => ({ ms, isKnown: value !== null, level: level = value === null ? level : number(value) }));
+  const inside = points.filter((point, at) => point.ms <= to && (at + 1 >= points.length || points[at + 1].ms >= from));
+  let low = Math.min(...inside.map((point) => point.level)), high = Math.max(...inside.map((point) => point.level));
   if (limits) [low, high] = limits;
   const span = high - low || 1, margin = 18;
   const x = (ms) => (ms - from) / Math.max(1, to - from) * width;
-  const y = (value) => height - margin - (number(value) - low) / span * (height - 2 * margin);
+  const y = (value) => height - margin - (value - low) / span * (height - 2 * margin);
   pen.strokeStyle = style.getPropertyValue("--accent");
   pen.lineWidth = 2;
-  pen.beginPath();
   inside.forEach((point, at) => {
-    const px = Math.max(0, x(point[0]));
-    if (at === 0) pen.moveTo(px, y(point[2]));
-    else pen.lineTo(px, y(inside[at - 1][2])), pen.lineTo(px, y(point[2]));
+    const next = inside[at + 1];
+    pen.setLineDash(point.isKnown ? [] : [4, 4]);
+    pen.beginPath();
+    pen.moveTo(Math.max(0, x(point.ms)), y(point.level));
+    pen.lineTo(next ? Math.max(0, x(next.ms)) : Math.min(width, x(end)), y(point.level));
+    if (next) pen.lineTo(Math.max(0, x(next.ms)), y(next.level));
+    pen.stroke();
   });
-  if (inside.length) pen.lineTo(Math.min(width, x(end)), y(inside[inside.length - 1][2]));
-  pen.stroke();
   pen.fillStyle = style.getPropertyValue("--soft");
   pen.font = "12px system-ui";
   pen.fillText(text(high), 4, 12);
   pen.fillText(text(low), 4, height - 4);
   const times = `${clockOf(from, 3)} to ${clockOf(to, 3)}`;
   pen.fillText(times, Math.max(width - pen.measureText(times).width - 4, 60), height - 4);
-  return `${times}: ${Math.max(0, inside.length - 1)} changes, from ${text(low)} to ${text(high)}`;
+  const isKnown = inside.every((point) => point.isKnown) ? "" : "; not known where the line is dashed";
+  return `${times}: ${Math.max(0, inside.length - 1)} changes, from ${text(low)} to ${text(high)}${isKnown}`;
 }
 
 function alarms() {
@@ -733,8 +784,9 @@ function panel(name) {
       const root = $("content");
       refreshValues(root);
       for (const lamp of root.querySelectorAll("[data-lamp]")) {
-        const on = state.values[lamp.dataset.lamp];
-        lamp.textContent = on === undefined ? "…" : on ? "● ON" : "○ OFF";
+        const value = state.values[lamp.dataset.lamp], on = isOutput(value) ? value.on : value;
+        const sign = on === null ? "? " : on ? "● " : "○ ";
+        lamp.textContent = value === undefined ? "…" : sign + (isOutput(value) ? outputText(value) : text(!!value));
         lamp.classList.toggle("on", on === true);
       }
       for (const bar of root.querySelectorAll("[data-bar]")) {
