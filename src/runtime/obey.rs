@@ -101,7 +101,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// Continues with the new program; the package takes the old one away.
     fn swap(&mut self, mut package: Box<Package<M>>, resume: bool, now_ns: u64) {
         let begin_ns = self.clock.now_ns();
-        let faulted = matches!(self.mode, Mode::Fault(_)) && resume;
+        // A fault of the last scan before STOP: somebody wanted STOP, so nothing is scanned again.
+        let wants_run = resume && self.stopping.is_none();
+        let faulted = matches!(self.mode, Mode::Fault(_)) && wants_run;
         if self.mode == Mode::Run && self.scans == 0 {
             // The blocks that started are not reported yet, and have the old program's numbers.
             self.tell_events(now_ns);

@@ -93,10 +93,14 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let in_time = self.beat.end() && scan_ns <= self.pace.tempo.watchdog_ns;
         match last {
             None => self.fail(FaultReason::EnginePanic, woke_ns),
-            Some(_) if !in_time => self.fail(too_long(scan_ns), woke_ns),
+            Some(last) if !in_time => {
+                self.note_last(last);
+                self.fail(too_long(scan_ns), woke_ns);
+            }
             Some(last) => {
                 self.books.scan(scan_ns, lateness_ns);
                 self.ending = last || self.machine.stops();
+                self.note_last(last);
                 if self.complete(woke_ns) && last {
                     self.stop(woke_ns);
                 }
@@ -198,6 +202,13 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             self.publish_stop(now_ns);
         }
         self.beat.pulse();
+    }
+
+    /// Notes that the ladder's STOP ended RUN in this scan.
+    fn note_last(&mut self, last: bool) {
+        if last {
+            self.stopping.get_or_insert(StopReason::Instruction);
+        }
     }
 
     fn ask_for_stop(&mut self) {

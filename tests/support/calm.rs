@@ -1,14 +1,14 @@
 //! Controller files with a watchdog so long that a busy machine does not cause a FAULT.
 
-/// The text of a controller file, with a watchdog of 30 s if the text sets none: a process that
+/// The text of a controller file, with a watchdog of ten minutes if the text sets none: a process that
 /// waits for one of two busy cores easily exceeds the default of 200 ms.
 pub fn calm(controller: &str) -> String {
     if controller.contains("watchdog = \"") {
         return controller.into();
     }
     match controller.split_once("[scan]\n") {
-        Some((before, after)) => format!("{before}[scan]\nwatchdog = \"30s\"\n{after}"),
-        None => format!("scan.watchdog = \"30s\"\n{controller}"),
+        Some((before, after)) => format!("{before}[scan]\nwatchdog = \"10m\"\n{after}"),
+        None => format!("scan.watchdog = \"10m\"\n{controller}"),
     }
 }
 
@@ -18,5 +18,5 @@ pub fn calmed(controller: &str) -> String {
         return calm(controller);
     };
     let (_, after) = after.split_once('"').expect("a text ends");
-    format!("{before}watchdog = \"30s\"{after}")
+    format!("{before}watchdog = \"10m\"{after}")
 }

@@ -7,7 +7,7 @@ use super::*;
 const FORCED: engine::Cell = engine::Cell::Word(WordCell(0));
 
 impl Rig {
-    fn order(&self, command: Command) -> CommandId {
+    pub(super) fn order(&self, command: Command) -> CommandId {
         self.port.command(command).unwrap()
     }
 

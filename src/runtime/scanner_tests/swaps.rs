@@ -183,6 +183,25 @@ fn a_fault_in_the_first_scan_of_a_new_program_shows_this_program() {
     );
 }
 
+/// The last scan before STOP faults on probation: the program is taken back, and nothing runs.
+#[test]
+fn a_fault_of_the_last_scan_before_stop_is_no_reason_to_scan_again() {
+    let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, MS, 100 * MS, MS]);
+    rig.steps(2);
+    rig.order(Command::Stop);
+    rig.steps(2);
+    let fault = Mode::Fault(FaultReason::ScanTooLong { scan_us: 100_000 });
+    assert_eq!((rig.port.latest().mode, rig.port.latest().scans), (fault, 2));
+    let id = rig.swap(1, MS, true);
+    assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))), "it is taken back");
+    rig.steps(3);
+    let latest = rig.port.latest();
+    assert_eq!((latest.generation, latest.scans, latest.mode), (1, 2, fault));
+    rig.order_and_step(Command::Run);
+    rig.step();
+    assert_eq!((rig.port.latest().mode, rig.port.latest().scans), (Mode::Run, 3));
+}
+
 #[test]
 fn a_first_scan_that_hangs_shows_its_program_with_its_safe_values() {
     let mut rig = rig(|_, _| {});
