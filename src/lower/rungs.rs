@@ -41,7 +41,12 @@ pub(super) fn parts(layers: &Layers, rung: &Rung) -> Arc<[RungPart]> {
     for leg in &rung.legs {
         let key = match leg.name {
             LegName::When => "when".to_owned(),
-            keyed => format!("leg.{}", keyed.key()),
+            keyed @ (LegName::Up
+            | LegName::Dn
+            | LegName::Rst
+            | LegName::En
+            | LegName::Data
+            | LegName::Clk) => format!("leg.{}", keyed.key()),
         };
         parts.push(contacts(key, &leg.contacts));
     }
