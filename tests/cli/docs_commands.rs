@@ -119,7 +119,7 @@ fn output(command: &str, folder: &Path) -> String {
         .expect("sh runs");
     let text = String::from_utf8(output.stdout).expect("text");
     // The watchdog that the pages show; `workplace` changed it.
-    let text = text.replace("watchdog=30s", "watchdog=200ms");
+    let text = text.replace("watchdog=10m", "watchdog=200ms");
     let text = text.replace("watchdog 10m", "watchdog 200ms");
     let lines = text.lines().filter(|line| !line.contains(" overrun: "));
     lines.map(|line| format!("{}\n", plural(line))).collect()

@@ -54,7 +54,7 @@ fn a_first_project_passes_the_check_and_runs() {
          ladder.\n"
     );
     let tests = rungd(&["test"], &folder.join("plant/line1"));
-    assert_eq!(said(&tests.stdout), "tests/main.test.toml: 8 passed\n", "{}", said(&tests.stderr));
+    assert_eq!(said(&tests.stdout), "tests/main.test.toml: 9 passed\n", "{}", said(&tests.stderr));
     let controller = "plant/line1/controller.toml";
     for files in [&[controller][..], &["lib:flasher", "plant/line1/programs/main.toml"]] {
         let output = rungd(&[&["check", "--deny", "warnings"], files].concat(), &folder);

@@ -109,7 +109,7 @@ fn bash_completes_commands_and_kinds() {
     assert_eq!(complete("rungd schema ''", ""), ["ladder", "controller", "test", "edge", "--help"]);
     assert_eq!(complete("rungd explain sqr", "sqr"), ["sqrt"]);
     let library = complete("rungd explain lib", "lib");
-    assert!(library.contains(&"lib:pid".to_owned()) && library.len() == 10, "{library:?}");
+    assert!(library.contains(&"lib:pid".to_owned()) && library.len() == 12, "{library:?}");
     let all = complete("rungd ''", "");
     assert!(all.contains(&"run".to_owned()) && !all.contains(&"man".to_owned()), "{all:?}");
 }

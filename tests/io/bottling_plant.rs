@@ -83,6 +83,7 @@ fn the_binary_runs_it_and_a_forced_bit_cuts_the_cable() {
     let text = |name: &str| std::fs::read_to_string(config().join(name)).unwrap();
     let controller = text("bottling-plant.toml");
     let controller = controller.replace("ladder = [\"programs/bottling-plant.toml\"]", "");
+    let controller = controller.replace("operator.socket = \"bottling-plant.sock\"", "");
     // A long watchdog prevents FAULT, in which nothing changes. A long `loss-after` keeps a busy
     // machine from looking like a cut cable.
     let controller = calmed(&controller);
