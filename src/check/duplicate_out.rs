@@ -21,14 +21,17 @@
 
 use std::collections::BTreeMap;
 
-use crate::isa::{Address, Bit, Mnemonic};
+use crate::isa::{Address, Bit, Mnemonic, NumberMap};
+use crate::resolve::program::TagMeaning;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Driver};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let named = named(context);
     for (bit, drivers) in context.drivers() {
+        let subject = || subject(context, bit, named.get(&Address::Bit(bit)));
         let mut elements: BTreeMap<_, Vec<&Driver>> = BTreeMap::new();
         for driver in drivers {
             elements.entry(driver.placed.place.element()).or_default().push(driver);
@@ -38,19 +41,18 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             let Some(second) = again.first() else { continue };
             // The help contains the conditions of all drivers, so it is made only once.
             let help = help(context, bit, all);
-            findings.push(finding(context, bit, (first, second)).help(help));
+            findings.push(finding(&subject(), (first, second)).help(help));
             let more = context.progress.during(&again[1..]);
-            let more = more.map(|later| finding(context, bit, (first, later)));
+            let more = more.map(|later| finding(&subject(), (first, later)));
             findings.extend(more);
         }
     }
 }
 
-fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver)) -> Finding {
+fn finding(subject: &str, pair: (&Driver, &Driver)) -> Finding {
     let (first, second) = pair;
     let message = format!(
-        "{} is driven twice, by `{}` in {}, and by `{}` in {}: the last one decides",
-        context.say_bit(bit),
+        "{subject} driven twice, by `{}` in {}, and by `{}` in {}: the last one decides",
         first.placed.name(),
         first.placed.place,
         second.placed.name(),
@@ -59,6 +61,28 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver)) -> Finding {
     Finding::new(Code::DuplicateOut, second.span, message)
         .label("driven again")
         .related(first.span, "overwritten")
+}
+
+/// The names of the tags of each address.
+fn named<'c>(context: &'c Context) -> NumberMap<Address, Vec<&'c str>> {
+    let mut named: NumberMap<Address, Vec<&str>> = NumberMap::default();
+    for tag in &context.program.tags {
+        if let TagMeaning::Address(address) = tag.meaning {
+            named.entry(address).or_default().push(&tag.name);
+        }
+    }
+    named
+}
+
+/// The bit, with all its tags: drivers that name different tags do not show that they share it.
+fn subject(context: &Context, bit: Bit, tags: Option<&Vec<&str>>) -> String {
+    let tags = tags.into_iter().flatten().map(|tag| format!("`{tag}`"));
+    match tags.collect::<Vec<String>>().as_slice() {
+        [] | [_] => format!("{} is", context.say_bit(bit)),
+        [others @ .., last] => {
+            format!("{} and {last} share {}, which is", others.join(", "), Address::Bit(bit))
+        }
+    }
 }
 
 fn help(context: &Context, bit: Bit, all: &[&Driver]) -> String {

@@ -27,6 +27,7 @@ mod duration_as_count;
 mod edge_in_clk;
 mod entask_conflict;
 mod implied;
+mod input_named_twice;
 mod input_unmapped;
 mod jump_outside_stage;
 mod lost_fraction;
@@ -93,6 +94,7 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Whole, Code::ResetNeverSet, reset_never_set::check),
     (Needs::Whole, Code::NeverWritten, never_written::check),
     (Needs::Whole, Code::NeverWritten, never_written_outside::check),
+    (Needs::Itself, Code::InputNamedTwice, input_named_twice::check),
     (Needs::Whole, Code::InputUnmapped, input_unmapped::check),
     (Needs::Whole, Code::MultiScanInTask, multi_scan_in_task::check),
     (Needs::Place, Code::TaskStartsItself, task_starts_itself::check),

@@ -2,7 +2,8 @@
 //!
 //! Its files are the files of `config/first/`, which the package also installs in `/etc/rungd`.
 //! There the service's socket is in systemd's runtime folder; here it is beside the controller
-//! file.
+//! file. A project that cannot be written whole, on a full disk for example, is removed again, so
+//! that the same command works once there is room.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -12,6 +13,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 
 use super::exit::Exit;
+use super::folders::has_text_path;
 use super::terminal::{one_line, print};
 use crate::source::wording::shell_word;
 
@@ -41,11 +43,16 @@ const SOCKET_ON: &str = "[operator]\nsocket = ";
 /// The directory is not empty, or cannot be written.
 pub fn init(args: &InitArgs) -> Result<Exit> {
     let directory = &args.directory;
+    has_text_path(directory)?;
     refuse_what_is_there(directory)?;
+    let mut made = MadePaths::default();
     for (name, text) in FILES {
         let path = directory.join(name);
         let text = text.replace(SOCKET_OFF, SOCKET_ON);
-        write_new(&path, &text).with_context(|| format!("cannot write {}", path.display()))?;
+        if let Err(error) = made.write_new(&path, &text) {
+            let rest = made.removed();
+            return Err(error).with_context(|| format!("cannot write {}{rest}", path.display()));
+        }
     }
     let mut text = String::new();
     for (name, _) in FILES {
@@ -79,9 +86,34 @@ fn refuse_what_is_there(directory: &Path) -> Result<()> {
     Ok(())
 }
 
-fn write_new(path: &Path, text: &str) -> io::Result<()> {
-    if let Some(parent) = path.parent() {
-        fs::create_dir_all(parent)?;
+/// The folders and files that this command has made, in order.
+#[derive(Default)]
+struct MadePaths(Vec<PathBuf>);
+
+impl MadePaths {
+    /// Writes a new file, and makes the folders above it.
+    fn write_new(&mut self, path: &Path, text: &str) -> io::Result<()> {
+        let above: Vec<&Path> = path.ancestors().skip(1).collect();
+        for folder in above.into_iter().rev().filter(|folder| !folder.as_os_str().is_empty()) {
+            match fs::create_dir(folder) {
+                Ok(()) => self.0.push(folder.to_owned()),
+                Err(_) if folder.is_dir() => {}
+                Err(error) => return Err(error),
+            }
+        }
+        let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
+        self.0.push(path.to_owned());
+        file.write_all(text.as_bytes())?;
+        // A disk may report only here that it is full.
+        file.sync_all()
     }
-    OpenOptions::new().write(true).create_new(true).open(path)?.write_all(text.as_bytes())
+
+    /// Removes everything again. Returns the words for what stays.
+    fn removed(self) -> &'static str {
+        let gone = |path: &PathBuf| fs::remove_file(path).or_else(|_| fs::remove_dir(path)).is_ok();
+        match self.0.iter().rev().filter(|path| !gone(path)).count() {
+            0 => "; nothing is left of the project",
+            _ => "; a part of the project is left: remove it",
+        }
+    }
 }

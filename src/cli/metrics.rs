@@ -10,7 +10,7 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::operator::{exit_of, say_failure};
-use crate::isa::duration;
+use crate::isa::duration::{self, not_a_duration};
 use crate::metrics;
 use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::CallFailure;
@@ -56,7 +56,7 @@ fn interval(text: &str) -> Result<Duration, String> {
     match time {
         Ok(time) if time >= EVERY_LEAST => Ok(time),
         Ok(_) => Err("a file is written once a second at most".to_owned()),
-        Err(_) => Err(format!("`{text}` is not a duration: write it as 15s or 1m")),
+        Err(_) => Err(not_a_duration(text, "15s or 1m")),
     }
 }
 

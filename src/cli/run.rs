@@ -10,12 +10,13 @@ use clap::Args;
 
 use super::check::style;
 use super::exit::Exit;
+use super::folders::has_text_path;
 use super::terminal::say_drawn;
 use crate::daemon::guard::{self, Ended, Guard};
 use crate::daemon::log::{self, LogFormat};
 use crate::daemon::{self, Ending, Host, Options, StartFailure, config};
 use crate::events::Level;
-use crate::isa::duration;
+use crate::isa::duration::{self, not_a_duration};
 use crate::operator::protocol::ModeWanted;
 use crate::progress::Progress;
 use crate::runtime::exchange::StopReason;
@@ -69,7 +70,7 @@ pub struct RunArgs {
 fn span(text: &str) -> Result<Duration, String> {
     match duration::parse(text) {
         Ok(ms) if ms > 0 => Ok(Duration::from_millis(u64::from(ms.unsigned_abs()))),
-        _ => Err(format!("`{text}` is not a duration: write it as 500ms or 1m")),
+        _ => Err(not_a_duration(text, "500ms or 1m")),
     }
 }
 
@@ -112,6 +113,7 @@ fn probe_descriptors() -> Result<()> {
 }
 
 fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit> {
+    has_text_path(&args.controller)?;
     let (path, style) = (args.controller.clone(), style(false));
     let Some(loaded) =
         host.unless_stopped(move || config::load(&path, style, &Progress::default()))

@@ -18,7 +18,7 @@ use super::watched_operands;
 use crate::calendar;
 use crate::controller::Controller;
 use crate::engine::Image;
-use crate::isa::duration::{self, DurationError};
+use crate::isa::duration::{self, DurationError, not_a_duration};
 use crate::load;
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
@@ -79,7 +79,7 @@ fn time(text: &str) -> Result<u32, String> {
             format!("`{text}` is too long a duration: the longest is {}", duration::print(i32::MAX))
         }
         DurationError::Form | DurationError::Order => {
-            format!("`{text}` is not a duration: write it as 10ms, 2s, 1m30s or 00:01:30:000")
+            not_a_duration(text, "10ms, 2s, 1m30s or 00:01:30:000")
         }
     })?;
     Ok(ms.unsigned_abs())

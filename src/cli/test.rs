@@ -169,8 +169,12 @@ fn run_one(
     let programs = testing::programs(suite);
     let progress = Progress::new(name);
     let show = |done, all| progress.show(done, all);
-    let options =
-        RunOptions { jobs: jobs(args.jobs), filter: args.filter.as_deref(), progress: &show };
+    let options = RunOptions {
+        jobs: jobs(args.jobs),
+        filter: args.filter.as_deref(),
+        progress: &show,
+        given_up: None,
+    };
     let verdicts = testing::run(suite, &programs, &options);
     progress.clear();
     if args.coverage {

@@ -15,7 +15,7 @@ use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
 use super::read::table;
 use super::terminal::{one_line, plain};
-use crate::isa::duration;
+use crate::isa::duration::{self, not_a_duration};
 use crate::operator::protocol::{Request, ShownValue, Values};
 
 const INTERVAL_LEAST: Duration = Duration::from_millis(50);
@@ -42,7 +42,7 @@ fn interval(text: &str) -> Result<Duration, String> {
     match time {
         Ok(time) if time >= INTERVAL_LEAST => Ok(time),
         Ok(_) => Err("an interval is at least 50ms".to_owned()),
-        Err(_) => Err(format!("`{text}` is not a duration: write it as 500ms or 2s")),
+        Err(_) => Err(not_a_duration(text, "500ms or 2s")),
     }
 }
 

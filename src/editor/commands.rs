@@ -11,7 +11,7 @@ use lsp_types::{ExecuteCommandParams, MessageType, Position, Uri};
 use serde_json::Value;
 
 use super::hover;
-use super::jobs::Made;
+use super::jobs::{JobSubject, Made};
 use super::operands;
 use super::outbox::Refreshed;
 use super::simulate_job::{self, SimulateOrder};
@@ -92,9 +92,10 @@ fn test(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let test = arguments.text_if_any(1, "the second argument is the name of a test")?;
     let test = test.map(str::to_owned);
     let texts = project_texts(workspace, &path)?;
+    let subject = JobSubject { path: Some(path.clone()), texts: texts.clone() };
     let order = TestOrder { path, test, open: workspace.library.texts(), texts };
     let name = test_job::name(&order.path, order.test.as_deref());
-    workspace.jobs.start(name, move |place| test_job::run(order, place))
+    workspace.jobs.start(name, subject, move |place| test_job::run(order, place))
 }
 
 fn project_texts(workspace: &Workspace, path: &Path) -> Result<TestedTexts> {
@@ -118,6 +119,7 @@ fn show_failure(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> 
 fn simulate(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let path = arguments.path()?;
     let root = workspace.project(&path).context("the file cannot be read")?.root.clone();
+    let texts = project_texts(workspace, &path)?;
     let scans = match arguments.0.get(1) {
         None | Some(Value::Null) => None,
         Some(given) => {
@@ -134,7 +136,8 @@ fn simulate(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let open = workspace.library.texts();
     let order = SimulateOrder { root, open, scans, is_table };
     let name = format!("simulate {}", order.root.display());
-    workspace.jobs.start(name, move |place| simulate_job::run(&order, place))
+    let subject = JobSubject { path: Some(path), texts };
+    workspace.jobs.start(name, subject, move |place| simulate_job::run(&order, place))
 }
 
 /// `[uri, position]`
@@ -151,7 +154,7 @@ fn why(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let operand = operand.context("there is no operand of a running controller here")?;
     let socket = workspace.live.socket(&cursor.project.root)?;
     let run = move |place: &_| why_job::run(&operand, &socket, place);
-    workspace.jobs.start(WHY.to_owned(), run)
+    workspace.jobs.start(WHY.to_owned(), JobSubject::default(), run)
 }
 
 /// Shows a text: as a document if the editor can show documents, otherwise as a message.

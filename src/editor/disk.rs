@@ -6,6 +6,7 @@
 //! The contents of files are not read here.
 
 use std::collections::HashMap;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
@@ -16,8 +17,30 @@ use crate::locked::locked;
 /// The maximum number of TOML files that are listed per folder.
 const FILES_MAX: usize = 500;
 
-/// Identifies a version of a file: the time of its last change, and its size.
-pub(super) type FileStamp = (Option<SystemTime>, u64);
+/// Identifies a version of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct FileStamp {
+    /// The time of the last change of its text, which a program can set.
+    modified: Option<SystemTime>,
+    /// The time of the last change of the file, which no program can set: seconds, nanoseconds.
+    changed: (i64, i64),
+    size: u64,
+    /// A file that takes the place of another one has a different number.
+    inode: u64,
+}
+
+impl FileStamp {
+    /// The stamp of a file on disk; `None` if the file does not exist.
+    pub fn of(path: &Path) -> Option<FileStamp> {
+        let about = std::fs::metadata(path).ok()?;
+        Some(FileStamp {
+            modified: about.modified().ok(),
+            changed: (about.ctime(), about.ctime_nsec()),
+            size: about.len(),
+            inode: about.ino(),
+        })
+    }
+}
 
 /// Cached answers by path.
 type ByPath<V> = Mutex<HashMap<PathBuf, V>>;
@@ -33,28 +56,34 @@ pub(super) struct DiskView {
 impl DiskView {
     /// The TOML files of a folder, sorted; empty if the folder cannot be read.
     pub fn toml_files(&self, folder: &Path) -> Arc<[PathBuf]> {
-        once(&self.folders, folder, || {
-            let entries = std::fs::read_dir(folder).into_iter().flatten();
-            let paths = entries.filter_map(|of| Some(of.ok()?.path()));
-            let is_toml = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
-            let mut paths: Vec<PathBuf> = paths.filter(is_toml).take(FILES_MAX).collect();
-            paths.sort_unstable();
-            paths.into()
-        })
+        once(&self.folders, folder, || listed(folder).into())
     }
 
     /// The stamp of a file; `None` if the file does not exist.
     pub fn stamp(&self, path: &Path) -> Option<FileStamp> {
-        once(&self.stamps, path, || {
-            let about = std::fs::metadata(path).ok()?;
-            Some((about.modified().ok(), about.len()))
-        })
+        once(&self.stamps, path, || FileStamp::of(path))
+    }
+
+    /// Whether the answers of this view about folders and stamps are those of the disk now.
+    pub fn is_present(&self) -> bool {
+        let (stamps, folders) = (locked(&self.stamps), locked(&self.folders));
+        stamps.iter().all(|(path, stamp)| FileStamp::of(path) == *stamp)
+            && folders.iter().all(|(folder, files)| listed(folder) == **files)
     }
 
     /// The identity of a file, the same for all spellings of its path.
     pub fn identity(&self, path: &Path) -> PathBuf {
         once(&self.identities, path, || identity(path))
     }
+}
+
+fn listed(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let paths = entries.filter_map(|of| Some(of.ok()?.path()));
+    let is_toml = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
+    let mut paths: Vec<PathBuf> = paths.filter(is_toml).take(FILES_MAX).collect();
+    paths.sort_unstable();
+    paths
 }
 
 /// Returns the cached answer; without one, asks the system and caches the answer.
@@ -84,6 +113,6 @@ mod tests {
         assert_eq!((view.toml_files(folder).len(), view.stamp(&path)), (0, None));
         let view = DiskView::default();
         assert_eq!(view.toml_files(folder).to_vec(), [path.as_path()]);
-        assert_eq!(view.stamp(&path).map(|stamp| stamp.1), Some(1));
+        assert_eq!(view.stamp(&path).map(|stamp| stamp.size), Some(1));
     }
 }

@@ -6,7 +6,7 @@
 //! [`JobPlace::is_replaced`].
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -15,7 +15,7 @@ use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
 use super::scratch::Scratch;
-use super::test_results::FileResults;
+use super::test_results::{FileResults, TestedTexts, are_present};
 
 /// The result of a job.
 #[derive(Debug)]
@@ -42,9 +42,27 @@ pub(super) struct JobReport {
 pub(super) struct Jobs {
     send: Sender<JobReport>,
     number: u64,
-    /// The latest job of each name, with its number.
-    latest: HashMap<String, (u64, Arc<AtomicBool>)>,
+    /// The latest job of each name.
+    latest: HashMap<String, RunningJob>,
     scratch: Arc<Scratch>,
+}
+
+/// What the result of a job is about. The job ends if it changes, since nobody wants the result
+/// then: a test may run without end.
+#[derive(Debug, Default)]
+pub(super) struct JobSubject {
+    /// The file for which the command was given; `None` if the job depends on no file.
+    pub path: Option<PathBuf>,
+    /// The texts that the job reads.
+    pub texts: TestedTexts,
+}
+
+/// A job that has not reported.
+#[derive(Debug)]
+struct RunningJob {
+    number: u64,
+    is_replaced: Arc<AtomicBool>,
+    subject: JobSubject,
 }
 
 /// The environment of a job.
@@ -58,6 +76,11 @@ impl JobPlace {
     /// Whether the result of the job is no longer wanted.
     pub fn is_replaced(&self) -> bool {
         self.is_replaced.load(Ordering::Relaxed)
+    }
+
+    /// The flag behind [`JobPlace::is_replaced`].
+    pub fn flag(&self) -> &AtomicBool {
+        &self.is_replaced
     }
 }
 
@@ -81,13 +104,14 @@ impl Jobs {
     pub fn start(
         &mut self,
         name: String,
+        subject: JobSubject,
         work: impl FnOnce(&JobPlace) -> Result<Option<Made>> + Send + 'static,
     ) -> Result<()> {
         self.number += 1;
         let (number, is_replaced) = (self.number, Arc::new(AtomicBool::new(false)));
-        let before = self.latest.insert(name.clone(), (number, is_replaced.clone()));
-        if let Some((_, before)) = before {
-            before.store(true, Ordering::Relaxed);
+        let job = RunningJob { number, is_replaced: is_replaced.clone(), subject };
+        if let Some(before) = self.latest.insert(name.clone(), job) {
+            before.is_replaced.store(true, Ordering::Relaxed);
         }
         let (send, scratch) = (self.send.clone(), self.scratch.clone());
         let run = move || {
@@ -106,23 +130,41 @@ impl Jobs {
 
     /// Ends a job. Returns its result, unless the job was replaced.
     pub fn ended(&mut self, report: JobReport) -> Option<Made> {
-        let (latest, _) = self.latest.get(&report.name)?;
-        if *latest != report.number {
+        if self.latest.get(&report.name)?.number != report.number {
             return None;
         }
         self.latest.remove(&report.name);
         Some(report.made)
     }
+
+    /// Ends the jobs whose texts have changed. `text`: the present text of a file.
+    pub fn keep(&mut self, text: impl Fn(&Path) -> Option<Arc<str>>) {
+        self.end(|subject| !are_present(&subject.texts, &text));
+    }
+
+    /// Ends the jobs of a file that the editor has closed.
+    pub fn closed(&mut self, path: &Path) {
+        self.end(|subject| subject.path.as_deref() == Some(path));
+    }
+
+    fn end(&mut self, is_over: impl Fn(&JobSubject) -> bool) {
+        self.latest.retain(|_, job| {
+            let ends = is_over(&job.subject);
+            job.is_replaced.fetch_or(ends, Ordering::Relaxed);
+            !ends
+        });
+    }
 }
 
 impl Drop for Jobs {
     fn drop(&mut self) {
-        self.latest.values().for_each(|(_, replaced)| replaced.store(true, Ordering::Relaxed));
+        self.end(|_| true);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::test_job::{self, TestOrder};
     use super::*;
 
     #[test]
@@ -135,13 +177,54 @@ mod tests {
             assert!(place.is_replaced());
             failed("first")
         };
-        jobs.start("a".to_owned(), first).unwrap();
-        jobs.start("a".to_owned(), move |_| failed("second")).unwrap();
-        jobs.start("b".to_owned(), move |_| failed("other")).unwrap();
+        jobs.start("a".to_owned(), JobSubject::default(), first).unwrap();
+        jobs.start("a".to_owned(), JobSubject::default(), move |_| failed("second")).unwrap();
+        jobs.start("b".to_owned(), JobSubject::default(), move |_| failed("other")).unwrap();
         go.send(()).unwrap();
         let made = (0..3).filter_map(|_| jobs.ended(reports.recv().unwrap()));
         let mut told: Vec<String> = made.map(|made| format!("{made:?}")).collect();
         told.sort();
         assert_eq!(told, ["Failed(\"other\")", "Failed(\"second\")"]);
+    }
+
+    /// A ladder and a test that would take weeks.
+    const LADDER: &str = "[[program]]\nname = \"Main\"\n\
+                          rung = [{ when = [\"X0\"], do = [\"OUT Y0\"] }]\n";
+    const ENDLESS: &str = "ladder = [\"a.toml\"]\n\n[[scenario]]\nname = \"one\"\n\
+                           steps = [\"run 500h\", \"expect: Y0\"]\n\n[[random]]\nname = \"two\"\n\
+                           runs = 1000000\nscans = 1000000\nchange.X0 = \"1 %\"\n";
+
+    #[test]
+    fn a_test_ends_with_its_text() {
+        let scratch = Scratch::default();
+        scratch.write("a.toml", LADDER.as_bytes()).unwrap();
+        let path = scratch.write("a.test.toml", ENDLESS.as_bytes()).unwrap();
+        let (mut jobs, _reports) = Jobs::new();
+        let ends: [&dyn Fn(&mut Jobs); 2] =
+            [&|jobs| jobs.keep(|_| Some(Arc::from("changed"))), &|jobs| jobs.closed(&path)];
+        for end in ends {
+            for test in ["one", "two"] {
+                let texts: TestedTexts = vec![(path.clone(), Arc::from(ENDLESS))];
+                let subject = JobSubject { path: Some(path.clone()), texts: texts.clone() };
+                let open = crate::load::OpenTexts::default();
+                let order = TestOrder { path: path.clone(), test: Some(test.into()), open, texts };
+                let (tell, told) = unbounded();
+                let work = move |place: &JobPlace| {
+                    let _ = tell.send(None);
+                    let made = test_job::run(order, place);
+                    let _ = tell.send(Some(format!("{made:?}")));
+                    Ok(None)
+                };
+                jobs.start("test".to_owned(), subject, work).unwrap();
+                assert_eq!(told.recv().unwrap(), None);
+                jobs.keep(|_| Some(Arc::from(ENDLESS)));
+                jobs.closed(Path::new("/other.toml"));
+                let still = told.recv_timeout(std::time::Duration::from_millis(50));
+                assert!(still.is_err(), "{test}: {still:?}");
+                end(&mut jobs);
+                let patience = std::time::Duration::from_secs(300);
+                assert_eq!(told.recv_timeout(patience).unwrap().unwrap(), "Ok(None)", "{test}");
+            }
+        }
     }
 }

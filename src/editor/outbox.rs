@@ -8,12 +8,13 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use lsp_server::{Message, Notification, Request, RequestId};
-use lsp_types::notification::{Notification as _, ShowMessage};
+use lsp_types::notification::{DidChangeWatchedFiles, Notification as _, ShowMessage};
 use lsp_types::request::{
-    CodeLensRefresh, InlayHintRefreshRequest, Request as _, SemanticTokensRefresh, ShowDocument,
+    CodeLensRefresh, InlayHintRefreshRequest, RegisterCapability, Request as _,
+    SemanticTokensRefresh, ShowDocument,
 };
 use lsp_types::{ClientCapabilities, MessageType, ShowDocumentParams, ShowMessageParams};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::uri::uri_of;
 
@@ -96,6 +97,18 @@ impl Outbox {
             }
             None => self.say(MessageType::INFO, path.display().to_string()),
         }
+    }
+
+    /// Asks the editor to report changes of TOML files on disk, if it can.
+    pub fn watch(&mut self) {
+        let of = self.can.workspace.as_ref().and_then(|of| of.did_change_watched_files.as_ref());
+        if !of.is_some_and(|of| of.dynamic_registration == Some(true)) {
+            return;
+        }
+        let options = json!({ "watchers": [{ "globPattern": "**/*.toml" }] });
+        let method = DidChangeWatchedFiles::METHOD;
+        let registration = json!({ "id": "files", "method": method, "registerOptions": options });
+        self.ask(RegisterCapability::METHOD, json!({ "registrations": [registration] }));
     }
 
     /// Asks the editor to refresh something. If it has not answered the last such request yet, one

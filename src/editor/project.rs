@@ -62,6 +62,12 @@ pub(super) struct Project {
     pub names: Names,
 }
 
+/// Whether the text of a file is the one on disk.
+fn is_on_disk(known: &ReadFile) -> bool {
+    let bytes = OpenTexts::default().read(&known.file.path).ok();
+    bytes.is_some_and(|bytes| *String::from_utf8_lossy(&bytes) == *known.file.text)
+}
+
 impl Library {
     /// A library without open files.
     pub fn new(columns: Columns) -> Library {
@@ -90,6 +96,24 @@ impl Library {
     pub fn changed(&mut self) {
         self.disk = DiskView::default();
         self.found = Mutex::default();
+    }
+
+    /// Whether the files that are not open are on disk as they were read. `deep`: also compares
+    /// their contents, since two changes within one tick of the clock have the same stamp. Files
+    /// that differ are read again when they are next needed.
+    pub fn is_present(&self, deep: bool) -> bool {
+        let mut read = locked(&self.read);
+        let before = read.len();
+        read.retain(|path, known| {
+            let is_own = is_library(path) || self.open.contains_key(path);
+            is_own || FileStamp::of(path) == Some(known.stamp) && (!deep || is_on_disk(known))
+        });
+        read.len() == before && self.disk.is_present()
+    }
+
+    /// Forgets the text of a file on disk that the editor reports as changed.
+    pub fn forget(&mut self, path: &Path) {
+        locked(&self.read).remove(path);
     }
 
     /// The paths of the files that the editor shows.
@@ -124,7 +148,7 @@ impl Library {
         }
         let named = path.to_str().and_then(library::named);
         let stamp = match named {
-            Some(_) => (None, 0),
+            Some(_) => FileStamp::default(),
             None => self.disk.stamp(path)?,
         };
         let mut read = locked(&self.read);

@@ -65,6 +65,26 @@ pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Valu
     }
 }
 
+/// How closely an answer depends on the files on disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DiskCare {
+    /// The answer changes no text.
+    Shows,
+    /// The answer has edits of one file, which the editor has open.
+    EditsOne,
+    /// The answer has edits of files that may not be open.
+    EditsAll,
+}
+
+/// How closely the answer to a request depends on the files on disk.
+pub(super) fn disk_care(method: &str) -> DiskCare {
+    match method {
+        Rename::METHOD | PrepareRenameRequest::METHOD | Formatting::METHOD => DiskCare::EditsAll,
+        CodeActionRequest::METHOD => DiskCare::EditsOne,
+        _ => DiskCare::Shows,
+    }
+}
+
 /// The fixes of the findings at a place, and the commands for that place.
 fn code_actions(
     workspace: &mut Workspace,

@@ -13,12 +13,13 @@ use crossbeam_channel::{Receiver, Sender, select};
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{
     DidChangeConfiguration, DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument,
-    DidOpenTextDocument, DidSaveTextDocument, Exit, Notification as _, PublishDiagnostics,
+    DidOpenTextDocument, DidSaveTextDocument, Exit, Initialized, Notification as _,
+    PublishDiagnostics,
 };
 use lsp_types::request::{Initialize, Request as _, Shutdown};
 use lsp_types::{
-    DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
-    InitializeParams, PublishDiagnosticsParams,
+    DidChangeTextDocumentParams, DidChangeWatchedFilesParams, DidCloseTextDocumentParams,
+    DidOpenTextDocumentParams, InitializeParams, PublishDiagnosticsParams,
 };
 
 use super::complete::proposal::ItemAbilities;
@@ -27,12 +28,16 @@ use super::judge::{self, JudgeOrder, JudgedRoot, Judgement};
 use super::lines::Columns;
 use super::live::{self, LiveNews, LiveOrder};
 use super::outbox::Outbox;
+use super::requests::DiskCare;
 use super::uri::{path_of, uri_of};
 use super::workspace::Workspace;
 use super::{capabilities, commands, diagnostics, edits, live_targets, requests};
 
 /// The error of a message that cannot be sent.
 const CLOSED: &str = "the editor has closed the connection";
+
+/// The refusal of edits of files that another program has changed meanwhile.
+const OUTDATED: &str = "files of the project changed on disk while the edit was made: try again";
 
 /// How an editor has ended the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -200,11 +205,37 @@ impl EditorServer {
 
     fn answer(&mut self, request: Request) -> Result<()> {
         let id = request.id.clone();
+        let care = requests::disk_care(&request.method);
+        self.look_again(care)?;
         let response = match requests::answer(&mut self.workspace, request) {
             Ok(value) => Response::new_ok(id, value),
             Err(refused) => Response::new_err(id, refused.code as i32, refused.why),
         };
+        // An edit of a text that is no longer there would change a different place.
+        let response = match self.look_again(care)? {
+            true => response,
+            false => Response::new_err(
+                response.id,
+                ErrorCode::ContentModified as i32,
+                OUTDATED.to_owned(),
+            ),
+        };
         self.send(response.into())
+    }
+
+    /// Compares the files with the disk before edits of them are made or handed out. If they
+    /// differ, they are read and judged again, and the result is `false`.
+    fn look_again(&mut self, care: DiskCare) -> Result<bool> {
+        let is_present = match care {
+            DiskCare::Shows => true,
+            DiskCare::EditsOne => self.workspace.library.is_present(false),
+            DiskCare::EditsAll => self.workspace.library.is_present(true),
+        };
+        if !is_present {
+            self.workspace.changed();
+            self.order()?;
+        }
+        Ok(is_present)
     }
 
     /// Handles a notification of the editor. Ignores an unreadable or unknown notification.
@@ -241,13 +272,25 @@ impl EditorServer {
                 };
                 let Some(path) = path_of(&of.text_document.uri) else { return Ok(()) };
                 self.workspace.library.close(&path);
+                self.workspace.jobs.closed(&path);
                 self.workspace.versions.remove(&path);
             }
             DidChangeConfiguration::METHOD => {
                 self.workspace.configure(&told.params["settings"]);
                 return Ok(());
             }
-            DidSaveTextDocument::METHOD | DidChangeWatchedFiles::METHOD => {}
+            DidChangeWatchedFiles::METHOD => {
+                let of = serde_json::from_value::<DidChangeWatchedFilesParams>(told.params);
+                let paths = of.into_iter().flat_map(|of| of.changes);
+                for path in paths.filter_map(|change| path_of(&change.uri)) {
+                    self.workspace.library.forget(&path);
+                }
+            }
+            Initialized::METHOD => {
+                self.workspace.outbox.watch();
+                return Ok(());
+            }
+            DidSaveTextDocument::METHOD => {}
             _ => return Ok(()),
         }
         self.workspace.changed();

@@ -65,7 +65,8 @@ fn suite(TestOrder { path, open, .. }: &TestOrder) -> Result<Suite> {
 fn verdicts(suite: &mut Suite, place: &JobPlace) -> Option<Vec<Verdict>> {
     let programs = testing::programs(suite);
     let jobs = std::thread::available_parallelism().map_or(1, usize::from);
-    let options = RunOptions { jobs, filter: None, progress: &|_, _| () };
+    let options =
+        RunOptions { jobs, filter: None, progress: &|_, _| (), given_up: Some(place.flag()) };
     let scenarios = std::mem::take(&mut suite.scenarios);
     let randoms = std::mem::take(&mut suite.randoms);
     let mut all = Vec::new();

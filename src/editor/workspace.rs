@@ -107,6 +107,7 @@ impl Workspace {
         self.library.changed();
         let library = &self.library;
         self.tests.keep(|path| Some(library.file(path)?.text.clone()));
+        self.jobs.keep(|path| Some(library.file(path)?.text.clone()));
     }
 
     /// Applies the user's settings.

@@ -35,13 +35,15 @@ const ROWS: &[Dialect] = &[
     ),
     (&["TOF"], "an off-delay is `OFFDTMR t preset=d output=b`"),
     (
+        &["TP"],
+        "a pulse of a fixed length is `SET b` by an edge, `TMR t preset=d` while `b` is ON, and \
+         `RST b` by `t.Done`; a bit for one scan is `PD b`",
+    ),
+    (
         &["RTO", "TONR", "TMRAF"],
         "a retentive timer is `TMRA t preset=d`, or `TMRAG` to survive a stop",
     ),
-    (
-        &["CTUD", "UDCNT", "UDCTR"],
-        "an up/down counter is `UDC ct up-preset=n`; Sensaphone's are CTU and CTD",
-    ),
+    (&["CTUD", "UDCNT", "UDCTR"], "an up/down counter is `UDC ct up-preset=n`"),
     (&["CTR", "COUNTER"], "an up counter is `CNT ct preset=n`"),
     (&["MOV", "MOVD", "MVM", "LDD", "OUTD"], "write `MOVE v to=w`"),
     (

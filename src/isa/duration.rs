@@ -40,6 +40,15 @@ pub fn of_seconds(seconds: f64) -> Option<String> {
     fits.then(|| print(ms as i32))
 }
 
+/// The sentence about a text that is not a duration. `forms`: examples; a number with a fraction
+/// gets its own text in whole units.
+pub fn not_a_duration(text: &str, forms: &str) -> String {
+    match of_fraction(text) {
+        Some(right) => format!("`{text}` is not a duration: its numbers are whole: write {right}"),
+        None => format!("`{text}` is not a duration: write it as {forms}"),
+    }
+}
+
 /// A number with a fraction and one unit: `1.5s` gives `1s500ms`.
 pub fn of_fraction(text: &str) -> Option<String> {
     let letters = text.find(|c: char| c.is_ascii_alphabetic())?;

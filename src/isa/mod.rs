@@ -6,6 +6,7 @@
 
 pub mod address;
 pub mod address_text;
+pub(crate) mod decimal_comma;
 pub(crate) mod dialects;
 pub mod duration;
 pub(crate) mod function;

@@ -15,6 +15,7 @@ mod formula_constants;
 mod formula_elements;
 mod formula_operands;
 mod formula_resolver;
+mod iec_counter;
 mod index;
 pub mod instruction;
 pub mod layers;

@@ -185,7 +185,12 @@ impl Resolver<'_> {
     }
 
     /// A structure of the same kind as `like`.
-    fn structure(&mut self, atom: &Atom, like: Structure, spec: &Spec) -> Option<Structure> {
+    pub(super) fn structure(
+        &mut self,
+        atom: &Atom,
+        like: Structure,
+        spec: &Spec,
+    ) -> Option<Structure> {
         let wanted = match like {
             Structure::Counter(_) => "a counter",
             Structure::Timer(_) => "a timer",

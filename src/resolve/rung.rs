@@ -8,6 +8,7 @@ use super::Resolver;
 use super::names::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
 use crate::isa::{BlockId, Function, LegName, Mnemonic, Spec, dialects};
+use crate::source::atom::AtomKind;
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::Instruction;
 use crate::source::ladder;
@@ -75,13 +76,23 @@ impl Resolver<'_> {
         let specs = self.specs(&rung.body);
         let branch_specs: Vec<Specs> =
             rung.branches.iter().map(|branch| self.specs(&branch.body)).collect();
+        let is_iec = self.is_iec_counter(rung);
         let legs = match (&rung.when, rung.legs.is_empty()) {
+            _ if is_iec => {
+                rung.when.iter().chain(&rung.legs).for_each(|leg| {
+                    self.contacts(&leg.contacts);
+                });
+                Vec::new()
+            }
             (Some(when), true) => self.when_rung(rung, when, &specs, &branch_specs),
             (None, false) => self.leg_rung(rung, &specs),
             // The rung has both or neither, which the reader has reported.
             _ => Vec::new(),
         };
-        let body = self.body(&rung.body, &specs, block);
+        let body = match is_iec {
+            true => Vec::new(),
+            false => self.body(&rung.body, &specs, block),
+        };
         let branches = rung.branches.iter().zip(&branch_specs).map(|(branch, specs)| Branch {
             contacts: self.contacts(&branch.contacts),
             body: self.body(&branch.body, specs, block),
@@ -129,6 +140,10 @@ impl Resolver<'_> {
         let message = format!("there is no instruction `{name}`");
         let finding = Finding::new(Code::UnknownInstruction, span, message);
         let function = Function::from_name(&name.to_ascii_lowercase());
+        if let Some(help) = iec_timer(instruction) {
+            self.find(finding.help(help));
+            return None;
+        }
         self.find(match (dialects::instead_of(name), function) {
             (Some(help), _) => finding.help(help),
             (None, Some(function)) => {
@@ -290,6 +305,19 @@ impl Resolver<'_> {
     fn leg(&mut self, name: LegName, leg: &ladder::Leg) -> Leg {
         Leg { name, contacts: self.contacts(&leg.contacts) }
     }
+}
+
+/// The help for IEC's on-delay, with its own timer and time.
+fn iec_timer(instruction: &Instruction) -> Option<String> {
+    let [timer, time] = instruction.operands.as_slice() else { return None };
+    let is_time = time
+        .key
+        .as_ref()
+        .is_none_or(|key| ["pt", "preset"].contains(&key.value.to_ascii_lowercase().as_str()));
+    let is_clear = matches!(time.value.kind, AtomKind::Duration(_));
+    let is_on_delay = instruction.mnemonic.value.eq_ignore_ascii_case("TON");
+    (is_on_delay && is_clear && is_time && timer.key.is_none())
+        .then(|| format!("an on-delay: write `TMR {} preset={}`", timer.value, time.value))
 }
 
 /// The missing leg that an unknown key probably means.

@@ -4,6 +4,7 @@
 //! rows. `rungd replay` writes its rows with the same traces. Scan k has the timestamp
 //! k × period. Reads no clock and no file, so the same input always gives the same bytes.
 
+mod csv;
 mod run;
 pub mod stimulus;
 pub mod svg;

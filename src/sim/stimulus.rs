@@ -1,14 +1,18 @@
 //! The stimulus of a simulation: CSV rows with the inputs and queued writes of each scan.
 //!
 //! The first line is `scan,OP,OP,…` or `time,OP,OP,…`; rows ascend; an empty cell changes nothing.
+//! A cell may be in quotes.
 //! A time (`0.35s`, `1m30s`) means the first scan at or after it. The value of an input (X) holds
 //! from that scan on; the value of any other operand is one queued write in that scan. `rungd sim`
 //! passes a [`Lookup`], which returns the kind and range of an operand.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 
+use super::csv;
 use crate::engine::{BitCell, WordCell};
 use crate::isa::address_text::{self, AddressError};
+use crate::isa::decimal_comma;
 use crate::isa::real::RealError;
 use crate::isa::{Address, Bit, BitSpace, MemorySizes, Real, Word, duration};
 use crate::lower::Symbols;
@@ -130,33 +134,40 @@ impl Stimulus {
                 continue;
             }
             let fail = |message| StimulusError::new(line, message);
+            let cells = csv::cells(row).map_err(fail)?;
             let scan = match column {
-                WhenColumn::Scan => parse_scan(row, last_scan),
-                WhenColumn::Time => parse_time(row, period_ms, last_scan),
+                WhenColumn::Scan => parse_scan(&cells[0], last_scan),
+                WhenColumn::Time => parse_time(&cells[0], period_ms, last_scan),
             };
             let scan = scan.map_err(fail)?;
             last_scan = Some(scan);
             stimulus.rows.0.push((scan, line));
-            stimulus.parse_cells(row, scan, &targets).map_err(fail)?;
+            stimulus.parse_cells(&cells[1..], scan, &targets).map_err(fail)?;
         }
         Ok(stimulus)
     }
 
     fn parse_cells(
         &mut self,
-        row: &str,
+        cells: &[Cow<'_, str>],
         scan: u64,
         targets: &[(String, StimulusTarget)],
     ) -> Result<(), String> {
-        let cells: Vec<&str> = row.split(',').skip(1).map(str::trim).collect();
         if cells.len() != targets.len() {
+            let is_real = |(_, target): &(_, _)| matches!(target, StimulusTarget::Real(..));
+            let has_fraction = cells.len() > targets.len() && targets.iter().any(is_real);
             return Err(format!(
-                "the row has {} cells after the first, the header names {} operands",
+                "the row has {} cells after the first, the header names {} operands{}",
                 cells.len(),
-                targets.len()
+                targets.len(),
+                if has_fraction {
+                    ": in a number with a fraction, write a point, as 12.5"
+                } else {
+                    ""
+                }
             ));
         }
-        for (cell, (name, target)) in cells.into_iter().zip(targets) {
+        for (cell, (name, target)) in cells.iter().zip(targets) {
             if !cell.is_empty() {
                 self.changes.push((scan, parse_cell(cell, name, *target)?));
             }
@@ -245,10 +256,11 @@ enum WhenColumn {
 type StimulusHeader = (WhenColumn, Vec<(String, StimulusTarget)>);
 
 fn parse_header(header: &str, lookup: Lookup) -> Result<StimulusHeader, String> {
-    let mut names = header.split(',').map(str::trim);
     if header.contains(';') {
         return Err("cells are separated by `,`, not by `;`".to_owned());
     }
+    let cells = csv::cells(header)?;
+    let mut names = cells.iter().map(AsRef::as_ref);
     let column = match names.next() {
         Some("scan") => WhenColumn::Scan,
         Some("time") => WhenColumn::Time,
@@ -272,9 +284,11 @@ fn parse_header(header: &str, lookup: Lookup) -> Result<StimulusHeader, String> 
 }
 
 /// The first scan at or after the time of a row.
-fn parse_time(row: &str, period_ms: u32, last_scan: Option<u64>) -> Result<u64, String> {
-    let text = row.split(',').next().unwrap_or("").trim();
-    let wrong = || format!("`{text}` is not a time: write it as 0.35s, 350ms or 1m30s");
+fn parse_time(text: &str, period_ms: u32, last_scan: Option<u64>) -> Result<u64, String> {
+    let wrong = || {
+        decimal_comma::told(text)
+            .unwrap_or_else(|| format!("`{text}` is not a time: write it as 0.35s, 350ms or 1m30s"))
+    };
     let time_us = seconds_us(text)
         .or_else(|| duration::parse(text).ok().map(|ms| u64::from(ms.unsigned_abs()) * 1000))
         .ok_or_else(wrong)?;
@@ -303,8 +317,7 @@ fn seconds_us(text: &str) -> Option<u64> {
     Some(whole * 1_000_000 + parts)
 }
 
-fn parse_scan(row: &str, last_scan: Option<u64>) -> Result<u64, String> {
-    let text = row.split(',').next().unwrap_or("").trim();
+fn parse_scan(text: &str, last_scan: Option<u64>) -> Result<u64, String> {
     let scan: u64 =
         text.parse().map_err(|_| format!("`{text}` is not a scan: a number from 0 is wanted"))?;
     match last_scan {
@@ -346,7 +359,9 @@ fn parse_cell(text: &str, name: &str, target: StimulusTarget) -> Result<Change, 
                 Err(RealError::Form) => integer(text),
             };
             let Some(value) = value else {
-                return Err(format!("`{name}` is a real: it takes a number as 12.5, not `{text}`"));
+                return Err(decimal_comma::told(text).unwrap_or_else(|| {
+                    format!("`{name}` is a real: it takes a number as 12.5, not `{text}`")
+                }));
             };
             if !(min..=max).contains(&value) {
                 return Err(beyond(&value));
@@ -384,6 +399,20 @@ mod tests {
         let first = vec![Change::Input(0, true), Change::Word(WordCell(7), -5)];
         let last = vec![Change::Input(0, false), Change::Bit(BitCell(5), true)];
         assert_eq!(of, [first, vec![], vec![], last]);
+    }
+
+    #[test]
+    fn cells_in_quotes_are_read() {
+        let plain = "scan,X0,C0\n0,1,\n3,0,1\n";
+        let quoted = "\u{feff}\"scan\",\"X0\",\"C0\"\r\n\"0\",\"1\",\"\"\r\n\"3\",0,\"1\"\r\n";
+        let read = |text: &str| Stimulus::parse_timed(text, 10, &lookup).unwrap();
+        assert_eq!(read(quoted), read(plain));
+        assert_eq!(
+            error("scan,X0\n0,\"1\n"),
+            "2: a cell begins with a quote and ends without one: close it"
+        );
+        let time = error("time,X0\n\"0,35s\",1\n");
+        assert_eq!(time, "2: `0,35s` has a decimal comma: write `350ms`");
     }
 
     #[test]

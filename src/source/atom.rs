@@ -7,9 +7,9 @@ use std::fmt;
 
 use super::finding::{Code, Finding};
 use super::span::Span;
-use crate::isa::Real;
 use crate::isa::duration::{self, DurationError};
 use crate::isa::real::RealError;
+use crate::isa::{Real, decimal_comma};
 
 /// Whether a text has the form of a tag's name: a letter, then letters, digits and `_`.
 pub(crate) fn is_name(text: &str) -> bool {
@@ -144,6 +144,10 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
 }
 
 fn no_number(word: &str, span: Span) -> Finding {
+    if let Some(right) = decimal_comma::corrected(word) {
+        let finding = Finding::new(Code::InstructionSyntax, span, "a decimal comma in a number");
+        return finding.help(format!("write `{right}`"));
+    }
     let message = format!("`{word}` is neither a number nor a duration");
     Finding::new(Code::InstructionSyntax, span, message).help(
         "write `123`, `-5`, `0x1F`, a real: `12.5`, `2e-3`, or a duration: `250ms`, `1m30s`; names \

@@ -8,7 +8,7 @@ use super::finding::{Code, Finding};
 use super::span::Span;
 use crate::isa::address_text::{self, AddressError};
 use crate::isa::function::ResultType;
-use crate::isa::{Function, MemorySizes};
+use crate::isa::{Function, MemorySizes, decimal_comma};
 
 /// The signs of compares, the longer ones first.
 const COMPARES: [&str; 6] = ["==", "!=", "<=", ">=", "<", ">"];
@@ -97,10 +97,13 @@ fn comma(text: &str, at: usize, place: Span) -> Finding {
     let whole = text[..at].trim_end_matches(digits);
     let fraction = text[at + 1..].starts_with(digits);
     let number = whole.len() < at && whole.ends_with([' ', '=', '<', '>', '-']);
-    if number && fraction {
-        let right = format!("{}.{}", &text[..at], &text[at + 1..]);
+    let behind = &text[at + 1..];
+    let unit = behind.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(behind.len());
+    let written = &text[whole.len()..at + 1 + unit];
+    if let Some(right) = decimal_comma::corrected(written).filter(|_| number && fraction) {
+        let right = format!("{whole}{right}{}", &behind[unit..]);
         let finding = Finding::new(Code::ContactSyntax, place, "a decimal comma in a number");
-        return finding.help(format!("write a point: `{}`", right.trim()));
+        return finding.help(format!("write `{}`", right.trim()));
     }
     Finding::new(Code::ContactSyntax, place, "a comma in a contact")
         .help("contacts in series are strings of their own: `[\"X0\", \"X1\"]`")

@@ -76,6 +76,19 @@ impl<'a> Doc<'a> {
         self.findings.borrow().iter().rev().take(16).any(|finding| inside(finding.span))
     }
 
+    /// Drops the findings of the last few that something is missing in the table at a place.
+    pub(super) fn drop_missing(&self, table: Span) {
+        let mut findings = self.findings.borrow_mut();
+        let recent = findings.len().saturating_sub(16);
+        let is_missing = |of: &Finding| {
+            let codes = [Code::MissingKey, Code::MixedLegs, Code::NoInstruction];
+            of.span == table && codes.contains(&of.code)
+        };
+        let kept: Vec<Finding> =
+            findings.drain(recent..).filter(|finding| !is_missing(finding)).collect();
+        findings.extend(kept);
+    }
+
     /// The place of a byte range of the file.
     pub fn span(&self, range: Range<usize>) -> Span {
         Span { file: self.file, start: range.start as u32, end: range.end as u32 }

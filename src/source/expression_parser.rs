@@ -10,6 +10,7 @@ use super::expression_lexer::{Token, lex};
 use super::expression_rules::{Root, Said, Term};
 use super::finding::{Code, Finding};
 use super::span::{Located, Span};
+use crate::isa::decimal_comma;
 
 /// Maximum nesting depth of parentheses, calls and operators with one operand.
 const DEPTH_MAX: usize = 32;
@@ -381,8 +382,24 @@ impl Parser<'_> {
             *arguments += 1;
             return Ok(());
         }
+        if let Some((number, right)) = self.decimal_comma(place) {
+            let finding = self.error(number, "a decimal comma in a number");
+            return Err(finding.help(format!("write `{right}`")));
+        }
         let finding = self.error(place, "a comma outside a call");
         Err(finding.help("a Sensaphone element is written `N0.ACC` here, a real `12.5`"))
+    }
+
+    /// The number around a comma, and the same number with a point.
+    fn decimal_comma(&self, comma: Span) -> Option<(Span, String)> {
+        let is_letter = |c: char| c.is_ascii_alphanumeric();
+        let before = self.text_of(Span { end: comma.start, ..self.span });
+        let behind = self.text_of(Span { start: comma.end, ..self.span });
+        let whole = before.len() - before.trim_end_matches(is_letter).len();
+        let fraction = behind.len() - behind.trim_start_matches(is_letter).len();
+        let start = comma.start - u32::try_from(whole).ok()?;
+        let number = Span { start, end: comma.end + u32::try_from(fraction).ok()?, ..comma };
+        Some((number, decimal_comma::corrected(self.text_of(number))?))
     }
 
     /// `)`: a group or call is complete.

@@ -287,6 +287,7 @@ findings! {
     LongPeriod "long-period" Warning "Scans are more than a second apart.";
     InputUnmapped "input-unmapped" Warning "The ladder reads an input that no field device moves.";
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
+    InputNamedTwice "input-named-twice" Warning "Two tags are the same input.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
     UnusedTemplate "unused-template" Warning "Nothing uses this template.";
     LevelLeftOut "level-left-out" Warning

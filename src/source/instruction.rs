@@ -7,9 +7,9 @@ use super::atom::Atom;
 use super::expression::Formula;
 use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
-use super::instruction_habits::other_form;
+use super::instruction_habits::{other_form, several};
 use super::span::{Located, Span};
-use crate::isa::{Mnemonic, OperandKind};
+use crate::isa::{Mnemonic, OperandKind, decimal_comma};
 
 /// One instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,6 +45,10 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
         return None;
     };
     let mnemonic = Located { value: mnemonic.to_owned(), span: span.part(at, at + mnemonic.len()) };
+    if let Some(finding) = several(text, &all, span) {
+        findings.push(finding);
+        return None;
+    }
     if mnemonic.value.eq_ignore_ascii_case("MATH") {
         let formula = formula(text, mnemonic.span, span, findings)?;
         return Some(Instruction { span, mnemonic, operands: Vec::new(), formula: Some(formula) });
@@ -130,6 +134,10 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
         return Err(Box::new(finding.help("write it without spaces: `recipe[3]`, `recipe[step]`")));
     }
     if word.contains(',') && !is_element(word) {
+        if let Some(right) = pointed(word) {
+            let finding = error("a decimal comma in a number".to_owned());
+            return Err(Box::new(finding.help(format!("write `{right}`"))));
+        }
         let finding = error("operands are separated by spaces".to_owned());
         return Err(Box::new(finding.help(comma_help(word, mnemonic))));
     }
@@ -167,15 +175,18 @@ fn sensaphone_help(word: &str) -> Option<String> {
     ))
 }
 
+/// A word without the decimal comma of its number or duration, with or without a key before it.
+fn pointed(word: &str) -> Option<String> {
+    let value = word.split_once('=').map_or(word, |(_, value)| value);
+    let right = decimal_comma::corrected(value)?;
+    Some(format!("{}{right}", &word[..word.len() - value.len()]))
+}
+
 fn comma_help(word: &str, mnemonic: &str) -> String {
     if let Some(help) = sensaphone_help(word) {
         return help;
     }
     let names: Vec<&str> = word.split(',').filter(|name| !name.is_empty()).collect();
-    let number = word.rsplit('=').next().unwrap_or(word).trim_start_matches('-');
-    if names.len() == 2 && number.bytes().all(|b| b.is_ascii_digit() || b == b',') {
-        return format!("in a number with a fraction, write a point: `{}`", names.join("."));
-    }
     let spec = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec);
     let positional = || spec.iter().flat_map(|s| s.operands.iter()).filter(|o| o.key.is_none());
     match names.as_slice() {

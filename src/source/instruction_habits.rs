@@ -5,11 +5,53 @@
 
 use super::finding::{Code, Finding};
 use super::span::Span;
-use crate::isa::{Address, MemorySizes, Mnemonic, address_text};
+use crate::isa::{Address, MemorySizes, Mnemonic, OperandKind, address_text};
 
 /// The finding for an instruction in the form of a different language; `None` for any other text.
 pub(super) fn other_form(text: &str, words: &[(usize, &str)], span: Span) -> Option<Finding> {
     assignment(text, span).or_else(|| keys_alone(words, span))
+}
+
+/// The finding for several instructions in one text: `OUT a, OUT b`, `SET a; RST b`, `SET a RST b`.
+pub(super) fn several(text: &str, words: &[(usize, &str)], span: Span) -> Option<Finding> {
+    let parted: Vec<&str> = text.split([',', ';']).map(str::trim).collect();
+    let parted: Vec<&str> = parted.into_iter().filter(|part| !part.is_empty()).collect();
+    let each = match parted.len() > 1 && parted.iter().all(|part| is_instruction(part)) {
+        true => parted,
+        false => side_by_side(text, words)?,
+    };
+    let each: Vec<String> = each.iter().map(|part| format!("\"{part}\"")).collect();
+    let finding = Finding::new(
+        Code::InstructionSyntax,
+        span,
+        format!("{} instructions in one text", each.len()),
+    );
+    Some(finding.help(format!("one instruction for each: {}", each.join(", "))))
+}
+
+/// Whether a text begins with a mnemonic, in capitals, and has the operands that it needs.
+fn is_instruction(text: &str) -> bool {
+    let mut words = text.split_whitespace();
+    let spec = words.next().and_then(Mnemonic::from_name).map(Mnemonic::spec);
+    let has_operands = words.next().is_some();
+    spec.is_some_and(|spec| has_operands != spec.operands.is_empty())
+}
+
+/// The instructions of a text that follow each other without a sign between them.
+fn side_by_side<'t>(text: &'t str, words: &[(usize, &str)]) -> Option<Vec<&'t str>> {
+    let is_mnemonic = |word: &str| Mnemonic::from_name(word).is_some();
+    // After MATH and after a list of Stages, a word can be a name that looks like a mnemonic.
+    let (_, first) = words.first()?;
+    let spec = Mnemonic::from_name(first)?.spec();
+    if *first == "MATH" || spec.operands.iter().any(|row| row.kind == OperandKind::Stages) {
+        return None;
+    }
+    let starts = words.iter().filter(|(_, word)| is_mnemonic(word)).map(|(at, _)| *at);
+    let starts: Vec<usize> = starts.collect();
+    let ends = starts.iter().skip(1).copied().chain([text.len()]);
+    let parts: Vec<&str> =
+        starts.iter().zip(ends).map(|(start, end)| text[*start..end].trim()).collect();
+    (parts.len() > 1 && parts.iter().all(|part| is_instruction(part))).then_some(parts)
 }
 
 /// The finding for an assignment: `D0 = 5`, `LET D0=5`, `OUT Y0 = 1`.

@@ -45,4 +45,5 @@ pub(crate) mod sum_parser;
 pub(crate) mod table;
 mod tag;
 mod template;
+mod toml_slips;
 pub(crate) mod wording;

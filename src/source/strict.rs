@@ -13,6 +13,7 @@ use toml::de::{DeTable, DeValue, Error};
 use super::doc::Doc;
 use super::finding::{Code, Finding};
 use super::headers;
+use super::toml_slips::slip;
 
 /// Makes findings from the parser's errors, at most one per line: the parser continues after an
 /// error, and later errors of the line usually follow from the first.
@@ -40,6 +41,11 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
         }
         let behind = doc.slice(range.start..line_end);
         let finding = Finding::new(Code::TomlSyntax, doc.span(range.clone()), error.message());
+        let slip = slip(doc, range.start);
+        if let Some(finding) = slip {
+            doc.find(finding);
+            continue;
+        }
         if error.message().starts_with("duplicate key")
             && let Some(finding) = headers::doubled(doc, range)
         {
@@ -87,6 +93,7 @@ pub(super) fn check(doc: Doc<'_>, table: &DeTable<'_>) {
 fn check_value(doc: Doc<'_>, value: &Spanned<DeValue<'_>>) {
     match value.get_ref() {
         DeValue::String(_) => escapes(doc, value.span()),
+        DeValue::Integer(_) | DeValue::Float(_) => number(doc, value.span()),
         DeValue::Array(array) => array.iter().for_each(|item| check_value(doc, item)),
         DeValue::Table(table) => {
             if doc.slice(value.span()).starts_with('{') {
@@ -95,6 +102,16 @@ fn check_value(doc: Doc<'_>, value: &Spanned<DeValue<'_>>) {
             check(doc, table);
         }
         _ => {}
+    }
+}
+
+/// Refuses a number with a text behind it, such as `1_000"R1"`: the parser reads it as a number.
+fn number(doc: Doc<'_>, range: Range<usize>) {
+    let raw = doc.slice(range.clone());
+    if raw.contains(['"', '\'']) {
+        let place = doc.span(range);
+        let finding = Finding::new(Code::TomlSyntax, place, "a quote within a number");
+        doc.find(finding.help("a number has no quotes; a text has one before and one behind it"));
     }
 }
 

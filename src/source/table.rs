@@ -462,11 +462,17 @@ impl<'a> Table<'a> {
 
     /// Makes a finding for every key that no getter requested.
     pub fn finish(self) {
-        for (key, _) in self.in_file_order() {
+        let all = self.in_file_order();
+        let unknown = all.iter().map(|(key, _)| *key).filter(|key| {
             let name: &str = key.get_ref();
-            if self.asked.contains(&name) {
-                continue;
+            !self.asked.contains(&name)
+        });
+        // An unknown key is probably one that is missing.
+        for (at, key) in unknown.enumerate() {
+            if at == 0 {
+                self.doc.drop_missing(self.span);
             }
+            let name: &str = key.get_ref();
             let message = format!("{} has no key `{name}`", self.place);
             let known = self.asked.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
             let help = did_you_mean(name, self.asked.iter().copied());

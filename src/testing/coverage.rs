@@ -11,7 +11,8 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::player::{LoweredSuite, Spectator, play};
+use super::lowered_suite::LoweredSuite;
+use super::player::{Spectator, play};
 use super::random_run;
 use super::suite::Suite;
 use crate::engine::EngineState;
@@ -78,7 +79,7 @@ pub struct CoverageOptions<'a> {
 impl Coverage {
     /// Plays the tests of a suite that count, and adds their coverage.
     pub fn add(&mut self, suite: &Suite, programs: &[Arc<RigProgram>], options: CoverageOptions) {
-        let stage = LoweredSuite { suite, programs };
+        let stage = LoweredSuite { suite, programs, given_up: None };
         let of = &suite.programs[0];
         let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
         let run = Rc::new(RefCell::new(CoverageRun::new(subject)));

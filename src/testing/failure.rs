@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use super::condition::Condition;
 use super::history::{History, OperandChange};
+use super::lowered_suite::LoweredSuite;
 use super::pasted::{PastedRun, pasted};
-use super::player::{Failed, FailedWhy, LoweredSuite, Nobody, condition, play};
+use super::player::{Failed, FailedWhy, Nobody, condition, play};
 use super::random_run::BrokenRun;
 use super::suite::{RandomTest, Scenario};
 use crate::engine::{BitCell, Cell};
@@ -89,7 +90,8 @@ pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &Failed)
         | FailedWhy::Mode(_)
         | FailedWhy::AlreadyOn(_)
         | FailedWhy::NotForced(_)
-        | FailedWhy::Refused(_) => suite.text(step.span).to_owned(),
+        | FailedWhy::Refused(_)
+        | FailedWhy::GivenUp => suite.text(step.span).to_owned(),
     };
     let mut failure = Failure {
         step: Some((failed.step + 1, scenario.steps.len())),
@@ -109,7 +111,8 @@ pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &Failed)
             | FailedWhy::Always(_)
             | FailedWhy::Mode(_)
             | FailedWhy::AlreadyOn(_)
-            | FailedWhy::NotForced(_) => None,
+            | FailedWhy::NotForced(_)
+            | FailedWhy::GivenUp => None,
         },
     };
     if let Some(condition) = judged {
@@ -168,7 +171,8 @@ fn judged<'a>(
         FailedWhy::Mode(_)
         | FailedWhy::AlreadyOn(_)
         | FailedWhy::NotForced(_)
-        | FailedWhy::Refused(_) => None,
+        | FailedWhy::Refused(_)
+        | FailedWhy::GivenUp => None,
     }
 }
 
@@ -199,6 +203,7 @@ fn what(stage: LoweredSuite, scenario: &Scenario, failed: &Failed) -> String {
         }
         FailedWhy::NotForced(operand) => format!("`{}` is not forced", operand.name),
         FailedWhy::Refused(_) => "the reload is refused".to_owned(),
+        FailedWhy::GivenUp => "the test was given up".to_owned(),
     }
 }
 
@@ -286,7 +291,8 @@ fn glimpse(
         | FailedWhy::Mode(_)
         | FailedWhy::AlreadyOn(_)
         | FailedWhy::NotForced(_)
-        | FailedWhy::Refused(_) => 1,
+        | FailedWhy::Refused(_)
+        | FailedWhy::GivenUp => 1,
     };
     let bit = |(at, (_, cell)): (usize, &(String, Cell))| match cell {
         Cell::Bit(bit) => Some((at, *bit)),

@@ -13,6 +13,7 @@ mod formats;
 mod given;
 mod happened;
 mod history;
+mod lowered_suite;
 mod mutants;
 mod mutation;
 mod names;

@@ -6,8 +6,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
+use super::lowered_suite::LoweredSuite;
 use super::mutants::{Mutant, MutantKind, mutants};
-use super::player::{LoweredSuite, Nobody, play};
+use super::player::{Nobody, play};
 use super::random_run;
 use super::suite::Suite;
 use crate::rig::RigProgram;
@@ -40,7 +41,7 @@ pub struct JudgedMutant {
 /// A suite that fails with its own ladder cannot judge mutants.
 pub fn first_failure(suite: &Suite) -> Option<String> {
     let programs = super::runner::programs(suite);
-    failing(LoweredSuite { suite, programs: &programs }, u32::MAX)
+    failing(LoweredSuite { suite, programs: &programs, given_up: None }, u32::MAX)
 }
 
 /// Judges the mutants of the suite's ladder, in file order.
@@ -59,7 +60,10 @@ pub fn mutate(suite: &Suite, options: &MutateOptions) -> Vec<JudgedMutant> {
             let program = RigProgram::new(&mutant.apply(&of.program), &of.controller);
             let mut programs = programs.clone();
             programs[0] = Arc::new(program);
-            judged.push((at, failing(LoweredSuite { suite, programs: &programs }, RUNS_MAX)));
+            judged.push((
+                at,
+                failing(LoweredSuite { suite, programs: &programs, given_up: None }, RUNS_MAX),
+            ));
             (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, count);
         }
     };

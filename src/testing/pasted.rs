@@ -1,6 +1,6 @@
 //! A random run as a scenario that can be played again, and as text to paste into a test file.
 
-use super::player::LoweredSuite;
+use super::lowered_suite::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent};
 use super::suite::{RandomTest, Scenario, TestOperand, TestStep, TestTime};
 use crate::engine::{Cell, Layout};

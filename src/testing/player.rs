@@ -3,23 +3,15 @@
 //! `runner` calls it for the verdict; `failure` plays a failed scenario again with a tape and a
 //! [`Spectator`] that notes the changes. No text is made here, and no file is read or written.
 
-use std::sync::Arc;
-
 use super::condition::Condition;
-use super::suite::{ProgramId, Reload, Scenario, Suite, TestOperand, TestStep, TestTime};
+use super::lowered_suite::LoweredSuite;
+use super::suite::{ProgramId, Reload, Scenario, TestOperand, TestStep, TestTime};
 use crate::calendar::LocalTime;
 use crate::engine::{Cell, Image};
-use crate::rig::{Rig, RigMode, RigProgram, RigSetup};
+use crate::rig::{Rig, RigMode, RigSetup};
 use crate::runtime::exchange::Ticket;
 
 const MS_NS: u64 = 1_000_000;
-
-/// The suite and its lowered programs, in the same order.
-#[derive(Clone, Copy)]
-pub(super) struct LoweredSuite<'a> {
-    pub suite: &'a Suite,
-    pub programs: &'a [Arc<RigProgram>],
-}
 
 /// The result of a played scenario.
 #[derive(Clone, Debug)]
@@ -67,6 +59,8 @@ pub(super) enum FailedWhy {
     NotForced(TestOperand),
     /// The files of `reload` are refused; the text of the findings.
     Refused(String),
+    /// The result is no longer wanted.
+    GivenUp,
 }
 
 /// Observes memory at the end of every scan, before the passes of a last scan.
@@ -337,6 +331,9 @@ impl<'a, S: Spectator> Player<'a, S> {
 
     fn run(&mut self, scans: u64) -> Result<(), FailedWhy> {
         for _ in 0..scans {
+            if self.stage.is_given_up() {
+                return Err(FailedWhy::GivenUp);
+            }
             match self.rig.mode() {
                 RigMode::Run => self.scan()?,
                 RigMode::Stop => {
@@ -387,6 +384,9 @@ impl<'a, S: Spectator> Player<'a, S> {
 
     /// Executes one scan, and checks `always` at its end.
     fn scan(&mut self) -> Result<(), FailedWhy> {
+        if self.stage.is_given_up() {
+            return Err(FailedWhy::GivenUp);
+        }
         self.beat();
         let is_last = self.rig.scan();
         self.scans += 1;

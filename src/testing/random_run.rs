@@ -7,7 +7,7 @@
 //! generator could have made.
 
 use super::happened::value_in as content;
-use super::player::LoweredSuite;
+use super::lowered_suite::LoweredSuite;
 use super::suite::{RandomChange, RandomMotion, RandomTest, TestOperand};
 use crate::calendar::LocalTime;
 use crate::engine::{Cell, Image, Layout};
@@ -166,8 +166,8 @@ fn drive(
     let mut edges: Vec<Vec<bool>> = always.iter().map(|of| vec![false; of.edges]).collect();
     let mut now = Vec::new();
     for scan in 0..scans {
-        if rig.mode() == RigMode::Stop {
-            // The ladder has stopped the controller, so no line can break any more.
+        if rig.mode() == RigMode::Stop || stage.is_given_up() {
+            // If the ladder has stopped the controller, no line can break any more.
             return None;
         }
         now.clear();

@@ -5,10 +5,11 @@
 
 use std::sync::Arc;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 use super::failure::{Failure, failure, failure_of_run};
-use super::player::{LoweredSuite, Nobody, Played, play};
+use super::lowered_suite::LoweredSuite;
+use super::player::{Nobody, Played, play};
 use super::random_run::{self, BrokenRun};
 use super::shrink::shrink;
 use super::suite::Suite;
@@ -44,6 +45,8 @@ pub struct RunOptions<'a> {
     /// Called when a test or a part of a test is done, with the number of parts that are done and
     /// the number of all parts.
     pub progress: &'a (dyn Fn(u64, u64) + Sync),
+    /// Gives the tests up as soon as it is `true`; then there are no verdicts.
+    pub given_up: Option<&'a AtomicBool>,
 }
 
 /// A piece of work for a thread.
@@ -81,7 +84,7 @@ pub fn programs(suite: &Suite) -> Vec<Arc<RigProgram>> {
 /// Runs the tests of a suite whose names contain the filter, in file order: scenarios, then random
 /// tests.
 pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) -> Vec<Verdict> {
-    let stage = LoweredSuite { suite, programs };
+    let stage = LoweredSuite { suite, programs, given_up: options.given_up };
     let is_wanted = |name: &str| options.filter.is_none_or(|text| name.contains(text));
     let work = work(suite, is_wanted);
     let results = Results {
@@ -101,6 +104,9 @@ pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) ->
             });
         }
     });
+    if stage.is_given_up() {
+        return Vec::new();
+    }
     results.verdicts(stage, is_wanted)
 }
 
@@ -141,6 +147,9 @@ impl Results {
             Work::Scenario(at) => {
                 let scenario = &stage.suite.scenarios[at];
                 let (played, _) = play(stage, scenario, false, &mut Nobody);
+                if stage.is_given_up() {
+                    return;
+                }
                 let failed = played.failed.as_ref();
                 let failure = failed.map(|failed| Box::new(failure(stage, scenario, failed)));
                 *locked(&self.scenarios[at]) = Some((played, failure));
@@ -148,7 +157,7 @@ impl Results {
             Work::Runs(at, first, end) => {
                 let (test, result) = (&stage.suite.randoms[at], &self.randoms[at]);
                 for run in first..end {
-                    if result.first.load(Ordering::Relaxed) < run {
+                    if result.first.load(Ordering::Relaxed) < run || stage.is_given_up() {
                         return;
                     }
                     let (scans, broken) = random_run::run(stage, test, run);

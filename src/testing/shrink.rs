@@ -5,7 +5,7 @@
 //! the run again, so the result is known to break a line, and is one that the generator could have
 //! made: a word that walks still takes steps. The number of scans of all attempts is limited.
 
-use super::player::LoweredSuite;
+use super::lowered_suite::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent, replay};
 use super::suite::RandomTest;
 

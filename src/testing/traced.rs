@@ -3,7 +3,8 @@
 use std::io;
 use std::sync::Arc;
 
-use super::player::{LoweredSuite, Spectator, play};
+use super::lowered_suite::LoweredSuite;
+use super::player::{Spectator, play};
 use super::suite::{ProgramId, Suite};
 use crate::engine::Image;
 use crate::rig::{Rig, RigProgram};
@@ -48,7 +49,7 @@ pub fn trace(
     scenario: usize,
     row: &mut dyn FnMut(TracedScan<'_>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let stage = LoweredSuite { suite, programs };
+    let stage = LoweredSuite { suite, programs, given_up: None };
     let mut tracer = Tracer { row, programs, failed: None };
     play(stage, &suite.scenarios[scenario], false, &mut tracer);
     tracer.failed.map_or(Ok(()), Err)

@@ -95,6 +95,38 @@ fn a_broken_file_is_left_and_the_others_are_written() {
     assert_eq!(fs::read_to_string(folder.join("b.toml")).expect("readable"), LADDER);
 }
 
+/// A pipe in a folder would stop a reader for ever, and is no file of rungd.
+#[test]
+fn pipes_and_sockets_of_a_folder_are_passed_over() {
+    let folder = folder("fmt-pipe");
+    fs::write(folder.join("b.toml"), LOOSE).expect("written");
+    for name in ["a.toml", "c.toml", "a.test.toml"] {
+        let made = Command::new("mkfifo").arg(folder.join(name)).status().expect("mkfifo runs");
+        assert!(made.success());
+    }
+    let _socket = std::os::unix::net::UnixListener::bind(folder.join("d.toml")).expect("a socket");
+    let output = rungd(&["fmt", "."], &folder);
+    check(&output, 0, "b.toml\n", "");
+    let output = rungd(&["test", "."], &folder);
+    check(&output, 2, "", "no file in this folder is named *.test.toml");
+    let output = rungd(&["fmt", "a.toml"], &folder);
+    check(&output, 74, "", "it is a pipe (FIFO), not a regular file");
+}
+
+#[test]
+fn a_number_with_a_quote_in_it_is_refused_as_by_check() {
+    let folder = folder("fmt-quoted");
+    for value in ["1_000\"R1\"", "1_0'x'", "[1, 2_0\"\"]", "{ b = 1_0\"x\" }"] {
+        let text = format!("[tags]\na = {value}\n");
+        fs::write(folder.join("a.toml"), &text).expect("written");
+        for command in ["fmt", "check"] {
+            let output = rungd(&[command, "a.toml"], &folder);
+            check(&output, 78, "", "a quote within a number");
+        }
+        assert_eq!(fs::read_to_string(folder.join("a.toml")).expect("readable"), text);
+    }
+}
+
 #[test]
 fn mode_and_links_stay() {
     let folder = folder("fmt-mode");

@@ -1,6 +1,8 @@
 //! `rungd init`: the files that it writes pass the check without a warning, and run.
 
+use std::ffi::OsStr;
 use std::fs;
+use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread;
@@ -196,4 +198,59 @@ fn a_fresh_repository_counts_as_empty() {
     let folder = folder("init-git");
     fs::create_dir(folder.join(".git")).expect("a folder");
     assert_eq!(rungd(&["init", "."], &folder).status.code(), Some(0));
+}
+
+/// A limit on the size of a file fails the third file, as a full disk does.
+#[test]
+fn a_project_that_cannot_be_written_whole_leaves_nothing() {
+    let folder = folder("init-full");
+    let limited = |name: &str| {
+        let script = format!("trap '' XFSZ; ulimit -f 5; exec \"$0\" init {name}");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_rungd")]).current_dir(&folder);
+        command.output().expect("sh runs")
+    };
+    fs::create_dir(folder.join("here")).expect("a folder");
+    fs::create_dir(folder.join("here/.git")).expect("a folder");
+    for (name, stays) in [("plant/line1", 0), ("here", 1)] {
+        let output = limited(name);
+        let words = said(&output.stderr);
+        assert_eq!(output.status.code(), Some(74), "{words}");
+        assert!(words.contains("main.test.toml; nothing is left of the project: "), "{words}");
+        let left = fs::read_dir(folder.join(name)).map_or(0, Iterator::count);
+        assert_eq!(left, stays, "{name}");
+        let output = rungd(&["init", name], &folder);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output.stderr));
+    }
+}
+
+/// Paths that are not UTF-8: what works, works; what cannot work says why.
+#[test]
+fn a_path_that_is_no_text_is_refused_for_that_reason() {
+    let folder = folder("init-bytes");
+    let name = OsStr::from_bytes(b"line\xff");
+    let run = |words: &[&OsStr]| {
+        let mut command = command(&[], &folder);
+        command.args(words).output().expect("rungd runs")
+    };
+    let refused = |output: &Output| {
+        let words = said(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{words}");
+        assert!(words.contains("the name is not UTF-8 text"), "{words}");
+    };
+    refused(&run(&[OsStr::new("init"), name]));
+    assert!(!folder.join(name).exists());
+    assert_eq!(rungd(&["init", "plant"], &folder).status.code(), Some(0));
+    fs::rename(folder.join("plant"), folder.join(name)).expect("renamed");
+    let controller = Path::new(name).join("controller.toml");
+    refused(&run(&[OsStr::new("run"), controller.as_os_str(), OsStr::new("--scans=2")]));
+    for words in [
+        &[OsStr::new("check"), controller.as_os_str()][..],
+        &[OsStr::new("test"), name],
+        &[OsStr::new("fmt"), name],
+        &[OsStr::new("sim"), controller.as_os_str(), OsStr::new("--scans=2")],
+    ] {
+        let output = run(words);
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {}", said(&output.stderr));
+    }
 }

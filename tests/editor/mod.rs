@@ -16,6 +16,7 @@ mod large_texts;
 mod live;
 mod navigation;
 mod neovim;
+mod on_disk;
 mod project;
 mod renames;
 mod typing;
