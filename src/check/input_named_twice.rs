@@ -85,8 +85,8 @@ mod tests {
                 3:1 input-named-twice
                   `start` and `stop` are the same input, X0
                     give `stop` the input that it is wired to; if the two are one, delete
-                    `stop` and name `start` in its place, or say that it is meant: `spare
-                    = true`
+                    `stop` and name `start` in its place, or say that it is meant: `spare =
+                    true`
             "#]],
         );
     }

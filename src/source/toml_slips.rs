@@ -1,8 +1,8 @@
 //! Common slips that make a text no TOML: a decimal comma, and a quote that is not closed.
 //!
 //! Called by `strict` for the parser's error on a line. The parser reports where it gave up, which
-//! is often far behind the slip; the findings of this module are at the slip, and show its correction.
-//! Only one line is read.
+//! is often far behind the slip; the findings of this module are at the slip, and show its
+//! correction. Only one line is read.
 
 use std::ops::Range;
 
