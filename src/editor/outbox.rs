@@ -102,7 +102,7 @@ impl Outbox {
     /// Asks the editor to report changes of TOML files on disk, if it can.
     pub fn watch(&mut self) {
         let of = self.can.workspace.as_ref().and_then(|of| of.did_change_watched_files.as_ref());
-        if !of.is_some_and(|of| of.dynamic_registration == Some(true)) {
+        if of.is_none_or(|of| of.dynamic_registration != Some(true)) {
             return;
         }
         let options = json!({ "watchers": [{ "globPattern": "**/*.toml" }] });
