@@ -7,7 +7,7 @@ usage: tests/browser.py [BINARY] [WORDS ...]
 Starts a controller and `rungd web`, and acts like a user: looks at a ladder with its power, steps through the
 last minute, asks why, searches, zooms, signs in, writes, stops and reloads the controller; with a mouse, with the
 keyboard alone, on a narrow screen, in light and in dark colours. A page of a different origin tries to read and to
-write. Pictures of all pages are kept in target/tmp/browser/ for inspection. No check depends on the machine's
+write. Pictures of all pages are kept in target/tmp/browser/ for inspection; UPDATE_PICTURES=1 writes the one of README.md. No check depends on the machine's
 speed: each waits for its expected result, up to PATIENCE. Exit code 77: Chromium or Playwright is missing.
 """
 
@@ -485,6 +485,45 @@ CONTRAST = """() => {
 }"""
 
 
+# The picture of README.md, of the shipped parts bin. Its text, with every number and state masked, is kept beside
+# it: a page that reads differently needs a new picture. Pixels are not compared.
+SHIPPED = os.path.join(rig.HERE, "config")
+SHOWN = os.path.join(rig.HERE, "docs/pictures/page")
+
+
+def masked(text):
+    words = re.sub(r"\b(ON|OFF)\b", "OFF", re.sub(r"\d+|…", "0", text))
+    return re.sub(r"\s+", " ", words).strip() + "\n"
+
+
+def the_picture_of_the_first_page_is_fresh(test):
+    with open(os.path.join(SHIPPED, "programs/parts-bin.toml")) as file:
+        ladder = file.read()
+    with open(os.path.join(SHIPPED, "rungd.toml")) as file:
+        controller = file.read().replace("programs/parts-bin.toml", "ladder.toml").replace('"rungd.sock"', '"s"')
+    plant = Plant(ladder, controller.replace('watchdog = "200ms"', 'watchdog = "30s"'))
+    pages = Pages(plant)
+    try:
+        look = test.look(pages, viewport={"width": 1000, "height": 640}, color_scheme="light")
+        look.open("ladder/Main")
+        wait_for("some parts", lambda: plant.value("parts.Acc") >= 3)
+        look.hold()
+        text = masked(look.says("document.querySelector('main').innerText"))
+        if os.environ.get("UPDATE_PICTURES"):
+            look.page.screenshot(path=SHOWN + ".png")
+            with open(SHOWN + ".txt", "w") as file:
+                file.write(text)
+        look.picture("first-page")
+        with open(SHOWN + ".txt") as file:
+            shown = file.read()
+        assert text == shown, f"UPDATE_PICTURES=1 makes docs/pictures/page.png anew:\n{shown}{text}"
+        look.fine()
+    finally:
+        pages.end()
+        plant.end()
+        shutil.rmtree(plant.folder, ignore_errors=True)
+
+
 # --- All of them ---------------------------------------------------------------------------------
 
 CHECKS = [
@@ -507,6 +546,7 @@ CHECKS = [
     a_late_answer_leaves_the_next_page_alone,
     a_controller_that_is_gone_is_said,
     a_reload_brings_the_new_rungs,
+    the_picture_of_the_first_page_is_fresh,
 ]
 
 

@@ -129,8 +129,9 @@ class Plant:
 
     def start(self):
         log = open(os.path.join(self.folder, "log"), "a")
-        command = [RUNGD, "run", os.path.join(self.folder, "controller.toml")]
-        self.process = subprocess.Popen(command, stderr=log, stdout=log)
+        # In its folder, so that the pages show short names of files.
+        command = [os.path.abspath(RUNGD), "run", "controller.toml"]
+        self.process = subprocess.Popen(command, stderr=log, stdout=log, cwd=self.folder)
         wait_for("a controller that runs", lambda: self.mode() == "RUN")
 
     def say(self, *words):

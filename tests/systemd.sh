@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs rungd under a real systemd, booted in a container. Checks the statements of README and
-# docs/running.md about the service, and prints a table of results. Exit code 1: a result is wrong.
+# Runs rungd under a real systemd, booted in a container. Checks the statements of
+# docs/guarantees.md and docs/running.md about the service, and prints a table of results. Exit code 1: a result is wrong.
 #
 # usage: tests/systemd.sh            as root; installs systemd-container, mmdebstrap, cargo-deb
 #

@@ -90,10 +90,10 @@ fn workplace(page: &str) -> PathBuf {
     folder
 }
 
-/// Waits until the controller answers: a busy machine may need longer than the second that the page
-/// waits.
-const ANSWERS: &str =
-    "for n in $(seq 300); do rungd status >/dev/null 2>&1 && break; sleep 0.2; done";
+/// Waits until the controller is in RUN: a busy machine may need longer than the second that the
+/// page waits. It answers earlier, still in STOP.
+const ANSWERS: &str = "for n in $(seq 300); do rungd status 2>/dev/null | grep -q ' RUN for ' && \
+                       break; sleep 0.2; done";
 
 /// The standard output and standard error of a command together, as a terminal shows them.
 fn output(command: &str, folder: &Path) -> String {
@@ -127,9 +127,10 @@ fn output(command: &str, folder: &Path) -> String {
 
 /// Puts counts in the plural, as the page shows them: a slow machine may have made only one scan.
 fn plural(line: &str) -> String {
-    ["scan", "overrun"].iter().fold(line.to_owned(), |line, thing| {
-        line.replace(&format!(" 1 {thing},"), &format!(" 1 {thing}s,"))
-    })
+    let line = line.replace(" 1 scan in all", " 1 scans in all");
+    ["scan", "overrun"]
+        .iter()
+        .fold(line, |line, thing| line.replace(&format!(" 1 {thing},"), &format!(" 1 {thing}s,")))
 }
 
 /// A page that is executed.
@@ -226,6 +227,41 @@ fn the_black_box_tells_what_stopped_the_bottling_line() {
     run_page("docs/black-box.md");
 }
 
+/// The first commands of `README.md`, in three terminals of one folder: the pages have an address,
+/// and the feeder has a reason.
+#[test]
+fn the_first_commands_of_the_first_page_lead_somewhere() {
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md"));
+    let page = page.expect("the page");
+    let block = page.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next());
+    let lines = block.expect("a block").lines().filter_map(|line| line.strip_prefix("cargo run "));
+    let command = |line: &str| line.trim_start_matches("-- ").split('#').next().unwrap().to_owned();
+    let [run, web, why] = &lines.map(command).collect::<Vec<_>>()[..] else {
+        panic!("three commands: {block:?}")
+    };
+    let folder = workplace("first-commands");
+    output(&format!("rungd {run} >rungd.log 2>&1 & sleep 1"), &folder);
+    let said = output(&format!("rungd {why}"), &folder);
+    let pages = output(
+        &format!(
+            "rungd {web} --listen 127.0.0.1:0 >web.log 2>&1 & web=$!\n\
+             for n in $(seq 300); do grep -q :// web.log && break; sleep 0.2; done\n\
+             kill $web; cat web.log"
+        ),
+        &folder,
+    );
+    end_controller(&folder);
+    assert!(said.starts_with("feeder (Y0) is "), "{said}");
+    assert!(pages.contains("http://127.0.0.1:"), "{pages}");
+}
+
+/// Ends the controller that a page leaves running.
+fn end_controller(folder: &Path) {
+    let _ =
+        output("pid=$(rungd status | sed -n 's/.*pid \\([0-9]*\\),.*/\\1/p') && kill $pid", folder);
+    let _ = fs::remove_dir_all(folder);
+}
+
 fn run_page(name: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
     let page = fs::read_to_string(&path).expect("the page");
@@ -247,12 +283,7 @@ fn run_page(name: &str) {
             }
         }
     }
-    // Ends the controller that a page leaves running.
-    let _ = output(
-        "pid=$(rungd status | sed -n 's/.*pid \\([0-9]*\\),.*/\\1/p') && kill $pid",
-        &folder,
-    );
-    let _ = fs::remove_dir_all(&folder);
+    end_controller(&folder);
     if std::env::var_os("UPDATE_EXPECT").is_some() {
         fs::write(&path, anew).expect("the page");
     }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use crate::support::needs::not_installed;
+use crate::support::needs::{self, usable, works};
 
 fn rungd(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rungd")).args(args).output().expect("rungd runs")
@@ -45,8 +45,8 @@ fn every_subcommand_has_a_page() {
         assert!(page.contains(&format!("rungd\\-{name}(1)")), "{name}: {page}");
     }
     assert!(!page.contains("man(1)\n"), "hidden: {page}");
-    if !is_installed("man") {
-        return not_installed("man");
+    if !usable(needs::man(Path::new("man"))) {
+        return;
     }
     for entry in fs::read_dir(&folder).expect("pages") {
         let path = entry.expect("a page").path();
@@ -55,10 +55,6 @@ fn every_subcommand_has_a_page() {
         let man = man.output().expect("man runs");
         assert!(man.status.success() && man.stderr.is_empty(), "{}", text(man.stderr));
     }
-}
-
-fn is_installed(program: &str) -> bool {
-    Command::new(program).arg("--version").output().is_ok()
 }
 
 /// Writes a shell's script to a file for this test; returns its path.
@@ -74,8 +70,7 @@ fn completions(shell: &str, test: &str) -> PathBuf {
 fn shells_read_their_completions() {
     for shell in ["bash", "zsh", "fish"] {
         let file = completions(shell, "read");
-        if !is_installed(shell) {
-            not_installed(shell);
+        if !usable(works(shell, Command::new(shell).arg("--version"))) {
             continue;
         }
         let status = Command::new(shell).arg("-n").arg(&file).stdout(Stdio::null()).status();

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use crate::support::needs::{self, usable};
 use crate::support::process::{
     BLINKS, Need, Plant, Running, find, no_scan_missed, not_installed, skip,
 };
@@ -74,8 +75,8 @@ fn nothing_waits_by_the_wall_clock() {
     let calls = "trace=clock_nanosleep,nanosleep,futex,timerfd_create,timerfd_settime,timer_create,\
                  setitimer,alarm";
     let strace = ["strace", "-f", "-qq", "-e", calls, "-o", trace.to_str().unwrap()];
-    if !Command::new("strace").arg("-V").stdout(Stdio::null()).status().is_ok_and(|s| s.success()) {
-        return not_installed("strace");
+    if !usable(needs::strace(Path::new("strace"))) {
+        return;
     }
     let mut running = Running::new(plant.command(&strace).args(["--scans", "100"]));
     assert_eq!(running.end().code(), Some(0));

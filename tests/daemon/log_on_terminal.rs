@@ -3,13 +3,12 @@
 
 use std::process::Command;
 
-use crate::support::needs::not_installed;
+use crate::support::needs::{usable, works};
 use crate::support::process::{BLINKS, Plant};
 
 /// What a run of some scans writes to a terminal, without the carriage returns.
 fn on_terminal(plant: &Plant, arguments: &str, no_color: &str) -> Option<String> {
-    if !Command::new("script").arg("--version").output().is_ok_and(|of| of.status.success()) {
-        not_installed("script");
+    if !usable(works("script", Command::new("script").args(["-qec", "true", "/dev/null"]))) {
         return None;
     }
     let folder = plant.0.display();

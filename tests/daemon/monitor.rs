@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::support::live::{Live, PATIENCE, folder, run};
-use crate::support::needs::{Need, not_installed, skip};
+use crate::support::needs::{Need, skip, usable, works};
 
 const LADDER: &str = r#"
 [tags]
@@ -39,9 +39,7 @@ impl Tmux {
     /// Starts the monitor. After its end the script prints the exit code and the input settings of
     /// the terminal.
     fn start(folder: &Path, arguments: &str) -> Option<Tmux> {
-        let found = Command::new("tmux").arg("-V").stdout(Stdio::null()).status();
-        if !found.is_ok_and(|status| status.success()) {
-            not_installed("tmux");
+        if !usable(works("tmux", Command::new("tmux").arg("-V"))) {
             return None;
         }
         static NEXT: AtomicU32 = AtomicU32::new(0);

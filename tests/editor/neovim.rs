@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 
 use crate::editor::project::{CONTROLLER, LADDER, TEST, folder};
-use crate::support::needs::not_installed;
+use crate::support::needs::{neovim as probe, usable};
 use crate::support::page;
 
 /// The time limit for Neovim. It is far longer than needed: the driver itself gives up earlier.
@@ -24,8 +24,7 @@ fn configuration(first: &str) -> String {
 }
 
 fn is_installed() -> bool {
-    let version = Command::new("nvim").arg("--version").stdout(Stdio::null()).status();
-    version.is_ok_and(|status| status.success())
+    usable(probe(Path::new("nvim")))
 }
 
 /// Runs Neovim in a folder with this configuration, and without the user's own.
@@ -66,7 +65,7 @@ fn driven() -> Value {
 #[test]
 fn neovim_shows_finds_renames_and_formats() {
     if !is_installed() {
-        return not_installed("nvim");
+        return;
     }
     let seen = driven();
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
@@ -93,7 +92,7 @@ fn neovim_shows_finds_renames_and_formats() {
 #[test]
 fn the_configuration_of_a_newer_neovim_is_lua_and_names_the_server() {
     if !is_installed() {
-        return not_installed("nvim");
+        return;
     }
     let folder = folder();
     let stand_in = r#"

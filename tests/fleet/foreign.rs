@@ -12,9 +12,12 @@ use rungd::sparkplug::{
 use serde_json::{Value, json};
 
 use crate::fleet::broker::program;
-use crate::support::needs::not_installed;
+use crate::support::needs::{python_can, usable};
 
 const NOW_MS: u64 = 1_790_000_000_000;
+
+/// Everything of the library that the script names.
+const NEEDED: &str = "import pysparkplug as spb; spb.NBirth, spb.NData, spb.NDeath, spb.NCmd";
 
 /// A Python that has the library; prints a message if there is none.
 pub fn library() -> Option<PathBuf> {
@@ -23,11 +26,11 @@ pub fn library() -> Option<PathBuf> {
         .chain([std::env::temp_dir().join("rungd-ci-venv/bin/python3")])
         .find(|python| {
             let mut tried = Command::new(python);
-            tried.args(["-c", "import pysparkplug"]).stderr(Stdio::null());
+            tried.args(["-c", NEEDED]).stderr(Stdio::null());
             tried.status().is_ok_and(|status| status.success())
         });
     if python.is_none() {
-        not_installed("pysparkplug");
+        usable(python_can(Path::new("python3"), "pysparkplug", NEEDED));
     }
     python
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::fleet::broker::{Process, free_ports, program};
 use crate::fleet::certificates::Certificates;
 use crate::support::folder::TestFolder;
-use crate::support::needs::not_installed;
+use crate::support::needs::{self, not_installed, usable};
 
 /// The options of a mosquitto.
 #[derive(Default)]
@@ -37,8 +37,8 @@ impl Mosquitto {
             not_installed("mosquitto");
             return None;
         };
-        if options.tls && program("openssl").is_none() {
-            not_installed("openssl");
+        let openssl = || usable(needs::openssl(Path::new("openssl")));
+        if !usable(needs::mosquitto(&mosquitto)) || options.tls && !openssl() {
             return None;
         }
         let folder = TestFolder::new("mosquitto");

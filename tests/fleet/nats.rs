@@ -11,7 +11,7 @@ use rustix::fs::{FlockOperation, flock};
 
 use crate::fleet::broker::{PATIENCE, Process, free_ports, program};
 use crate::support::folder::TestFolder;
-use crate::support::needs::not_installed;
+use crate::support::needs::{nats_server, not_installed, usable};
 
 /// The nodes of a cluster.
 pub const NODES: usize = 3;
@@ -36,12 +36,15 @@ pub struct NatsCluster {
 
 impl NatsCluster {
     /// Starts a cluster, and waits until every node accepts an MQTT client. If the server is not
-    /// installed, prints that and returns `None`.
+    /// installed or too old, prints that and returns `None`.
     pub fn start() -> Option<NatsCluster> {
         let Some(server) = program("nats-server") else {
             not_installed("nats-server");
             return None;
         };
+        if !usable(nats_server(&server)) {
+            return None;
+        }
         let turn = Rc::new(one_at_a_time());
         loop {
             let ports = free_ports(3 * NODES);

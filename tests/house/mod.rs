@@ -5,6 +5,7 @@
 
 mod cycles;
 mod dead;
+mod documents;
 mod names;
 mod pages;
 mod parameters;

@@ -5,7 +5,7 @@
 //! its test prints that and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
 use crate::support::calm::calm;
-use crate::support::needs::not_installed;
+use crate::support::needs::{usable, works};
 use crate::support::page;
 use crate::support::patience::PATIENCE;
 use std::fs;
@@ -89,15 +89,14 @@ impl Drop for Controller {
     }
 }
 
-/// Whether a client is installed.
+/// Whether a client is installed, and has what its test needs.
 fn installed(client: &str, probe: &[&str]) -> bool {
-    let found = Command::new(probe[0]).args(&probe[1..]).output();
-    if found.is_ok_and(|output| output.status.success()) {
-        return true;
-    }
-    not_installed(client);
-    false
+    usable(works(client, Command::new(probe[0]).args(&probe[1..])))
 }
+
+/// The names of the page's script that earlier versions lack.
+const PYMODBUS: &str = "import inspect; from pymodbus.client import ModbusTcpClient as client; \
+                        inspect.signature(client.write_coil).parameters['device_id']";
 
 /// Every line, with its words one space apart.
 fn words(text: &str) -> Vec<String> {
@@ -134,7 +133,7 @@ fn mbpoll_sees_what_the_page_shows() {
 
 #[test]
 fn pymodbus_sees_what_the_page_shows() {
-    if !installed("pymodbus", &["python3", "-c", "import pymodbus"]) {
+    if !installed("pymodbus", &["python3", "-c", PYMODBUS]) {
         return;
     }
     let page = page::text("modbus.md");
@@ -147,7 +146,8 @@ fn pymodbus_sees_what_the_page_shows() {
 
 /// Compiles a C program of `tests/clients/`; `None` if its library is not installed.
 fn compiled(source: &str, library: &str) -> Option<PathBuf> {
-    if !installed(library, &["pkg-config", "--exists", library]) {
+    let has_library = installed(library, &["pkg-config", "--exists", library]);
+    if !has_library || !installed("cc", &["cc", "--version"]) {
         return None;
     }
     let flags = Command::new("pkg-config").args(["--cflags", "--libs", library]).output().unwrap();

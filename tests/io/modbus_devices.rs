@@ -5,6 +5,7 @@
 //! installed, a test prints that and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
 use crate::io::line::over_a_line;
+use crate::support::needs::{usable, works};
 use crate::support::page;
 use crate::support::process;
 use std::cell::Cell;
@@ -98,21 +99,23 @@ impl Drop for Peer {
 }
 
 fn are_installed() -> bool {
-    let socat = Command::new("socat").arg("-V").stdout(Stdio::null()).status();
-    let is_there = socat.is_ok_and(|status| status.success());
-    if !is_there {
-        not_installed("socat");
-    }
-    is_there && is_installed()
+    has_socat() && has_peer("rtu")
+}
+
+fn has_socat() -> bool {
+    usable(works("socat", Command::new("socat").arg("-V")))
 }
 
 fn is_installed() -> bool {
-    let probe = Command::new("python3").args(["-c", "import pymodbus.simulator"]).output();
-    let is_there = probe.is_ok_and(|output| output.status.success());
-    if !is_there {
-        not_installed("pymodbus");
-    }
-    is_there
+    has_peer("tcp")
+}
+
+/// Whether the peer on pymodbus can be made here: of a version that has what it uses, and for a
+/// serial line with pyserial.
+fn has_peer(way: &str) -> bool {
+    let script = format!("{PEERS}/remote_io.py");
+    let mut peer = Command::new("python3");
+    usable(works(&format!("pymodbus ({way})"), peer.args([&script, "probe", way])))
 }
 
 /// A port that was free a moment ago.
@@ -448,7 +451,7 @@ fn a_server_on_libmodbus_is_remote_io_over_tcp() {
 #[test]
 fn a_server_on_libmodbus_is_remote_io_over_a_serial_line() {
     let Some(program) = libmodbus("rtu") else { return };
-    if !are_installed() {
+    if !has_socat() {
         return;
     }
     over_a_line(|| {

@@ -4,7 +4,7 @@
 //! Two validators do this: `tests/language/validator.rs`, which has only a few keywords, and, if it
 //! is installed, Python's `jsonschema` (required if `RUNGD_REQUIRE` names `programs`).
 
-use crate::support::needs::not_installed;
+use crate::support::needs::{python_can, usable};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -242,9 +242,9 @@ fn a_real_stands_where_a_constant_does() {
 #[test]
 fn a_validator_of_others_agrees() {
     let script = root().join("tests/schema/check.py");
-    let there = Command::new("python3").args(["-c", "import jsonschema, tomllib"]).output();
-    if !there.is_ok_and(|output| output.status.success()) {
-        return not_installed("jsonschema (or tomllib) of Python");
+    let line = "import jsonschema, tomllib; jsonschema.Draft202012Validator";
+    if !usable(python_can(Path::new("python3"), "Python with jsonschema and tomllib", line)) {
+        return;
     }
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("schema-python");
     fs::create_dir_all(&folder).expect("a folder");

@@ -7,6 +7,7 @@ use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 use crate::support::live::{Live, PATIENCE};
+use crate::support::needs::{self, usable};
 
 /// A plant with metrics of each kind, and an alarm.
 pub const LADDER: &str = r#"
@@ -155,16 +156,9 @@ pub fn answer_of(host: &str, bytes: &[u8]) -> HttpAnswer {
     HttpAnswer { status, head: head.to_ascii_lowercase(), body: body.to_owned() }
 }
 
-/// Whether `promtool` and `prometheus` are installed.
+/// Whether `promtool` and `prometheus` are installed, and new enough.
 pub fn has_prometheus() -> bool {
-    ["prometheus", "promtool"].iter().all(|program| {
-        let mut command = Command::new(program);
-        let is = command.arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-        if is.is_err() {
-            crate::support::needs::not_installed(program);
-        }
-        is.is_ok()
-    })
+    ["prometheus", "promtool"].into_iter().all(|program| usable(needs::prometheus(program)))
 }
 
 /// Runs `promtool` with a standard input. It must succeed without a message.

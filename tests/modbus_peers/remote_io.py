@@ -2,6 +2,9 @@
 
     remote_io.py tcp PORT UNIT...
     remote_io.py rtu DEVICE UNIT...
+    remote_io.py probe tcp|rtu
+
+The last one only finds out whether this Python can be such a peer.
 
 Every unit has 100 of each table. Standard input sets what the field would: `UNIT discrete 3 1`,
 `UNIT input 5 77`. Every change that the client writes is a line on standard output:
@@ -70,6 +73,12 @@ async def obey(units):
         units[int(unit)][table][int(at)] = int(value)
 
 
+def probe(way):
+    device(1, {table: [0] * COUNT for table in OF_FUNCTION.values()})
+    if way == "rtu":
+        import serial  # noqa: F401
+
+
 async def main(way, place, *units):
     units = {int(unit): {t: [0] * COUNT for t in OF_FUNCTION.values()} for unit in units}
     devices = [device(unit, tables) for unit, tables in units.items()]
@@ -89,4 +98,7 @@ async def main(way, place, *units):
     await obey(units)
 
 
-asyncio.run(main(*sys.argv[1:]))
+if sys.argv[1] == "probe":
+    probe(sys.argv[2])
+else:
+    asyncio.run(main(*sys.argv[1:]))

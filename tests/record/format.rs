@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::record::drawn::{Numbers, block, program, section};
 use crate::record::line::{Line, engine, on_disk};
-use crate::support::needs::not_installed;
+use crate::support::needs::{self, usable};
 use rungd::engine::{BitCell, Cell, EngineCall, EngineState, WordCell};
 use rungd::record::{Recording, SectionBody, SegmentStart, state_hash};
 use rungd::runtime::command::CommandId;
@@ -22,10 +22,10 @@ fn printed_by_the_reader(name: &str, bytes: &[u8]) -> Option<String> {
     let script = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
     std::fs::write(folder.join("reader.py"), script).unwrap();
     let mut python = Command::new("python3");
-    let Ok(output) = python.args(["reader.py", "recording"]).current_dir(&folder).output() else {
-        not_installed("python3");
+    if !usable(needs::python()) {
         return None;
-    };
+    }
+    let output = python.args(["reader.py", "recording"]).current_dir(&folder).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }

@@ -2,7 +2,7 @@
 //! files it finds the same image as rungd.
 
 use crate::retain::disk;
-use crate::support::needs::not_installed;
+use crate::support::needs::{self, usable};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -47,11 +47,10 @@ fn read_by_page(test: &str, bytes: &[u8]) -> Option<Output> {
     let script = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
     std::fs::write(folder.join("reader.py"), script).unwrap();
     let mut python = Command::new("python3");
-    let output = python.args(["reader.py", "memory"]).current_dir(&folder).output();
-    if output.is_err() {
-        not_installed("python3");
+    if !usable(needs::python()) {
+        return None;
     }
-    output.ok()
+    Some(python.args(["reader.py", "memory"]).current_dir(&folder).output().unwrap())
 }
 
 /// Checks that the reader of the page prints the image that rungd finds on the disk.

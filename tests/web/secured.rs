@@ -4,12 +4,8 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::support::live::Live;
-use crate::support::needs::not_installed;
+use crate::support::needs::{openssl, usable, works};
 use crate::web::client::{CONTROLLER, LADDER, Web};
-
-fn is_installed(program: &str) -> bool {
-    Command::new(program).arg("--version").output().is_ok()
-}
 
 fn certificate(folder: &Path) -> (String, String) {
     let at = |name: &str| folder.join(name).display().to_string();
@@ -24,10 +20,9 @@ fn certificate(folder: &Path) -> (String, String) {
 
 #[test]
 fn browsers_speak_tls_and_nothing_else() {
-    for program in ["openssl", "curl"] {
-        if !is_installed(program) {
-            return not_installed(program);
-        }
+    let curl = || works("curl", Command::new("curl").arg("--version"));
+    if !usable(openssl(Path::new("openssl"))) || !usable(curl()) {
+        return;
     }
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let (chain, key) = certificate(&live.folder);

@@ -12,7 +12,7 @@ mod run;
 mod watcher;
 mod ways;
 
-use crate::support::needs::{Need, not_installed, skip};
+use crate::support::needs::{Need, python, skip, usable};
 use run::{IN_RUN, SAFE, Story, play, play_away};
 use ways::{Fate, WAYS, Way};
 
@@ -25,8 +25,7 @@ const ROUNDS_OF_THE_PAGE: u32 = 100;
 
 /// Whether this way can be tested here; otherwise the reason is printed.
 fn may(way: Way) -> bool {
-    if !watcher::is_there() {
-        not_installed("python3");
+    if !usable(python()) {
         return false;
     }
     if way.wants_faults() && !cfg!(debug_assertions) {

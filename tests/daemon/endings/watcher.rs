@@ -88,9 +88,3 @@ impl Drop for Watcher {
         let _ = self.child.wait();
     }
 }
-
-/// Whether Python is installed.
-pub fn is_there() -> bool {
-    let found = Command::new("python3").arg("--version").stdout(Stdio::null()).status();
-    found.is_ok_and(|status| status.success())
-}

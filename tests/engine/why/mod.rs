@@ -8,6 +8,7 @@
 mod bench;
 mod contacts;
 mod page;
+mod pictures;
 mod speed;
 mod trace;
 mod verdict;
