@@ -131,28 +131,28 @@ fn an_output_and_an_input() {
     check(
         &["valve", "start"],
         expect![[r#"
-        valve (Y0): Opens the tank
-          declared at plant.toml:4
-        written by
-          OUT valve  Main, rung fill  plant.toml:31
-        read by
-          valve  Main, rung 2  plant.toml:36
-        controller file
-          X1 is simulated by it    rungd.toml:19
-          outside of RUN it is ON  rungd.toml:7
-        tests
-          tests/a.test.toml:7  it opens
+            valve (Y0): Opens the tank
+              declared at plant.toml:4
+            written by
+              OUT valve  Main, rung fill  plant.toml:31
+            read by
+              valve  Main, rung 2 (p1)  plant.toml:36
+            controller file
+              X1 is simulated by it    rungd.toml:19
+              outside of RUN it is ON  rungd.toml:7
+            tests
+              tests/a.test.toml:7  it opens
 
-        start (X8): The green button
-          declared at plant.toml:2
-        read by
-          start        Main, rung fill  plant.toml:30
-          rise(start)  Main, rung 2     plant.toml:36
-        controller file
-          Modbus clients read and write it: coil 0
-        tests
-          tests/a.test.toml:7  it opens
-    "#]],
+            start (X8): The green button
+              declared at plant.toml:2
+            read by
+              start        Main, rung fill    plant.toml:30
+              rise(start)  Main, rung 2 (p1)  plant.toml:36
+            controller file
+              Modbus clients read and write it: coil 0
+            tests
+              tests/a.test.toml:7  it opens
+        "#]],
     );
 }
 
@@ -288,19 +288,19 @@ fn a_use_of_a_template() {
     check(
         &["p1", "p1.failed"],
         expect![[r#"
-        p1
-        written by
-          SET failed  Main, rung 2  plant.toml:23
-        read by
-          !failed  Main, rung 2  plant.toml:22
+            p1
+            written by
+              SET failed  Main, rung 2 (p1)  plant.toml:23
+            read by
+              !failed  Main, rung 2 (p1)  plant.toml:22
 
-        p1.failed
-          declared at plant.toml:19
-        written by
-          SET failed  Main, rung 2  plant.toml:23
-        read by
-          !failed  Main, rung 2  plant.toml:22
-    "#]],
+            p1.failed
+              declared at plant.toml:19
+            written by
+              SET failed  Main, rung 2 (p1)  plant.toml:23
+            read by
+              !failed  Main, rung 2 (p1)  plant.toml:22
+        "#]],
     );
 }
 

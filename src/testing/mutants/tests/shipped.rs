@@ -58,7 +58,7 @@ fn all_mutants_of_the_ladders_in_config() {
         lift-station: 193
         lubrication: 57
         parts-bin: 72
-        pump-station: 178
+        pump-station: 180
         rungd: 72
         temperature-loop: 94
         traffic-light: 189
