@@ -91,9 +91,8 @@ struct WaitArgs {
 fn time(text: &str) -> Result<Duration, String> {
     match duration::parse(text).map(|ms| Duration::from_millis(ms.unsigned_abs().into())) {
         Ok(time) if !time.is_zero() => Ok(time),
-        Ok(_) | Err(_) => {
-            Err(format!("`{text}` is no time to wait: write it as 12s or 2m, at most 596h"))
-        }
+        Ok(_) => Err(format!("`{text}` is no time to wait: write it as 12s or 2m, at most 596h")),
+        Err(_) => Err(duration::not_a_duration(text, "12s or 2m, at most 596h")),
     }
 }
 

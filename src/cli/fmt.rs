@@ -11,10 +11,10 @@ use anyhow::{Context, Result};
 use clap::Args;
 
 use super::check::style;
-use super::exit::{CommandLine, Exit};
+use super::exit::{CommandLine, Exit, is_broken_pipe};
 use super::fmt_file;
-use super::folders::search;
-use super::terminal::{one_line, print, say_drawn};
+use super::folders::search_on;
+use super::terminal::{one_line, print, say_drawn, say_line};
 use crate::format::formatted;
 use crate::load::decode;
 use crate::load::files::read_bytes;
@@ -46,32 +46,54 @@ struct Outcome {
     differs: bool,
     findings: Vec<Finding>,
     files: Vec<SourceFile>,
+    /// Whether a file could not be read or written; its reason is printed already.
+    failed: bool,
 }
 
 /// Formats the files.
 ///
 /// # Errors
-/// A file cannot be read or written, or a folder has no files of rungd.
+/// A folder has no files of rungd, or standard output cannot be written.
 pub fn fmt(args: &FmtArgs) -> Result<Exit> {
     let mut outcome = Outcome::default();
     for path in &args.paths {
         if path == Path::new("-") {
             standard_input(args.check, &mut outcome)?;
         } else if path.is_dir() {
-            folder(path, args.check, &mut outcome)?;
+            let done = folder(path, args.check, &mut outcome);
+            outcome.go_on(done)?;
         } else {
-            let bytes = read_bytes(path).with_context(|| path.display().to_string())?;
-            file(path, &bytes, args.check, &mut outcome)?;
+            let done = read(path).and_then(|bytes| file(path, &bytes, args.check, &mut outcome));
+            outcome.go_on(done)?;
         }
     }
     if !outcome.findings.is_empty() {
         say_drawn(&render(&outcome.findings, &outcome.files, style(false)));
         return Ok(Exit::Config);
     }
+    if outcome.failed {
+        return Ok(Exit::Io);
+    }
     Ok(if args.check && outcome.differs { Exit::Refused } else { Exit::Ok })
 }
 
 impl Outcome {
+    /// Says why a file could not be read or written, so that the files behind it have their turn.
+    ///
+    /// # Errors
+    /// The failure is one of standard output.
+    fn go_on(&mut self, done: Result<()>) -> Result<()> {
+        match done {
+            Err(why) if is_broken_pipe(&why) || why.is::<CommandLine>() => Err(why),
+            Err(why) => {
+                say_line(&format!("rungd: {why:#}"));
+                self.failed = true;
+                Ok(())
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
     /// The present text of a file, and its text in the layout. `None` if the file is broken: then
     /// its findings are kept.
     fn formatted(&mut self, name: String, bytes: &[u8]) -> Option<(String, String)> {
@@ -111,20 +133,30 @@ fn standard_input(check: bool, outcome: &mut Outcome) -> Result<()> {
 
 /// Formats the files of rungd in a folder and the folders in it.
 fn folder(folder: &Path, check: bool, outcome: &mut Outcome) -> Result<()> {
-    let mut is_empty = true;
+    let (found, failed) = search_on(folder, ".toml");
+    let mut is_empty = failed.is_empty();
+    for why in failed {
+        outcome.go_on(Err(why))?;
+    }
     // A link is ignored: its target may be outside the folder.
-    for path in search(folder, ".toml")?.into_iter().filter(|path| !path.is_symlink()) {
-        let bytes = read_bytes(&path).with_context(|| path.display().to_string())?;
-        if file_kind::may_be_of_rungd(&String::from_utf8_lossy(&bytes)) {
-            is_empty = false;
-            file(&path, &bytes, check, outcome)?;
-        }
+    for path in found.into_iter().filter(|path| !path.is_symlink()) {
+        let done = read(&path).and_then(|bytes| {
+            let is_own = file_kind::may_be_of_rungd(&String::from_utf8_lossy(&bytes));
+            is_empty &= !is_own;
+            if is_own { file(&path, &bytes, check, outcome) } else { Ok(()) }
+        });
+        is_empty &= done.is_ok();
+        outcome.go_on(done)?;
     }
     if is_empty {
         let message = format!("{}: no file of rungd in this folder", folder.display());
         return Err(CommandLine(message).into());
     }
     Ok(())
+}
+
+fn read(path: &Path) -> Result<Vec<u8>> {
+    read_bytes(path).with_context(|| path.display().to_string())
 }
 
 fn file(path: &Path, bytes: &[u8], check: bool, outcome: &mut Outcome) -> Result<()> {

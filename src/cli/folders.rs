@@ -1,9 +1,10 @@
 //! Paths of a command line: the files of a folder and the folders in it, for commands that accept
 //! both files and folders; paths that are no texts.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 
 use super::exit::CommandLine;
 
@@ -31,13 +32,26 @@ pub(super) fn has_text_path(path: &Path) -> Result<()> {
 /// # Errors
 /// A folder cannot be read.
 pub(super) fn search(folder: &Path, ending: &str) -> Result<Vec<PathBuf>> {
+    let (found, failed) = search_on(folder, ending);
+    failed.into_iter().next().map_or(Ok(found), Err)
+}
+
+/// The files of [`search`], and the reasons why folders could not be read: for a command that goes
+/// on behind them.
+pub(super) fn search_on(folder: &Path, ending: &str) -> (Vec<PathBuf>, Vec<Error>) {
+    let (mut found, mut failed) = (Vec::new(), Vec::new());
+    walk(folder, ending, &mut found, &mut failed);
+    (found, failed)
+}
+
+fn walk(folder: &Path, ending: &str, found: &mut Vec<PathBuf>, failed: &mut Vec<Error>) {
     let context = || folder.display().to_string();
-    let mut entries = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(context)? {
-        entries.push(entry.with_context(context)?);
-    }
+    let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
+    let mut entries = match entries.with_context(context) {
+        Ok(entries) => entries,
+        Err(why) => return failed.push(why),
+    };
     entries.sort_by_key(std::fs::DirEntry::file_name);
-    let mut found = Vec::new();
     for entry in entries {
         let name = entry.file_name();
         let path = match folder == Path::new(".") {
@@ -45,12 +59,15 @@ pub(super) fn search(folder: &Path, ending: &str) -> Result<Vec<PathBuf>> {
             false => entry.path(),
         };
         let name = name.to_string_lossy();
-        let kind = entry.file_type().with_context(context)?;
-        if kind.is_dir() && !name.starts_with('.') {
-            found.extend(search(&path, ending)?);
-        } else if (kind.is_file() || kind.is_symlink()) && name.ends_with(ending) {
-            found.push(path);
+        match entry.file_type().with_context(context) {
+            Err(why) => failed.push(why),
+            Ok(kind) if kind.is_dir() && !name.starts_with('.') => {
+                walk(&path, ending, found, failed);
+            }
+            Ok(kind) if (kind.is_file() || kind.is_symlink()) && name.ends_with(ending) => {
+                found.push(path);
+            }
+            Ok(_) => {}
         }
     }
-    Ok(found)
 }

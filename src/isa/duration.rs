@@ -43,10 +43,27 @@ pub fn of_seconds(seconds: f64) -> Option<String> {
 /// The sentence about a text that is not a duration. `forms`: examples; a number with a fraction
 /// gets its own text in whole units.
 pub fn not_a_duration(text: &str, forms: &str) -> String {
-    match of_fraction(text) {
-        Some(right) => format!("`{text}` is not a duration: its numbers are whole: write {right}"),
+    if let Some(right) = of_fraction(text) {
+        return format!("`{text}` is not a duration: its numbers are whole: write {right}");
+    }
+    match without_unit(text) {
+        Some([first, second]) => {
+            format!("`{text}` is not a duration: it lacks its unit: write {first} or {second}")
+        }
         None => format!("`{text}` is not a duration: write it as {forms}"),
     }
+}
+
+/// The two durations that a number without a unit can mean: `5` gives `5ms` and `5s`. Milliseconds
+/// are whole, so `1.5` and `1,5` give the values in seconds and in minutes.
+pub(crate) fn without_unit(text: &str) -> Option<[String; 2]> {
+    if !text.starts_with(|c: char| c.is_ascii_digit()) || text.len() > 12 {
+        return None;
+    }
+    if text.bytes().all(|b| b.is_ascii_digit()) {
+        return Some([format!("{text}ms"), format!("{text}s")]);
+    }
+    Some([of_fraction(&format!("{text}s"))?, of_fraction(&format!("{text}m"))?])
 }
 
 /// A number with a fraction and one unit: `1.5s` gives `1s500ms`.
@@ -142,6 +159,17 @@ pub fn print(ms: i32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_without_a_unit_gets_two() {
+        let given = |text: &str| without_unit(text).map(|both| both.join(" "));
+        assert_eq!(given("5").as_deref(), Some("5ms 5s"));
+        assert_eq!(given("1,5").as_deref(), Some("1s500ms 1m30s"));
+        assert_eq!(given("1.5").as_deref(), Some("1s500ms 1m30s"));
+        for text in ["", "x", "1,5s", "1,5,2", "-5", "9999999999999"] {
+            assert_eq!(given(text), None, "{text}");
+        }
+    }
 
     #[test]
     fn reads_both_forms() {

@@ -146,6 +146,11 @@ fn values_as_people_write_them() {
         ("R1", "1e39", "takes -3.4028235e38 to 3.4028235e38, not 1e39"),
         ("R1", "-99999999999999999999999999999999999999999", "to 3.4028235e38, not -9999"),
         ("D5", "12x", "`12x`"),
+        ("D5", "1,5", "takes a whole number"),
+        ("T0.Acc", "1,5s", "write `1s500ms`"),
+        ("T0.Acc", "1.5s", "write `1s500ms`"),
+        ("R1", "1,5", "a decimal comma in a number: write `1.5`"),
+        ("R1", "-0,25", "write `-0.25`"),
     ] {
         let message = value(name, given).unwrap_err();
         assert!(message.contains(words), "{message}");

@@ -8,10 +8,11 @@ use std::fmt;
 use super::protocol::{GivenValue, Held, Refusal, RefusalKind, ShownValue};
 use super::value::write_name;
 use crate::engine::Cell;
+use crate::isa::decimal_comma::corrected;
 use crate::isa::{Address, Bit, BitSpace, NearestReal, Real, Word, WordSpace};
 use crate::runtime::exchange::{Mode, Snapshot};
 use crate::source::atom::{Atom, AtomKind};
-use crate::source::finding::Code;
+use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
 /// A bit or word with its names.
@@ -100,8 +101,9 @@ impl Variable {
                     Ok(AtomKind::Name(_) | AtomKind::Real(_)) => None,
                     // An out-of-range text gets this operand's limits below, not the limits of its
                     // own notation.
+                    Err(_) if corrected(text.trim()).is_some_and(|right| is_real(&right)) => None,
                     Err(finding) if finding.code != Code::OutOfRange => {
-                        return Err(bad(finding.message));
+                        return Err(bad(with_correction(&finding)));
                     }
                     Err(_) if is_real(text.trim()) => None,
                     Err(_) => return Err(beyond(text.trim())),
@@ -135,7 +137,7 @@ impl Variable {
                     Err(finding) if finding.code == Code::OutOfRange => {
                         return Err(beyond(text.trim()));
                     }
-                    Err(finding) => return Err(bad(finding.message)),
+                    Err(finding) => return Err(bad(with_correction(&finding))),
                 }
             }
         };
@@ -199,6 +201,12 @@ impl Variable {
             Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
         }
     }
+}
+
+/// The message of a finding about a value, with the text to write if its help has one.
+fn with_correction(finding: &Finding) -> String {
+    let help = finding.help_text().filter(|help| help.starts_with("write `"));
+    help.map_or(finding.message.clone(), |help| format!("{}: {help}", finding.message))
 }
 
 /// Whether a number has a point or an exponent.

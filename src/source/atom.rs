@@ -167,6 +167,11 @@ pub(crate) fn bad_duration(text: &str, span: Span, error: DurationError) -> Find
             let finding = Finding::new(Code::BadDuration, span, message);
             return finding.help(format!("write `{right}`"));
         }
+        DurationError::Form if let Some([first, second]) = duration::without_unit(text) => {
+            let message = format!("`{text}` is not a duration: it lacks its unit");
+            let finding = Finding::new(Code::BadDuration, span, message);
+            return finding.help(format!("write `{first}` or `{second}`"));
+        }
         DurationError::Form => (
             format!("`{text}` is not a duration"),
             "write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`",

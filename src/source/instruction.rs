@@ -7,9 +7,9 @@ use super::atom::Atom;
 use super::expression::Formula;
 use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
+use super::instruction_commas::{comma_help, is_element, listed, pointed};
 use super::instruction_habits::{other_form, several};
 use super::span::{Located, Span};
-use crate::isa::{Mnemonic, OperandKind, decimal_comma};
 
 /// One instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,6 +54,10 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
         return Some(Instruction { span, mnemonic, operands: Vec::new(), formula: Some(formula) });
     }
     if let Some(finding) = other_form(text, &all, span) {
+        findings.push(finding);
+        return None;
+    }
+    if let Some(finding) = listed(&all, span) {
         findings.push(finding);
         return None;
     }
@@ -152,55 +156,6 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
     let key = Located { value: key.to_owned(), span: span.part(0, key.len()) };
     let value = Atom::parse(value, place).map_err(Box::new)?;
     Ok(Operand { span, key: Some(key), value })
-}
-
-/// Whether a word is a Sensaphone counter or element (`N,0`, `N,0,6`), with or without a key before
-/// it.
-fn is_element(word: &str) -> bool {
-    let word = word.split_once('=').map_or(word, |(_, value)| value);
-    let mut parts = word.split(',');
-    parts.next().is_some_and(|name| name.eq_ignore_ascii_case("N")) && {
-        let numbers: Vec<&str> = parts.collect();
-        matches!(numbers.len(), 1 | 2) && numbers.iter().all(|n| n.parse::<u64>().is_ok())
-    }
-}
-
-/// The help for `N3,0`: the number of a Sensaphone counter is also written behind a comma.
-fn sensaphone_help(word: &str) -> Option<String> {
-    let word = word.split_once('=').map_or(word, |(_, value)| value);
-    let (number, element) = word.strip_prefix(['N', 'n'])?.split_once(',')?;
-    let (n, _) = (number.parse::<u32>().ok()?, element.parse::<u32>().ok()?);
-    Some(format!(
-        "a Sensaphone counter is `N,{n}` or `N{n}`, and its elements are `N,{n},0` to `N,{n},6`"
-    ))
-}
-
-/// A word without the decimal comma of its number or duration, with or without a key before it.
-fn pointed(word: &str) -> Option<String> {
-    let value = word.split_once('=').map_or(word, |(_, value)| value);
-    let right = decimal_comma::corrected(value)?;
-    Some(format!("{}{right}", &word[..word.len() - value.len()]))
-}
-
-fn comma_help(word: &str, mnemonic: &str) -> String {
-    if let Some(help) = sensaphone_help(word) {
-        return help;
-    }
-    let names: Vec<&str> = word.split(',').filter(|name| !name.is_empty()).collect();
-    let spec = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec);
-    let positional = || spec.iter().flat_map(|s| s.operands.iter()).filter(|o| o.key.is_none());
-    match names.as_slice() {
-        [_, _, ..]
-            if !word.contains('=')
-                && positional().count() == 1
-                && positional().all(|operand| operand.kind != OperandKind::Stages) =>
-        {
-            let each = names.iter().map(|name| format!("\"{mnemonic} {name}\""));
-            format!("one instruction for each: {}", each.collect::<Vec<_>>().join(", "))
-        }
-        [_, _, ..] => format!("write `{}`", names.join(" ")),
-        _ => "take the comma away".to_owned(),
-    }
 }
 
 fn allowed(c: char) -> bool {

@@ -25,6 +25,7 @@ pub mod file_kind;
 pub mod finding;
 mod headers;
 pub mod instruction;
+mod instruction_commas;
 mod instruction_habits;
 pub(crate) mod key;
 pub(crate) mod ladder;

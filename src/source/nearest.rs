@@ -181,6 +181,19 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
     nearest(name, known).map(|near| bounded(format!("did you mean `{near}`?")))
 }
 
+/// The question for a wrong key: the key that other systems call so, else the nearest.
+pub(super) fn meant_key(name: &str, keys: &[&'static str]) -> Option<String> {
+    const WORDS: [(&[&str], &str); 2] = [
+        (&["adr", "addr", "address", "adresse"], "at"),
+        (&["comment", "description", "desc"], "doc"),
+    ];
+    let folded = fold(name);
+    let other = WORDS.iter().find(|(words, _)| words.contains(&folded.as_str()));
+    let key = other.map(|(_, key)| *key).filter(|key| keys.contains(key));
+    key.map(|key| format!("did you mean `{key}`?"))
+        .or_else(|| did_you_mean(name, keys.iter().copied()))
+}
+
 fn fold(name: &str) -> String {
     name.chars().take(COMPARED_MAX).flat_map(char::to_lowercase).collect()
 }

@@ -18,7 +18,7 @@ use super::doc::{Doc, Text, describe};
 use super::finding::{Code, Finding};
 use super::headers;
 use super::key::Key;
-use super::nearest::did_you_mean;
+use super::nearest::meant_key;
 use super::shape::{Shape, ValueForm};
 use super::span::{Located, Span};
 use crate::isa::{Real, duration};
@@ -460,26 +460,26 @@ impl<'a> Table<'a> {
         Some((self.below(self.table, 0..0, place).noting(&shape), shape))
     }
 
+    /// Whether the table has a key that no getter has requested.
+    pub fn has_unknown(&self) -> bool {
+        self.table.keys().any(|key| !self.asked.contains(&key.get_ref().as_ref()))
+    }
+
     /// Makes a finding for every key that no getter requested.
     pub fn finish(self) {
-        let all = self.in_file_order();
-        let unknown = all.iter().map(|(key, _)| *key).filter(|key| {
-            let name: &str = key.get_ref();
-            !self.asked.contains(&name)
-        });
+        let all = self.in_file_order().into_iter().map(|(key, _)| key);
+        let unknown = all.filter(|key| !self.asked.contains(&key.get_ref().as_ref()));
         // An unknown key is probably one that is missing.
-        for (at, key) in unknown.enumerate() {
-            if at == 0 {
-                self.doc.drop_missing(self.span);
-            }
+        if self.has_unknown() {
+            self.doc.drop_missing(self.span);
+        }
+        for key in unknown {
             let name: &str = key.get_ref();
             let message = format!("{} has no key `{name}`", self.place);
             let known = self.asked.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
-            let help = did_you_mean(name, self.asked.iter().copied());
-            let finding = Finding::new(Code::UnknownKey, self.doc.span(key.span()), message)
-                .label("unknown key")
-                .help(help.unwrap_or_else(|| format!("the keys here are {known}")));
-            self.find(finding);
+            let help = meant_key(name, &self.asked).unwrap_or(format!("the keys here are {known}"));
+            let finding = Finding::new(Code::UnknownKey, self.doc.span(key.span()), message);
+            self.find(finding.label("unknown key").help(help));
         }
     }
 }

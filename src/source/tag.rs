@@ -101,7 +101,7 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
          for each element.",
     );
     let (initial, initials) = table.constants(initial);
-    let tag = Tag {
+    let mut tag = Tag {
         name,
         at,
         count,
@@ -142,6 +142,8 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
         has_meaning: ["at", "type", "value"].iter().any(|key| table.has(key)),
     };
+    // A key that is written wrong is probably the one that is missing.
+    tag.has_meaning |= table.has_unknown();
     table.finish();
     tag
 }

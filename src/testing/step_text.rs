@@ -7,7 +7,7 @@ use super::step_forms::{FORMS, step_form};
 use super::step_words::{StepWord, StepWords, count};
 use super::suite::TestTime;
 use crate::calendar;
-use crate::isa::duration::{self, DurationError};
+use crate::isa::duration;
 use crate::source::atom::bad_duration;
 use crate::source::contact::Contact;
 use crate::source::contact_sum::Sum;
@@ -457,16 +457,6 @@ fn colon(text: &str) -> Option<usize> {
 fn milliseconds(word: &StepWord) -> Result<Located<u32>, Finding> {
     match duration::parse(&word.value) {
         Ok(ms) => Ok(Located { value: ms.unsigned_abs(), span: word.span }),
-        Err(DurationError::Form)
-            if word.value.bytes().all(|b| b.is_ascii_digit()) && !word.value.is_empty() =>
-        {
-            let finding = Finding::new(
-                Code::BadDuration,
-                word.span,
-                format!("`{}` is not a duration: it lacks its unit", word.value),
-            );
-            Err(finding.help(format!("write `{0}ms` or `{0}s`", word.value)))
-        }
         Err(error) => Err(bad_duration(&word.value, word.span, error)),
     }
 }

@@ -95,6 +95,23 @@ fn a_broken_file_is_left_and_the_others_are_written() {
     assert_eq!(fs::read_to_string(folder.join("b.toml")).expect("readable"), LADDER);
 }
 
+/// A file or folder that cannot be read is told, the others are formatted, and the exit code tells.
+#[test]
+fn a_file_that_cannot_be_read_stops_no_other() {
+    let folder = folder("fmt-unreadable");
+    fs::write(folder.join("b.toml"), LOOSE).expect("written");
+    // Larger than a file of rungd may be; it takes no space.
+    let large = fs::File::create(folder.join("a.toml")).expect("made");
+    large.set_len(300 << 20).expect("set");
+    let output = rungd(&["fmt", "."], &folder);
+    check(&output, 74, "b.toml\n", "a.toml: ");
+    assert_eq!(fs::read_to_string(folder.join("b.toml")).expect("readable"), LADDER);
+    fs::write(folder.join("c.toml"), LOOSE).expect("written");
+    let output = rungd(&["fmt", "a.toml", "none.toml", "c.toml"], &folder);
+    check(&output, 74, "c.toml\n", "none.toml: ");
+    check(&output, 74, "c.toml\n", "a.toml: ");
+}
+
 /// A pipe in a folder would stop a reader for ever, and is no file of rungd.
 #[test]
 fn pipes_and_sockets_of_a_folder_are_passed_over() {

@@ -171,6 +171,9 @@ fn how_long_it_runs_is_said_in_scans_or_in_time() {
     place.refused("count.toml --scans 3 --for 1s", 2, "cannot be used with");
     place.refused("count.toml --period 0ms", 2, "a period is at least 1ms");
     place.refused("count.toml --for soon", 2, "`soon` is not a duration");
+    place.refused("count.toml --for 1,5s", 2, "its numbers are whole: write 1s500ms");
+    place.refused("count.toml --for 1,5", 2, "it lacks its unit: write 1s500ms or 1m30s");
+    place.refused("count.toml --period 10", 2, "it lacks its unit: write 10ms or 10s");
     place.refused("count.toml --period 600h", 2, "the longest is 596h31m23s647ms");
     place.refused("", 2, "FILE.toml");
 }
