@@ -172,8 +172,10 @@ impl RetainPlan {
     /// The restoration of a content. `is_final`: the image was taken after the termination passes
     /// of its program.
     ///
-    /// If it was not, the elements that the image's program terminates are terminated here, because
-    /// the program of this plan may not terminate them.
+    /// If it was not, call `Engine::terminate_all` afterwards. What an unchanged owner terminates
+    /// is left to these passes, because a reset value can be a preset that a later pass resets. All
+    /// else that the image's program terminates is terminated here, because the program of this
+    /// plan may not terminate it.
     pub(crate) fn restore(&self, found: &Content, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
@@ -196,12 +198,17 @@ impl RetainPlan {
                     continue;
                 }
                 let mut value = *values[&from];
-                if !is_final {
-                    terminate(from, found, &mut value);
-                    let differs = value.word != values[&from].word;
-                    restoration.terminated += usize::from(differs);
-                }
                 let owner = found.owners.get(&from).map(String::as_str);
+                if !is_final {
+                    let mut terminated = value;
+                    terminate(from, found, &mut terminated);
+                    restoration.terminated += usize::from(terminated.word != value.word);
+                    let same_owner = owner == self.owners.get(&element).map(String::as_str);
+                    let same_pass = run.terminated == found.terminated.contains(&from);
+                    if !(same_owner && same_pass) {
+                        value = terminated;
+                    }
+                }
                 self.put(&mut restoration, element, &value, owner);
             }
         }

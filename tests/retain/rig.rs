@@ -179,3 +179,33 @@ fn story(seed: u64) {
     let said = format!("{}{}", text(&output.stdout), text(&output.stderr));
     assert!(output.status.success(), "seed {seed}:\n{said}\n{test}");
 }
+
+/// A preset that a later rung terminates, and a Sensaphone counter that only counts up.
+const PRESETS: &str = "[[program]]\nname = \"Main\"\nrung = [\n\
+    { leg.dn = [\"X0\"], leg.rst = [\"X1\"], do = [\"CNTDN CT0 preset=CT1.Acc\"] },\n\
+    { leg.up = [\"X2\"], leg.rst = [\"$Off\"], do = [\"CNT CT1 preset=100\"] },\n\
+    { when = [\"X3\"], do = [\"CTU N0 preset=9\"] },\n]\n";
+
+#[test]
+fn a_power_cut_leaves_presets_and_enable_bits_as_a_restart_does() {
+    let plant = Plant::new(PRESETS, "");
+    let steps = |end: &str| {
+        format!(
+            "[[scenario]]\nname = \"{end}\"\nsteps = [\"run 1 scans\",\n\
+             \"set X2 ON\", \"run 1 scans\", \"set X2 OFF\", \"run 1 scans\", \"set X2 ON\",\n\
+             \"set X3 ON\", \"force N0.CD ON\", \"run 1 scans\", \"unforce N0.CD\", \"run 2s\",\n\
+             \"expect: CT1.Acc == 2 & N0.CD & N0.CU\", \"{end}\", \"set X3 OFF\",\n\
+             \"expect: CT0.Acc == 2 & CT1.Acc == 0 & N0.CD & !N0.CU & N0.ACC == 1\"]\n"
+        )
+    };
+    let test = format!(
+        "ladder = [\"ladder.toml\"]\n[retain]\nranges = [\"CT0\", \"CT1\", \"N0\"]\n{}{}",
+        steps("restart"),
+        steps("power-cut")
+    );
+    let path = plant.0.join("presets.test.toml");
+    fs::write(&path, &test).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_rungd")).arg("test").arg(&path).output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    assert!(output.status.success(), "{}\n{test}", String::from_utf8_lossy(&said));
+}
