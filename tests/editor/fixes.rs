@@ -1,7 +1,9 @@
 //! Code actions: the actions that the helps of `tests/ui` offer. Each must repair or silence its
 //! finding and make no new error. The repair of a warning must change no trace.
 //!
-//! `fixes.txt` has the titles of each finding's actions; `UPDATE_EXPECT=1` updates it.
+//! `fixes.txt` has the titles of each finding's actions, `fixes_pages.txt` those of the wrong
+//! examples of `docs/findings`, with the kinds of findings that an action brings. `UPDATE_EXPECT=1` updates
+//! them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -105,6 +107,10 @@ fn same_traces(before: &str, after: &str, title: &str) {
     }
 }
 
+/// The recorded helps that show a text to write and have no action, and all without an action.
+const SHOWN_MAX: usize = 58;
+const WITHOUT_MAX: usize = 578;
+
 type Counted = BTreeMap<(String, String), usize>;
 
 /// The number of findings by name and message, without helps; `errors`: errors only.
@@ -161,6 +167,7 @@ fn tried(editor: &mut Editor, name_of: &str, text: &str) -> String {
             }
             let count = |of: &Counted| of.get(&own).copied().unwrap_or(0);
             assert!(count(&counted(&after, false)) < count(&all), "{name_of}: {title} repairs");
+            told.push_str(&warned(&all, &counted(&after, false), repairs));
             let is_first = mark == "-" && help.is_some_and(|(_, help)| is_nearest(help));
             for (error, count) in counted(&after, true).into_iter().filter(|_| !is_first) {
                 let before = errors.get(&error).copied().unwrap_or(0);
@@ -170,6 +177,55 @@ fn tried(editor: &mut Editor, name_of: &str, text: &str) -> String {
     }
     editor.close(name_of);
     told
+}
+
+/// The kinds of warnings and errors that only the repaired text has, each on a line.
+fn warned(before: &Counted, after: &Counted, repairs: bool) -> String {
+    let mut brought: Vec<&str> = after.keys().map(|(kind, _)| kind.as_str()).collect();
+    brought.retain(|kind| repairs && before.keys().all(|(known, _)| known != kind));
+    brought.dedup();
+    brought.into_iter().map(|kind| format!("    brings {kind}\n")).collect()
+}
+
+/// Each help that shows a text to write is followed by an action, but for those counted here: the
+/// number may only fall. A help without a repair stands in `fixes.txt`.
+#[test]
+fn few_helps_that_show_a_text_have_no_action() {
+    let recorded = include_str!("fixes.txt");
+    let shows = |help: &str| {
+        let words = ["write", "write it as", "declare it under [tags]:", "add", "give it", "use"];
+        words.iter().any(|words| help.contains(&format!("{words} `")))
+    };
+    let without: Vec<&str> =
+        recorded.lines().filter_map(|line| line.strip_prefix("  no repair: ")).collect();
+    let shown: Vec<&str> = without.iter().copied().filter(|help| shows(help)).collect();
+    assert!(shown.len() <= SHOWN_MAX, "{} show a text: {shown:#?}", shown.len());
+    assert!(without.len() <= WITHOUT_MAX, "{} without a repair", without.len());
+}
+
+/// The wrong example of each page of `docs/findings`: every action of its helps repairs.
+#[test]
+fn the_helps_of_the_pages_become_actions_that_repair() {
+    let pages = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/findings");
+    let folder = empty();
+    let mut editor = editor(folder.path());
+    std::fs::write(folder.path().join("other.toml"), LADDER).unwrap();
+    let mut told = String::new();
+    let mut paths: Vec<_> =
+        std::fs::read_dir(pages).unwrap().map(|of| of.unwrap().path()).collect();
+    paths.sort();
+    for path in paths {
+        let page = std::fs::read_to_string(&path).unwrap();
+        let Some((_, wrong)) = page.split_once("<!-- wrong -->") else { continue };
+        let wrong = wrong.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+        if !wrong.contains("ladder =") {
+            let name = format!("{}.toml", path.file_stem().unwrap().to_str().unwrap());
+            std::fs::write(folder.path().join(&name), wrong).unwrap();
+            told.push_str(&tried(&mut editor, &name, wrong));
+            std::fs::remove_file(folder.path().join(&name)).unwrap();
+        }
+    }
+    expect_test::expect_file!["fixes_pages.txt"].assert_eq(&told);
 }
 
 #[test]
