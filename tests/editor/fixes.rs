@@ -2,8 +2,8 @@
 //! finding and make no new error. The repair of a warning must change no trace.
 //!
 //! `fixes.txt` has the titles of each finding's actions, `fixes_pages.txt` those of the wrong
-//! examples of `docs/findings`, with the kinds of findings that an action brings. `UPDATE_EXPECT=1` updates
-//! them.
+//! examples of `docs/findings`, with the kinds of findings that an action brings.
+//! `UPDATE_EXPECT=1` updates them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
