@@ -206,7 +206,7 @@ class Look:
         if name == "tags":
             self.until("document.querySelectorAll('main tbody tr').length > 3")
         self.until("![...document.querySelectorAll('main [data-value]')].some("
-                   "of => of.getBoundingClientRect().top < innerHeight && of.textContent === '…')")
+                   "of => of.offsetParent && of.getBoundingClientRect().top < innerHeight && of.textContent === '…')")
 
     def until(self, script, argument=None):
         """Waits until a script returns true. (The page's CSP forbids Playwright's own waiting.)"""
