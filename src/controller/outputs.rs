@@ -40,6 +40,7 @@ impl OutputState {
     }
 
     /// As [`OutputState::text`], where there is room for `safe value`.
+    #[cfg(feature = "monitor")]
     pub(crate) fn long_text(self, separator: &str) -> String {
         let text = self.text(separator);
         match self {

@@ -27,6 +27,7 @@ impl ExpectedHosts {
     }
 
     /// These values, and every IP address, with any port.
+    #[cfg(feature = "fleet")]
     pub fn with_any_ip(self) -> ExpectedHosts {
         ExpectedHosts { any_ip: true, ..self }
     }

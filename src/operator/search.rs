@@ -136,6 +136,7 @@ pub(crate) fn running_instead() -> Option<String> {
     (!listed.is_empty()).then(|| format!("rungd: these of yours run:{}", choice(&listed)))
 }
 
+#[cfg(any(feature = "fleet", feature = "web"))]
 impl fmt::Display for SoughtSocket {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kept {
@@ -148,12 +149,14 @@ impl fmt::Display for SoughtSocket {
 /// The socket of a client that runs for long: it searches until a controller has answered, and then
 /// stays with that controller's socket. A write on a page must not go to a controller that was
 /// started later.
+#[cfg(any(feature = "fleet", feature = "web"))]
 #[derive(Clone, Debug)]
 pub(crate) struct SoughtSocket {
     /// The named socket, or the one at which a controller has answered.
     kept: Option<PathBuf>,
 }
 
+#[cfg(any(feature = "fleet", feature = "web"))]
 impl SoughtSocket {
     pub fn new(named: Option<PathBuf>) -> SoughtSocket {
         SoughtSocket { kept: named }
@@ -168,6 +171,7 @@ impl SoughtSocket {
     }
 
     /// Whether the socket is known from now on.
+    #[cfg(feature = "web")]
     pub fn is_kept(&self) -> bool {
         self.kept.is_some()
     }

@@ -40,7 +40,8 @@ fn browsers_speak_tls_and_nothing_else() {
     assert_eq!(plain.status, 0, "{plain:?}");
     let refused = |chain: &str, key: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-        command.args(["web", "--listen", "127.0.0.1:0", "--tls-cert", chain, "--tls-key", key]);
+        command.arg("web").arg("--socket").arg(&web.live.socket);
+        command.args(["--listen", "127.0.0.1:0", "--tls-cert", chain, "--tls-key", key]);
         String::from_utf8(command.output().unwrap().stderr).unwrap()
     };
     assert!(refused("/nonexistent.pem", &key).contains("/nonexistent.pem"));
