@@ -5,6 +5,7 @@
 //! nothing is chosen. Used by every client of `cli`, `web`, `edge`, `metrics` and `editor`.
 
 use std::env;
+#[cfg(any(feature = "fleet", feature = "web"))]
 use std::fmt;
 use std::fs;
 use std::os::unix::fs::{FileTypeExt, MetadataExt};
