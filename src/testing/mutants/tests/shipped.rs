@@ -60,7 +60,7 @@ fn all_mutants_of_the_ladders_in_config() {
         parts-bin: 72
         pump-station: 180
         rungd: 72
-        temperature-loop: 94
+        temperature-loop: 86
         traffic-light: 189
         controller: 55
     "#]]
