@@ -73,7 +73,7 @@ fn record() -> Vec<u8> {
     let loaded = recorded_files(&sources);
     let program = loaded.program.unwrap_or_else(|| panic!("{:?}", loaded.findings));
     let (mut taped, mut reader) = tape(Engine::new(lower(&program).0));
-    let files = files.map(|(name, text)| RecordedFile { name: name.to_owned(), text });
+    let files = files.map(|(name, text)| RecordedFile { name: name.to_owned(), text: text.into() });
     let mut recorder = Recorder::new(RecordedProgram {
         version: env!("CARGO_PKG_VERSION").into(),
         process_start_ns: BEGIN_NS,

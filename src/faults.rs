@@ -27,6 +27,9 @@ pub enum FaultPoint {
     Disk,
     /// The disk of the scan log takes one second longer.
     RecordDisk,
+    /// The disk of the scan log does not answer a sync as long as the file `$RUNGD_FAULTS.hold`
+    /// exists.
+    RecordSync,
     /// The thread of the scan log stalls as long as the file `$RUNGD_FAULTS.hold` exists.
     Record,
     /// The current section of the scan log ends.
@@ -63,7 +66,7 @@ mod armed {
 
     use super::FaultPoint;
 
-    const POINTS: [(&str, FaultPoint); 12] = [
+    const POINTS: [(&str, FaultPoint); 13] = [
         ("scan", FaultPoint::Scan),
         ("stall", FaultPoint::Stall),
         ("hang", FaultPoint::Hang),
@@ -73,6 +76,7 @@ mod armed {
         ("shell", FaultPoint::Shell),
         ("disk", FaultPoint::Disk),
         ("record-disk", FaultPoint::RecordDisk),
+        ("record-sync", FaultPoint::RecordSync),
         ("record", FaultPoint::Record),
         ("record-section", FaultPoint::RecordSection),
         ("page", FaultPoint::Page),
@@ -98,6 +102,10 @@ mod armed {
     }
 
     fn look(file: &Path) {
+        // A request waits until the one before it has had its fault.
+        if ARMED.load(Ordering::Acquire) != 0 {
+            return;
+        }
         let Ok(text) = std::fs::read_to_string(file) else { return };
         if let Some((_, point)) = POINTS.iter().find(|(name, _)| *name == text.trim()) {
             let _ = std::fs::remove_file(file);
@@ -133,7 +141,9 @@ mod armed {
             FaultPoint::Stall | FaultPoint::Disk | FaultPoint::RecordDisk => {
                 thread::sleep(STALL);
             }
-            FaultPoint::Record | FaultPoint::Hang => stall_while_held(),
+            FaultPoint::RecordSync | FaultPoint::Record | FaultPoint::Hang => {
+                stall_while_held();
+            }
             FaultPoint::Scan
             | FaultPoint::Thread
             | FaultPoint::Monitor

@@ -134,7 +134,12 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
     {
         return Ok(exit);
     }
-    let recording = match recording::of(of.path.as_ref(), &of.at)? {
+    let opened = match (&args.what, &of.path) {
+        // A list needs no more than heads.
+        (RecordCommand::List { .. }, Some(path)) => Ok(recording::opened_heads(path)?),
+        _ => recording::of(of.path.as_ref(), &of.at)?,
+    };
+    let recording = match opened {
         Ok(recording) => recording,
         Err(exit) => return Ok(exit),
     };
@@ -196,7 +201,8 @@ fn info(recording: &Recording, json: bool) -> Result<Exit> {
 
 fn stretch_text(recording: &Recording, stretch: &RecordedStretch, clock: &LocalClock) -> String {
     let program = recording.program(stretch.sections.start);
-    let (begin, end) = (clock.text(stretch.begin_ns), clock.time_text(stretch.end_ns));
+    let begin = clock.text(stretch.begin_ns);
+    let end = clock.end_text(stretch.begin_ns, stretch.end_ns);
     let name = program.files.first().map_or("", |file| file.name.as_str());
     let hash = program.hash.get(..12).unwrap_or_default();
     let mut text = String::new();
@@ -362,7 +368,7 @@ fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
-        fs::write(&path, &file.text).with_context(|| path.display().to_string())?;
+        fs::write(&path, &*file.text).with_context(|| path.display().to_string())?;
         print(&format!("{}\n", one_line(&path.display().to_string())))?;
     }
     Ok(Exit::Ok)

@@ -10,6 +10,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::recorded_plant::RecordedPlant;
+use super::terminal::one_line;
 use super::trace_file::TraceFile;
 use super::when::LocalClock;
 use crate::engine::{Cell, Image, Layout};
@@ -182,6 +183,8 @@ impl AlarmLog {
                 Some(to_ns) => format!("for {}", seconds(to_ns.saturating_sub(*from_ns))),
                 None => "and still at the end".to_owned(),
             };
+            // A recorded text may contain line ends, and must not add a line to the report.
+            let (tag, text) = (one_line(tag), one_line(text));
             format!("alarm {tag} {begun} {when} (scan {scan}) {length}: {text}\n")
         };
         let mut lines: String = self.stretches.iter().map(line).collect();

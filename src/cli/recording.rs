@@ -36,6 +36,14 @@ pub(super) fn opened(path: &Path) -> Result<Recording> {
     Recording::open(path).with_context(|| path.display().to_string())
 }
 
+/// As [`opened`], without the texts of the programs: for lists.
+///
+/// # Errors
+/// The recording cannot be read.
+pub(super) fn opened_heads(path: &Path) -> Result<Recording> {
+    Recording::open_heads(path).with_context(|| path.display().to_string())
+}
+
 /// The recording in a file or folder; without a path, the recording of a running controller.
 ///
 /// # Errors

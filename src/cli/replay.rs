@@ -163,7 +163,7 @@ fn verdict(
             "the first difference is in {} to {} (scan {} and the {} after it): this rungd {} does \
              not compute what rungd {version} recorded, or the recording was changed\n",
             clock.text(head.begin_ns),
-            clock.time_text(head.end_ns),
+            clock.end_text(head.begin_ns, head.end_ns),
             head.number,
             head.scans.saturating_sub(1),
             env!("CARGO_PKG_VERSION"),

@@ -151,7 +151,7 @@ fn files(ladders: &[PathBuf], recorded: &RecordedProgram) -> Result<Vec<SourceFi
         library::named(&file.name).is_some_and(|found| found.is_ok()) && !is_given(&file.name)
     };
     let source =
-        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
+        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.to_string() };
     let mut files = vec![source(controller)];
     files.extend(old.iter().filter(stays).map(source));
     for path in ladders {

@@ -211,12 +211,22 @@ fn retain_lines(retain: &Retain) -> Vec<String> {
     lines
 }
 
+/// A copy of the scan log that is further behind is shown: a quiet disk is a second behind.
+const BEHIND_TOLD_MS: u64 = 2_000;
+
 fn record_lines(record: &Record) -> Vec<String> {
     let mb = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
     let reach = span(record.memory_ms * 1_000_000);
     let mut lines = vec![format!("the last {reach} in {} of memory", mb(record.memory_bytes))];
     lines.push(match &record.disk {
-        Some(disk) => format!("{}: {} of {}", disk.dir, mb(disk.bytes), mb(disk.size)),
+        Some(disk) => {
+            let mut line = format!("{}: {} of {}", disk.dir, mb(disk.bytes), mb(disk.size));
+            if disk.behind_ms > BEHIND_TOLD_MS {
+                let behind = span(disk.behind_ms * 1_000_000);
+                line.push_str(&format!("; the disk is slow: {behind} behind"));
+            }
+            line
+        }
         None => "not on disk: `[record] dir` names a folder".to_owned(),
     });
     if record.lost > 0 {

@@ -8,32 +8,21 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use crate::source::wording::is_obeyed;
+use crate::source::wording::{escaped, is_obeyed};
 
 /// A text for a terminal. Line ends are not escaped, so it is only for texts whose line ends rungd
 /// itself has written.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
-    escaped(text, |c| is_obeyed(c) && c != '\n')
+    if !text.contains(|c| is_obeyed(c) && c != '\n') {
+        return Cow::Borrowed(text);
+    }
+    text.split('\n').map(escaped).collect::<Vec<_>>().join("\n").into()
 }
 
 /// A text for one line of a terminal. Line ends are escaped too, so that a name that contains a
 /// line end cannot add a line to an answer.
 pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
-    escaped(text, is_obeyed)
-}
-
-fn escaped(text: &str, odd: impl Fn(char) -> bool) -> Cow<'_, str> {
-    if !text.contains(&odd) {
-        return Cow::Borrowed(text);
-    }
-    let mut plain = String::with_capacity(text.len());
-    for c in text.chars() {
-        match odd(c) {
-            true => plain.extend(c.escape_unicode()),
-            false => plain.push(c),
-        }
-    }
-    Cow::Owned(plain)
+    escaped(text)
 }
 
 /// A line of JSON for a terminal, with the same meaning. Control characters occur only in its

@@ -109,6 +109,12 @@ impl LocalClock {
         format!("{year:04}-{month:02}-{day:02} {}", self.time_text(unix_ns))
     }
 
+    /// The end of a span that begins at a time: with its date unless it is on the same day.
+    pub fn end_text(&self, begin_ns: i64, end_ns: i64) -> String {
+        let day = |unix_ns: i64| self.local_ns(unix_ns).div_euclid(NS_PER_S * DAY_S);
+        if day(begin_ns) == day(end_ns) { self.time_text(end_ns) } else { self.text(end_ns) }
+    }
+
     /// The time of day in local time, to the millisecond: `10:02:03.500`.
     pub fn time_text(&self, unix_ns: i64) -> String {
         let local_ns = self.local_ns(unix_ns);

@@ -228,7 +228,7 @@ fn retain(
 }
 
 fn recorded(file: &SourceFile) -> RecordedFile {
-    RecordedFile { name: file.name.clone(), text: file.text.clone() }
+    RecordedFile { name: file.name.clone(), text: file.text.as_str().into() }
 }
 
 fn warning(finding: &Finding) -> LoadWarning {

@@ -28,11 +28,12 @@ use crate::say::say;
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// A section ends after this time if the scans are far apart, or in STOP.
 const SECTION_MAX: Duration = Duration::from_secs(2);
-/// The longest time that the process waits for the last block before it ends.
-const END_MAX: Duration = Duration::from_secs(3);
+/// The longest time that the process waits for the last block before it ends: a second more than
+/// this thread waits for the disk.
+const END_MAX: Duration = Duration::from_secs(61);
 /// The time that this thread waits for the disk at the end. If the disk has not answered by then,
-/// the log reports it.
-const DISK_END_MAX: Duration = Duration::from_secs(2);
+/// the log reports it. `TimeoutStopSec=` of the unit is longer.
+const DISK_END_MAX: Duration = Duration::from_secs(60);
 
 /// A handle to the thread. Cheap to clone.
 #[derive(Clone)]
@@ -46,8 +47,8 @@ pub(super) struct Recording {
 pub(super) struct RecordFigures {
     /// The bytes that memory has room for.
     pub memory_bytes: u64,
-    /// The times of the first and the last scan in memory, ns since 1970.
-    pub in_memory_ns: Option<(i64, i64)>,
+    /// The time that the recording in memory covers, ns.
+    pub reach_ns: u64,
     /// The number of steps that the tape has lost.
     pub lost: u64,
     /// The folder, if there is one.
@@ -70,7 +71,7 @@ pub(super) struct RecentPart {
 enum Order {
     Program(Box<RecordedProgram>, FileAccess),
     Recent(AskedRecent),
-    End(Sender<()>),
+    End(oneshot::Sender<()>),
 }
 
 /// The thread's parts.
@@ -128,21 +129,32 @@ impl Recording {
         locked(&self.figures).clone()
     }
 
-    /// Ends the thread after the end of the scan thread. Waits until the last block is written, for
-    /// a limited time.
-    pub fn end(&self) {
-        let (reply, done) = channel();
-        if self.orders.send(Order::End(reply)).is_ok() {
-            let ended = done.recv_timeout(END_MAX);
-            if let Err(RecvTimeoutError::Timeout) = ended {
+    /// Orders the thread to end, after the end of the scan thread.
+    pub fn end(&self) -> RecordEnd {
+        let (reply, done) = oneshot::channel();
+        let _ = self.orders.send(Order::End(reply));
+        RecordEnd { done, begin: Instant::now() }
+    }
+}
+
+/// The end of the thread: everything that waits is being written.
+pub(super) struct RecordEnd {
+    done: oneshot::Receiver<()>,
+    begin: Instant,
+}
+
+impl RecordEnd {
+    /// Waits until the last block is written, for a limited time. `hurry` ends the wait.
+    pub async fn wait(self, hurry: impl Future<Output = &'static str>) {
+        let why = tokio::select! {
+            _ = self.done => return,
+            name = hurry => format!("{name} came before its thread had finished"),
+            () = tokio::time::sleep(END_MAX.saturating_sub(self.begin.elapsed())) => {
                 let waited = span(END_MAX.as_nanos() as u64);
-                say!(
-                    RECORD_LOST,
-                    "the scan log may lack the last scans: its thread had not finished after \
-                     {waited}"
-                );
+                format!("its thread had not finished after {waited}")
             }
-        }
+        };
+        say!(RECORD_LOST, "the scan log may lack the last scans: {why}");
     }
 }
 
@@ -161,7 +173,7 @@ struct Worker {
     /// The generations in memory whose files not everybody could read when they were loaded.
     private: Vec<u32>,
     /// Set if the order to end came while the tape was read.
-    ended: Option<Sender<()>>,
+    ended: Option<oneshot::Sender<()>>,
 }
 
 impl Worker {
@@ -186,7 +198,7 @@ impl Worker {
                     0 => {}
                     steps => self.lose(steps),
                 }
-                if let Some(disk) = &mut self.disk {
+                if let Some(disk) = self.disk.take() {
                     disk.end(DISK_END_MAX);
                 }
                 let _ = done.send(());
@@ -195,7 +207,7 @@ impl Worker {
         }
     }
 
-    fn obey(&mut self, order: Order) -> Option<Sender<()>> {
+    fn obey(&mut self, order: Order) -> Option<oneshot::Sender<()>> {
         match order {
             Order::Program(program, access) => {
                 self.private.extend(access.private(program.generation));
@@ -207,7 +219,7 @@ impl Worker {
         None
     }
 
-    fn obey_all(&mut self) -> Option<Sender<()>> {
+    fn obey_all(&mut self) -> Option<oneshot::Sender<()>> {
         let mut ended = None;
         while let Ok(order) = self.inbox.try_recv() {
             ended = self.obey(order).or(ended);
@@ -240,7 +252,8 @@ impl Worker {
                 self.keep(block);
             }
         }
-        if let Some(disk) = &self.disk {
+        if let Some(disk) = &mut self.disk {
+            disk.look();
             locked(&self.figures).disk = Some(disk.figures());
         }
     }
@@ -270,7 +283,7 @@ impl Worker {
     fn keep(&mut self, block: RecordBlock) {
         self.section = Instant::now();
         self.recent.put(&block);
-        locked(&self.figures).in_memory_ns = self.recent.begin_ns().zip(self.recent.end_ns());
+        locked(&self.figures).reach_ns = self.recent.reach_ns();
         if let Some(disk) = &mut self.disk {
             disk.put(block);
         }
@@ -351,11 +364,11 @@ mod tests {
         taped.settle();
         let (mut worker, orders) = worker(reader);
         let figures = Arc::clone(&worker.figures);
-        let (reply, done) = channel();
+        let (reply, mut done) = oneshot::channel();
         let _ = orders.send(Order::End(reply));
         worker.read();
         assert!(done.try_recv().is_err(), "the last block is not kept yet");
         worker.work();
-        assert!(done.try_recv().is_ok() && locked(&figures).in_memory_ns.is_some());
+        assert!(done.try_recv().is_ok() && locked(&figures).reach_ns > 0);
     }
 }

@@ -253,11 +253,15 @@ async fn shell(
         return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
     };
     let report = runtime.join();
-    recording.end();
+    // Both disks are waited for at the same time.
+    let recorded = recording.end();
     let last_image = match &retention {
         Some(retention) => retention.end(attendance.signals.stop()).await,
         None => LastImage::Kept,
     };
+    if last_image != LastImage::Hurried {
+        recorded.wait(attendance.signals.stop()).await;
+    }
     Ok(conclude(report, asked).or(last_image))
 }
 

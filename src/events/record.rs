@@ -28,4 +28,33 @@ rows! {
          is invented.",
         "If it repeats: the machine has too little time for ordinary threads, or too much comes \
          in at every scan.";
+
+    RECORD_BEHIND = 1205, "record-behind", Warn, NONE, Never:
+        "7e1d52b3c8f04a6a9b30d4f6a1c7e285",
+        "The disk needs seconds to make the scan log durable, and the copy on it is more than five \
+         seconds behind. Nothing is lost: the scans wait in memory, `rungd status` shows how far \
+         the copy is behind, and an orderly stop writes all of them. A power cut would cost as \
+         much.",
+        "If it repeats: find what keeps the disk busy (`iostat -x 1`), or change `[record] dir` to \
+         a faster disk.";
+
+    RECORD_CAUGHT_UP = 1206, "record-caught-up", Info, NONE, Never:
+        "b94c07e6d1a84f5c8e2f63a0d7b51c94",
+        "The copy of the scan log on the disk is complete again, up to the last second. The line \
+         says how far it was behind.",
+        "Nothing.";
+
+    RECORD_FILE_GONE = 1207, "record-file-gone", Warn, NONE, Never:
+        "3f8a6d20b7c94e1d95e0c2f4817ab63e",
+        "Somebody removed, renamed or replaced the file that the scan log was written to, or its \
+         folder. rungd begins a new file. The scans in a removed file are lost; the last minute \
+         stays in memory.",
+        "Leave the newest file in the folder alone: `[record] keep` and `size` limit the folder, \
+         and `rungd record cut` copies a part of it.";
+
+    RECORD_ENDS = 1208, "record-ends", Info, NONE, Never:
+        "d06b9f14e5c347a2b1c8a7e93f60d258",
+        "rungd ends, and its disk needs more than a second for the last scans of the scan log. The \
+         end waits for them, up to a minute; the second line says how long it took.",
+        "Nothing. `TimeoutStopSec=` of a service must be longer than a minute.";
 }

@@ -114,7 +114,7 @@ pub(crate) struct LoggedPlant {
 
 fn files(more: &str) -> [RecordedFile; 2] {
     [("c.toml", CONTROLLER.to_owned()), ("l.toml", ladder(more))]
-        .map(|(name, text)| RecordedFile { name: name.to_owned(), text })
+        .map(|(name, text)| RecordedFile { name: name.to_owned(), text: text.into() })
 }
 
 fn recorded(process_start_ns: i64, generation: u32, more: &str) -> RecordedProgram {
@@ -123,7 +123,7 @@ fn recorded(process_start_ns: i64, generation: u32, more: &str) -> RecordedProgr
 }
 
 fn program(more: &str) -> (Program, Arc<RigProgram>) {
-    let sources = files(more).map(|of| SourceFile { name: of.name, text: of.text });
+    let sources = files(more).map(|of| SourceFile { name: of.name, text: of.text.to_string() });
     let mut loaded = load::recorded_files(&sources);
     let program = loaded.program.take();
     let program = program.unwrap_or_else(|| panic!("{:?}", loaded.findings));

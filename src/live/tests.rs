@@ -23,7 +23,7 @@ fn program(path: &Path) -> LiveProgram {
     let loaded = load::controller_file(path).expect("it can be read");
     let file = |of: &crate::source::span::SourceFile| RecordedFile {
         name: of.name.clone(),
-        text: of.text.clone(),
+        text: of.text.as_str().into(),
     };
     let files = loaded.files.iter().map(file).collect();
     let recorded = RecordedProgram { files, ..RecordedProgram::default() };

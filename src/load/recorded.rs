@@ -29,7 +29,7 @@ pub(crate) type RecordedRun = Replay<MakeEngine>;
 /// The files of a recorded program, loaded.
 pub(crate) fn loaded(program: &RecordedProgram) -> Result<(program::Program, Loaded), String> {
     let file =
-        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
+        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.to_string() };
     let files: Vec<SourceFile> = program.files.iter().map(file).collect();
     let mut loaded = super::recorded_files(&files);
     let found = loaded.program.take();

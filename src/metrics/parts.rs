@@ -146,6 +146,9 @@ fn record(record: &Record) -> Vec<MetricFamily> {
             "Whether the scan log's folder cannot be written (0, 1).",
             flag(disk.failing.is_some()),
         ));
+        let help = "How far the scan log on disk is behind.";
+        let behind_s = disk.behind_ms as f64 / MS;
+        families.push(MetricFamily::gauge("rungd_record_behind_seconds", help, behind_s));
         let help = "The scan log on disk.";
         families.push(MetricFamily::gauge("rungd_record_disk_bytes", help, disk.bytes as f64));
         let help = "The most that the scan log may take on disk.";

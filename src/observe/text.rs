@@ -12,6 +12,7 @@ use super::phrases::{
 use super::reasons::TOLD_MAX;
 use crate::controller::OutputState;
 use crate::runtime::exchange::Mode;
+use crate::source::wording::escaped;
 
 /// The number of contacts that are told of a leg that has many of them.
 const CONTACTS_TOLD: usize = 4;
@@ -132,7 +133,8 @@ fn keeps(idle: &Idle, legs: &[LegSeen], node: &Node) -> bool {
 impl Lines {
     fn add(&mut self, indent: usize, line: &str) {
         self.text.push_str(&"  ".repeat(indent));
-        self.text.push_str(line);
+        // A text of the ladder must not add a line to the answer.
+        self.text.push_str(&escaped(line));
         self.text.push('\n');
     }
 

@@ -121,6 +121,9 @@ pub struct RecordDir {
     pub size: u64,
     /// The reason why the folder cannot be written now.
     pub failing: Option<String>,
+    /// How far the copy on disk is behind: the age of the oldest section that is not durable.
+    #[serde(default)]
+    pub behind_ms: u64,
 }
 
 /// The ladder.

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
 
+use super::segment_read::passed_ns;
 use crate::retain::file::is_named;
 
 /// A folder with at most one file open for writing.
@@ -48,6 +49,15 @@ pub trait Folder {
     /// The error of the system: the bytes written since the last success may be lost.
     fn sync(&mut self) -> io::Result<()>;
 
+    /// Whether the open file still has this name: nobody has removed, renamed or replaced it.
+    fn is_there(&mut self, name: &str) -> bool;
+
+    /// The time that is recorded in a file, ns, by the heads of its blocks.
+    ///
+    /// # Errors
+    /// The error of the system.
+    fn passed_ns(&mut self, name: &str) -> io::Result<u64>;
+
     /// Closes the open file.
     fn close(&mut self);
 
@@ -76,6 +86,23 @@ impl FolderOnDisk {
     fn opened(&mut self) -> io::Result<&mut File> {
         self.open.as_mut().ok_or_else(|| io::Error::other("no file is open"))
     }
+}
+
+/// Opens a file of segments for reading. It waits for nothing: a pipe with the name of a recording
+/// would wait for a writer, and a terminal for its user.
+///
+/// # Errors
+/// `InvalidInput` if it is not a regular file; otherwise the error of the system.
+pub(super) fn open_file(path: &Path) -> io::Result<File> {
+    let flags = OFlags::NONBLOCK.bits() as i32;
+    let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
+    if !file.metadata()?.is_file() {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "not a regular file: a recording is a file, or a folder of files",
+        ));
+    }
+    Ok(file)
 }
 
 /// Locks a file against other processes. On a file system without locks it succeeds without a lock.
@@ -135,6 +162,14 @@ impl Folder for FolderOnDisk {
 
     fn sync(&mut self) -> io::Result<()> {
         self.opened()?.sync_data()
+    }
+
+    fn is_there(&mut self, name: &str) -> bool {
+        self.open.as_ref().is_some_and(|open| is_named(open, &self.path.join(name)))
+    }
+
+    fn passed_ns(&mut self, name: &str) -> io::Result<u64> {
+        passed_ns(&mut open_file(&self.path.join(name))?)
     }
 
     fn close(&mut self) {

@@ -2,13 +2,13 @@
 //! which it ran.
 //!
 //! The daemon fills it in; `segment` puts it at the head of a segment; `replay` passes it to a
-//! caller that can load files. It contains only texts: nothing here reads a ladder.
+//! caller that can load files. It contains only texts: nothing here reads a ladder; `program_read`
+//! reads the bytes.
 
-use super::bytes::{ByteSource, put_number, put_text};
-use super::zip::{packed, unpacked};
+use std::sync::Arc;
 
-/// The maximum number of bytes of a program before packing.
-const PROGRAM_BYTES_MAX: usize = 1 << 28;
+use super::bytes::{put_number, put_text};
+use super::zip::packed;
 
 /// A program in a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -32,8 +32,8 @@ pub struct RecordedProgram {
 pub struct RecordedFile {
     /// The name under which it was loaded.
     pub name: String,
-    /// Its text.
-    pub text: String,
+    /// Its text; empty in a recording of which only the heads were read.
+    pub text: Arc<str>,
 }
 
 impl RecordedProgram {
@@ -51,22 +51,5 @@ impl RecordedProgram {
             put_text(&mut out, text);
         }
         packed(&out)
-    }
-
-    /// Reads a program that fills all of the packed `bytes`.
-    pub(super) fn read(bytes: &[u8]) -> Option<RecordedProgram> {
-        let bytes = unpacked(bytes, PROGRAM_BYTES_MAX)?;
-        let mut bytes = ByteSource(&bytes);
-        let version = bytes.text()?;
-        let process_start_ns = bytes.i64()?;
-        let generation = bytes.small()?;
-        let (source, hash) = (bytes.text()?, bytes.text()?);
-        let mut files = Vec::new();
-        for _ in 0..bytes.number()? {
-            files.push(RecordedFile { name: bytes.text()?, text: bytes.text()? });
-        }
-        let program =
-            RecordedProgram { version, process_start_ns, generation, source, hash, files };
-        bytes.0.is_empty().then_some(program)
     }
 }

@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::block::RecordBlock;
+use super::passed::PassedTime;
 use super::program::RecordedProgram;
 use super::segment::SegmentStart;
 
@@ -19,14 +20,18 @@ pub struct Recent {
     bytes: VecDeque<u8>,
     blocks: VecDeque<KeptBlock>,
     programs: VecDeque<KeptProgram>,
+    /// The time that passed up to the newest block.
+    passed: PassedTime,
+    /// The time of the blocks in memory, ns.
+    reach_ns: u64,
 }
 
 /// A block in memory.
 struct KeptBlock {
     bytes: usize,
     sequence: u64,
-    begin_ns: i64,
-    end_ns: i64,
+    /// The time that it added.
+    passed_ns: u64,
     has_base: bool,
 }
 
@@ -41,7 +46,8 @@ impl Recent {
     /// Allocates room for this number of bytes.
     pub fn new(most: usize) -> Recent {
         let bytes = VecDeque::with_capacity(most);
-        Recent { most, bytes, blocks: VecDeque::new(), programs: VecDeque::new() }
+        let (blocks, programs) = (VecDeque::new(), VecDeque::new());
+        Recent { most, bytes, blocks, programs, passed: PassedTime::default(), reach_ns: 0 }
     }
 
     /// Adds a block, and drops older blocks to make room. A block that is larger than the room is
@@ -68,9 +74,10 @@ impl Recent {
             self.bytes.extend(written);
             program.blocks += 1;
         }
-        let (begin_ns, end_ns) = (block.head.begin_ns, block.head.end_ns);
         let (sequence, has_base) = (block.head.sequence, block.has_base());
-        self.blocks.push_back(KeptBlock { bytes, sequence, begin_ns, end_ns, has_base });
+        let passed_ns = self.passed.add(&block.head);
+        self.reach_ns = self.reach_ns.saturating_add(passed_ns);
+        self.blocks.push_back(KeptBlock { bytes, sequence, passed_ns, has_base });
     }
 
     /// Bytes in use, of blocks and programs.
@@ -84,6 +91,7 @@ impl Recent {
         loop {
             let Some(block) = self.blocks.pop_front() else { return };
             self.bytes.drain(..block.bytes);
+            self.reach_ns = self.reach_ns.saturating_sub(block.passed_ns);
             if let Some(program) = self.programs.front_mut() {
                 program.blocks -= 1;
                 if program.blocks == 0 {
@@ -101,14 +109,10 @@ impl Recent {
         self.programs.front().map(|program| program.program.generation)
     }
 
-    /// The time of the first scan in memory, ns since 1970 (UTC).
-    pub fn begin_ns(&self) -> Option<i64> {
-        self.blocks.front().map(|block| block.begin_ns)
-    }
-
-    /// The time of the last scan in memory, ns since 1970 (UTC).
-    pub fn end_ns(&self) -> Option<i64> {
-        self.blocks.back().map(|block| block.end_ns)
+    /// The time that the blocks in memory cover, ns: time that passed, whatever the wall clock
+    /// said.
+    pub fn reach_ns(&self) -> u64 {
+        self.reach_ns
     }
 
     /// The blocks from a section's number on as a recording. `last`: a block to append that is not

@@ -5,7 +5,7 @@
 //! are in the order of their times; the file names do not matter.
 
 use std::cmp::Reverse;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Cursor, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,10 +13,12 @@ use std::sync::Arc;
 
 use super::block::BlockHead;
 use super::file_name::{EXTENSION, begun_ns};
+use super::folder::open_file;
 use super::program::RecordedProgram;
+use super::program_read::ProgramTexts;
 use super::section::SectionBody;
 use super::segment::{BLOCK_HEAD_BYTES, SegmentStart};
-use super::segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index, index_newest};
+use super::segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, RecordIndexer};
 use crate::engine::EngineState;
 use crate::runtime::SectionStart;
 
@@ -56,6 +58,18 @@ impl Recording {
     /// # Errors
     /// The error of the system.
     pub fn open(path: &Path) -> io::Result<Recording> {
+        Recording::open_with(path, ProgramTexts::all())
+    }
+
+    /// As [`Recording::open`], without the texts of the programs: for lists. It cannot be executed.
+    ///
+    /// # Errors
+    /// The error of the system.
+    pub fn open_heads(path: &Path) -> io::Result<Recording> {
+        Recording::open_with(path, ProgramTexts::names())
+    }
+
+    fn open_with(path: &Path, texts: ProgramTexts) -> io::Result<Recording> {
         let mut paths = Vec::new();
         if fs::metadata(path)?.is_dir() {
             for entry in fs::read_dir(path)? {
@@ -67,11 +81,14 @@ impl Recording {
             paths.push(path.to_owned());
         }
         let mut indexes = Vec::new();
+        let last = &mut LastProgram::default();
+        let mut indexer = RecordIndexer { last, texts };
         for path in &paths {
-            match File::open(path) {
-                Ok(mut file) => indexes.push((path.clone(), index(&mut file)?)),
-                // The oldest file may just have been deleted.
-                Err(error) if error.kind() == io::ErrorKind::NotFound && paths.len() > 1 => {}
+            match open_file(path) {
+                Ok(mut file) => indexes.push((path.clone(), indexer.index(&mut file)?)),
+                Err(error) if paths.len() > 1 => {
+                    indexes.extend(excused(error)?.map(|index| (path.clone(), index)));
+                }
                 Err(error) => return Err(error),
             }
         }
@@ -90,17 +107,18 @@ impl Recording {
         memory: Vec<u8>,
     ) -> io::Result<Recording> {
         let (mut sources, mut indexes) = (Vec::new(), Vec::new());
+        let last = &mut LastProgram::default();
+        let mut indexer = RecordIndexer { last, texts: ProgramTexts::all() };
         for path in dir.map_or(Ok(Vec::new()), |of| own_files(of, from_ns))? {
-            match File::open(&path) {
-                Ok(mut file) => indexes.push((path.clone(), index(&mut file)?)),
-                // The oldest file may just have been deleted.
-                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-                Err(error) => return Err(error),
-            }
+            let index = match open_file(&path) {
+                Ok(mut file) => Some(indexer.index(&mut file)?),
+                Err(error) => excused(error)?,
+            };
+            let Some(index) = index else { continue };
+            indexes.push((path.clone(), index));
             sources.push(RecordSource::File(path));
         }
-        let last = &mut LastProgram::default();
-        let of_memory = index_newest(&mut Cursor::new(&memory[..]), last)?;
+        let of_memory = indexer.index(&mut Cursor::new(&memory[..]))?;
         indexes.push((PathBuf::new(), of_memory));
         sources.push(RecordSource::Bytes(memory));
         Ok(Recording::new(sources, indexes))
@@ -114,7 +132,8 @@ impl Recording {
     /// As [`Recording::of_bytes`], for repeated reads of the newest part of a recording: a program
     /// that is in `last` is not unpacked again.
     pub fn newest(bytes: Vec<u8>, last: &mut LastProgram) -> Recording {
-        let index = index_newest(&mut Cursor::new(&bytes[..]), last).expect("memory can be read");
+        let mut indexer = RecordIndexer { last, texts: ProgramTexts::all() };
+        let index = indexer.index(&mut Cursor::new(&bytes[..])).expect("memory can be read");
         Recording::new(vec![RecordSource::Bytes(bytes)], vec![(PathBuf::new(), index)])
     }
 
@@ -223,7 +242,7 @@ impl Recording {
     pub fn read(&self, at: usize) -> io::Result<Option<ReadSection>> {
         let RecordedSection { source, block, .. } = &self.sections[at];
         match &self.sources[*source] {
-            RecordSource::File(path) => block.read(&mut File::open(path)?),
+            RecordSource::File(path) => block.read(&mut open_file(path)?),
             RecordSource::Bytes(bytes) => block.read(&mut Cursor::new(&bytes[..])),
         }
     }
@@ -257,10 +276,25 @@ impl Recording {
     fn block_bytes(&self, at: usize) -> io::Result<Vec<u8>> {
         let RecordedSection { source, block, .. } = &self.sections[at];
         match &self.sources[*source] {
-            RecordSource::File(path) => block.bytes(&mut File::open(path)?),
+            RecordSource::File(path) => block.bytes(&mut open_file(path)?),
             RecordSource::Bytes(bytes) => block.bytes(&mut Cursor::new(&bytes[..])),
         }
     }
+}
+
+/// The index of one of several files that could not be opened; `None` if it is gone.
+///
+/// # Errors
+/// All other errors.
+fn excused(error: io::Error) -> io::Result<Option<FileIndex>> {
+    if error.kind() == io::ErrorKind::NotFound {
+        // The oldest file may just have been deleted.
+        return Ok(None);
+    }
+    if error.kind() == io::ErrorKind::InvalidInput {
+        return Ok(Some(FileIndex { flaws: vec![Flaw::NotAFile], ..FileIndex::default() }));
+    }
+    Err(error)
 }
 
 /// The files of a controller in a folder with scans after a time, in the order of their start

@@ -11,6 +11,7 @@ use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, TIME_END_NS, WordCell}
 use crate::runtime::command::CommandId;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
 use crate::runtime::{Origin, TapeEntry};
+use crate::source::wording::escaped;
 
 impl SectionBody {
     /// Reads a section that fills all of `bytes`; `None`: these bytes are not a section.
@@ -20,9 +21,10 @@ impl SectionBody {
         let unix_offset_ns = bytes.signed()?;
         let lost = bytes.number()?;
         let mut who = Vec::new();
-        for _ in 0..bytes.number()? {
+        for _ in 0..bytes.number().filter(|count| *count <= ENTRIES_MAX as u64)? {
             let (kind, number) = (bytes.byte()?, bytes.number()?);
-            who.push((origin(kind, number)?, bytes.text()?));
+            // The name is printed in lines of a report.
+            who.push((origin(kind, number)?, escaped(&bytes.text()?).into_owned()));
         }
         let foretold = Foretold::read(&mut bytes)?;
         let mut reader = EntryReader { bytes, foretold, entries: Vec::new() };

@@ -12,7 +12,9 @@ use std::sync::Arc;
 use super::block::BlockHead;
 use super::bytes::ByteSource;
 use super::codes::SECTION_BYTES_MAX;
+use super::passed::PassedTime;
 use super::program::RecordedProgram;
+use super::program_read::{PROGRAM_BYTES_MAX, ProgramTexts};
 use super::section::SectionBody;
 use super::segment::{
     BASE_BYTES_MAX, BLOCK_HEAD_BYTES, BLOCK_MARK, MAGIC, SEGMENT_HEAD_BYTES, VERSION, block_flag,
@@ -53,15 +55,23 @@ pub struct IndexedBlock {
 pub struct LastProgram(Option<(Vec<u8>, Arc<RecordedProgram>)>);
 
 impl LastProgram {
-    /// The program that is packed in these bytes; `None`: the bytes are not a program.
-    fn read(&mut self, packed: Vec<u8>) -> Option<Arc<RecordedProgram>> {
+    /// The program that is packed in these bytes; `None`: the bytes are not a program, or the texts
+    /// are too many.
+    fn read(&mut self, packed: Vec<u8>, texts: &mut ProgramTexts) -> Option<Arc<RecordedProgram>> {
         if let Some((_, program)) = self.0.as_ref().filter(|(bytes, _)| *bytes == packed) {
             return Some(Arc::clone(program));
         }
-        let program = Arc::new(RecordedProgram::read(&packed)?);
+        let program = Arc::new(texts.read(&packed)?);
         self.0 = Some((packed, Arc::clone(&program)));
         Some(program)
     }
+}
+
+/// Reads the files of one recording: equal programs and texts are kept once, and all of them are
+/// within one limit.
+pub(super) struct RecordIndexer<'l> {
+    pub last: &'l mut LastProgram,
+    pub texts: ProgramTexts,
 }
 
 /// A flaw of a file.
@@ -77,6 +87,13 @@ pub enum Flaw {
         /// The start of these bytes, in bytes from the start of the file.
         at: u64,
     },
+    /// A program that no rungd has written, or too many programs for one recording.
+    Program {
+        /// The start of its segment, in bytes from the start of the file.
+        at: u64,
+    },
+    /// Not a regular file: it was not read.
+    NotAFile,
     /// A segment of a later version of the format.
     Later {
         /// Its version.
@@ -91,6 +108,13 @@ impl fmt::Display for Flaw {
                 write!(f, "it ends within a block, at byte {at}, as after a power cut")
             }
             Flaw::Damaged { at } => write!(f, "the bytes from {at} on are damaged"),
+            Flaw::Program { at } => write!(
+                f,
+                "the program at byte {at} is not one of rungd, or it and those before it are \
+                 larger than {} MB together: its scans are left out",
+                PROGRAM_BYTES_MAX >> 20
+            ),
+            Flaw::NotAFile => write!(f, "it is not a regular file, and was not read"),
             Flaw::Later { version } => write!(f, "a later rungd wrote it (version {version})"),
         }
     }
@@ -107,24 +131,51 @@ enum HeadedPart {
 /// # Errors
 /// The error of the source. Errors in its bytes are in the flaws of the index.
 pub fn index(source: &mut (impl Read + Seek)) -> io::Result<FileIndex> {
-    index_newest(source, &mut LastProgram::default())
+    let last = &mut LastProgram::default();
+    RecordIndexer { last, texts: ProgramTexts::all() }.index(source)
 }
 
-/// As [`index`]; a program that is in `last` is not unpacked again.
+impl RecordIndexer<'_> {
+    /// Reads the programs and heads of the next file.
+    ///
+    /// # Errors
+    /// The error of the source.
+    pub fn index(&mut self, source: &mut (impl Read + Seek)) -> io::Result<FileIndex> {
+        let size = source.seek(SeekFrom::End(0))?;
+        let RecordIndexer { last, texts } = self;
+        let mut indexer = Indexer { source, size, at: 0, segment: None, programs: (last, texts) };
+        let mut index = FileIndex::default();
+        while indexer.at < indexer.size {
+            indexer.part(&mut index)?;
+        }
+        Ok(index)
+    }
+}
+
+/// The time that is recorded in a file, ns, up to its first flaw. Reads heads only.
 ///
 /// # Errors
 /// The error of the source.
-pub(super) fn index_newest(
-    source: &mut (impl Read + Seek),
-    last: &mut LastProgram,
-) -> io::Result<FileIndex> {
+pub fn passed_ns(source: &mut (impl Read + Seek)) -> io::Result<u64> {
     let size = source.seek(SeekFrom::End(0))?;
-    let mut indexer = Indexer { source, size, at: 0, segment: None, last };
-    let mut index = FileIndex::default();
-    while indexer.at < indexer.size {
-        indexer.part(&mut index)?;
+    let (mut at, mut segment_sum, mut passed) = (0, None, PassedTime::default());
+    while at < size {
+        let mut head = vec![0; (size - at).min(BLOCK_HEAD_BYTES as u64) as usize];
+        read_at(source, at, &mut head)?;
+        at += match part(&head, segment_sum) {
+            Some(HeadedPart::Segment { length, head_sum, .. }) => {
+                segment_sum = Some(head_sum);
+                SEGMENT_HEAD_BYTES as u64 + u64::from(length)
+            }
+            Some(HeadedPart::Block(head, lengths, _)) => {
+                passed.add(&head);
+                let [base, section] = lengths.map(u64::from);
+                BLOCK_HEAD_BYTES as u64 + base + section
+            }
+            None => break,
+        };
     }
-    Ok(index)
+    Ok(passed.ns())
 }
 
 struct Indexer<'s, S> {
@@ -133,7 +184,7 @@ struct Indexer<'s, S> {
     at: u64,
     /// The program of the segment, and the checksum of its head; `None` if they are unknown.
     segment: Option<(Arc<RecordedProgram>, u32)>,
-    last: &'s mut LastProgram,
+    programs: (&'s mut LastProgram, &'s mut ProgramTexts),
 }
 
 impl<S: Read + Seek> Indexer<'_, S> {
@@ -156,9 +207,11 @@ impl<S: Read + Seek> Indexer<'_, S> {
                 let mut program = vec![0; length as usize];
                 read_at(self.source, begin, &mut program)?;
                 let whole = crc32fast::hash(&program) == sum;
-                let read = if whole { self.last.read(program) } else { None };
-                let Some(program) = read else {
-                    return self.flaw(Flaw::Damaged { at: self.at }, end, index);
+                let (last, texts) = &mut self.programs;
+                let Some(program) = whole.then(|| last.read(program, texts)).flatten() else {
+                    let at = self.at;
+                    let flaw = if whole { Flaw::Program { at } } else { Flaw::Damaged { at } };
+                    return self.flaw(flaw, end, index);
                 };
                 self.segment = Some((program, head_sum));
                 self.at = end;

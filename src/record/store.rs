@@ -1,8 +1,11 @@
 //! The store: writes blocks into files of segments, and keeps their folder within its limits.
 //!
 //! The daemon's thread passes it every block. The store reports once that the disk has failed, and
-//! once that it works again. After a failure, and at the start of a process, it begins a new file;
-//! it never appends to an older one. It deletes only files of this controller, the oldest first.
+//! once that it works again. After a failure, at the start of a process, and if its file was
+//! removed or replaced, it begins a new file; it never appends to an older one. It deletes only
+//! files of this controller, the oldest first (`stored_files`). [`Store::put`] does not wait for
+//! the disk to make a block durable: the caller writes all blocks that wait, then calls
+//! [`Store::tick`] once.
 //! While another process owns the files of this name, nothing is written. Deliberately absent:
 //! threads, clocks, and the log of the daemon.
 
@@ -15,6 +18,7 @@ use super::folder::Folder;
 use super::program::RecordedProgram;
 use super::recorder::TapeClock;
 use super::segment::SegmentStart;
+use super::stored_files::{Limits, StoredFiles};
 
 const SECOND_NS: u64 = 1_000_000_000;
 
@@ -35,8 +39,8 @@ const SYNC_EVERY_NS: u64 = SECOND_NS;
 pub struct StoreSettings {
     /// The controller's name, with which its files begin.
     pub controller: String,
-    /// A file is deleted when its last scan is older than this, ns.
-    pub keep_ns: i64,
+    /// A file is deleted when this much time was recorded after its last scan, ns.
+    pub keep_ns: u64,
     /// The maximum number of bytes of all files.
     pub bytes_max: u64,
     /// The maximum time in one file, ns.
@@ -55,6 +59,11 @@ pub enum StoreNews {
         /// The blocks that were not written.
         lost_blocks: u64,
     },
+    /// The open file was removed or replaced by somebody else; the next block begins a new file.
+    FileGone {
+        /// Its name.
+        name: String,
+    },
 }
 
 /// The state of the store.
@@ -64,8 +73,6 @@ pub struct StoreStatus {
     pub files: usize,
     /// The bytes of the files.
     pub bytes: u64,
-    /// The start time of the oldest file, ns since 1970 (UTC).
-    pub begun_ns: Option<i64>,
     /// The reason why nothing is recorded at present.
     pub trouble: Option<String>,
     /// The blocks that were not written since the start.
@@ -76,14 +83,16 @@ pub struct StoreStatus {
 pub struct Store<F> {
     folder: F,
     settings: StoreSettings,
-    /// This controller's files, the oldest first.
-    files: Vec<StoredFile>,
+    /// This controller's files.
+    files: StoredFiles,
     /// Whether `files` agrees with the folder.
     is_known: bool,
     open: Option<OpenFile>,
     trouble: Option<Trouble>,
     last_trouble: LastTrouble,
     lost_blocks: u64,
+    /// The name of a file that was found removed, until this is told.
+    gone: Option<String>,
 }
 
 /// The last failure that is over.
@@ -93,12 +102,6 @@ struct LastTrouble {
     pause_ns: u64,
     /// The time at which the store worked again.
     worked_ns: u64,
-}
-
-struct StoredFile {
-    name: String,
-    begun_ns: i64,
-    bytes: u64,
 }
 
 /// The file that is open for writing.
@@ -134,16 +137,17 @@ impl<F: Folder> Store<F> {
         Store {
             folder,
             settings,
-            files: Vec::new(),
+            files: StoredFiles::default(),
             is_known: false,
             open: None,
             trouble: None,
             last_trouble: LastTrouble::default(),
             lost_blocks: 0,
+            gone: None,
         }
     }
 
-    /// Writes a block.
+    /// Writes a block. It is durable after the next successful sync, by `tick` or `finish`.
     pub fn put(&mut self, block: &RecordBlock, clock: TapeClock) -> Option<StoreNews> {
         let now_ns = now_ns(clock);
         if self.trouble.as_ref().is_some_and(|trouble| now_ns < trouble.retry_ns) {
@@ -153,13 +157,13 @@ impl<F: Folder> Store<F> {
         let written = self.write(block, clock).and_then(|written| {
             // A failed disk counts as working again when a block is durable.
             let is_tried = written && self.trouble.is_some();
-            if is_tried { self.sync(now_ns) } else { self.sync_if_due(now_ns) }.map(|()| written)
+            if is_tried { self.sync(now_ns) } else { Ok(()) }.map(|()| written)
         });
         match written {
-            Ok(true) => self.works(now_ns),
+            Ok(true) => self.works(now_ns).or_else(|| self.gone()),
             Ok(false) => {
                 self.lost_blocks += 1;
-                None
+                self.gone()
             }
             Err(error) => {
                 let news = self.fail(error, now_ns);
@@ -177,22 +181,31 @@ impl<F: Folder> Store<F> {
         if open.is_synced || !is_due {
             return None;
         }
-        let error = self.sync(now_ns).err()?;
-        self.fail(error, now_ns)
+        self.finish(clock)
     }
 
-    /// Makes all blocks durable, before the process ends.
+    /// Makes all blocks durable at once, as before the process ends.
     pub fn finish(&mut self, clock: TapeClock) -> Option<StoreNews> {
-        let error = self.sync(now_ns(clock)).err()?;
-        self.fail(error, now_ns(clock))
+        match self.sync(now_ns(clock)) {
+            Ok(()) => self.gone(),
+            Err(error) => self.fail(error, now_ns(clock)),
+        }
+    }
+
+    /// Whether no written block waits for a sync.
+    pub fn is_durable(&self) -> bool {
+        self.open.as_ref().is_none_or(|open| open.is_synced)
+    }
+
+    fn gone(&mut self) -> Option<StoreNews> {
+        self.gone.take().map(|name| StoreNews::FileGone { name })
     }
 
     /// The state.
     pub fn status(&self) -> StoreStatus {
         StoreStatus {
-            files: self.files.len(),
-            bytes: self.files.iter().map(|file| file.bytes).sum(),
-            begun_ns: self.files.first().map(|file| file.begun_ns),
+            files: self.files.count(),
+            bytes: self.files.bytes(),
             trouble: self.trouble.as_ref().map(|trouble| trouble.error.clone()),
             lost_blocks: self.lost_blocks,
         }
@@ -230,7 +243,7 @@ impl<F: Folder> Store<F> {
     /// the limits.
     fn write(&mut self, block: &RecordBlock, clock: TapeClock) -> io::Result<bool> {
         let now_ns = now_ns(clock);
-        self.look()?;
+        self.look(clock.unix_ns)?;
         let must_begin = match &self.open {
             Some(open) => *open.program != *block.program,
             None => true,
@@ -250,13 +263,13 @@ impl<F: Folder> Store<F> {
         }
         let bytes =
             if begins { self.first(block, clock)? } else { self.next(block, has_gap, now_ns) };
-        if !self.make_room(bytes.len() as u64, clock)? {
+        if !self.make_room(bytes.len() as u64)? {
             return Ok(false);
         }
         if begins {
             self.begin(block, clock)?;
         }
-        self.append(&bytes, block.head.sequence)?;
+        self.append(&bytes, block)?;
         Ok(true)
     }
 
@@ -283,45 +296,34 @@ impl<F: Folder> Store<F> {
     }
 
     /// Reads the list of this controller's files.
-    fn look(&mut self) -> io::Result<()> {
+    fn look(&mut self, unix_ns: i64) -> io::Result<()> {
         if self.is_known {
             return Ok(());
         }
         self.folder.own(&self.settings.controller)?;
-        self.files.clear();
-        for (name, bytes) in self.folder.list()? {
-            if let Some(begun_ns) = begun_ns(&self.settings.controller, &name) {
-                self.files.push(StoredFile { name, begun_ns, bytes });
-            }
-        }
-        self.files.sort_by_key(|file| file.begun_ns);
+        let own = |(name, bytes): (String, u64)| {
+            begun_ns(&self.settings.controller, &name).map(|begun_ns| (name, begun_ns, bytes))
+        };
+        let listed = self.folder.list()?.into_iter().filter_map(own);
+        self.files.look(listed.collect(), unix_ns);
         self.is_known = true;
         Ok(())
     }
 
     /// Deletes the oldest files until this number of additional bytes is within the limits; returns
     /// false if that is impossible.
-    fn make_room(&mut self, bytes: u64, clock: TapeClock) -> io::Result<bool> {
-        let files = &mut self.files;
-        let open = self.open.as_ref().map(|open| &open.name);
+    fn make_room(&mut self, bytes: u64) -> io::Result<bool> {
+        let open = self.open.as_ref().map(|open| &*open.name);
         let open_bytes = self.open.as_ref().map_or(0, |open| open.bytes);
-        if open_bytes.saturating_add(bytes) > self.settings.bytes_max {
+        let StoreSettings { keep_ns, bytes_max, file_ns, .. } = self.settings;
+        if open_bytes.saturating_add(bytes) > bytes_max {
             return Ok(false);
         }
-        // The open file is the last one, unless the clock was set back.
-        while let Some(oldest) = files.iter().position(|file| Some(&file.name) != open) {
-            let used: u64 = files.iter().map(|file| file.bytes).sum();
-            // The last scan of a file is not after the first scan of the next file.
-            let ended_ns = files.get(oldest + 1).map_or(i64::MAX, |next| next.begun_ns);
-            let is_old = ended_ns < clock.unix_ns.saturating_sub(self.settings.keep_ns);
-            if !is_old && used.saturating_add(bytes) <= self.settings.bytes_max {
-                break;
-            }
-            match self.folder.remove(&files[oldest].name) {
+        let limits = Limits { keep_ns, bytes_max, file_ns };
+        while let Some(name) = self.files.next_deleted(bytes, (open, limits), &mut self.folder) {
+            match self.folder.remove(&name) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                Ok(()) | Err(_) => {
-                    files.remove(oldest);
-                }
+                Ok(()) | Err(_) => self.files.forget(&name),
             }
         }
         Ok(true)
@@ -330,11 +332,7 @@ impl<F: Folder> Store<F> {
     /// Begins a file.
     fn begin(&mut self, block: &RecordBlock, clock: TapeClock) -> io::Result<()> {
         let now_ns = now_ns(clock);
-        let files = &mut self.files;
-        let mut begun_ns = clock.unix_ns.max(0);
-        while files.iter().any(|file| file.begun_ns / 1000 == begun_ns / 1000) {
-            begun_ns += 1000;
-        }
+        let begun_ns = self.files.free_start_ns(clock.unix_ns.max(0));
         let name = file_name(&self.settings.controller, begun_ns);
         let created = self.folder.create(&name);
         if let Err(error) = &created
@@ -343,8 +341,7 @@ impl<F: Folder> Store<F> {
             // The file belongs to another process: it is left alone.
             return created;
         }
-        files.push(StoredFile { name: name.clone(), begun_ns, bytes: 0 });
-        files.sort_by_key(|file| file.begun_ns);
+        self.files.begin(name.clone(), begun_ns);
         self.open = Some(OpenFile {
             name,
             program: block.program.clone(),
@@ -359,7 +356,7 @@ impl<F: Folder> Store<F> {
         created
     }
 
-    fn append(&mut self, bytes: &[u8], sequence: u64) -> io::Result<()> {
+    fn append(&mut self, bytes: &[u8], block: &RecordBlock) -> io::Result<()> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let written = match self.folder.append(bytes) {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => self.folder.append(bytes),
@@ -367,27 +364,24 @@ impl<F: Folder> Store<F> {
         }?;
         open.bytes += written as u64;
         open.is_synced = false;
-        self.files
-            .iter_mut()
-            .filter(|file| file.name == open.name)
-            .for_each(|file| file.bytes = open.bytes);
+        self.files.grow(&open.name, open.bytes, &block.head);
         if written < bytes.len() {
             return Err(io::ErrorKind::StorageFull.into());
         }
-        open.sequence = Some(sequence);
+        open.sequence = Some(block.head.sequence);
         Ok(())
     }
 
-    fn sync_if_due(&mut self, now_ns: u64) -> io::Result<()> {
-        let is_due = |open: &OpenFile| now_ns >= open.synced_ns.saturating_add(SYNC_EVERY_NS);
-        if self.open.as_ref().is_some_and(is_due) { self.sync(now_ns) } else { Ok(()) }
-    }
-
     fn sync(&mut self, now_ns: u64) -> io::Result<()> {
-        if let Some(open) = self.open.as_mut().filter(|open| !open.is_synced) {
-            self.folder.sync()?;
-            open.is_synced = true;
-            open.synced_ns = now_ns;
+        let Some(open) = self.open.as_mut().filter(|open| !open.is_synced) else { return Ok(()) };
+        self.folder.sync()?;
+        open.is_synced = true;
+        open.synced_ns = now_ns;
+        if !self.folder.is_there(&open.name) {
+            // What follows would go into a file that nobody finds any more.
+            self.gone = self.open.take().map(|open| open.name);
+            self.folder.close();
+            self.is_known = false;
         }
         Ok(())
     }

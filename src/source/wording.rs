@@ -5,6 +5,8 @@
 //! findings need not. This module also quotes a path for a shell ([`shell_word`]) and formats
 //! numbers ([`counted`], [`thousands`]).
 
+use std::borrow::Cow;
+
 /// Maximum length of a word that is not shortened: more than any legal name, and than most paths.
 const WORD_CHARS_MAX: usize = 200;
 /// Number of characters kept at each end of a longer word.
@@ -123,6 +125,19 @@ pub(crate) fn is_unseen(c: char) -> bool {
                 | '\u{1d173}'..='\u{1d17a}'
                 | '\u{e0000}'..='\u{e0fff}'
         )
+}
+
+/// A text for one line: characters that a terminal executes, line ends too, become escapes
+/// (`\u{a}`), so that a name from outside adds no line to an answer.
+pub(crate) fn escaped(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let one = |c: char| match is_obeyed(c) {
+        true => c.escape_unicode().to_string(),
+        false => c.to_string(),
+    };
+    text.chars().map(one).collect()
 }
 
 /// `1 scan`, `12,345 scans`.

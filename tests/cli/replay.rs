@@ -54,7 +54,7 @@ pub struct Line {
 fn recorded(ladder: &str, generation: u32) -> (RecordedProgram, Program) {
     let file = |name: &str, text: &str| (name.to_owned(), text.to_owned());
     let all = [file("plant.toml", "ladder = [\"main.toml\"]\n"), file("main.toml", ladder)];
-    let files = all.clone().map(|(name, text)| RecordedFile { name, text }).to_vec();
+    let files = all.clone().map(|(name, text)| RecordedFile { name, text: text.into() }).to_vec();
     let loaded = recorded_files(&all.map(|(name, text)| SourceFile { name, text }));
     let program = loaded.program.unwrap_or_else(|| panic!("{:?}", loaded.findings));
     let recorded = RecordedProgram {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Error};
 use std::rc::Rc;
 
-use rungd::record::Folder;
+use rungd::record::{Folder, passed_ns};
 
 /// The bytes of a sector of this disk: few, so that a block has several sectors.
 pub const SECTOR: usize = 128;
@@ -151,8 +151,10 @@ impl Folder for Handle {
                 return Err(Error::from_raw_os_error(28));
             }
             let name = disk.open.clone().expect("a file is open");
-            let file = disk.files.get_mut(&name).expect("it is there");
-            file.bytes.extend_from_slice(&bytes[..count]);
+            // A file that was removed takes bytes that nobody finds.
+            if let Some(file) = disk.files.get_mut(&name) {
+                file.bytes.extend_from_slice(&bytes[..count]);
+            }
             count
         };
         self.seen();
@@ -167,11 +169,22 @@ impl Folder for Handle {
             let mut disk = self.0.borrow_mut();
             disk.syncs += 1;
             let name = disk.open.clone().expect("a file is open");
-            let file = disk.files.get_mut(&name).expect("it is there");
-            file.synced = file.bytes.len();
+            if let Some(file) = disk.files.get_mut(&name) {
+                file.synced = file.bytes.len();
+            }
         }
         self.seen();
         Ok(())
+    }
+
+    fn is_there(&mut self, name: &str) -> bool {
+        self.0.borrow().files.contains_key(name)
+    }
+
+    fn passed_ns(&mut self, name: &str) -> io::Result<u64> {
+        let disk = self.0.borrow();
+        let file = disk.files.get(name).ok_or(io::ErrorKind::NotFound)?;
+        passed_ns(&mut io::Cursor::new(&file.bytes))
     }
 
     fn close(&mut self) {

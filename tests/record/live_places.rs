@@ -12,6 +12,7 @@ use std::time::Instant;
 use serde_json::json;
 
 use crate::record::drawn::Numbers;
+use crate::record::line::{Line, in_memory};
 use crate::record::live_rig::{
     BUSY, FAST, Operator, ended, is_late, last_scan, logs, recorded_run, verified,
 };
@@ -19,7 +20,7 @@ use crate::support::live::{Live, Said, folder, run, said};
 use crate::support::modbus::Client;
 use crate::support::needs::{Need, skip};
 use crate::support::process::until;
-use rungd::record::Recording;
+use rungd::record::{RecordBlock, Recording};
 
 fn files(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
@@ -169,13 +170,26 @@ fn what_is_too_old_goes() {
     let dir = home.join("log");
     fs::create_dir(&dir).unwrap();
     let name = |year| dir.join(format!("controller-{year}0101T000000Z-000000.rungd-log"));
+    let more_than_a_minute = in_memory(&blocks_of(70));
     for year in [2020, 2021] {
-        fs::write(name(year), "old").unwrap();
+        fs::write(name(year), &more_than_a_minute).unwrap();
     }
     scanned(&home, &[], None);
-    assert!(!name(2020).exists(), "the next one began more than a minute ago");
+    assert!(!name(2020).exists(), "more than a minute was recorded after it");
+    assert!(name(2021).exists(), "no minute was recorded after it");
     assert!(logs(&dir).len() <= 2 && verified_new(&dir) == 5);
     fs::remove_dir_all(&home).unwrap();
+}
+
+/// Blocks of a second each.
+fn blocks_of(seconds: usize) -> Vec<RecordBlock> {
+    let mut line = Line::new(BUSY);
+    line.start();
+    for _ in 0..seconds {
+        line.scan(1_000_000_000, |_| {});
+        line.flush();
+    }
+    line.blocks
 }
 
 /// The number of scans in the newest file.

@@ -50,7 +50,7 @@ pub fn recorded(ladder: &str, controller: &str) -> (Live, PathBuf) {
 /// The program from the files in a recording.
 pub fn loaded(program: &RecordedProgram) -> Result<(Program, Symbols, Engine), String> {
     let file =
-        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.clone() };
+        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.to_string() };
     let files: Vec<SourceFile> = program.files.iter().map(file).collect();
     let program = load::recorded_files(&files).program.ok_or("its files have errors")?;
     let (engine, symbols) = lower(&program);
@@ -121,10 +121,10 @@ pub fn ended(live: &mut Live) -> Vec<Value> {
     lines
 }
 
-/// Whether an end that was requested at `asked` may lack the last block: rungd waits two seconds
-/// for the disk, which other tests may keep busy.
+/// Whether an end that was requested at `asked` may lack the last block: rungd waits a minute for
+/// the disk, which other tests may keep busy.
 pub fn is_late(asked: Instant) -> bool {
-    asked.elapsed() >= Duration::from_secs(2)
+    asked.elapsed() >= Duration::from_secs(60)
 }
 
 /// Whether a log tells that the disk was too slow for the last blocks at the end. What is behind

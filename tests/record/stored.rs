@@ -10,6 +10,7 @@ use std::rc::Rc;
 use crate::record::drawn::Numbers;
 use crate::record::folder::{Disk, Fault, Handle};
 use crate::record::line::{Line, engine, in_memory};
+use crate::support::system::shell;
 use rungd::record::{
     BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, Replay, SectionBody, Store, StoreNews,
     StoreSettings, TapeClock, index,
@@ -77,7 +78,7 @@ fn all_found(disk: &Disk, known: &Known) -> Vec<u64> {
 fn settings() -> StoreSettings {
     StoreSettings {
         controller: "line".into(),
-        keep_ns: 3600 * SECOND_NS,
+        keep_ns: 3600 * SECOND_NS as u64,
         bytes_max: 1 << 20,
         file_ns: 10 * SECOND_NS as u64,
         file_bytes: 1 << 20,
@@ -163,6 +164,7 @@ fn one_failure(blocks: &[RecordBlock], known: &Known, fault: (Fault, u64, u64)) 
             let told = match news {
                 Some(StoreNews::Stopped(_)) => 0,
                 Some(StoreNews::Resumed { .. }) => 1,
+                Some(StoreNews::FileGone { name }) => panic!("{name} is there"),
                 None => continue,
             };
             assert_eq!(troubles % 2, told, "told once");
@@ -198,6 +200,7 @@ fn a_full_disk_is_told_once_and_recording_begins_again_with_room() {
         match store.put(block, clock(block)) {
             Some(StoreNews::Stopped(error)) => stopped.push((at, error.to_string())),
             Some(StoreNews::Resumed { lost_blocks }) => resumed.push((at, lost_blocks)),
+            Some(StoreNews::FileGone { name }) => panic!("{name} is there"),
             None => {}
         }
         assert!(store.tick(clock(block)).is_none());
@@ -234,7 +237,8 @@ fn the_oldest_files_go_and_the_limits_hold() {
     // Removal by age: files of 10 s, kept for 60 s.
     let disk = Handle::new();
     let keep_ns = 60 * SECOND_NS;
-    let mut store = Store::new(disk.clone(), StoreSettings { keep_ns, ..settings() });
+    let mut store =
+        Store::new(disk.clone(), StoreSettings { keep_ns: keep_ns as u64, ..settings() });
     for block in &blocks {
         assert!(store.put(block, clock(block)).is_none());
         if block.head.sequence % 7 > 0 {
@@ -345,4 +349,136 @@ fn two_of_one_name_in_a_folder_leave_each_other_alone() {
         blocks[46..].iter().filter_map(|block| second.put(block, clock(block))).collect();
     assert!(matches!(news[..], [StoreNews::Resumed { .. }]), "{news:?}");
     assert_eq!(second.status().trouble, None);
+}
+
+#[test]
+fn blocks_that_wait_are_written_before_one_sync() {
+    let blocks = blocks(40);
+    let disk = Handle::new();
+    let mut store = Store::new(disk.clone(), StoreSettings { file_ns: u64::MAX, ..settings() });
+    for (at, block) in blocks.iter().enumerate() {
+        // Each block comes a second after the one before it.
+        assert!(store.put(block, clock(block)).is_none());
+        assert!(!store.is_durable());
+        if at % 10 == 9 {
+            assert!(store.tick(clock(block)).is_none());
+            assert!(store.is_durable());
+        }
+    }
+    assert_eq!(disk.0.borrow().syncs, 4);
+}
+
+const JUMP_NS: i64 = 1000 * 86_400 * SECOND_NS;
+
+/// A clock that is ahead by a thousand days for some seconds, twice, and set back by as much once.
+fn with_jumps(blocks: &[RecordBlock]) -> Vec<RecordBlock> {
+    let jump = |block: &RecordBlock| {
+        let mut block = block.clone();
+        let jump_ns = match block.head.sequence {
+            100..105 | 200..203 => JUMP_NS,
+            250..255 => -JUMP_NS,
+            _ => 0,
+        };
+        block.head.begin_ns += jump_ns;
+        block.head.end_ns += jump_ns;
+        block
+    };
+    blocks.iter().map(jump).collect()
+}
+
+#[test]
+fn a_clock_that_jumps_deletes_nothing_younger_than_keep_by_recorded_time() {
+    let plain = blocks(300);
+    let jumping = with_jumps(&plain);
+    let known = known(&jumping);
+    let keep_ns = 60 * SECOND_NS;
+    let disk = Handle::new();
+    let settings = || StoreSettings { keep_ns: keep_ns as u64, ..settings() };
+    let mut store = Store::new(disk.clone(), settings());
+    let mut starts = vec![180, 102, 90];
+    for (at, block) in jumping.iter().enumerate() {
+        // The process ends and begins again, once while its clock is ahead.
+        if starts.last().is_some_and(|start| at >= *start) && block.has_base() {
+            starts.pop();
+            assert!(store.finish(clock(block)).is_none());
+            store = Store::new(disk.clone(), settings());
+        }
+        // A monotonic clock does not jump with the wall clock.
+        let jump_ns = block.head.end_ns - plain[at].head.end_ns;
+        let now = TapeClock { unix_ns: block.head.end_ns, unix_offset_ns: UNIX_NS + jump_ns };
+        assert!(store.put(block, now).is_none());
+        if at % 7 > 0 {
+            continue;
+        }
+        let found = all_found(&disk.0.borrow(), &known);
+        let age_ns = |sequence: u64| plain[at].head.end_ns - plain[sequence as usize].head.end_ns;
+        let young = (0..=at as u64).filter(|sequence| age_ns(*sequence) <= keep_ns);
+        assert!(young.into_iter().all(|sequence| found.contains(&sequence)), "{at}: {found:?}");
+        // Files of ten seconds go as a whole, and the heads of one file are read at a time. What
+        // was written with a clock ahead has no known place after the next start.
+        let old = found.iter().filter(|sequence| age_ns(**sequence) > keep_ns + 60 * SECOND_NS);
+        let old: Vec<_> = old.filter(|sequence| !(100..120).contains(*sequence)).collect();
+        assert!(old.is_empty(), "{at}: {old:?}");
+    }
+    let first = all_found(&disk.0.borrow(), &known)[0];
+    assert!(first > 150, "old files go: {first}");
+}
+
+#[test]
+fn a_file_that_is_removed_is_told_and_another_one_is_begun() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-removed");
+    let _ = std::fs::remove_dir_all(&folder);
+    let blocks = blocks(40);
+    let mut store = Store::new(FolderOnDisk::new(&folder), settings());
+    let newest = || {
+        let entries = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+        entries.filter(|path| path.extension().is_some_and(|end| end == "rungd-log")).max().unwrap()
+    };
+    let mut told = Vec::new();
+    for (at, block) in blocks.iter().enumerate() {
+        match at {
+            8 => std::fs::remove_file(newest()).unwrap(),
+            16 => std::fs::rename(newest(), newest().with_extension("old")).unwrap(),
+            24 => std::fs::remove_dir_all(&folder).unwrap(),
+            32 => {
+                let (path, moved) = (newest(), newest().with_extension("moved"));
+                std::fs::rename(&path, moved).unwrap();
+                std::fs::write(&path, "another file").unwrap();
+            }
+            _ => {}
+        }
+        assert!(store.put(block, clock(block)).is_none());
+        match store.finish(clock(block)) {
+            Some(StoreNews::FileGone { name }) => told.push((at, name)),
+            other => assert!(other.is_none(), "{at}: {other:?}"),
+        }
+    }
+    let at: Vec<_> = told.iter().map(|(at, _)| *at).collect();
+    assert_eq!(at, [8, 16, 24, 32], "{told:?}");
+    assert!(store.finish(clock(&blocks[39])).is_none());
+    let recording = Recording::open(&folder).unwrap();
+    let last = recording.count() - 1;
+    assert_eq!(recording.head(last).sequence, 39);
+    assert!(recording.count() >= 4, "{}", recording.count());
+}
+
+#[test]
+fn a_pipe_with_the_name_of_a_recording_holds_nobody_up() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-pipe");
+    let _ = std::fs::remove_dir_all(&folder);
+    let blocks = blocks(12);
+    let mut store = Store::new(FolderOnDisk::new(&folder), settings());
+    blocks.iter().for_each(|block| assert!(store.put(block, clock(block)).is_none()));
+    assert!(store.finish(clock(&blocks[11])).is_none());
+    let pipe = folder.join("line-20991122T210500Z-000000.rungd-log");
+    assert!(shell(&["mkfifo", pipe.to_str().unwrap()]));
+    let recording = Recording::open(&folder).unwrap();
+    assert_eq!((recording.count(), recording.flaws.len()), (12, 1));
+    assert!(recording.flaws[0].1.to_string().contains("not a regular file"));
+    let of_controller = Recording::of_controller(Some((&folder, "line")), 0, Vec::new()).unwrap();
+    assert_eq!(of_controller.count(), 12);
+    let refused = Recording::open(&pipe).unwrap_err().to_string();
+    assert!(refused.contains("not a regular file"), "{refused}");
+    let heads = Recording::open_heads(&folder).unwrap();
+    assert_eq!((heads.count(), &*heads.program(0).files[0].text), (12, ""));
 }

@@ -316,9 +316,8 @@ fn retain(retention: &Retention) -> Retain {
 
 fn record(recording: &Recording) -> Record {
     let figures = recording.figures();
-    let seconds = |(from, to): (i64, i64)| to.saturating_sub(from).max(0) / 1_000_000;
     Record {
-        memory_ms: figures.in_memory_ns.map_or(0, seconds).unsigned_abs(),
+        memory_ms: figures.reach_ns / 1_000_000,
         memory_bytes: figures.memory_bytes,
         lost: figures.lost,
         disk: figures.disk.map(|disk| RecordDir {
@@ -326,6 +325,7 @@ fn record(recording: &Recording) -> Record {
             bytes: disk.bytes,
             size: disk.size,
             failing: disk.failing,
+            behind_ms: disk.behind.as_millis() as u64,
         }),
     }
 }

@@ -40,5 +40,5 @@ pub(super) fn with_texts(
 }
 
 fn texts(of: &Setup) -> Vec<&str> {
-    of.files.iter().map(|file| file.text.as_str()).collect()
+    of.files.iter().map(|file| &*file.text).collect()
 }
