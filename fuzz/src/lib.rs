@@ -17,7 +17,9 @@ use rungd::io::modbus::Map;
 use rungd::io::modbus::answer::{Answer, answer, refused, written};
 use rungd::io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
 use rungd::io::modbus::map::Asker;
+use rungd::io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
 use rungd::io::modbus_client as client;
+use rungd::io::scaling::Scaling;
 use rungd::isa::{MemorySizes, address_text, duration};
 use rungd::load::decode;
 use rungd::lower::{Symbols, lower};
@@ -237,6 +239,92 @@ pub fn modbus_client(bytes: &[u8]) {
         if let Split::Frame { pdu, .. } = frame::split(bytes) {
             let _ = client::answer::check(request, pdu);
         }
+    }
+}
+
+/// Points of Modbus devices: a text as points of a map, and the registers that a device answers, read
+/// as numbers of every type and order, with any scaling, into every kind of memory. A number that
+/// was read is sent back, and is then read as the same number.
+pub fn modbus_points(bytes: &[u8]) {
+    if let Ok(text) = std::str::from_utf8(bytes)
+        && !text.contains(['"', '\\', '\n', '\r'])
+    {
+        let rows =
+            format!("{{ from = \"{text}\", to = \"D0\" }}, {{ from = \"D1\", to = \"{text}\" }}");
+        let device =
+            "[[device]]\nname = \"line1\"\ndriver = \"modbus-tcp\"\naddress = \"10.0.0.1\"";
+        controller_file(format!("ladder = [\"l.toml\"]\n{device}\nmap = [{rows}]\n").as_bytes());
+    }
+    let Some(form) = PointNumber::read(bytes) else { return };
+    let group = client::reads(&[form.point], 0, &client::settings::Habits::default()).remove(0);
+    let mut inputs = [None];
+    let is_number = group.bring_in(&form.registers[..usize::from(group.count) * 2], &mut inputs);
+    assert_eq!(is_number, inputs[0].is_some());
+    let Some(value) = inputs[0] else { return };
+    let mut run = client::runs(&[form.point], &client::settings::Habits::default()).remove(0);
+    let sent = |run: &mut client::OutputRun, value| {
+        run.want(&[value]);
+        let part = run.due(true).expect("all is due");
+        let mut request = Vec::new();
+        run.push_request(&mut request, part, client::settings::Writes::Multiple, 0);
+        request
+    };
+    let request = sent(&mut run, value);
+    assert_eq!(request.len(), 6 + usize::from(group.count) * 2);
+    if form.is_exact {
+        let mut again = [None];
+        assert!(group.bring_in(&request[6..], &mut again));
+        assert_eq!(again[0], Some(value), "{:?}", form.point);
+    }
+}
+
+/// A point with a number, from the first bytes of an input, and its registers, from the others.
+struct PointNumber<'a> {
+    point: client::settings::ModbusPoint,
+    registers: &'a [u8],
+    /// Whether memory and registers hold the same numbers, so that nothing is lost on the way.
+    is_exact: bool,
+}
+
+impl<'a> PointNumber<'a> {
+    fn read(bytes: &'a [u8]) -> Option<PointNumber<'a>> {
+        use client::settings::{ModbusPoint, Number, NumberPart, PointForm, Table};
+        let (head, registers) = bytes.split_at_checked(10)?;
+        let registers = registers.get(..8)?;
+        let [kind, form, a, b, c, d, e, f, g, h] = *head.first_chunk::<10>()?;
+        let kinds = [
+            NumberType::U16,
+            NumberType::I16,
+            NumberType::U32,
+            NumberType::I32,
+            NumberType::F32,
+            NumberType::U64,
+            NumberType::I64,
+            NumberType::F64,
+        ];
+        let kind = kinds[usize::from(kind % 8)];
+        let words = [WordOrder::HighFirst, WordOrder::LowFirst][usize::from(form & 1)];
+        let bytes = [ByteOrder::HighFirst, ByteOrder::LowFirst][usize::from(form >> 1 & 1)];
+        let is_real = form & 4 != 0;
+        let is_scaled = form & 8 != 0;
+        let scaling = match is_scaled {
+            true => Scaling {
+                real: is_real,
+                multiply: (i32::from(i16::from_be_bytes([a, b])) * 30).clamp(-1_000_000, -1),
+                divide: 1 + i32::from(u16::from_be_bytes([c, d])) * 15,
+                offset: i32::from_be_bytes([e, f, g, h]),
+            },
+            false => Scaling { real: is_real, multiply: 1, divide: 1, offset: 0 },
+        };
+        let number =
+            Number { kind, order: NumberOrder { words, bytes }, part: NumberPart::Whole, scaling };
+        let (table, form) = (Table::HoldingRegisters, PointForm::Number(number));
+        let is_exact = !is_scaled && !is_real && matches!(kind, NumberType::I32 | NumberType::I64);
+        Some(PointNumber {
+            point: ModbusPoint { unit: 1, table, at: 7, form },
+            registers,
+            is_exact,
+        })
     }
 }
 

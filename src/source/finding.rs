@@ -288,6 +288,8 @@ findings! {
     InputUnmapped "input-unmapped" Warning "The ladder reads an input that no field device moves.";
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     InputNamedTwice "input-named-twice" Warning "Two tags are the same input.";
+    VendorNumber "vendor-number" Warning
+        "A Modbus address can be a manual's number that counts from 1.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
     UnusedTemplate "unused-template" Warning "Nothing uses this template.";
     LevelLeftOut "level-left-out" Warning

@@ -1,13 +1,13 @@
 //! A Modbus device with the habits of devices in public bug reports, in the test's own process.
 //!
 //! Register n holds n + 1000 until it is written. Its habits depend on requests and connections,
-//! not on time, so that a busy machine changes nothing; only [`HabitPeer::gap`] is a time.
+//! not on time, so that a busy machine changes nothing; only [`HabitPeer::gap`] and [`HabitPeer::split_gap`] are times.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
-use std::thread::spawn;
+use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
 use crate::io::liars::{rtu_frame, tcp_frame};
@@ -31,6 +31,8 @@ pub struct HabitPeer {
     pub closes: bool,
     /// It sends each answer in two parts.
     pub splits: bool,
+    /// The time between the two parts.
+    pub split_gap: Duration,
     /// The unit that its answers name, if it is not the request's.
     pub unit: Option<u8>,
 }
@@ -77,7 +79,10 @@ impl HabitPeer {
             answered = Some(Instant::now());
             let frame = self.frame(&frame, self.unit.unwrap_or(unit), &pdu);
             let (first, second) = frame.split_at(if self.splits { 4 } else { 0 });
-            let sent = stream.write_all(first).and_then(|()| stream.write_all(second));
+            let sent = stream.write_all(first).and_then(|()| {
+                sleep(self.split_gap);
+                stream.write_all(second)
+            });
             if sent.is_err() || self.closes {
                 return;
             }

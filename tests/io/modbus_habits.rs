@@ -291,6 +291,34 @@ async fn frames_of_rtu_go_over_tcp_also_in_parts_and_over_a_connection_that_was_
     }
 }
 
+/// Serial servers send the bytes of a frame in several packets, with gaps that no line would have.
+#[tokio::test]
+async fn a_gap_within_a_frame_is_waited_for_and_one_beyond_the_timeout_names_it() {
+    for rtu_frames in [false, true] {
+        let gap = |split_gap| HabitPeer {
+            rtu: rtu_frames,
+            splits: true,
+            split_gap,
+            ..Default::default()
+        };
+        let (_, settings, seen) = device(gap(Duration::from_millis(80)));
+        match rtu_frames {
+            true => assert!(well(&mut rtu(&settings, PATIENT).await).await.is_empty()),
+            false => assert!(well(&mut tcp(&settings, PATIENT).await).await.is_empty()),
+        }
+        assert_eq!(requests(&seen).len(), 2, "a write and a read, each asked once");
+        let (_, settings, _) = device(gap(PATIENT));
+        let reason = match rtu_frames {
+            true => told(&mut rtu(&settings, SHORT).await).await,
+            false => told(&mut tcp(&settings, SHORT).await).await,
+        };
+        assert!(
+            reason.ends_with("; if the rest was only late, set a longer `timeout`"),
+            "{reason}"
+        );
+    }
+}
+
 #[tokio::test]
 async fn two_devices_behind_a_serial_server_share_its_connection() {
     let (_, settings, seen) = device(HabitPeer { rtu: true, ..HabitPeer::default() });

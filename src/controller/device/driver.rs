@@ -61,6 +61,12 @@ pub trait DriverKeys: Debug {
     /// Whether a text is in the notation of the driver's points. This decides a row's direction.
     fn is_point(&self, text: &str) -> bool;
 
+    /// The finding for points in the notation of a manual or of another program; `None` if the text
+    /// is in none that the driver knows.
+    fn other_notation(&self, _text: &Text) -> Option<Finding> {
+        None
+    }
+
     /// An example of a point as written, for a help.
     fn example(&self) -> &'static str;
 

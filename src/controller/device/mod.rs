@@ -142,6 +142,12 @@ fn row<'a>(
         (true, false) => (RowDirection::In, from, to),
         (false, true) => (RowDirection::Out, to, from),
         (both, _) => {
+            let is_memory = |text: &Text| resolve_operands(scope, text).is_ok();
+            let mut texts = [from, to].into_iter().filter(|text| !both && !is_memory(text));
+            if let Some(finding) = texts.find_map(|text| driver.other_notation(text)) {
+                findings.push(finding);
+                return None;
+            }
             let message = if both {
                 "both `from` and `to` are points of the device"
             } else {

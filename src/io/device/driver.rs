@@ -59,6 +59,9 @@ pub struct Trouble {
     pub reason: String,
     /// Whether the connection cannot be used any more, so that the task has to connect again.
     pub is_disconnected: bool,
+    /// Whether it is only the trouble of an earlier exchange, because a part of the peer rests and
+    /// got no request in this one. Such an exchange counts no failure.
+    pub is_repeated: bool,
 }
 
 /// A driver that exchanges with its peer beside the scan.
@@ -81,12 +84,12 @@ pub trait Driver: Send + 'static {
 impl Trouble {
     /// Trouble after which the connection stays: an exception, or a value that is not valid.
     pub fn kept(reason: impl Into<String>) -> Trouble {
-        Trouble { reason: reason.into(), is_disconnected: false }
+        Trouble { reason: reason.into(), is_disconnected: false, is_repeated: false }
     }
 
     /// Trouble that ends the connection.
     pub fn disconnected(reason: impl Into<String>) -> Trouble {
-        Trouble { reason: reason.into(), is_disconnected: true }
+        Trouble { reason: reason.into(), is_disconnected: true, is_repeated: false }
     }
 }
 

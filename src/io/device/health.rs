@@ -186,15 +186,20 @@ impl Health {
         self.tell_trouble(reason);
     }
 
-    /// Notes that an exchange failed, but read `read` of `all` inputs.
-    pub(super) fn trouble_in_part(&self, reason: &str, InputsRead { read, all }: InputsRead) {
-        let reason = match read == all {
-            true => reason.to_owned(),
-            false => format!("{reason}; {read} of {all} inputs are read"),
-        };
+    /// Notes that an exchange failed, but read some inputs.
+    pub(super) fn trouble_in_part(&self, reason: &str, inputs: InputsRead) {
+        let reason = inputs.behind(reason);
         self.bad(&reason);
         locked(&self.inner).is_in_part = true;
         self.tell_trouble(&reason);
+    }
+
+    /// Notes that the trouble lasts: an exchange asked nothing of the part that is in trouble.
+    pub(super) fn trouble_repeated(&self, reason: &str, inputs: InputsRead) {
+        let mut condition = locked(&self.inner);
+        let is_in_part = inputs.read > 0;
+        let reason = if is_in_part { inputs.behind(reason) } else { reason.to_owned() };
+        (condition.is_in_part, condition.trouble) = (is_in_part, Some(reason));
     }
 
     fn tell_trouble(&self, reason: &str) {
@@ -256,6 +261,17 @@ impl Health {
         condition.failures += 1;
         (condition.is_open, condition.is_in_part) = (false, false);
         condition.trouble = Some(reason.to_owned());
+    }
+}
+
+impl InputsRead {
+    /// A reason, with the number of inputs that were read behind it.
+    fn behind(&self, reason: &str) -> String {
+        let InputsRead { read, all } = self;
+        match read == all {
+            true => reason.to_owned(),
+            false => format!("{reason}; {read} of {all} inputs are read"),
+        }
     }
 }
 

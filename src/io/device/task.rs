@@ -319,12 +319,12 @@ impl<D: Driver> DeviceTask<D> {
         }
         self.retry.reset();
         self.input_end.deliver(&self.inputs, monotonic_ns());
-        match self.inputs.iter().flatten().count() {
-            0 => self.health.trouble(&trouble.reason),
-            read => {
-                let inputs = InputsRead { read, all: self.inputs.len() };
-                self.health.trouble_in_part(&trouble.reason, inputs);
-            }
+        let inputs =
+            InputsRead { read: self.inputs.iter().flatten().count(), all: self.inputs.len() };
+        match (trouble.is_repeated, inputs.read) {
+            (true, _) => self.health.trouble_repeated(&trouble.reason, inputs),
+            (false, 0) => self.health.trouble(&trouble.reason),
+            (false, _) => self.health.trouble_in_part(&trouble.reason, inputs),
         }
     }
 }

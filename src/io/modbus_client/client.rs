@@ -35,6 +35,8 @@ pub struct Client<L> {
     /// The time at which all outputs are written even if none has changed.
     all_due: Option<Instant>,
     feeding: Option<Feeding>,
+    /// Whether a request has failed since the exchange began, in any of its parts.
+    has_failed: bool,
 }
 
 /// A watchdog, the time of its next feeding, and the counter to write.
@@ -62,6 +64,7 @@ impl<L: Link> Client<L> {
             write_every: (!every.is_zero()).then_some(every),
             all_due: None,
             feeding: settings.watchdog.map(|watchdog| Feeding { watchdog, due: None, counter: 0 }),
+            has_failed: false,
         }
     }
 
@@ -203,11 +206,13 @@ impl<L: Link> Client<L> {
                 run.forget();
             }
         }
+        self.has_failed |= self.talk.units.iter().any(Unit::has_failed);
         if done == Extent::Part {
             // The rest of the exchange follows at once, and reports the trouble of the whole
             // exchange.
             return Ok(done);
         }
+        let is_repeated = !std::mem::take(&mut self.has_failed);
         let has_read = matches!(occasion, Occasion::Poll | Occasion::First);
         let unread = |unit: &Unit| unit.unread.clone().filter(|_| has_read);
         let trouble = |unit: &Unit| unit.trouble.clone().or_else(|| unread(unit));
@@ -218,7 +223,7 @@ impl<L: Link> Client<L> {
             1 => reason.push_str("; another unit is in trouble, too"),
             others => reason.push_str(&format!("; {others} other units are in trouble, too")),
         }
-        Err(Trouble { reason, is_disconnected: self.talk.is_dead() })
+        Err(Trouble { reason, is_disconnected: self.talk.is_dead(), is_repeated })
     }
 }
 
@@ -250,7 +255,7 @@ impl<L: Link> Driver for Client<L> {
     async fn connect(&mut self) -> Result<(), Trouble> {
         self.talk.link.connect().await?;
         self.talk.units.iter_mut().for_each(Unit::begin_anew);
-        self.next = 0;
+        (self.next, self.has_failed) = (0, false);
         self.forget();
         Ok(())
     }

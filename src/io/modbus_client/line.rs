@@ -24,7 +24,7 @@ use super::pace::{Hint, RequestPace};
 use super::port::RtuWire;
 use super::rtu::{self, FRAME_BYTES_MAX, Heard};
 use super::settings::{ConnectionUse, Habits, Parity, RtuLine, RtuPort};
-use super::tcp::{self, NONE_AFTER_ANSWER};
+use super::tcp::{self, NONE_AFTER_ANSWER, REST_IS_LATE};
 use crate::io::device::Trouble;
 
 /// The most bytes received for a question: a request sent back and an answer. More bytes than that
@@ -303,7 +303,11 @@ impl SharedLine {
                 Some(other) if other != unit => {
                     format!("the answer is unit {other}'s, not unit {unit}'s: try `unit = {other}`")
                 }
-                Some(_) | None => format!("no whole, correct answer in {limit} ms"),
+                Some(_) | None => {
+                    let is_begun = rtu::begins(behind, unit, request);
+                    let hint = if is_begun { REST_IS_LATE } else { "" };
+                    format!("no whole, correct answer in {limit} ms{hint}")
+                }
             },
         }
     }

@@ -27,5 +27,7 @@ mod values;
 
 pub use client::Client;
 pub use line::{Rtu, RtuLines};
-pub use link::Link;
+pub use link::{Link, LinkFailure};
+pub use outputs::{OutputRun, runs};
+pub use plan::reads;
 pub use tcp::Tcp;

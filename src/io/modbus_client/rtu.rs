@@ -109,19 +109,33 @@ pub(crate) fn answering_unit(received: &[u8], request: &[u8]) -> Option<u8> {
     (0..received.len()).find_map(unit_at)
 }
 
+/// Whether the bytes end with the beginning of a frame in which this unit answers this request.
+pub(crate) fn begins(received: &[u8], unit: u8, request: &[u8]) -> bool {
+    let is_cut = |start: usize| {
+        let bytes = &received[start..];
+        length(bytes, unit, request).is_some_and(|length| bytes.len() < length)
+    };
+    (0..received.len()).any(is_cut)
+}
+
 /// Like [`find`], but only for a frame at the start of the bytes.
 fn at_start<'a>(bytes: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]> {
-    let function = *request.first()?;
-    let end = match *bytes {
-        [by, code, ..] if by == unit && code == function | 0x80 => 3,
-        [by, code, count, ..] if by == unit && code == function => match function {
-            1..=4 => 3 + usize::from(count),
-            _ => 6,
-        },
-        _ => return None,
-    };
-    let (body, sum) = (bytes.get(..end)?, bytes.get(end..end + 2)?);
+    let frame = bytes.get(..length(bytes, unit, request)?)?;
+    let (body, sum) = frame.split_at(frame.len() - 2);
     (sum == crc(body).to_le_bytes()).then(|| &body[1..])
+}
+
+/// The length of the frame at the start of the bytes, if this unit answers this request in it.
+fn length(bytes: &[u8], unit: u8, request: &[u8]) -> Option<usize> {
+    let function = *request.first()?;
+    match *bytes {
+        [by, code, ..] if by == unit && code == function | 0x80 => Some(5),
+        [by, code, count, ..] if by == unit && code == function => match function {
+            1..=4 => Some(5 + usize::from(count)),
+            _ => Some(8),
+        },
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -184,6 +198,16 @@ mod tests {
     }
 
     #[test]
+    fn the_beginning_of_an_answer_is_known() {
+        let answer = framed(1, &[3, 4, 0, 7, 0, 8]);
+        for end in 3..answer.len() {
+            assert!(begins(&[&[0xff], &answer[..end]].concat(), 1, &READ), "{end}");
+        }
+        assert!(!begins(&answer, 1, &READ) && !begins(&answer[..6], 2, &READ));
+        assert!(begins(&[1, 0x83, 2], 1, &READ) && !begins(&[1, 4, 2], 1, &READ));
+    }
+
+    #[test]
     fn an_echo_is_told_whatever_it_looks_like() {
         // If the high byte of the address is 3, it looks like a byte count.
         for function in [1, 2, 3, 4] {
@@ -240,7 +264,7 @@ mod tests {
         ) {
             let _ = hear(&received, &frame, is_late);
             let _ = behind_echo(&received, &frame);
-            let _ = answering_unit(&received, &frame);
+            let _ = (answering_unit(&received, &frame), begins(&received, 1, &frame));
         }
 
         #[test]

@@ -81,7 +81,9 @@ impl Tcp {
             Err(_) if filled == 0 => {
                 Err(Unanswered::Broken(format!("the request could not be sent in {limit} ms")))
             }
-            Err(_) => Err(Unanswered::Broken(format!("no whole answer in {limit} ms"))),
+            Err(_) => {
+                Err(Unanswered::Broken(format!("no whole answer in {limit} ms{REST_IS_LATE}")))
+            }
             Ok(Err(error)) if filled == 0 && is_closed(&error) => {
                 Err(Unanswered::Closed(error.to_string()))
             }
@@ -121,6 +123,9 @@ const NONE_SINCE_CONNECTING: &str = ", and none since connecting: try `connect-d
 /// What may help a peer that answers a request, but not the next one.
 pub(super) const NONE_AFTER_ANSWER: &str =
     ", though the request before it was answered: try `pause`, or a longer `timeout`";
+
+/// What may help if only the beginning of an answer came.
+pub(super) const REST_IS_LATE: &str = "; if the rest was only late, set a longer `timeout`";
 
 impl Link for Tcp {
     const STARTS_ANEW: bool = false;

@@ -20,6 +20,8 @@ pub(super) struct Unit {
     pub was_troubled: bool,
     /// Whether it receives no more requests in this exchange.
     pub is_left: bool,
+    /// Whether it received no request in this exchange, so that its trouble is an earlier one's.
+    rests: bool,
     /// The number of consecutive silences.
     absences: u32,
     retry: Retry,
@@ -34,6 +36,7 @@ impl Unit {
             unread: None,
             was_troubled: false,
             is_left: false,
+            rests: false,
             absences: 0,
             retry: Retry::new(),
             rests_until: None,
@@ -53,12 +56,18 @@ impl Unit {
             Occasion::First | Occasion::Poll => self.rests_until.is_some_and(|until| now < until),
             Occasion::Last => false,
         };
+        self.rests = self.is_left;
         if !self.is_left {
             self.trouble = None;
         }
         if is_anew {
             self.unread = None;
         }
+    }
+
+    /// Whether a request of this exchange failed.
+    pub fn has_failed(&self) -> bool {
+        !self.rests && (self.trouble.is_some() || self.unread.is_some())
     }
 
     /// Notes that some of its inputs were not read.

@@ -1,13 +1,16 @@
 //! The keys of a Modbus client, resolved: its points and the way to its peer.
 //!
 //! Called by [`super`], which has resolved the addresses of memory. `points` reads texts like
-//! `coil 0..7`; `peers` finds devices of one peer that conflict with each other.
+//! `coil 0..7`, `manuals` those of manuals and other programs; `peers` finds devices of one peer
+//! that conflict with each other.
 
 pub(crate) mod keys;
 mod link;
+mod manuals;
 mod numbers;
 mod peers;
 mod points;
+mod stretch;
 
 use super::driver::{
     DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, at_least_one, one_word,
@@ -17,13 +20,13 @@ use crate::io::modbus_client::settings::{
     ClientSettings, Habits, ModbusPoint, PointForm, Watchdog, Writes,
 };
 use crate::source::finding::{Code, Finding};
-use crate::source::reader::Table;
+use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
 use keys::{Keys, Medium, RowKeys, Watchdog as WrittenWatchdog};
 use link::LinkReader;
 pub(super) use peers::at_odds;
-use points::Stretch;
+use stretch::Stretch;
 
 impl DriverKeys for Keys {
     fn read_row(&mut self, row: &mut Table<'_>) {
@@ -36,6 +39,10 @@ impl DriverKeys for Keys {
 
     fn is_point(&self, text: &str) -> bool {
         points::is_point(text)
+    }
+
+    fn other_notation(&self, text: &Text) -> Option<Finding> {
+        points::other_notation(text)
     }
 
     fn example(&self) -> &'static str {
@@ -130,8 +137,9 @@ impl ModbusReader<'_> {
             let help = format!("write `every = \"{poll_ms}ms\"`, or more");
             self.findings.push(Finding::new(Code::Controller, span, message).help(help));
         }
-        let register = watchdog.register.as_ref()?.value as u16;
-        Some(Watchdog { unit, register, every_ms })
+        let register = watchdog.register.as_ref()?;
+        self.findings.extend(points::doubt_of_watchdog(register));
+        Some(Watchdog { unit, register: register.value as u16, every_ms })
     }
 
     /// The points of a row, one for each address.
@@ -180,6 +188,8 @@ impl ModbusReader<'_> {
         };
         let last = stretch.first + count;
         let places = (stretch.first..last).step_by(width as usize * parts.len());
+        let is_output = row.direction == RowDirection::Out;
+        self.findings.extend(points::doubt(row.points, &stretch, is_output));
         Some(places.flat_map(|at| parts.iter().map(move |part| point(at, *part))).collect())
     }
 
