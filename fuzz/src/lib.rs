@@ -25,7 +25,7 @@ use rungd::load::decode;
 use rungd::lower::{Symbols, lower};
 use rungd::operator::names::Names;
 use rungd::operator::protocol::{GivenValue, Request};
-use rungd::record::{Recording, SectionBody};
+use rungd::record::{RecordedProgram, Recording, SectionBody, SegmentStart, read_program};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::retain::Storage;
@@ -417,6 +417,39 @@ pub fn record(bytes: &[u8]) {
     if let Some(section) = SectionBody::read(bytes) {
         assert_eq!(SectionBody::read(&section.write()), Some(section));
     }
+}
+
+/// The program of a recording, before packing: its names are for one line, and it can be written
+/// and read again.
+pub fn recorded_program(bytes: &[u8]) {
+    let Some(program) = read_program(&stored(bytes)) else { return };
+    let RecordedProgram { version, source, hash, files, .. } = &program;
+    let names = files.iter().map(|file| &file.name).chain([version, source, hash]);
+    for name in names {
+        assert!(!name.chars().any(char::is_control), "{name:?}");
+    }
+    let segment = SegmentStart::new(&program).bytes;
+    assert_eq!(read_program(&segment[32..]), Some(program));
+}
+
+/// Bytes as a zlib stream without compression.
+fn stored(bytes: &[u8]) -> Vec<u8> {
+    let mut stream = vec![0x78, 0x01];
+    for chunk in bytes.chunks(0xFFFF) {
+        let length = chunk.len() as u16;
+        stream.push(0);
+        stream.extend(length.to_le_bytes());
+        stream.extend((!length).to_le_bytes());
+        stream.extend(chunk);
+    }
+    stream.extend([1, 0, 0, 0xFF, 0xFF]);
+    let (mut low, mut high) = (1_u32, 0_u32);
+    for byte in bytes {
+        low = (low + u32::from(*byte)) % 65_521;
+        high = (high + low) % 65_521;
+    }
+    stream.extend((high << 16 | low).to_be_bytes());
+    stream
 }
 
 /// The messages of a hostile broker to `rungd fleet`. Each consists of a byte for topic and flags,

@@ -143,7 +143,7 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
         Ok(recording) => recording,
         Err(exit) => return Ok(exit),
     };
-    tell_flaws(&recording);
+    recording::tell_flaws(&recording);
     if recording.count() == 0 && !recording.flaws.is_empty() {
         say_line("rungd: there is no recording in it");
         return Ok(Exit::Refused);
@@ -162,13 +162,6 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
         RecordCommand::Cut { part, output, .. } => cut(&recording, part, output),
         RecordCommand::Test { part, output, .. } => test(recording, part, output),
         RecordCommand::Files { at, output, .. } => files(&recording, at.as_ref(), output),
-    }
-}
-
-/// Prints the flaws of the files of a recording.
-fn tell_flaws(recording: &Recording) {
-    for (path, flaw) in &recording.flaws {
-        say_line(&format!("rungd: {}: {flaw}", path.display()));
     }
 }
 

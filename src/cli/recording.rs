@@ -44,6 +44,13 @@ pub(super) fn opened_heads(path: &Path) -> Result<Recording> {
     Recording::open_heads(path).with_context(|| path.display().to_string())
 }
 
+/// Prints the flaws of the files of a recording.
+pub(super) fn tell_flaws(recording: &Recording) {
+    for (path, flaw) in &recording.flaws {
+        say_line(&format!("warning: {}: {flaw}", path.display()));
+    }
+}
+
 /// The recording in a file or folder; without a path, the recording of a running controller.
 ///
 /// # Errors

@@ -34,9 +34,7 @@ pub fn replay(args: &ReplayArgs) -> Result<Exit> {
         }
     }
     let recording = recording::opened(&args.recording)?;
-    for (path, flaw) in &recording.flaws {
-        say_line(&format!("warning: {}: {flaw}", path.display()));
-    }
+    recording::tell_flaws(&recording);
     replay_of(args, recording)
 }
 

@@ -280,6 +280,22 @@ mod tests {
     }
 
     #[test]
+    fn the_end_of_a_span_has_its_date_on_another_local_day() {
+        let clock = berlin("2026-11-22T15:00:00Z");
+        let end = |(begin, end): (&str, &str)| {
+            clock.end_text(found(begin, &clock, 0..=0), found(end, &clock, 0..=0))
+        };
+        let on = |time: &str| format!("2026-11-22T{time}Z");
+        // Midnight of the reader is 23:00 UTC.
+        assert_eq!(end((&on("22:00:00"), &on("22:59:59.999"))), "23:59:59.999");
+        assert_eq!(end((&on("22:59:59.999"), &on("23:00:00"))), "2026-11-23 00:00:00.000");
+        assert_eq!(end((&on("23:00:00"), "2026-11-23T22:59:59Z")), "23:59:59.000");
+        // The same time of a later day, and a clock that was set back.
+        assert_eq!(end((&on("10:00:00"), "2026-11-24T10:00:00Z")), "2026-11-24 11:00:00.000");
+        assert_eq!(end((&on("10:00:00"), "2026-11-21T10:00:00Z")), "2026-11-21 11:00:00.000");
+    }
+
+    #[test]
     fn a_scan_is_a_number() {
         assert_eq!(When::parse("scan 81234"), Ok(When::Scan(81_234)));
         assert_eq!(When::parse(" scan81234 "), Ok(When::Scan(81_234)));

@@ -53,6 +53,7 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
         Ok(found) => found,
         Err(exit) => return Ok(exit),
     };
+    recording::tell_flaws(&recording);
     let (section, at) = match place(args.at.as_ref(), &recording) {
         Ok(place) => place,
         Err(why) => return Ok(refused(args, &why)),

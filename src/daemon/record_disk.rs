@@ -359,6 +359,10 @@ mod tests {
         fn own(&mut self, _: &str) -> io::Result<()> {
             Ok(())
         }
+        fn order(&mut self) -> Vec<i64> {
+            Vec::new()
+        }
+        fn note_order(&mut self, _: &[i64]) {}
         fn list(&mut self) -> io::Result<Vec<(String, u64)>> {
             Ok(Vec::new())
         }

@@ -5,7 +5,7 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{FileExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, OFlags, flock};
@@ -22,6 +22,13 @@ pub trait Folder {
     /// # Errors
     /// `ResourceBusy` if another process owns them; otherwise the error of the system.
     fn own(&mut self, controller: &str) -> io::Result<()>;
+
+    /// The start times of the owned files, ns, in the order in which they were begun, as far as it
+    /// was noted. A wrong clock gives wrong times, but no wrong order.
+    fn order(&mut self) -> Vec<i64>;
+
+    /// Notes the order of the owned files. If that fails, the order is that of their start times.
+    fn note_order(&mut self, begun_ns: &[i64]);
 
     /// All files of the folder: names and sizes in bytes.
     ///
@@ -118,6 +125,41 @@ fn lock(file: &File) -> io::Result<()> {
     }
 }
 
+/// The first and the last line of an order of files in a lock file.
+const ORDER_BEGIN: &str = "rungd record order";
+const ORDER_END: &str = "end";
+/// The maximum number of bytes of an order.
+const ORDER_BYTES_MAX: u64 = 1 << 24;
+
+/// The order of files in a lock file: a start time a line, in microseconds; `None`: there is none,
+/// or it is not whole.
+fn noted_order(file: &File) -> Option<Vec<i64>> {
+    let length = file.metadata().ok().filter(fs::Metadata::is_file)?.len();
+    let mut bytes = vec![0; length.min(ORDER_BYTES_MAX) as usize];
+    file.read_exact_at(&mut bytes, 0).ok()?;
+    let text = String::from_utf8(bytes).ok()?;
+    let times = text.strip_prefix(ORDER_BEGIN)?.trim_end().strip_suffix(ORDER_END)?;
+    let begun_ns = |line: &str| line.parse::<i64>().ok()?.checked_mul(1000);
+    times.split_whitespace().map(begun_ns).collect()
+}
+
+/// Whether a lock file is empty or holds an order, whole or in part.
+fn is_order(file: &File) -> bool {
+    let mut begin = vec![0; ORDER_BEGIN.len()];
+    let count = file.read_at(&mut begin, 0).unwrap_or(0);
+    let is_begin = ORDER_BEGIN.as_bytes().starts_with(&begin[..count]);
+    is_begin && file.metadata().is_ok_and(|of| of.is_file())
+}
+
+/// Writes an order of files, durably. An order that is only half written is not whole.
+fn write_order(file: &File, begun_ns: &[i64]) -> io::Result<()> {
+    let times: String = begun_ns.iter().map(|ns| format!("{}\n", ns / 1000)).collect();
+    let text = format!("{ORDER_BEGIN}\n{times}{ORDER_END}\n");
+    file.set_len(0)?;
+    file.write_all_at(text.as_bytes(), 0)?;
+    file.sync_data()
+}
+
 impl Folder for FolderOnDisk {
     fn own(&mut self, controller: &str) -> io::Result<()> {
         fs::create_dir_all(&self.path)?;
@@ -130,11 +172,23 @@ impl Folder for FolderOnDisk {
         // The open call neither waits for a pipe nor follows a link.
         let flags = (OFlags::NONBLOCK | OFlags::NOFOLLOW).bits() as i32;
         let mut options = OpenOptions::new();
-        options.write(true).create(true).truncate(false).custom_flags(flags);
+        options.read(true).write(true).create(true).truncate(false).custom_flags(flags);
         let file = options.open(path)?;
         lock(&file)?;
         self.lock = Some(file);
         Ok(())
+    }
+
+    fn order(&mut self) -> Vec<i64> {
+        self.lock.as_ref().and_then(noted_order).unwrap_or_default()
+    }
+
+    fn note_order(&mut self, begun_ns: &[i64]) {
+        let Some(file) = &self.lock else { return };
+        // A file of somebody else that has this name is left alone.
+        if is_order(file) {
+            let _ = write_order(file, begun_ns);
+        }
     }
 
     fn list(&mut self) -> io::Result<Vec<(String, u64)>> {

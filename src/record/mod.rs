@@ -34,6 +34,7 @@ pub use codes::ENTRIES_MAX;
 pub use file_name::EXTENSION;
 pub use folder::{Folder, FolderOnDisk};
 pub use program::{RecordedFile, RecordedProgram};
+pub use program_read::read_program;
 pub use recent::Recent;
 pub use recorder::{Recorder, TapeClock};
 pub use recording::{ReadSection, Recording};

@@ -25,6 +25,12 @@ const FILE_BYTES: usize = 128;
 /// The maximum number of bytes of a name, a version, a hash.
 const NAME_BYTES_MAX: u64 = 1 << 16;
 
+/// The program in packed bytes, as the only one of a recording; `None`: they are not a program, or
+/// it is larger than a limit.
+pub fn read_program(packed: &[u8]) -> Option<RecordedProgram> {
+    ProgramTexts::all().read(packed)
+}
+
 /// Which texts of programs are kept, and how many.
 #[derive(Debug)]
 pub(super) struct ProgramTexts {
@@ -126,9 +132,11 @@ impl ProgramSource<'_> {
         (text.len() as u64 == count).then_some(text)
     }
 
-    /// A text that is printed in a line.
+    /// A text that is printed in a line. It can be written and read again: its escapes are within
+    /// the limit too.
     fn name(&mut self) -> Option<String> {
-        self.text(NAME_BYTES_MAX).map(|name| escaped(&name).into_owned())
+        let name = self.text(NAME_BYTES_MAX).map(|name| escaped(&name).into_owned())?;
+        (name.len() as u64 <= NAME_BYTES_MAX).then_some(name)
     }
 
     fn skip(&mut self) -> Option<()> {

@@ -305,7 +305,8 @@ impl<F: Folder> Store<F> {
             begun_ns(&self.settings.controller, &name).map(|begun_ns| (name, begun_ns, bytes))
         };
         let listed = self.folder.list()?.into_iter().filter_map(own);
-        self.files.look(listed.collect(), unix_ns);
+        let listed = listed.collect();
+        self.files.look(listed, (&self.folder.order(), unix_ns));
         self.is_known = true;
         Ok(())
     }
@@ -334,6 +335,8 @@ impl<F: Folder> Store<F> {
         let now_ns = now_ns(clock);
         let begun_ns = self.files.free_start_ns(clock.unix_ns.max(0));
         let name = file_name(&self.settings.controller, begun_ns);
+        // The order is durable before the file.
+        self.folder.note_order(&[self.files.order(), vec![begun_ns]].concat());
         let created = self.folder.create(&name);
         if let Err(error) = &created
             && error.kind() == io::ErrorKind::AlreadyExists

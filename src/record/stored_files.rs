@@ -4,9 +4,10 @@
 //! `store` owns it, and deletes what it names. The age of a file is the time that was recorded
 //! after its last scan, never a reading of the wall clock: a clock that jumps makes no file older.
 //! For the same reason the files of this process keep the order in which they were begun, behind
-//! those of earlier processes, which are in the order of their names. A file of an earlier process
-//! with a name of a later time is from a clock that was ahead: its place is not known, so it proves
-//! no age of other files, and only time of this process proves its own.
+//! those of earlier processes, which are in the order that those noted in the folder. A file that
+//! is not in that order has the place of its name. If that is a later time than now, it is from a
+//! clock that was ahead: its place is not known, so it proves no age of other files, and only time
+//! of this process proves its own.
 
 use std::collections::BTreeMap;
 
@@ -53,8 +54,8 @@ impl StoredFiles {
     }
 
     /// Takes over a list of the folder: names, start times, sizes. Known files keep their order;
-    /// other files are older. `unix_ns`: the time now.
-    pub fn look(&mut self, listed: Vec<(String, i64, u64)>, unix_ns: i64) {
+    /// other files are older, and in the noted order. `unix_ns`: the time now.
+    pub fn look(&mut self, listed: Vec<(String, i64, u64)>, (order, unix_ns): (&[i64], i64)) {
         let mut listed: BTreeMap<String, (i64, u64)> =
             listed.into_iter().map(|(name, begun_ns, bytes)| (name, (begun_ns, bytes))).collect();
         let mut known = std::mem::take(&mut self.0);
@@ -71,7 +72,37 @@ impl StoredFiles {
         };
         self.0 = listed.into_iter().map(other).collect();
         self.0.sort_by_key(|file| file.begun_ns);
+        self.put_in_order(order);
         self.0.append(&mut known);
+    }
+
+    /// Puts files, which are in the order of their names, into the order that was noted. A file
+    /// that is not in it comes after the last one with an earlier start.
+    fn put_in_order(&mut self, order: &[i64]) {
+        let us = |ns: i64| ns / 1000;
+        let places: BTreeMap<i64, usize> =
+            order.iter().enumerate().map(|(at, ns)| (us(*ns), at)).collect();
+        let mut last = None;
+        let mut after = BTreeMap::new();
+        for (begun_us, place) in &places {
+            last = last.max(Some(*place));
+            after.insert(*begun_us, last);
+        }
+        self.0.sort_by_cached_key(|file| {
+            let begun_us = us(file.begun_ns);
+            match places.get(&begun_us) {
+                Some(place) => (Some(*place), false),
+                None => (after.range(..begun_us).next_back().and_then(|(_, last)| *last), true),
+            }
+        });
+        for file in &mut self.0 {
+            file.is_ahead &= !places.contains_key(&us(file.begun_ns));
+        }
+    }
+
+    /// The start times of the files, ns, the oldest file first.
+    pub fn order(&self) -> Vec<i64> {
+        self.0.iter().map(|file| file.begun_ns).collect()
     }
 
     /// The first start time from this one on that no file has, in whole microseconds.

@@ -14,7 +14,7 @@ mod man_and_completions;
 mod packaging;
 mod plants;
 mod record;
-mod replay;
+pub mod replay;
 mod sim;
 mod sim_controller;
 mod waves;

@@ -33,6 +33,26 @@ fn info_tells_what_a_recording_is() {
     assert_eq!((&json["begins_run"], &json["period_ns"]), (&true.into(), &10_000_000.into()));
 }
 
+/// A span of days would look like one of seconds.
+#[test]
+fn a_stretch_that_ends_on_another_day_has_the_date_of_its_end() {
+    let place = Place::new("days");
+    let list = || said(&place.rungd(&["record", "list", "plant.rungd-log"]), 0);
+    shown(&list(), "2026-11-22 10:00:00.000 to 10:00:19.990  scans 1 to 2000  plant.toml  (start)");
+    let mut line = conveyor();
+    line.bytes();
+    let two_days_ns = 2 * 86_400 * 1_000_000_000;
+    line.blocks.last_mut().unwrap().head.end_ns += two_days_ns;
+    place.write("plant.rungd-log", &line.bytes());
+    shown(
+        &list(),
+        "2026-11-22 10:00:00.000 to 2026-11-24 10:00:19.990  scans 1 to 2000  plant.toml  \
+         (start)",
+    );
+    let info = said(&place.rungd(&["record", "info", "plant.rungd-log"]), 0);
+    assert!(info.contains(" to 2026-11-24 10:00:19.990"), "{info}");
+}
+
 #[test]
 fn info_tells_gaps_and_where_a_part_begins() {
     let place = Place::new("info_gap");

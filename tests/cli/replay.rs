@@ -105,7 +105,7 @@ impl Line {
         TapeClock { unix_ns: BEGIN_NS + self.now_ns as i64, unix_offset_ns: BEGIN_NS }
     }
 
-    fn cell(&self, name: &str) -> Cell {
+    pub fn cell(&self, name: &str) -> Cell {
         self.symbols.layout.cell(self.scope.address(name).unwrap()).unwrap()
     }
 

@@ -37,6 +37,8 @@ pub struct Disk {
     pub fault: Option<(Fault, u64, u64)>,
     pub calls: u64,
     pub syncs: u64,
+    /// The order of the files, as the store noted it.
+    pub order: Vec<i64>,
     /// Called after every call.
     pub watch: Option<Watch>,
 }
@@ -115,6 +117,14 @@ impl Disk {
 impl Folder for Handle {
     fn own(&mut self, _: &str) -> io::Result<()> {
         Ok(())
+    }
+
+    fn order(&mut self) -> Vec<i64> {
+        self.0.borrow().order.clone()
+    }
+
+    fn note_order(&mut self, begun_ns: &[i64]) {
+        self.0.borrow_mut().order = begun_ns.to_vec();
     }
 
     fn list(&mut self) -> io::Result<Vec<(String, u64)>> {

@@ -319,6 +319,40 @@ fn use_copies(seed: u64) {
     }
 }
 
+/// Damaged bytes, as a bad disk leaves them: every query has an answer.
+#[test]
+fn a_damaged_recording_answers_every_query() {
+    for seed in 0..6 {
+        let line = random_line(seed);
+        let whole = on_disk(&line.blocks);
+        let program = load(&line.blocks[0].program.files[0].text).unwrap();
+        let subject = Subject::new(Arc::new(program), Vec::new());
+        let mut numbers = Numbers(seed);
+        for copy in 0..6 {
+            let mut bytes = whole.clone();
+            for _ in 0..=copy {
+                mangle(&mut bytes, &mut numbers);
+            }
+            ask(&bytes, &subject, &mut numbers);
+        }
+    }
+}
+
+/// Changes bytes as a bad disk, a cut copy or an editor would.
+pub fn mangle(bytes: &mut Vec<u8>, numbers: &mut Numbers) {
+    let mut at = || numbers.below(bytes.len().max(1) as u64) as usize;
+    let (one, other) = (at(), at());
+    let (from, to) = (one.min(other), one.max(other));
+    match numbers.below(6) {
+        0 => bytes.truncate(to),
+        1 if !bytes.is_empty() => bytes[from] ^= 1 << (to % 8),
+        2 => drop(bytes.drain(from..to)),
+        3 => bytes[from..to].fill(0),
+        4 => drop(bytes.splice(to..to, bytes[from..to].to_vec())),
+        _ => bytes.insert(from, b'\r'),
+    }
+}
+
 /// A program with words that have limits, a real, and words of 16 bits.
 const RANGES: &str = r#"
 [tags]

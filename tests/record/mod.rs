@@ -1,10 +1,12 @@
 //! The scan log: sections and segments as bytes, the recording in memory, the folder on every kind
 //! of disk, replay, the page's reader, and tests with the real rungd.
 
+mod ages;
 mod bytes;
 mod drawn;
 mod folder;
 mod format;
+mod from_outside;
 mod hostile;
 mod line;
 mod live_crash;
@@ -12,6 +14,7 @@ mod live_disk;
 mod live_ends;
 mod live_places;
 mod live_random;
+mod live_removed;
 mod live_rig;
 mod live_stall;
 mod recorder;

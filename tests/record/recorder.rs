@@ -3,7 +3,7 @@
 
 use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
 use rungd::engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
-use rungd::record::{Recent, Recorder, Recording, Replay};
+use rungd::record::{Recent, RecordBlock, Recorder, Recording, Replay};
 use rungd::runtime::command::CommandId;
 use rungd::runtime::exchange::{Mode, Ticket};
 use rungd::runtime::{Machine, Origin, ScanStart, TapeEntry, tape_of};
@@ -213,4 +213,40 @@ fn what_is_lost_at_the_end_of_a_tape_is_counted() {
         }
         assert_eq!(told + reader.unheard(), 50, "room for {room} entries");
     }
+}
+
+/// The clock is set by a month in each direction while a recording in memory goes on.
+#[test]
+fn the_reach_of_memory_is_the_time_that_passed() {
+    const MONTH_NS: i64 = 30 * 86_400 * 1_000_000_000;
+    let mut line = Line::new(COUNTER);
+    line.start();
+    for _ in 0..6_000 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    line.flush();
+    let (first_ns, count) = (line.blocks[0].head.begin_ns, line.blocks.len());
+    let reach_ns = line.blocks[count - 1].head.end_ns - first_ns;
+    let kept = |blocks: &[RecordBlock], most: usize| {
+        let mut recent = Recent::new(most);
+        blocks.iter().for_each(|block| recent.put(block));
+        (recent.reach_ns(), Recording::of_bytes(recent.write()).count())
+    };
+    assert_eq!(kept(&line.blocks, 1 << 26), (reach_ns as u64, count));
+    for month_ns in [MONTH_NS, -MONTH_NS] {
+        let mut blocks = line.blocks.clone();
+        for block in &mut blocks[10..] {
+            block.head.begin_ns += month_ns;
+            block.head.end_ns += month_ns;
+        }
+        // The pause between two scans, around which the clock is set, has no known length.
+        assert_eq!(kept(&blocks, 1 << 26), (reach_ns as u64 - 10_000_000, count));
+    }
+    // The blocks that go take their time with them.
+    let bytes = Recording::of_bytes(in_memory(&line.blocks)).bytes() as usize;
+    let (part_ns, left) = kept(&line.blocks, bytes / 2);
+    assert!((10..count).contains(&left), "{left} of {count}");
+    let oldest = &line.blocks[count - left - 1].head;
+    assert_eq!(part_ns as i64, reach_ns - (oldest.end_ns - first_ns));
 }

@@ -17,8 +17,8 @@ use rungd::record::{
 };
 use rungd::runtime::Machine;
 
-const UNIX_NS: i64 = 1_700_000_000_000_000_000;
-const SECOND_NS: i64 = 1_000_000_000;
+pub const UNIX_NS: i64 = 1_700_000_000_000_000_000;
+pub const SECOND_NS: i64 = 1_000_000_000;
 
 const LADDER: &str = r#"
 [[program]]
@@ -27,7 +27,7 @@ rung = [ { when = ["X0"], do = ["ADD D0 1 to=D0", "TMRAG T0 preset=1s"] } ]
 "#;
 
 /// Blocks of about a second each.
-fn blocks(count: usize) -> Vec<RecordBlock> {
+pub fn blocks(count: usize) -> Vec<RecordBlock> {
     let mut line = Line::new(LADDER);
     let mut numbers = Numbers(5);
     line.start();
@@ -41,10 +41,10 @@ fn blocks(count: usize) -> Vec<RecordBlock> {
     line.blocks
 }
 
-type Known = BTreeMap<u64, (BlockHead, SectionBody)>;
+pub type Known = BTreeMap<u64, (BlockHead, SectionBody)>;
 
 /// The recorded heads and sections, by the numbers of sections.
-fn known(blocks: &[RecordBlock]) -> Known {
+pub fn known(blocks: &[RecordBlock]) -> Known {
     let recording = Recording::of_bytes(in_memory(blocks));
     let section = |at| recording.read(at).unwrap().expect("it is whole").1;
     let count = recording.count();
@@ -68,14 +68,14 @@ fn found(bytes: &[u8], known: &Known) -> Vec<u64> {
     found
 }
 
-fn all_found(disk: &Disk, known: &Known) -> Vec<u64> {
+pub fn all_found(disk: &Disk, known: &Known) -> Vec<u64> {
     let files = disk.files.iter().filter(|(name, _)| name.starts_with("line-"));
     let mut all: Vec<_> = files.flat_map(|(_, file)| found(&file.bytes, known)).collect();
     all.sort_unstable();
     all
 }
 
-fn settings() -> StoreSettings {
+pub fn settings() -> StoreSettings {
     StoreSettings {
         controller: "line".into(),
         keep_ns: 3600 * SECOND_NS as u64,
@@ -86,7 +86,7 @@ fn settings() -> StoreSettings {
 }
 
 /// The time at which a block is put: its end.
-fn clock(block: &RecordBlock) -> TapeClock {
+pub fn clock(block: &RecordBlock) -> TapeClock {
     TapeClock { unix_ns: block.head.end_ns, unix_offset_ns: UNIX_NS }
 }
 
@@ -366,62 +366,6 @@ fn blocks_that_wait_are_written_before_one_sync() {
         }
     }
     assert_eq!(disk.0.borrow().syncs, 4);
-}
-
-const JUMP_NS: i64 = 1000 * 86_400 * SECOND_NS;
-
-/// A clock that is ahead by a thousand days for some seconds, twice, and set back by as much once.
-fn with_jumps(blocks: &[RecordBlock]) -> Vec<RecordBlock> {
-    let jump = |block: &RecordBlock| {
-        let mut block = block.clone();
-        let jump_ns = match block.head.sequence {
-            100..105 | 200..203 => JUMP_NS,
-            250..255 => -JUMP_NS,
-            _ => 0,
-        };
-        block.head.begin_ns += jump_ns;
-        block.head.end_ns += jump_ns;
-        block
-    };
-    blocks.iter().map(jump).collect()
-}
-
-#[test]
-fn a_clock_that_jumps_deletes_nothing_younger_than_keep_by_recorded_time() {
-    let plain = blocks(300);
-    let jumping = with_jumps(&plain);
-    let known = known(&jumping);
-    let keep_ns = 60 * SECOND_NS;
-    let disk = Handle::new();
-    let settings = || StoreSettings { keep_ns: keep_ns as u64, ..settings() };
-    let mut store = Store::new(disk.clone(), settings());
-    let mut starts = vec![180, 102, 90];
-    for (at, block) in jumping.iter().enumerate() {
-        // The process ends and begins again, once while its clock is ahead.
-        if starts.last().is_some_and(|start| at >= *start) && block.has_base() {
-            starts.pop();
-            assert!(store.finish(clock(block)).is_none());
-            store = Store::new(disk.clone(), settings());
-        }
-        // A monotonic clock does not jump with the wall clock.
-        let jump_ns = block.head.end_ns - plain[at].head.end_ns;
-        let now = TapeClock { unix_ns: block.head.end_ns, unix_offset_ns: UNIX_NS + jump_ns };
-        assert!(store.put(block, now).is_none());
-        if at % 7 > 0 {
-            continue;
-        }
-        let found = all_found(&disk.0.borrow(), &known);
-        let age_ns = |sequence: u64| plain[at].head.end_ns - plain[sequence as usize].head.end_ns;
-        let young = (0..=at as u64).filter(|sequence| age_ns(*sequence) <= keep_ns);
-        assert!(young.into_iter().all(|sequence| found.contains(&sequence)), "{at}: {found:?}");
-        // Files of ten seconds go as a whole, and the heads of one file are read at a time. What
-        // was written with a clock ahead has no known place after the next start.
-        let old = found.iter().filter(|sequence| age_ns(**sequence) > keep_ns + 60 * SECOND_NS);
-        let old: Vec<_> = old.filter(|sequence| !(100..120).contains(*sequence)).collect();
-        assert!(old.is_empty(), "{at}: {old:?}");
-    }
-    let first = all_found(&disk.0.borrow(), &known)[0];
-    assert!(first > 150, "old files go: {first}");
 }
 
 #[test]

@@ -198,6 +198,26 @@ fn a_file_that_is_taken_away_while_nothing_changes_is_made_anew() {
     harmed(|file, _| fs::remove_file(file).unwrap());
 }
 
+/// rungd makes no folder for the file: perhaps a disk is missing there.
+#[test]
+fn a_file_whose_folder_is_taken_away_is_told_and_made_anew_once_the_folder_is_there() {
+    let plant = Plant::new(COUNTS, &KEEPS.replace("\"memory\"", "\"kept/memory\""));
+    let folder = plant.0.join("kept");
+    fs::create_dir(&folder).unwrap();
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    until(|| folder.join("memory").exists());
+    fs::remove_dir_all(&folder).unwrap();
+    let told = running.line("cannot be written");
+    assert_eq!(told["event"], "retain-failed", "{told}");
+    let status = ask(&plant, &["status"]);
+    assert!(status.contains("NOT WRITTEN"), "{status}");
+    fs::create_dir(&folder).unwrap();
+    running.line("is written again");
+    running.stop();
+    assert!(held(&folder.join("memory")).unwrap().is_final);
+}
+
 #[test]
 fn a_file_that_is_emptied_while_nothing_changes_is_made_anew() {
     harmed(|file, _| fs::write(file, "").unwrap());
