@@ -25,6 +25,9 @@ pub enum FaultPoint {
     Shell,
     /// The disk of retentive memory takes one second longer.
     Disk,
+    /// The disk of retentive memory does not answer at the start as long as the file
+    /// `$RUNGD_FAULTS.hold` exists.
+    RetainOpen,
     /// The disk of the scan log takes one second longer.
     RecordDisk,
     /// The disk of the scan log does not answer a sync as long as the file `$RUNGD_FAULTS.hold`
@@ -66,7 +69,7 @@ mod armed {
 
     use super::FaultPoint;
 
-    const POINTS: [(&str, FaultPoint); 13] = [
+    const POINTS: [(&str, FaultPoint); 14] = [
         ("scan", FaultPoint::Scan),
         ("stall", FaultPoint::Stall),
         ("hang", FaultPoint::Hang),
@@ -75,6 +78,7 @@ mod armed {
         ("device", FaultPoint::Device),
         ("shell", FaultPoint::Shell),
         ("disk", FaultPoint::Disk),
+        ("retain-open", FaultPoint::RetainOpen),
         ("record-disk", FaultPoint::RecordDisk),
         ("record-sync", FaultPoint::RecordSync),
         ("record", FaultPoint::Record),
@@ -89,9 +93,11 @@ mod armed {
     /// The point that has a fault when it is next reached; 0: none.
     static ARMED: AtomicU8 = AtomicU8::new(0);
 
-    /// Starts a thread that waits for requested faults.
+    /// Starts a thread that waits for requested faults. A fault that was requested before is armed
+    /// when this returns.
     pub fn listen() {
         let Some(file) = std::env::var_os("RUNGD_FAULTS") else { return };
+        look(Path::new(&file));
         let named = thread::Builder::new().name("rungd-faults".into());
         let _ = named.spawn(move || {
             loop {
@@ -141,7 +147,10 @@ mod armed {
             FaultPoint::Stall | FaultPoint::Disk | FaultPoint::RecordDisk => {
                 thread::sleep(STALL);
             }
-            FaultPoint::RecordSync | FaultPoint::Record | FaultPoint::Hang => {
+            FaultPoint::RetainOpen
+            | FaultPoint::RecordSync
+            | FaultPoint::Record
+            | FaultPoint::Hang => {
                 stall_while_held();
             }
             FaultPoint::Scan

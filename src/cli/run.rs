@@ -14,7 +14,7 @@ use super::folders::has_text_path;
 use super::terminal::say_drawn;
 use crate::daemon::guard::{self, Ended, Guard};
 use crate::daemon::log::{self, LogFormat};
-use crate::daemon::{self, Ending, Host, Options, StartFailure, config};
+use crate::daemon::{self, Ending, Host, Options, StartFailure, StartPart, config};
 use crate::events::Level;
 use crate::isa::duration::{self, not_a_duration};
 use crate::operator::protocol::ModeWanted;
@@ -80,10 +80,12 @@ fn span(text: &str) -> Result<Duration, String> {
 /// Signals cannot be received, the log cannot be started, or there are too few file descriptors.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     probe_descriptors()?;
-    let mut host = Host::new().context("cannot listen for signals")?;
+    let mut host = Host::new(args.repeat_reason).context("cannot listen for signals")?;
     let log = log::init(args.log_format, args.log_level, args.journal_socket.as_deref())?;
     let file = args.restart_guard.clone().or_else(guard::file_of_environment);
-    let mut guard = Guard::begin(file, args.healthy_after);
+    let counted = file.as_ref().map(|file| file.display().to_string());
+    let counted = StartPart::RestartCount(counted.unwrap_or_default());
+    let mut guard = host.during(counted, || Guard::begin(file, args.healthy_after));
     let exit = run_logged(args, &mut host, &mut guard).unwrap_or_else(|why| {
         say!(START_REFUSED, "rungd does not start: {why:#}");
         Exit::of(&why)
@@ -115,8 +117,9 @@ fn probe_descriptors() -> Result<()> {
 fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit> {
     has_text_path(&args.controller)?;
     let (path, style) = (args.controller.clone(), style(false));
-    let Some(loaded) =
-        host.unless_stopped(move || config::load(&path, style, &Progress::default()))
+    let progress = Progress::new();
+    let files = StartPart::Files(progress.clone());
+    let Some(loaded) = host.unless_stopped(files, move || config::load(&path, style, &progress))
     else {
         return Ok(Exit::Ok);
     };

@@ -30,6 +30,7 @@ use super::reload::{self, Reloads, Running, Views};
 use super::retain::{self, RestoredFile, RetainSettings};
 use super::retain_thread::{LastImage, Retention};
 use super::signals::{Host, SignalOrder, Signals, told};
+use super::start_wait::{StartPart, StartWatch};
 use super::systemd::{self, Notices, Systemd};
 use super::told_statistics::tell_statistics;
 use crate::engine::{self, Engine};
@@ -116,11 +117,20 @@ pub fn run(
     tell_panics();
     faults::listen();
     let inputs = initial_inputs(&program, &setup);
-    let mut engine = Engine::new(program.clone());
+    let engine = Engine::new(program.clone());
     // Before the file of retentive memory is made, so that a refused start leaves no file.
-    let sockets = operator::claim(&setup.operator, &setup.controller)?;
+    let Some(sockets) = claimed(host, &setup) else { return Ok(Ending::Orderly) };
+    let sockets = sockets?;
     let has_operator = !sockets.is_empty();
-    let retained = restored(&setup, (options.runs_cold, has_operator), &mut engine)?;
+    let wanted = setup.retain.clone().map(|wanted| RetainSettings {
+        runs_cold: options.runs_cold.unwrap_or(wanted.runs_cold),
+        has_operator,
+        ..wanted
+    });
+    let Some(restored) = retain::restored(host, wanted, engine) else {
+        return Ok(Ending::Orderly);
+    };
+    let (engine, retained) = restored?;
     let (cold, nothing_kept) = retained.as_ref().map(RestoredFile::outlook).unwrap_or_default();
     let settings = Settings {
         pace: runtime::Pace {
@@ -163,23 +173,19 @@ pub fn run(
         memory_bytes: setup.record.memory_bytes,
         disk: disk.map(|dir| RecordDisk::start(&dir, &setup)).transpose()?,
     })?;
-    let Host { tokio, signals } = host;
+    let Host { tokio, signals, start } = host;
     let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
     let field = (prepared.lines(), healths);
-    let first = First { running, reloader, narration, field, limit, sockets, book };
+    let start = start.clone();
+    let first = First { running, reloader, narration, field, limit, sockets, book, start };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention, recording }))
 }
 
-/// Restores retentive memory, if the controller has any.
-fn restored(
-    setup: &Setup,
-    (runs_cold, has_operator): (Option<bool>, bool),
-    engine: &mut Engine,
-) -> Result<Option<RestoredFile>, StartFailure> {
-    let Some(wanted) = &setup.retain else { return Ok(None) };
-    let runs_cold = runs_cold.unwrap_or(wanted.runs_cold);
-    let wanted = RetainSettings { runs_cold, has_operator, ..wanted.clone() };
-    retain::begin(&wanted, engine).map(Some)
+/// Claims the places of the sockets; `None` if a signal came first.
+fn claimed(host: &mut Host, setup: &Setup) -> Option<Result<Vec<operator::Claim>, StartFailure>> {
+    let (specs, controller) = (setup.operator.clone(), setup.controller.clone());
+    let part = StartPart::Sockets(controller.clone());
+    host.unless_stopped(part, move || operator::claim(&specs, &controller))
 }
 
 /// The inputs whose initial value is ON: they are ON until their driver writes them.
@@ -203,6 +209,7 @@ struct First {
     sockets: Vec<operator::Claim>,
     /// The book of alarms.
     book: SharedBook,
+    start: StartWatch,
 }
 
 /// The shell's duties besides the scan thread.
@@ -365,8 +372,8 @@ async fn start_drivers(
     (retention, recording): &(Option<Retention>, Recording),
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), StartFailure> {
-    let First { running, reloader, narration, field: (ends, healths), limit, sockets, book } =
-        first;
+    let First { running, reloader, narration, field: (ends, healths), .. } = first;
+    let First { limit, sockets, book, start, .. } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
@@ -401,7 +408,9 @@ async fn start_drivers(
     let parts = reload::ReloadParts { running: of, reloader, port: port.clone(), views, limit };
     let reloads = Arc::new(Reloads::new(parts));
     let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads));
-    for server in operator::Server::bind(sockets, desk)? {
+    let part = StartPart::Sockets(setup.controller.clone());
+    let servers = start.during(part, || operator::Server::bind(sockets, desk))?;
+    for server in servers {
         drivers.spawn(server.run(told(stopped)));
     }
     Ok((drivers, reloads))

@@ -2,25 +2,28 @@
 //!
 //! `run` makes a [`Host`] before anything else, so that the process answers signals from the first
 //! moment. Reading the files may take long: a separate thread reads them, while the host waits for
-//! signals.
+//! signals, and tells what it waits for.
 
 use std::io;
 use std::panic::resume_unwind;
+use std::time::Duration;
 
 use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
 use tokio::task::{spawn_blocking, yield_now};
 
+use super::start_wait::{StartPart, StartWatch};
 use crate::say::say;
 
 /// The stack of the loading thread: the same size as a main thread's.
 const LOAD_STACK_BYTES: usize = 8 << 20;
 
-/// A controller's process: tokio's runtime, and the signals.
+/// A controller's process: tokio's runtime, the signals, and what the start waits for.
 pub struct Host {
     pub(super) tokio: Runtime,
     pub(super) signals: Signals,
+    pub(super) start: StartWatch,
 }
 
 pub(super) struct Signals {
@@ -31,11 +34,11 @@ pub(super) struct Signals {
 }
 
 impl Host {
-    /// Installs the signal handlers.
+    /// Installs the signal handlers. A start that waits says so every `repeat`.
     ///
     /// # Errors
-    /// The system has no free descriptors.
-    pub fn new() -> io::Result<Host> {
+    /// The system has no free descriptors, or cannot start a thread.
+    pub fn new(repeat: Duration) -> io::Result<Host> {
         let mut builder = Builder::new_current_thread();
         builder.thread_name("rungd-load").thread_stack_size(LOAD_STACK_BYTES);
         let tokio = builder.enable_all().build()?;
@@ -43,23 +46,31 @@ impl Host {
             let _inside = tokio.enter();
             Signals::new()?
         };
-        Ok(Host { tokio, signals })
+        Ok(Host { tokio, signals, start: StartWatch::begin(repeat)? })
     }
 
-    /// Does the work before the first scan; `None` if a signal came first. Then the work continues
-    /// until the process ends, and its result is dropped.
+    /// Does a part of the start that answers no signals.
+    pub fn during<T>(&self, part: StartPart, work: impl FnOnce() -> T) -> T {
+        self.start.during(part, work)
+    }
+
+    /// Does a part of the start; `None` if a signal came first. Then the work continues until the
+    /// process ends, and its result is dropped.
     pub fn unless_stopped<T: Send + 'static>(
         &mut self,
+        part: StartPart,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Option<T> {
-        let Host { tokio, signals } = self;
+        let Host { tokio, signals, start } = self;
+        let _begun = start.enter(part.clone());
         tokio.block_on(async {
             tokio::select! {
                 name = signals.stop() => {
+                    let interrupted = part.interrupted();
                     say!(
                         SIGNAL,
                         signal = name,
-                        "{name}: ending; the ladder was still being loaded, nothing was scanned"
+                        "{name}: ending; {interrupted}, nothing was scanned"
                     );
                     None
                 }

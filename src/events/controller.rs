@@ -108,6 +108,20 @@ rows! {
         "Set TZ to a name such as Europe/Berlin whose file is in /usr/share/zoneinfo, or let \
          /etc/localtime be such a file. rungd looks again every second.";
 
+    START_WAITS = 18, "start-waits", Warn, NONE, Never:
+        "ea2392f6c67f4f7e8b9947329cb94e50",
+        "The start has waited for seconds for what the line names: a disk that does not answer, or \
+         a very long file. No scan comes before, no device is driven, and `rungd status` finds no \
+         controller. systemd gets a request for more time. A signal ends the wait.",
+        "A disk or a share on the network: find why it does not answer (`dmesg`, `findmnt`, \
+         `cat /proc/mounts`), and make it answer; rungd goes on by itself. A long file: nothing, \
+         or split the ladder.";
+
+    START_GOES_ON = 19, "start-goes-on", Info, NONE, Never:
+        "6e24a68f6cc7475e947a08ed99888c85",
+        "What the start waited for is there.",
+        "Nothing, if it does not repeat.";
+
     POSTURE = 101, "posture", Info, NONE, ByName:
         "eba8e506e61546feb13242e4443b1887",
         "What rungd requested from the machine for punctual scans, and what the machine granted.",

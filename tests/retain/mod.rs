@@ -13,3 +13,4 @@ mod reals;
 mod rig;
 mod run;
 mod shifts;
+mod stalled_start;
