@@ -31,6 +31,7 @@ mod retain;
 mod retain_thread;
 mod shell;
 mod signals;
+mod start_parts;
 mod start_wait;
 mod systemd;
 mod told_statistics;

@@ -1,6 +1,6 @@
 //! Retentive memory at the start: opens the file, restores the newest image, and logs both.
 //!
-//! The shell calls [`restored`] before the first scan, and hands the result to `retain_thread`. The
+//! `start_parts` calls [`begin`] before the first scan, and hands the result to `retain_thread`. The
 //! content of the file, and the way to write it, are in `crate::retain`.
 
 use std::path::{Path, PathBuf};
@@ -9,8 +9,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use super::failure::StartFailure;
-use super::signals::Host;
-use super::start_wait::StartPart;
 use crate::directories;
 use crate::engine::Engine;
 use crate::faults::{self, FaultPoint};
@@ -109,28 +107,14 @@ pub(super) fn place(file: Option<&str>, controller: &Path) -> PathBuf {
     }
 }
 
-/// An engine, and the file of retentive memory from which it was restored, if there is one.
-type Restored = Result<(Engine, Option<RestoredFile>), StartFailure>;
-
-/// Restores retentive memory, if the controller has any; `None` if a signal came first.
+/// Opens the file and restores its newest image, before the first scan.
 ///
 /// # Errors
 /// A different process owns the file.
-pub(super) fn restored(
-    host: &mut Host,
-    wanted: Option<RetainSettings>,
-    mut engine: Engine,
-) -> Option<Restored> {
-    let Some(wanted) = wanted else { return Some(Ok((engine, None))) };
-    let part = StartPart::Memory(wanted.path.display().to_string());
-    host.unless_stopped(part, move || {
-        let opened = begin(&wanted, &mut engine)?;
-        Ok((engine, Some(opened)))
-    })
-}
-
-/// Opens the file and restores its newest image, before the first scan.
-fn begin(wanted: &RetainSettings, engine: &mut Engine) -> Result<RestoredFile, StartFailure> {
+pub(super) fn begin(
+    wanted: &RetainSettings,
+    engine: &mut Engine,
+) -> Result<RestoredFile, StartFailure> {
     let path = wanted.path.display();
     faults::point(FaultPoint::RetainOpen);
     let opened = Keeper::open(&wanted.path, wanted.plan.clone(), new_id());

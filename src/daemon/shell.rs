@@ -27,9 +27,10 @@ use super::record;
 use super::record_disk::RecordDisk;
 use super::record_thread::{RecordParts, Recording};
 use super::reload::{self, Reloads, Running, Views};
-use super::retain::{self, RestoredFile, RetainSettings};
+use super::retain::RestoredFile;
 use super::retain_thread::{LastImage, Retention};
 use super::signals::{Host, SignalOrder, Signals, told};
+use super::start_parts::{StartParts, start_parts};
 use super::start_wait::{StartPart, StartWatch};
 use super::systemd::{self, Notices, Systemd};
 use super::told_statistics::tell_statistics;
@@ -37,6 +38,7 @@ use crate::engine::{self, Engine};
 use crate::faults::{self, FaultPoint};
 use crate::io::caught::caught;
 use crate::io::device::Health;
+use crate::io::listening::cannot_listen;
 use crate::io::modbus::settings::Modbus;
 use crate::io::{modbus, plant};
 use crate::isa::{Bit, BitSpace};
@@ -118,19 +120,11 @@ pub fn run(
     faults::listen();
     let inputs = initial_inputs(&program, &setup);
     let engine = Engine::new(program.clone());
-    // Before the file of retentive memory is made, so that a refused start leaves no file.
-    let Some(sockets) = claimed(host, &setup) else { return Ok(Ending::Orderly) };
-    let sockets = sockets?;
-    let has_operator = !sockets.is_empty();
-    let wanted = setup.retain.clone().map(|wanted| RetainSettings {
-        runs_cold: options.runs_cold.unwrap_or(wanted.runs_cold),
-        has_operator,
-        ..wanted
-    });
-    let Some(restored) = retain::restored(host, wanted, engine) else {
+    let Some(parts) = start_parts(host, (&setup, options.runs_cold), engine) else {
         return Ok(Ending::Orderly);
     };
-    let (engine, retained) = restored?;
+    let StartParts { sockets, engine, retained } = parts?;
+    let has_operator = !sockets.is_empty();
     let (cold, nothing_kept) = retained.as_ref().map(RestoredFile::outlook).unwrap_or_default();
     let settings = Settings {
         pace: runtime::Pace {
@@ -179,13 +173,6 @@ pub fn run(
     let start = start.clone();
     let first = First { running, reloader, narration, field, limit, sockets, book, start };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention, recording }))
-}
-
-/// Claims the places of the sockets; `None` if a signal came first.
-fn claimed(host: &mut Host, setup: &Setup) -> Option<Result<Vec<operator::Claim>, StartFailure>> {
-    let (specs, controller) = (setup.operator.clone(), setup.controller.clone());
-    let part = StartPart::Sockets(controller.clone());
-    host.unless_stopped(part, move || operator::claim(&specs, &controller))
 }
 
 /// The inputs whose initial value is ON: they are ON until their driver writes them.
@@ -427,8 +414,10 @@ async fn bind_modbus(
     let maps = Generations::new(modbus::Map::new(settings, &setup.symbols.layout, limits));
     let bound = modbus::Server::bind(settings.clone(), maps.clone(), port.clone(), patience);
     let server = bound.await.map_err(|error| {
-        let context =
-            format!("{}: `[modbus-server]` cannot listen at {listen}: {error}", setup.controller);
+        let other = "write another port in `[modbus-server] listen`";
+        let about = cannot_listen(listen, &error, other);
+        let controller = &setup.controller;
+        let context = format!("{controller}: `[modbus-server]` cannot listen at {about}: {error}");
         StartFailure::Environment(anyhow::anyhow!(context))
     })?;
     Ok((server, maps))

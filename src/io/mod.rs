@@ -8,6 +8,7 @@
 pub(crate) mod caught;
 pub mod device;
 pub mod gpio;
+pub(crate) mod listening;
 pub mod modbus;
 pub mod modbus_client;
 pub mod plant;

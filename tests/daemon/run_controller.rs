@@ -303,7 +303,13 @@ fn an_address_that_is_taken_is_named() {
     let plant = Plant::new(ALIVE, &format!("modbus-server.listen = \"{listen}\"\n"));
     let (code, lines) = plant.run(&["--scans", "1"]);
     assert_eq!(code, 74);
-    assert!(message(find(&lines, "cannot listen")).contains(&listen.to_string()));
+    let said = message(find(&lines, "cannot listen"));
+    let words = format!(
+        "cannot listen at {listen}: another process listens there (`ss -ltnp sport = :{}` shows \
+         it): end it, or write another port in `[modbus-server] listen`: ",
+        listen.port()
+    );
+    assert!(said.contains(&words), "{said}");
 }
 
 #[test]

@@ -1,0 +1,66 @@
+//! The parts of a start that may wait for a disk, and that a signal ends: the places of the sockets
+//! and retentive memory.
+//!
+//! Called by the shell before the first scan. `start_wait` tells what such a part waits for.
+
+use super::config::Setup;
+use super::failure::StartFailure;
+use super::operator;
+use super::retain::{self, RestoredFile, RetainSettings};
+use super::signals::Host;
+use super::start_wait::StartPart;
+use crate::engine::Engine;
+
+/// The places of the sockets, and an engine with the file of retentive memory from which it was
+/// restored, if there is one.
+pub(super) struct StartParts {
+    pub sockets: Vec<operator::Claim>,
+    pub engine: Engine,
+    pub retained: Option<RestoredFile>,
+}
+
+/// Does these parts; `None` if a signal came first. `runs_cold`: the option of the command line.
+///
+/// # Errors
+/// A different process owns a socket's place or the file.
+pub(super) fn start_parts(
+    host: &mut Host,
+    (setup, runs_cold): (&Setup, Option<bool>),
+    engine: Engine,
+) -> Option<Result<StartParts, StartFailure>> {
+    // Before the file of retentive memory is made, so that a refused start leaves no file.
+    let sockets = match claimed(host, setup)? {
+        Ok(sockets) => sockets,
+        Err(failure) => return Some(Err(failure)),
+    };
+    let wanted = setup.retain.clone().map(|wanted| RetainSettings {
+        runs_cold: runs_cold.unwrap_or(wanted.runs_cold),
+        has_operator: !sockets.is_empty(),
+        ..wanted
+    });
+    let restored = restored(host, wanted, engine)?;
+    Some(restored.map(|(engine, retained)| StartParts { sockets, engine, retained }))
+}
+
+/// Claims the places of the sockets; `None` if a signal came first.
+fn claimed(host: &mut Host, setup: &Setup) -> Option<Result<Vec<operator::Claim>, StartFailure>> {
+    let (specs, controller) = (setup.operator.clone(), setup.controller.clone());
+    let part = StartPart::Sockets(controller.clone());
+    host.unless_stopped(part, move || operator::claim(&specs, &controller))
+}
+
+type Restored = Result<(Engine, Option<RestoredFile>), StartFailure>;
+
+/// Restores retentive memory, if the controller has any; `None` if a signal came first.
+fn restored(
+    host: &mut Host,
+    wanted: Option<RetainSettings>,
+    mut engine: Engine,
+) -> Option<Restored> {
+    let Some(wanted) = wanted else { return Some(Ok((engine, None))) };
+    let part = StartPart::Memory(wanted.path.display().to_string());
+    host.unless_stopped(part, move || {
+        let opened = retain::begin(&wanted, &mut engine)?;
+        Ok((engine, Some(opened)))
+    })
+}
