@@ -89,16 +89,16 @@ fn what_is_no_real_is_refused_with_its_reason() {
 #[test]
 fn a_forced_real_stays_against_the_ladder_and_the_operator() {
     let live = live();
-    assert_eq!(live.ok("force R2 -1.5"), "R2: -1.5, forced, was 0.5\n");
+    assert_eq!(live.served("force R2 -1.5"), "R2: -1.5, forced, was 0.5\n");
     assert_eq!(live.line("forced R2 to -1.5")["event"], "operator-force");
-    live.ok("write R0 4");
-    assert_eq!(live.ok("read R2"), "R2  R2  -1.5  forced\n");
-    assert!(live.ok("status").contains("R2"), "the force is in the status");
+    live.served("write R0 4");
+    assert_eq!(live.served("read R2"), "R2  R2  -1.5  forced\n");
+    assert!(live.served("status").contains("R2"), "the force is in the status");
     assert_eq!(live.say("status --json").json()["forces"][0]["value"], -1.5);
     let said = live.say("write R2 9.5");
     assert!(said.code == 1 && said.err.contains("`R2` is forced to -1.5"), "{said:?}");
-    assert_eq!(live.ok("force R0 -0.0"), "R0: 0.0, forced, was 4.0\n");
-    assert_eq!(live.ok("unforce R2"), "R2: not forced, 0.5, was -1.5, forced\n");
+    assert_eq!(live.served("force R0 -0.0"), "R0: 0.0, forced, was 4.0\n");
+    assert_eq!(live.served("unforce R2"), "R2: not forced, 0.5, was -1.5, forced\n");
     live.await_values("R2", "0.5");
 }
 

@@ -1,9 +1,10 @@
 //! Reals in retentive memory, with the real binary: a restart keeps every bit of an f32, and `rungd
 //! retain show` prints it as the ladder writes it.
 
-use std::process::{Command, Output};
+use std::process::Command;
 
-use crate::retain::memory::{Plant, Running, file, find, message, run, until};
+use crate::retain::crash::status;
+use crate::retain::memory::{Plant, Running, ask, file, find, message, run, until};
 
 const LADDER: &str = "[tags]\nlevel = { at = \"R5\" }\n[[program]]\nname = \"Main\"\nrung = [\n\
     { when = [\"$FirstScan\", \"R6 == 0\"], do = [\"MOVE 0.1 to=level\", \"MOVE -2.5e-7 to=R6\",\n\
@@ -13,18 +14,9 @@ const LADDER: &str = "[tags]\nlevel = { at = \"R5\" }\n[[program]]\nname = \"Mai
 const KEEPS: &str = "scan.period = \"2ms\"\n[retain]\nranges = [\"R5..R8\", \"D0\"]\n\
     file = \"memory\"\ncold-start = \"run\"\n[operator]\nsocket = \"op\"\n";
 
-fn output(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rungd")).args(arguments).output().unwrap()
-}
-
-/// Whether a command of rungd succeeds; before a complete scan no memory can be kept.
-fn is_done(arguments: &[&str]) -> bool {
-    output(arguments).status.success()
-}
-
 /// The output of a command of rungd.
 fn rungd(arguments: &[&str]) -> String {
-    let output = output(arguments);
+    let output = Command::new(env!("CARGO_BIN_EXE_rungd")).args(arguments).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
@@ -52,16 +44,15 @@ fn a_restart_keeps_every_bit_of_a_real() {
 fn a_killed_process_loses_no_more_of_reals_than_of_words() {
     let plant = Plant::new(LADDER, &KEEPS.replace("cold-start", "interval = \"10ms\"\ncold-start"));
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
-    running.line("RUN");
-    let socket = plant.0.join("op");
-    let socket = socket.to_str().unwrap();
-    until(|| is_done(&["retain", "save", "--socket", socket]));
+    // Before a complete scan no memory can be kept: its first scan writes the values.
+    until(|| status(&plant).is_some_and(|status| status.scans > 0));
+    ask(&plant, &["retain", "save"]);
     running.child.kill().unwrap();
     running.end();
     let mut running = Running::new(plant.command(&[] as &[&str]).arg("--stopped"));
     running.line("restored: image");
     running.line("STOP");
-    let read = rungd(&["read", "level", "R7", "R8", "--socket", socket]);
+    let read = ask(&plant, &["read", "level", "R7", "R8"]);
     let values: Vec<_> = read.lines().filter_map(|line| line.split_whitespace().nth(2)).collect();
     assert_eq!(values, ["0.1", "3.4028235e38", "1e-45"]);
     running.stop();

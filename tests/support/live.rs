@@ -190,7 +190,8 @@ impl Live {
     }
 
     /// As [`Live::ok`], repeated while the machine delays the controller, because a command waits
-    /// no longer than ten seconds.
+    /// no longer than ten seconds. A change that gets no answer is not made later: its request
+    /// carries a deadline.
     pub fn served(&self, words: &str) -> String {
         let watch = Stopwatch::start(self.child.id());
         loop {
@@ -198,7 +199,8 @@ impl Live {
             if said.code == 0 {
                 return said.out;
             }
-            let is_late = said.err.contains("gave no answer in 10 s");
+            let late = ["gave no answer in 10 s", "no scan has processed it in time"];
+            let is_late = late.iter().any(|words| said.err.contains(words));
             assert!(is_late && watch.elapsed() < Duration::from_secs(8), "{words}: {said:?}");
         }
     }
