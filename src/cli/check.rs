@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
-use super::terminal::{print, say_drawn};
+use super::terminal::{print, say_findings};
 use crate::load::{self, InputFile, Loaded};
 use crate::resolve::places::TagPlace;
 use crate::resolve::program::Program;
@@ -56,7 +56,7 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     if args.addresses {
         print(&addresses)?;
     }
-    say_drawn(&render(&all.findings, &all.files, style));
+    say_findings(&render(&all.findings, &all.files, style));
     Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })
 }
 

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::check::style;
 use super::exit::Exit;
-use super::terminal::say_drawn;
+use super::terminal::say_findings;
 use crate::edge::{read_edge, run};
 use crate::source::render::render;
 
@@ -35,7 +35,7 @@ pub fn edge(args: &EdgeArgs) -> Result<Exit> {
     let bytes = fs::read(&args.file).with_context(|| args.file.display().to_string())?;
     let read = read_edge(&args.file, &bytes);
     if args.check || !read.findings.is_empty() {
-        say_drawn(&render(&read.findings, std::slice::from_ref(&read.file), style(false)));
+        say_findings(&render(&read.findings, std::slice::from_ref(&read.file), style(false)));
     }
     let Some(settings) = read.settings else { return Ok(Exit::Config) };
     if !args.check {

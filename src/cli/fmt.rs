@@ -14,7 +14,7 @@ use super::check::style;
 use super::exit::{CommandLine, Exit, is_broken_pipe};
 use super::fmt_file;
 use super::folders::search_on;
-use super::terminal::{one_line, print, say_drawn, say_line};
+use super::terminal::{one_line, print, say_findings, say_line};
 use crate::format::formatted;
 use crate::load::decode;
 use crate::load::files::read_bytes;
@@ -68,7 +68,7 @@ pub fn fmt(args: &FmtArgs) -> Result<Exit> {
         }
     }
     if !outcome.findings.is_empty() {
-        say_drawn(&render(&outcome.findings, &outcome.files, style(false)));
+        say_findings(&render(&outcome.findings, &outcome.files, style(false)));
         return Ok(Exit::Config);
     }
     if outcome.failed {

@@ -23,8 +23,10 @@ mod fleet_broker;
 mod fleet_page;
 mod fmt;
 mod fmt_file;
+mod folded;
 mod folders;
 mod force;
+mod habits;
 mod init;
 mod log_level;
 mod lsp;
@@ -133,7 +135,13 @@ enum Command {
 /// Runs the command line, and returns the exit code.
 pub fn run() -> i32 {
     CompleteEnv::with_factory(Cli::command).complete();
-    let command = Cli::parse().command;
+    let command = Cli::try_parse().unwrap_or_else(|mut error| {
+        let all = Cli::command();
+        let names: Vec<&str> = all.get_subcommands().map(clap::Command::get_name).collect();
+        habits::add_tip(&mut error, &names);
+        error.exit()
+    });
+    let command = command.command;
     // The exit code distinguishes a bug from a bad file, also after a panic.
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&command)));
     let exit = match outcome {

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::exit::Exit;
-use super::terminal::{one_line, plain_json, print, say, say_line};
+use super::terminal::{one_line, plain, plain_json, print, say, say_findings, say_line};
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
     Alarm, AlarmList, AlarmState, Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
@@ -85,7 +85,7 @@ impl OperatorArgs {
         } else if let CallFailure::Refused(Refusal { kind: RefusalKind::BadFiles, message }) =
             failure
         {
-            say(&format!("{}\n", message.trim_end()));
+            say_findings(&plain(&format!("{}\n", message.trim_end())));
             say("rungd: the files cannot be run as they are; nothing is changed\n");
         } else {
             say_failure(failure);

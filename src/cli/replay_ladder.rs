@@ -16,7 +16,7 @@ use super::recorded_plant::RecordedPlant;
 use super::recorded_trace::RecordedTrace;
 use super::replay_args::{ReplayArgs, Scene, pace};
 use super::replay_why;
-use super::terminal::{say_drawn, say_line};
+use super::terminal::{say_findings, say_line};
 use super::twin_run::TwinRun;
 use super::when::LocalClock;
 use crate::load::{self, library};
@@ -129,7 +129,7 @@ fn loaded(args: &ReplayArgs, recorded: &RecordedProgram) -> Result<Option<Record
     let mut loaded = load::recorded_files(&files(&args.ladder, recorded)?);
     let style = style(false);
     if !loaded.findings.is_empty() {
-        say_drawn(&render(&loaded.findings, &loaded.files, style));
+        say_findings(&render(&loaded.findings, &loaded.files, style));
     }
     if refuses(&loaded.findings, style) {
         return Ok(None);

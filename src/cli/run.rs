@@ -11,7 +11,7 @@ use clap::Args;
 use super::check::style;
 use super::exit::Exit;
 use super::folders::has_text_path;
-use super::terminal::say_drawn;
+use super::terminal::say_findings;
 use crate::daemon::guard::{self, Ended, Guard};
 use crate::daemon::log::{self, LogFormat};
 use crate::daemon::{self, Ending, Host, Options, StartFailure, StartPart, config};
@@ -159,7 +159,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
 /// machines.
 fn refuse(args: &RunArgs, text: &str) -> Exit {
     if log::is_for_people(args.log_format) {
-        say_drawn(&format!("{}\n", text.trim_end()));
+        say_findings(&format!("{}\n", text.trim_end()));
     } else {
         for line in text.lines().filter(|line| !line.trim().is_empty()) {
             say!(FINDING, "{line}");

@@ -12,7 +12,7 @@ use clap::Args;
 
 use super::check::style;
 use super::exit::{CommandLine, Exit};
-use super::terminal::{say, say_drawn};
+use super::terminal::{say, say_findings};
 use super::trace_file::{self, TraceFile};
 use super::watched_operands;
 use crate::calendar;
@@ -108,7 +108,7 @@ pub fn sim(args: &SimArgs) -> Result<Exit> {
     };
     let style = style(false);
     if !loaded.findings.is_empty() {
-        say_drawn(&render(&loaded.findings, &loaded.files, style));
+        say_findings(&render(&loaded.findings, &loaded.files, style));
     }
     match loaded.program {
         Some(program) if !refuses(&loaded.findings, style) => {

@@ -6,8 +6,9 @@
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 
+use super::folded::{COLUMNS_MAX, folded};
 use crate::source::wording::{escaped, is_obeyed};
 
 /// A text for a terminal. Line ends are not escaped, so it is only for texts whose line ends rungd
@@ -62,7 +63,22 @@ pub(crate) fn say_line(text: &str) {
     say_drawn(&format!("{}\n", one_line(text)));
 }
 
-/// Prints findings on standard error as they were drawn, with their colours.
+/// Prints findings on standard error, as they were drawn and with their colours. On a terminal,
+/// long lines are folded.
+pub(super) fn say_findings(text: &str) {
+    let wide = is_wide_as();
+    say_drawn(&wide.map_or(Cow::Borrowed(text), |columns| folded(text, columns).into()));
+}
+
+/// The columns of the terminal that standard error is, if it is one.
+fn is_wide_as() -> Option<usize> {
+    let errors = io::stderr();
+    let size = terminal_size::terminal_size_of(&errors);
+    let columns = size.map(|(wide, _)| usize::from(wide.0)).filter(|columns| *columns > 0);
+    errors.is_terminal().then(|| columns.unwrap_or(COLUMNS_MAX))
+}
+
+/// Prints a text on standard error as it is.
 pub(crate) fn say_drawn(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }

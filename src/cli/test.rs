@@ -17,7 +17,7 @@ use clap::Args;
 use super::check::style;
 use super::exit::{CommandLine, Exit};
 use super::folders::search;
-use super::terminal::{one_line, plain_json, print, say, say_drawn};
+use super::terminal::{one_line, plain_json, print, say, say_drawn, say_findings};
 use super::test_trace;
 use crate::source::render::{refuses, render};
 use crate::testing::{
@@ -121,7 +121,7 @@ pub(super) fn refused(suites: &[OpenSuite]) -> bool {
     let mut is_refused = false;
     for OpenSuite { read, .. } in suites {
         if !read.findings.is_empty() {
-            say_drawn(&render(&read.findings, &read.files, style));
+            say_findings(&render(&read.findings, &read.files, style));
         }
         is_refused |= refuses(&read.findings, style) || read.suite.is_none();
     }

@@ -13,7 +13,7 @@ use clap::Args;
 use super::check::style;
 use super::default_files::given_or_default;
 use super::exit::Exit;
-use super::terminal::{plain_json, print, say, say_drawn, say_line};
+use super::terminal::{plain_json, print, say, say_findings, say_line};
 use crate::draw::xref::{Index, text};
 use crate::load::{self, Loaded, identity};
 use crate::observe::Subject;
@@ -117,7 +117,7 @@ impl ProgramArgs {
     pub fn load(&self) -> Result<Option<AskedProgram>> {
         let loaded = self.read()?;
         if loaded.program.is_none() {
-            say_drawn(&render(&loaded.findings, &loaded.files, style(false)));
+            say_findings(&render(&loaded.findings, &loaded.files, style(false)));
         }
         Ok(AskedProgram::of(loaded))
     }

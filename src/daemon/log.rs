@@ -9,7 +9,7 @@ use std::io::{self, IsTerminal};
 use std::os::fd::AsFd;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
-use std::sync::{Arc, OnceLock, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
 use std::time::SystemTime;
 
 use clap::ValueEnum;
@@ -27,6 +27,7 @@ use super::log_rules::LogRules;
 use super::log_screen::LogScreen;
 use crate::controller::log::LogSettings;
 use crate::events::Level;
+use crate::locked::locked;
 use crate::runtime::wall::UtcOffset;
 use crate::say;
 
@@ -147,7 +148,7 @@ pub fn init(
         ruled.change(|rules| rules.zone = Some(local_time::at_start()));
     }
     let _ = RULED.set(ruled.clone());
-    let voice = Voice { form, ruled, queue: queue.clone() };
+    let voice = Voice::new(form, ruled, queue.clone());
     // This fails only at a second call in one process, and then a log exists already.
     let _ = tracing::subscriber::set_global_default(subscriber(voice, filter));
     Ok(Log(queue))
@@ -221,12 +222,22 @@ struct Voice {
     form: LineForm,
     ruled: Ruled,
     queue: LogQueue,
+    /// Held from the reading of the clock until the line is in the queue: lines of several threads
+    /// are in the order of their times.
+    turn: Mutex<()>,
+}
+
+impl Voice {
+    fn new(form: LineForm, ruled: Ruled, queue: LogQueue) -> Voice {
+        Voice { form, ruled, queue, turn: Mutex::default() }
+    }
 }
 
 impl<S: Subscriber> Layer<S> for Voice {
     fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
-        let (row, said, now) =
-            (event_of(event), level_of(*event.metadata().level()), SystemTime::now());
+        let (row, said) = (event_of(event), level_of(*event.metadata().level()));
+        let _turn = locked(&self.turn);
+        let now = SystemTime::now();
         let is_screen = matches!(self.form, LineForm::Screen(_));
         let (level, is_limited, offset_s) = self.ruled.read(|rules| {
             let offset_s = if is_screen { rules.local_offset_s(now) } else { rules.offset_s(now) };
@@ -284,7 +295,7 @@ mod tests {
         let sink = Sink::default();
         let queue = LogQueue::new(sink.clone(), None).unwrap();
         let (ruled, filter) = Ruled::new(level);
-        let voice = Voice { form, ruled: ruled.clone(), queue: queue.clone() };
+        let voice = Voice::new(form, ruled.clone(), queue.clone());
         tracing::subscriber::with_default(subscriber(voice, filter), || {
             ruled.change(change);
             say!(ALARM_ON, tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
@@ -326,6 +337,29 @@ mod tests {
         assert_eq!((&value["tag"], &value["scan"]), (&"jam".into(), &7.into()));
         let value: serde_json::Value = values.next().unwrap();
         assert_eq!((&value["ms"], &value["on"]), (&1.0.into(), &true.into()));
+    }
+
+    #[test]
+    fn lines_of_several_threads_are_in_the_order_of_their_times() {
+        let sink = Sink::default();
+        let queue = LogQueue::new(sink.clone(), None).unwrap();
+        let (ruled, filter) = Ruled::new(Level::Info);
+        let voice = Voice::new(LineForm::Json, ruled, queue.clone());
+        let log = tracing::Dispatch::new(subscriber(voice, filter));
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    tracing::dispatcher::with_default(&log, || {
+                        (0..500).for_each(|_| say!(PROCESS_START, "a line"));
+                    });
+                });
+            }
+        });
+        queue.flush();
+        let text = String::from_utf8(sink.0.lock().unwrap().clone()).unwrap();
+        let time = |line: &str| line.split('"').nth(3).map(str::to_owned);
+        let times: Vec<Option<String>> = text.lines().map(time).collect();
+        assert!(times.len() > 1000 && times.is_sorted(), "{} lines", times.len());
     }
 
     #[test]

@@ -132,14 +132,16 @@ impl LogWriter {
 
     fn fault(&self, fault: FaultReason, scan: Option<u64>) {
         let watchdog = span(self.narration.tempo.watchdog_ns);
+        // The monitor declares a fault without the number of the scan.
+        let complete = scan.unwrap_or(self.scans);
         say!(
             MODE_FAULT,
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}{}. {}",
-            self.narration.remedy(fault, &self.facts, scan.unwrap_or(self.scans)),
+            self.narration.remedy(fault, &self.facts, complete),
             load_at(fault),
-            self.facts.black_box(scan, self.narration.tempo.period_ns)
+            self.facts.black_box(complete, self.narration.tempo.period_ns)
         );
     }
 

@@ -98,9 +98,11 @@ impl Facts {
         format!("{priority}, or see what else the machine was doing")
     }
 
-    /// The command that shows the last ten seconds before a fault.
-    pub fn black_box(&self, scan: Option<u64>, period_ns: u64) -> String {
-        let last = scan.unwrap_or(0);
+    /// The command that shows the last ten seconds before a fault, up to the last complete scan.
+    pub fn black_box(&self, last: u64, period_ns: u64) -> String {
+        if last == 0 {
+            return "no complete scan came before it".to_owned();
+        }
         let first = last.saturating_sub(BLACK_BOX_NS / period_ns.max(1)).max(1);
         let span = format!("--from \"scan {first}\" --to \"scan {last}\"");
         match &self.record {
@@ -449,6 +451,15 @@ mod tests {
         let (repeat_ns, heartbeat_ns, record) = (0, None, None);
         let priority = Arc::default();
         Facts { repeat_ns, heartbeat_ns, has_operator, record, nothing_kept, priority }
+    }
+
+    #[test]
+    fn a_fault_names_the_scans_before_it_and_none_if_there_is_none() {
+        let facts = facts(true, NothingKept::default());
+        assert_eq!(facts.black_box(0, 10_000_000), "no complete scan came before it");
+        let told = |last| facts.black_box(last, 10_000_000);
+        assert!(told(37).contains("`rungd record cut --from \"scan 1\" --to \"scan 37\" -o "));
+        assert!(told(1500).contains(" --from \"scan 500\" --to \"scan 1500\" "));
     }
 
     #[test]

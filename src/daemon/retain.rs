@@ -1,7 +1,7 @@
 //! Retentive memory at the start: opens the file, restores the newest image, and logs both.
 //!
-//! `start_parts` calls [`begin`] before the first scan, and hands the result to `retain_thread`. The
-//! content of the file, and the way to write it, are in `crate::retain`.
+//! `start_parts` calls [`begin`] before the first scan; the shell hands the result to
+//! `retain_thread`. The content of the file, and the way to write it, are in `crate::retain`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -197,7 +197,9 @@ fn the_output_of_a_lost_device_is_not_known() {
     assert_eq!(log.trend("wired"), [(0, None), (1, Some(0)), (2, Some(1)), (3, None)]);
     assert_eq!(log.published("wired"), [0, 1, OUTPUT_UNKNOWN]);
     let why = log.view(None).why("wired", None).expect("an answer").text();
-    assert!(why.starts_with("wired (Y3) is ON in memory; its output is not known"), "{why}");
+    let words =
+        "wired (Y3) is ON in memory; its output is not known, last ON: its device is lost\n";
+    assert!(why.starts_with(words), "{why}");
     log.scan(&[("cabinet.Ok", 1)]);
     assert_eq!(log.output("wired"), Some(OutputState::AsMemory));
     assert_eq!(log.published("wired"), [0, 1, OUTPUT_UNKNOWN, 1]);

@@ -25,6 +25,7 @@ use super::scrape::Scraper;
 use super::slots::{AwaitedAnswers, ConnectionSlot, ConnectionSlots};
 use super::text::{Exposition, text};
 use crate::http::{self, ExpectedHosts, with_port};
+use crate::io::listening::cannot_listen;
 
 /// The most connections at a time.
 const CONNECTIONS_MAX: usize = 32;
@@ -63,7 +64,10 @@ pub(super) fn serve(listen: SocketAddr, hosts: &[String], socket: Option<PathBuf
 }
 
 async fn run(listen: SocketAddr, hosts: &[String], socket: Option<PathBuf>) -> Result<()> {
-    let listener = TcpListener::bind(listen).await.with_context(|| listen.to_string())?;
+    let listener = TcpListener::bind(listen).await.map_err(|error| {
+        let about = cannot_listen(listen, &error, "name another address after `--listen`");
+        anyhow::Error::new(error).context(about)
+    })?;
     let at = listener.local_addr().with_context(|| listen.to_string())?;
     let scraper = Scraper::new(socket);
     let from = match scraper.socket() {

@@ -3,11 +3,12 @@
 use super::answer::{Explanation, Limits};
 use super::earlier::{EndedThere, ended_there};
 use super::inquiry::Inquiry;
-use super::past::{At, EarlierPast, Past, Refusal};
-use super::replay::Replay;
+use super::past::{At, EarlierPast, Moment, Past, Refusal};
+use super::replay::{Changed, Replay};
 use super::subject::Subject;
 use crate::controller::OutputState;
 use crate::engine::{BitCell, Cell, WordCell};
+use crate::runtime::exchange::Mode;
 
 /// The maximum number of reloads behind which an answer goes.
 const RELOADS_MAX: u32 = 8;
@@ -91,7 +92,7 @@ impl Subject {
         };
         let output = match mode {
             _ if outputs.number(cell).is_none() => OutputState::AsMemory,
-            _ if is_lost => OutputState::Unknown(None),
+            _ if is_lost => OutputState::Unknown(inquiry.last_known(cell, moment)),
             Some((mode, _)) => OutputState::Safe(outputs.driven(cell, (mode, value)) != 0),
             None => OutputState::AsMemory,
         };
@@ -108,6 +109,27 @@ impl Subject {
             is_long,
         };
         Ok(found)
+    }
+}
+
+impl Inquiry<'_> {
+    /// The state of an output right before its device was lost; `None` if the past begins later.
+    fn last_known(&mut self, cell: Cell, moment: Moment) -> Option<bool> {
+        let outputs = &self.subject.outputs;
+        let mut first: Option<Moment> = None;
+        for ok in outputs.devices(cell).iter().map(|ok| Cell::Bit(*ok)) {
+            if self.replay.value(ok, moment) != 0 {
+                continue;
+            }
+            let Changed::At(_, lost) = self.replay.last_change(ok, moment, usize::MAX) else {
+                return None;
+            };
+            first = Some(first.map_or(lost, |first| first.min(lost)));
+        }
+        let lost = first?;
+        let held = self.replay.value(cell, lost);
+        let mode = self.mode(lost).map_or(Mode::Run, |(mode, _)| mode);
+        Some(outputs.driven(cell, (mode, held)) != 0)
     }
 }
 

@@ -19,6 +19,7 @@ use tokio_rustls::rustls::pki_types::pem::PemObject as _;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 
 use super::options::ListenAt;
+use crate::io::listening::cannot_listen;
 use crate::whole_file::judge_secret;
 
 /// The time limit of the TLS handshake.
@@ -44,13 +45,7 @@ impl Listener {
             ListenAt::Port(address) => {
                 let listener = TcpListener::bind(address).await;
                 let listener = listener.map_err(|error| {
-                    let about = match error.kind() == io::ErrorKind::PermissionDenied {
-                        true => format!(
-                            "{address}: ports below 1024 are for root, and for a service with the \
-                             capability CAP_NET_BIND_SERVICE (docs/web.md): use a port such as 8443"
-                        ),
-                        false => address.to_string(),
-                    };
+                    let about = cannot_listen(*address, &error, &other_port(*address));
                     anyhow::Error::new(error).context(about)
                 });
                 Ok(Listener::Port(listener?))
@@ -91,12 +86,19 @@ impl Listener {
     }
 }
 
+/// How to choose another port.
+fn other_port(taken: SocketAddr) -> String {
+    let next = taken.port().checked_add(1).unwrap_or(8080);
+    let port = if taken.port() < 1024 { 8443 } else { next };
+    format!("use another port: `--listen {}`", SocketAddr::new(taken.ip(), port))
+}
+
 /// Removes a socket that an earlier process has left.
 async fn free(path: &Path) -> Result<()> {
     match fs::symlink_metadata(path) {
         Ok(facts) if facts.file_type().is_socket() => {
             if UnixStream::connect(path).await.is_ok() {
-                bail!("another process listens there");
+                bail!("another process listens there: end it, or name another path (`--listen`)");
             }
             fs::remove_file(path)?;
         }

@@ -218,3 +218,22 @@ fn every_command_has_its_file_its_help_and_its_page() {
         assert!(help.lines().next().is_some_and(|first| first.len() > 15), "{name}: {help}");
     }
 }
+
+#[test]
+fn a_command_from_habit_or_mistyped_gets_the_right_one() {
+    for (args, tip) in [
+        (&["version"][..], "tip: `rungd --version` prints the version"),
+        (&["-v"], "tip: `rungd --version` prints the version"),
+        (&["help", "version"], "tip: `rungd --version` prints the version"),
+        (&["--verson"], "'--version'"),
+        (&["start"], "tip: `rungd run CONTROLLER.toml` runs a controller"),
+        (&["help", "chek"], "tip: `check` is a command: `rungd help check`"),
+        (&["chek"], "'check'"),
+        (&["zzzz"], "tip: `rungd help` lists the commands"),
+    ] {
+        check(args, 2, tip);
+    }
+    for args in [&["-V"][..], &["--version"], &["help", "check"]] {
+        assert_eq!(rungd(args).status.code(), Some(0), "{args:?}");
+    }
+}

@@ -13,7 +13,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::support::metronome::Stopwatch;
-use crate::support::patience::PATIENCE;
+use crate::support::process::{BLINKS, Need, PATIENCE, Plant, Running, message, mounted, skip};
 
 /// Too many rungs for 1 ms; a debug build needs fewer.
 const RUNGS: usize = if cfg!(debug_assertions) { 20_000 } else { 300_000 };
@@ -111,4 +111,41 @@ fn a_client_sees_the_fault_with_outputs_safe() {
     }
     assert!(!heard.contains("READY=1"), "{heard}");
     let _ = std::fs::remove_dir_all(&folder);
+}
+
+/// A fault within the first second of a loaded machine: its line has what would help, the load, and
+/// a command for the scans before it.
+#[test]
+fn a_fault_under_load_says_what_would_help() {
+    if !cfg!(debug_assertions) {
+        return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
+    }
+    let plant = Plant::new(BLINKS, "scan.watchdog = \"200ms\"\n[operator]\nsocket = \"op\"\n");
+    let load = plant.0.join("loadavg");
+    std::fs::write(&load, "10.40 9.00 8.00 3/400 1234\n").unwrap();
+    let bound = format!("mount --bind {} /proc/loadavg && exec \"$@\"", load.display());
+    let prefix = mounted(&bound).filter(|prefix| {
+        let mut probe = Command::new(&prefix[0]);
+        let done = probe.args(&prefix[1..]).arg("true").stderr(Stdio::null()).status();
+        done.is_ok_and(|status| status.success())
+    });
+    let Some(prefix) = prefix else {
+        return skip(Need::MountNamespace, "no mount namespace to be had");
+    };
+    let faults = plant.0.join("faults");
+    let mut command = plant.command(&prefix);
+    let running = Running::new(command.env("RUNGD_FAULTS", &faults));
+    running.line("lamp is ON");
+    std::fs::write(&faults, "stall").unwrap();
+    let line = running.line("FAULT: ");
+    let said = message(&line);
+    let processors = std::thread::available_parallelism().unwrap();
+    for words in [
+        "give the scan thread a real-time priority (`[realtime] policy = \"fifo\"`",
+        &format!(" (load 10.4 on {processors} processor"),
+        "`rungd record cut --from \"scan 1\" --to \"scan ",
+    ] {
+        assert!(said.contains(words), "no {words}: {said}");
+    }
+    assert!(!said.contains("--to \"scan 0\""), "{said}");
 }

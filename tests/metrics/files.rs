@@ -79,3 +79,13 @@ fn what_does_not_go_together_is_refused() {
         assert_eq!(said.code, 2, "{wrong}: {said:?}");
     }
 }
+
+#[test]
+fn an_address_that_is_taken_is_told_with_what_helps() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = taken.local_addr().unwrap();
+    let said = said(&mut nobody(&format!("--listen {at}")));
+    let words = format!("{at}: another process listens there (`ss -ltnp sport = :{}` ", at.port());
+    assert!(said.code == 74 && said.err.contains(&words), "{said:?}");
+    assert!(said.err.contains("or name another address after `--listen`"), "{said:?}");
+}

@@ -2,6 +2,7 @@
 
 use serde_json::json;
 
+use crate::support::live::said;
 use crate::web::client::{Visitor, Web};
 
 fn status(web: &Web, first: &str, lines: &[&str]) -> u16 {
@@ -85,4 +86,21 @@ fn what_would_let_strangers_in_is_refused_with_its_remedy() {
     assert!(code == 2 && said.contains("rungd web passwd"), "{said}");
     let (code, said) = refused(&["--listen", "127.0.0.1:0", "--users-file", "/nonexistent/users"]);
     assert!(code != 0 && said.contains("/nonexistent/users"), "{said}");
+}
+
+/// A second `rungd web`: the tip is followed, and works.
+#[test]
+fn an_address_that_is_taken_is_told_with_another_one() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = taken.local_addr().unwrap();
+    let web = |listen: &str| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+        command.args(["web", "--socket", "/nonexistent/socket", "--listen", listen]);
+        said(&mut command)
+    };
+    let told = web(&at.to_string());
+    let words = format!("{at}: another process listens there (`ss -ltnp sport = :{}` ", at.port());
+    assert!(told.code == 74 && told.err.contains(&words), "{told:?}");
+    let next = at.port().checked_add(1).unwrap_or(8080);
+    assert!(told.err.contains(&format!("`--listen {}:{next}`", at.ip())), "{told:?}");
 }
