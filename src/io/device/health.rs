@@ -3,7 +3,8 @@
 //!
 //! The log has two lines per outage: one at its start, with the first reason, and one at its end,
 //! with the number of failures for each reason. In between, `status` shows the latest reason; the
-//! log has a further line only for the first reason that names a key, as a remedy in backquotes.
+//! log has a further line only for a reason that names a new key, as a remedy in backquotes: a device
+//! may need several keys.
 //! Each device has its own limit of lines, so frequent outages of one device do not suppress the
 //! lines of others.
 
@@ -35,14 +36,19 @@ struct OutageLines {
 /// The most reasons of an outage that are counted separately.
 const REASONS_MAX: usize = 4;
 
+/// The most lines of an outage that name keys.
+const ADVICES_MAX: u32 = 4;
+
 /// An outage: from the first exchange that failed to the next good one.
 #[derive(Debug)]
 struct Outage {
     since: Instant,
     /// Whether the log has the line about its start.
     is_told: bool,
-    /// Whether the log has a line with a remedy.
-    is_advised: bool,
+    /// The number of its lines in the log with a remedy.
+    advices: u32,
+    /// The remedies in these lines.
+    advised: Vec<String>,
     failures: u64,
     /// The number of failures for each of the first reasons.
     reasons: Vec<(u64, String)>,
@@ -211,13 +217,13 @@ impl Health {
             let has_any = lines.budget.has(now_ns, 1);
             let outage = lines.outage.get_or_insert_with(Outage::new);
             outage.note(reason);
-            let is_new = !outage.is_told || (has_remedy(reason) && !outage.is_advised);
+            let is_new = !outage.is_told || outage.has_new_advice(reason);
             is_new && (outage.failures == 1 || has_any)
         };
         let Some(withheld) = is_to_tell.then(|| self.may_tell()).flatten() else { return };
         if let Some(outage) = &mut self.lines().outage {
             outage.is_told = true;
-            outage.is_advised |= has_remedy(reason);
+            outage.advise(reason);
         }
         let condition = self.condition();
         let (device, peer) = (&condition.name, &condition.peer);
@@ -282,15 +288,30 @@ impl OutageLines {
     }
 }
 
-/// Whether a reason names a key to change.
-fn has_remedy(reason: &str) -> bool {
-    reason.contains('`')
+/// The keys to change that a reason names.
+fn remedies(reason: &str) -> impl Iterator<Item = &str> {
+    reason.split('`').skip(1).step_by(2)
 }
 
 impl Outage {
     fn new() -> Outage {
         let since = Instant::now();
-        Outage { since, is_told: false, is_advised: false, failures: 0, reasons: Vec::new() }
+        let (advised, reasons) = (Vec::new(), Vec::new());
+        Outage { since, is_told: false, advices: 0, advised, failures: 0, reasons }
+    }
+
+    /// Whether a reason names a key that no line of this outage has named.
+    fn has_new_advice(&self, reason: &str) -> bool {
+        let is_new = |remedy: &str| self.advised.iter().all(|known| known != remedy);
+        self.advices < ADVICES_MAX && remedies(reason).any(is_new)
+    }
+
+    /// Notes that the log has a line with this reason.
+    fn advise(&mut self, reason: &str) {
+        if self.has_new_advice(reason) {
+            self.advices += 1;
+            self.advised.extend(remedies(reason).map(str::to_owned));
+        }
     }
 
     fn note(&mut self, reason: &str) {
@@ -350,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn a_remedy_is_told_once_in_an_outage_that_began_otherwise() {
+    fn each_remedy_is_told_once_in_an_outage_whatever_its_first_reason() {
         let health = panel();
         health.trouble("refused");
         let left = |health: &Health| {
@@ -364,6 +385,29 @@ mod tests {
             health.trouble("refused");
         }
         assert_eq!(left(&health), Some(LINES_MAX - 2));
+        // A device may need several keys; the next shows only once the first trouble is over.
+        for _ in 0..5 {
+            health.trouble("exception 2: set `max-registers`, or try `pause`");
+            health.trouble("no answer: try `pause`");
+        }
+        assert_eq!(left(&health), Some(LINES_MAX - 3));
+        for unit in 0..50 {
+            health.trouble(&format!("try `unit = {unit}`"));
+        }
+        assert_eq!(left(&health), Some(LINES_MAX - 1 - ADVICES_MAX), "there is a limit");
+    }
+
+    #[test]
+    fn trouble_that_is_repeated_counts_no_failure_and_is_still_shown() {
+        let health = panel();
+        health.trouble("no answer");
+        for _ in 0..5 {
+            health.trouble_repeated("no answer", InputsRead { read: 1, all: 3 });
+        }
+        let condition = health.condition();
+        assert_eq!((condition.failures, condition.is_in_part), (1, true));
+        assert_eq!(condition.trouble.as_deref(), Some("no answer; 1 of 3 inputs are read"));
+        assert_eq!(health.lines().outage.as_ref().unwrap().counts(), "1 failure");
     }
 
     #[test]
