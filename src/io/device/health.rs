@@ -3,8 +3,8 @@
 //!
 //! The log has two lines per outage: one at its start, with the first reason, and one at its end,
 //! with the number of failures for each reason. In between, `status` shows the latest reason; the
-//! log has a further line only for a reason that names a new key, as a remedy in backquotes: a device
-//! may need several keys.
+//! log has a further line only for a reason that names a new key, as a remedy in backquotes: a
+//! device may need several keys.
 //! Each device has its own limit of lines, so frequent outages of one device do not suppress the
 //! lines of others.
 
