@@ -37,15 +37,7 @@ impl ContactSeries<'_> {
             (None, [one @ Contact::All(..)]) => print(context, one),
             (None, [one]) => return print(context, one),
             (gate, many) => {
-                let parts = many.iter().flat_map(|contact| match contact {
-                    Contact::All(parts, _) => parts.as_slice(),
-                    Contact::Bit(..)
-                    | Contact::Element(..)
-                    | Contact::Not(..)
-                    | Contact::Any(..)
-                    | Contact::Edge(..)
-                    | Contact::Compare(..) => std::slice::from_ref(*contact),
-                });
+                let parts = many.iter().flat_map(|contact| contact.in_series());
                 let parts = parts.map(|contact| grouped(context, contact));
                 gate.iter().cloned().chain(parts).collect::<Vec<_>>().join(" & ")
             }

@@ -38,36 +38,12 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         let enabling = enabling.flat_map(|leg| &leg.contacts).chain(branch);
         let resets = legs.filter(|leg| leg.name == LegName::Rst).flat_map(|leg| &leg.contacts);
         let found = enabling
-            .flat_map(series)
+            .flat_map(Contact::in_series)
             .find(|contact| timer.is_over(contact, false))
-            .or_else(|| resets.flat_map(choices).find(|contact| timer.is_over(contact, true)));
+            .or_else(|| {
+                resets.flat_map(Contact::in_parallel).find(|contact| timer.is_over(contact, true))
+            });
         findings.extend(found.map(|contact| timer.finding(context, placed, contact)));
-    }
-}
-
-/// The contacts that must all be ON.
-fn series(contact: &Contact) -> &[Contact] {
-    match contact {
-        Contact::All(parts, _) => parts,
-        Contact::Bit(..)
-        | Contact::Element(..)
-        | Contact::Not(..)
-        | Contact::Any(..)
-        | Contact::Edge(..)
-        | Contact::Compare(..) => std::slice::from_ref(contact),
-    }
-}
-
-/// The contacts of which any one is enough.
-fn choices(contact: &Contact) -> &[Contact] {
-    match contact {
-        Contact::Any(parts, _) => parts,
-        Contact::Bit(..)
-        | Contact::Element(..)
-        | Contact::Not(..)
-        | Contact::All(..)
-        | Contact::Edge(..)
-        | Contact::Compare(..) => std::slice::from_ref(contact),
     }
 }
 

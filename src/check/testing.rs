@@ -25,6 +25,20 @@ pub fn check_only(code: Code, ladder: &str, expected: Expect) {
     compare(ladder, |found| found == code, expected);
 }
 
+/// As [`check_only`], without the helps.
+pub fn check_heads(code: Code, ladder: &str, expected: Expect) {
+    let lines: Vec<&str> = ladder.trim().lines().map(str::trim_start).collect();
+    let ladder = lines.join("\n");
+    let mut findings = findings(&ladder);
+    findings.retain(|finding| finding.code == code);
+    let file = SourceFile { name: String::new(), text: ladder };
+    let head = |finding: &Finding| {
+        let (line, column) = file.line_column(finding.span.start);
+        format!("{line}:{column} {}\n", finding.message)
+    };
+    expected.assert_eq(&findings.iter().map(head).collect::<String>());
+}
+
 fn compare(ladder: &str, shows: impl Fn(Code) -> bool, expected: Expect) {
     let lines: Vec<&str> = ladder.trim().lines().map(str::trim_start).collect();
     let ladder = lines.join("\n");

@@ -17,7 +17,7 @@ use crate::resolve::scope::Scope;
 use crate::rig::RigProgram;
 use crate::rig::simulation::all_named;
 use crate::sim::trace::{RowName, ValueTrace, Watched};
-use crate::testing::{self, ProgramId, Reload, Scenario, Suite, TestStep, TracedScan};
+use crate::testing::{self, ProgramId, Scenario, Suite, TracedScan};
 
 /// Runs the scenarios of a suite whose names contain the filter. Writes a trace of all operands
 /// that its ladders name for each: `FOLDER/<test file>-<scenario>.csv`.
@@ -96,26 +96,7 @@ impl TraceColumns {
 
 /// The programs that a scenario reloads.
 fn reloaded(scenario: &Scenario) -> impl Iterator<Item = ProgramId> + '_ {
-    scenario.steps.iter().filter_map(|step| match step.value {
-        TestStep::Reload(Reload::To(program)) => Some(program),
-        TestStep::Reload(Reload::Refused(_))
-        | TestStep::Set(..)
-        | TestStep::Force(..)
-        | TestStep::Unforce(_)
-        | TestStep::Pulse { .. }
-        | TestStep::Beat { .. }
-        | TestStep::Run(_)
-        | TestStep::Expect(_)
-        | TestStep::Within(..)
-        | TestStep::Hold(..)
-        | TestStep::Stop
-        | TestStep::Start
-        | TestStep::Restart
-        | TestStep::PowerCut { .. }
-        | TestStep::Lose(_)
-        | TestStep::Restore(_)
-        | TestStep::Clock(_) => None,
-    })
+    scenario.steps.iter().filter_map(|step| step.value.reloaded())
 }
 
 /// A name for a file: letters, digits and `-`.

@@ -7,8 +7,11 @@
 type Dialect = (&'static [&'static str], &'static str);
 
 const ROWS: &[Dialect] = &[
-    (&["XIC", "LD", "STR", "LDP"], "a normally open contact is the bit's name: `when = [\"X0\"]`"),
-    (&["XIO", "LDI", "LDN", "STRN"], "a normally closed contact is `!`: `when = [\"!X0\"]`"),
+    (&["XIC", "LD", "STR"], "a normally open contact is the bit's name: `when = [\"X0\"]`"),
+    (
+        &["XIO", "LDI", "LDN", "STRN", "ANI", "ANDN"],
+        "a normally closed contact is `!`: `when = [\"!X0\"]`",
+    ),
     (
         &["AND", "ANB", "ANDSTR"],
         "contacts in series are the elements of an array: `when = [\"X0\", \"X1\"]`",
@@ -18,16 +21,16 @@ const ROWS: &[Dialect] = &[
         "a parallel branch is `|`: `when = [\"X0 | X1\"]`",
     ),
     (
-        &["OSR", "ONS", "OSRI", "R_TRIG", "PLS", "DIFU", "STRPD"],
+        &["OSR", "ONS", "OSRI", "R_TRIG", "PLS", "DIFU", "STRPD", "LDP"],
         "a rising edge is the contact `rise(b)`; a bit for one scan is `PD b`",
     ),
     (
-        &["OSF", "OSFI", "F_TRIG", "PLF", "DIFD", "STRND"],
+        &["OSF", "OSFI", "F_TRIG", "PLF", "DIFD", "STRND", "LDF"],
         "a falling edge is the contact `fall(b)`; a bit for one scan is `ND b`",
     ),
-    (&["OTE", "OUTPUT", "COIL"], "an output coil is `OUT b`"),
-    (&["OTL", "LATCH"], "a latch is `SET b`"),
-    (&["OTU", "UNLATCH", "RESET"], "an unlatch is `RST b`"),
+    (&["OTE", "OUTPUT", "COIL", "ST", "="], "an output coil is `OUT b`"),
+    (&["OTL", "LATCH", "S"], "a latch is `SET b`"),
+    (&["OTU", "UNLATCH", "RESET", "R"], "an unlatch is `RST b`"),
     (&["KEEP", "RS"], "a latch is `SET b` in one rung and `RST b` in another"),
     (
         &["TON", "TIM", "TMRF", "DELAY"],
@@ -102,6 +105,52 @@ const ROWS: &[Dialect] = &[
     (&["AFI"], "a rung that is never ON has the contact `$Off`"),
 ];
 
+/// The contact of a rungd ladder for a contact of another controller, with its own operands:
+/// `XIO`, `["b"]` is `!b`. `None` if it is no contact, or has a different number of operands.
+pub(crate) fn contact(name: &str, operands: &[&str]) -> Option<String> {
+    let name = name.to_ascii_uppercase();
+    let sign = match name.as_str() {
+        "EQU" | "EQ" | "CMP" => "==",
+        "NEQ" | "NE" => "!=",
+        "GRT" | "GT" => ">",
+        "GEQ" | "GE" => ">=",
+        "LES" | "LT" => "<",
+        "LEQ" | "LE" => "<=",
+        _ => "",
+    };
+    match (name.as_str(), operands) {
+        ("XIC" | "LD" | "STR" | "AND" | "A" | "U" | "OR" | "O", [bit]) => Some((*bit).to_owned()),
+        ("XIO" | "LDI" | "LDN" | "STRN" | "ANI" | "ANDN" | "AN" | "UN" | "ORN" | "ON", [bit]) => {
+            Some(format!("!{bit}"))
+        }
+        ("OSR" | "ONS" | "OSRI" | "R_TRIG" | "PLS" | "DIFU" | "STRPD" | "LDP" | "FP", [bit]) => {
+            Some(format!("rise({bit})"))
+        }
+        ("OSF" | "OSFI" | "F_TRIG" | "PLF" | "DIFD" | "STRND" | "LDF" | "FN", [bit]) => {
+            Some(format!("fall({bit})"))
+        }
+        ("LIM", [low, value, high]) => Some(format!("{value} >= {low} & {value} <= {high}")),
+        (_, [a, b]) if !sign.is_empty() => Some(format!("{a} {sign} {b}")),
+        _ => None,
+    }
+}
+
+/// Whether a contact of another controller is in parallel to the contacts before it.
+pub(crate) fn is_parallel(name: &str) -> bool {
+    ["OR", "O", "ORN", "ON"].iter().any(|other| other.eq_ignore_ascii_case(name))
+}
+
+/// The coil of a rungd ladder for a coil of another controller, with its own operand.
+pub(crate) fn coil(name: &str, operand: &str) -> Option<String> {
+    let mnemonic = match name.to_ascii_uppercase().as_str() {
+        "OTE" | "OUTPUT" | "COIL" | "ST" | "=" => "OUT",
+        "OTL" | "LATCH" | "S" => "SET",
+        "OTU" | "UNLATCH" | "RESET" | "R" => "RST",
+        _ => return None,
+    };
+    Some(format!("{mnemonic} {operand}"))
+}
+
 /// The text to write in a rungd ladder for a mnemonic of another controller (upper or lower case).
 pub(crate) fn instead_of(name: &str) -> Option<&'static str> {
     let same = |other: &&str| other.eq_ignore_ascii_case(name);
@@ -131,5 +180,25 @@ mod tests {
         }
         assert_eq!(instead_of("ote"), Some("an output coil is `OUT b`"));
         assert_eq!(instead_of("CNT"), None);
+    }
+
+    #[test]
+    fn contacts_and_coils_have_their_own_operands() {
+        let pairs = [
+            ("XIC", &["b"][..], Some("b")),
+            ("xio", &["b"], Some("!b")),
+            ("LDP", &["b"], Some("rise(b)")),
+            ("F_TRIG", &["b"], Some("fall(b)")),
+            ("GEQ", &["D0", "3"], Some("D0 >= 3")),
+            ("LIM", &["1", "D0", "9"], Some("D0 >= 1 & D0 <= 9")),
+            ("XIC", &[], None),
+            ("TON", &["t", "5"], None),
+        ];
+        for (name, operands, wanted) in pairs {
+            assert_eq!(contact(name, operands).as_deref(), wanted, "{name}");
+        }
+        assert_eq!(coil("ST", "b").as_deref(), Some("OUT b"));
+        assert_eq!(coil("XIC", "b"), None);
+        assert!(is_parallel("OR") && !is_parallel("AND"));
     }
 }

@@ -12,6 +12,7 @@ pub mod duration;
 pub(crate) mod function;
 pub mod instruction;
 pub(crate) mod maps;
+pub(crate) mod notation;
 pub(crate) mod number_ranges;
 pub(crate) mod pages;
 pub(crate) mod real;

@@ -17,10 +17,18 @@ use crate::source::wording::escaped;
 /// The number of contacts that are told of a leg that has many of them.
 const CONTACTS_TOLD: usize = 4;
 
+/// The number of explained operands of earlier programs that are compared.
+const SHOWN_MAX: usize = 500;
+
 /// Lines, each with an indent.
 struct Lines {
     text: String,
     telling: Telling,
+    /// The number of earlier programs whose answers are being told.
+    earlier: u32,
+    /// The operands that answers of earlier programs have explained. Each program answers on its
+    /// own, so two of them, or two answers of one, may have the same explanation.
+    shown: Vec<Node>,
 }
 
 /// The form of a line: its indent, and whether it is in the past tense.
@@ -48,7 +56,7 @@ impl Explanation {
     /// The answer as text, with a line end.
     pub fn text(&self) -> String {
         let telling = Telling { now: self.at };
-        let mut lines = Lines { text: String::new(), telling };
+        let mut lines = Lines { text: String::new(), telling, earlier: 0, shown: Vec::new() };
         let Node { operand, value, .. } = &self.root;
         let head = format!("{} is {}", operand_text(operand), value_text(operand, *value));
         let head = head + &self.output_text();
@@ -196,12 +204,32 @@ impl Lines {
             true => String::new(),
             false => format!(", it was {}", value_text(&root.operand, root.value)),
         };
-        self.add(line.indent, &format!("before the program was reloaded, {scan}{was}:"));
-        let line = Line { indent: line.indent + 1, past: true };
-        if let Some(changed) = &earlier.changed {
-            self.changed(changed, root, line);
+        let head = format!("before the program was reloaded, {scan}{was}");
+        self.earlier += 1;
+        if self.is_shown(root) {
+            self.add(line.indent, &format!("{head} (see above)"));
+        } else {
+            self.add(line.indent, &format!("{head}:"));
+            let line = Line { indent: line.indent + 1, past: true };
+            if let Some(changed) = &earlier.changed {
+                self.changed(changed, root, line);
+            }
+            self.node(root, earlier.changed.as_ref(), line);
         }
-        self.node(root, earlier.changed.as_ref(), line);
+        self.earlier -= 1;
+    }
+
+    /// Whether an answer of an earlier program has explained an operand in the same way; else notes
+    /// that it does now.
+    fn is_shown(&mut self, node: &Node) -> bool {
+        if self.earlier == 0 {
+            return false;
+        }
+        let is_shown = self.shown.contains(node);
+        if !is_shown && self.shown.len() < SHOWN_MAX {
+            self.shown.push(node.clone());
+        }
+        is_shown
     }
 
     fn cause(&mut self, cause: &Cause, line: Line) {
@@ -342,6 +370,9 @@ impl Lines {
 
     fn followed(&mut self, text: &str, followed: &Followed, line: Line) {
         match followed {
+            Followed::Node(node) if self.is_shown(node) => {
+                self.add(line.indent, &format!("{text} (see above)"));
+            }
             Followed::Node(node) => {
                 self.add(line.indent, text);
                 self.node(node, None, line.deeper(1));

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use super::plan::{Elsewhere, OldState, Pairs, ReloadPlan, Side};
 use super::report::preset;
 use crate::engine::{BitCell, Cell, PassStep, WordCell};
-use crate::isa::{Address, Bit, BitSpace, ElementId, Mnemonic, Space, Structure, Word};
+use crate::isa::{Address, Bit, BitSpace, ElementId, Flag, Mnemonic, Space, Structure, Word};
 use crate::lower::identity::{Identity, Owner};
 use crate::resolve::program::Value;
 
@@ -152,7 +152,23 @@ fn tell_kept(
     };
     let acc = layout.word(Word::Acc(before.structure)).0;
     let into = into(plan, names, old, (before.element, now.element));
-    plan.say_of(said, OldState::Keeps { timer, acc, preset: now_preset, preset_word, into });
+    let done = Bit::Flag(before.structure, Flag::Done);
+    let done = is_done_at_preset(now.mnemonic).then(|| layout.bit(done).0);
+    plan.say_of(said, OldState::Keeps { timer, acc, preset: now_preset, preset_word, done, into });
+}
+
+/// Whether Done is `.Acc >= preset` at each execution, so that a smaller preset turns it ON.
+fn is_done_at_preset(mnemonic: Mnemonic) -> bool {
+    let all = [
+        Mnemonic::Cnt,
+        Mnemonic::Udc,
+        Mnemonic::Udcg,
+        Mnemonic::Tmr,
+        Mnemonic::Tmra,
+        Mnemonic::Tmrag,
+        Mnemonic::Ondtmr,
+    ];
+    all.contains(&mnemonic)
 }
 
 /// The Stage of an instruction, if the instruction is in a different element now.

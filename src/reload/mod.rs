@@ -56,6 +56,7 @@ impl ReloadPlan {
         tags::unnamed(&mut plan, &names, old);
         places::tell(&mut plan, &names, old);
         tags::limits(&mut plan, &names, old, new);
+        tags::initial(&mut plan, &names, old, new);
         elements::unwritten(&mut plan, &names, old);
         histories::histories(&mut plan, &names);
         elements::terminations(&mut plan, &names, (old, new), &kept);

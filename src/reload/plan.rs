@@ -52,6 +52,8 @@ pub enum OldState {
         acc: u32,
         preset: Option<Value>,
         preset_word: Option<u32>,
+        /// Its bit Done, if that is ON as soon as the value has reached the preset.
+        done: Option<u32>,
         /// The new Stage of its instruction, if it moved.
         into: Option<Elsewhere>,
     },

@@ -129,8 +129,9 @@ impl ReloadPlan {
 impl OldState {
     fn asked(&self, bits: &mut Vec<u32>, words: &mut Vec<u32>) {
         match self {
-            OldState::Keeps { acc, preset_word, into, .. } => {
+            OldState::Keeps { acc, preset_word, done, into, .. } => {
                 words.push(*acc);
+                bits.extend(done);
                 words.extend(preset_word);
                 if let Some(into) = into {
                     bits.extend(into.stage);
@@ -230,24 +231,29 @@ fn line(difference: &Difference, seen: &OldMemory<'_>, texts: FileTexts<'_>) -> 
 }
 
 fn keeps(text: &str, state: &OldState, seen: &OldMemory<'_>) -> Option<String> {
-    let OldState::Keeps { timer, acc, preset, preset_word, into } = state else { return None };
+    let OldState::Keeps { timer, acc, preset, preset_word, done, into } = state else {
+        return None;
+    };
     let acc = seen.word(*acc);
     if acc == 0 {
         return None;
     }
     let of = match (preset_word, preset) {
-        (Some(word), _) => format!(" of {}", say(seen.word(*word), *timer)),
-        (None, Some(Value::Const(value, _))) => format!(" of {}", say(*value, *timer)),
-        _ => String::new(),
+        (Some(word), _) => Some(seen.word(*word)),
+        (None, Some(Value::Const(value, _))) => Some(*value),
+        _ => None,
     };
-    let line = format!("{text} keeps {}{of}", say(acc, *timer));
+    let said = of.map_or_else(String::new, |of| format!(" of {}", say(of, *timer)));
+    let becomes_done = done.is_some_and(|done| !seen.is_on(done)) && of.is_some_and(|of| acc >= of);
+    let done = if becomes_done { ": Done at its next execution" } else { "" };
+    let line = format!("{text} keeps {}{said}", say(acc, *timer));
     let executes = |into: &Elsewhere| {
         into.stage.is_some_and(|stage| seen.is_on(stage))
             || into.start.as_ref().is_some_and(|start| seen.starts(start))
     };
     Some(match into.as_ref().filter(|into| !executes(into)) {
         Some(into) => format!("{line}, until the pass of Stage {}, which is OFF", into.said),
-        None => line,
+        None => line + done,
     })
 }
 

@@ -1,6 +1,6 @@
 //! Compares tags: reports changed addresses, names and limits. Called by `ReloadPlan::new`.
 
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 
 use super::memory::{NewValues, array_of};
 use super::plan::{MovedElement, OldState, Pairs, ReloadPlan, Side};
@@ -147,20 +147,68 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
     }
 }
 
-/// Reports words with changed limits, if the value is beyond the new limits.
+/// Reports words with changed limits; with a warning, if the value is beyond the new limits.
 pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     let values = NewValues::of(plan);
-    for address in names.new.addresses.keys() {
+    let mut told = BTreeSet::new();
+    for (address, tag) in &names.new.addresses {
         let Address::Word(word) = *address else { continue };
         let (min, max) = new.symbols.limits(word);
         let Some(Address::Word(was)) = names.moves.before(*address) else { continue };
-        if old.symbols.limits(was) == (min, max) {
+        let before = old.symbols.limits(was);
+        if before == (min, max) || !names.old.addresses.contains_key(&Address::Word(was)) {
             continue;
+        }
+        let said = |side: Side<'_>, word: Word, (min, max): (i32, i32)| {
+            let text = |content| {
+                side.symbols.layout.text(Cell::Word(side.symbols.layout.word(word)), content)
+            };
+            match (min, max) == word.range() {
+                true => "none".to_owned(),
+                false => format!("{} to {}", text(min), text(max)),
+            }
+        };
+        let (before, now) = (said(old, was, before), said(new, word, (min, max)));
+        // The elements of an array have the same limits.
+        let name = match tag.as_deref().and_then(array_of) {
+            Some(array) => array.to_owned(),
+            None => names.new.say(*address),
+        };
+        let line = format!("limits of {name} {before} → {now}");
+        if told.insert(line.clone()) {
+            plan.say(line);
         }
         let cell = Cell::Word(old.symbols.layout.word(was));
         let begins = new.symbols.layout.cell(*address).and_then(|cell| values.get(cell));
+        plan.say_of(names.new.say(*address), OldState::Limits { cell, begins, limits: (min, max) });
+    }
+}
+
+/// Reports changed values of `initial`. They act at the next cold start; the present value stays.
+pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    let value = |side: Side<'_>, address: Address, of: Option<&i32>| {
+        let content = of.copied().unwrap_or(0);
+        match (of, address) {
+            (None, _) => "none".to_owned(),
+            (Some(_), Address::Bit(_)) => if content != 0 { "ON" } else { "OFF" }.to_owned(),
+            (Some(_), Address::Word(word)) => {
+                side.symbols.layout.text(Cell::Word(side.symbols.layout.word(word)), content)
+            }
+            (Some(_), Address::Structure(_)) => content.to_string(),
+        }
+    };
+    for address in names.new.addresses.keys() {
+        let Some(before) = names.moves.before(*address) else { continue };
+        if !names.old.addresses.contains_key(&before) {
+            continue;
+        }
+        let (was, is) = (names.old.initial.get(&before), names.new.initial.get(address));
+        if was == is {
+            continue;
+        }
+        let (was, is) = (value(old, before, was), value(new, *address, is));
         let said = names.new.say(*address);
-        plan.say_of(said, OldState::Limits { cell, begins, limits: (min, max) });
+        plan.say(format!("initial of {said} {was} → {is}, from the next cold start on"));
     }
 }
 

@@ -6,7 +6,8 @@ use super::resolver::of_array;
 use super::scope::{Misplaced, Thing};
 use crate::isa::Address;
 use crate::source::atom::{Atom, AtomKind};
-use crate::source::contact as written;
+use crate::source::contact::{self as written, Comparison};
+use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
 impl Resolver<'_> {
@@ -27,11 +28,36 @@ impl Resolver<'_> {
                 Some(Contact::Edge(*edge, Box::new(self.contact(inner)?), *span))
             }
             written::Contact::Compare(a, comparison, b, span) => {
+                if self.is_bit_compared(contact) {
+                    return None;
+                }
                 // Resolves both before returning, so that mistakes in both are reported.
                 let (a, b) = (self.value(a), self.value(b));
                 Some(Contact::Compare(a?, *comparison, b?, *span))
             }
         }
+    }
+
+    /// Whether a contact compares a bit with ON or OFF, in the words of any system: `b == TRUE`.
+    /// Then its finding has been added.
+    fn is_bit_compared(&mut self, contact: &written::Contact) -> bool {
+        let written::Contact::Compare(a, how, b, span) = contact else { return false };
+        let is_same = match how {
+            Comparison::Eq => true,
+            Comparison::Ne => false,
+            Comparison::Lt | Comparison::Le | Comparison::Gt | Comparison::Ge => return false,
+        };
+        let (Some(name), Some(state)) = (a.name(), state(b)) else { return false };
+        let thing = self.scope.look_up(name).map(|found| found.thing);
+        if !matches!(thing, Ok(Thing::Address(Address::Bit(_)))) {
+            return false;
+        }
+        self.mark_used(name);
+        let right = if state == is_same { name.to_owned() } else { format!("!{name}") };
+        let message = format!("`{name}` is a bit, not a number");
+        let finding = Finding::new(Code::OperandType, *span, message);
+        self.find(finding.help(format!("a bit stands alone: write `{right}`")));
+        true
     }
 
     fn all_of(&mut self, items: &[written::Contact]) -> Option<Vec<Contact>> {
@@ -107,5 +133,18 @@ impl Resolver<'_> {
         };
         self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a number", &help);
         None
+    }
+}
+
+/// The state that a value means beside a bit.
+fn state(value: &Atom) -> Option<bool> {
+    match &value.kind {
+        AtomKind::Integer(n @ (0 | 1)) => Some(*n == 1),
+        AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => None,
+        AtomKind::Name(name) => match name.to_ascii_uppercase().as_str() {
+            "TRUE" | "ON" | "$ON" => Some(true),
+            "FALSE" | "OFF" | "$OFF" => Some(false),
+            _ => None,
+        },
     }
 }

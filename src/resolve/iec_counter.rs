@@ -3,8 +3,9 @@
 //! those.
 //!
 //! Called by `rung`, once per rung. Only a rung whose single instruction cannot be meant as
-//! Sensaphone's is taken: it names a counter, or has legs, or IEC's `PV`, and names no Sensaphone
-//! counter. It gets one finding, whose help has the whole rung.
+//! Sensaphone's is taken: it names a counter or a timer, or has legs, or IEC's `PV`, or names
+//! nothing that is declared, in a ladder without a tag of a Sensaphone counter. It gets one
+//! finding, whose help has the whole rung.
 
 use super::Resolver;
 use super::scope::Thing;
@@ -35,8 +36,9 @@ impl Resolver<'_> {
         let has_other_form = !rung.legs.is_empty() || key(instruction, "PV").is_some();
         let is_meant = match named {
             Ok(Thing::Address(Address::Structure(Structure::Sensaphone(_)))) => false,
-            Ok(Thing::Address(Address::Structure(Structure::Counter(_)))) => true,
-            Ok(_) | Err(_) => has_other_form,
+            Ok(Thing::Address(Address::Structure(_))) => true,
+            Ok(_) => has_other_form,
+            Err(_) => has_other_form || !self.scope.has_sensaphone(),
         };
         if !is_meant {
             return false;
@@ -61,7 +63,7 @@ impl Resolver<'_> {
         let text = |leg: Option<&ladder::Leg>, none| leg.map_or(none, |leg| self.text(leg.span));
         let positional = instruction.operands.iter().filter(|of| of.key.is_none()).nth(1);
         let preset = ["preset", "PV"].iter().find_map(|name| key(instruction, name)).or(positional);
-        let preset = preset.map_or("…".to_owned(), |of| of.value.to_string());
+        let preset = preset.map_or("10".to_owned(), |of| of.value.to_string());
         let instead = if rung.legs.is_empty() { "instead of `when`" } else { "and no other leg" };
         let lines = format!(
             "leg.{:<3} = {}\nleg.rst = {}\ndo = [\"{} {} preset={preset}\"]",

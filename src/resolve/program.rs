@@ -368,6 +368,32 @@ fn is_in(element: &str, of_use: &str) -> bool {
 }
 
 impl Contact {
+    /// The contacts that must all be ON.
+    pub(crate) fn in_series(&self) -> &[Contact] {
+        match self {
+            Contact::All(parts, _) => parts,
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Not(..)
+            | Contact::Any(..)
+            | Contact::Edge(..)
+            | Contact::Compare(..) => std::slice::from_ref(self),
+        }
+    }
+
+    /// The contacts of which any one is enough.
+    pub(crate) fn in_parallel(&self) -> &[Contact] {
+        match self {
+            Contact::Any(parts, _) => parts,
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Not(..)
+            | Contact::All(..)
+            | Contact::Edge(..)
+            | Contact::Compare(..) => std::slice::from_ref(self),
+        }
+    }
+
     /// Its place.
     pub fn span(&self) -> Span {
         match self {

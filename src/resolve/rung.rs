@@ -140,7 +140,7 @@ impl Resolver<'_> {
         let message = format!("there is no instruction `{name}`");
         let finding = Finding::new(Code::UnknownInstruction, span, message);
         let function = Function::from_name(&name.to_ascii_lowercase());
-        if let Some(help) = iec_timer(instruction) {
+        if let Some(help) = iec_timer(instruction).or_else(|| own_form(instruction)) {
             self.find(finding.help(help));
             return None;
         }
@@ -318,6 +318,23 @@ fn iec_timer(instruction: &Instruction) -> Option<String> {
     let is_on_delay = instruction.mnemonic.value.eq_ignore_ascii_case("TON");
     (is_on_delay && is_clear && is_time && timer.key.is_none())
         .then(|| format!("an on-delay: write `TMR {} preset={}`", timer.value, time.value))
+}
+
+/// The help for a contact or a coil of another controller, with its own operands.
+fn own_form(instruction: &Instruction) -> Option<String> {
+    let name = &instruction.mnemonic.value;
+    let operands: Vec<String> =
+        instruction.operands.iter().map(|operand| operand.value.to_string()).collect();
+    let operands: Vec<&str> = operands.iter().map(String::as_str).collect();
+    if instruction.operands.iter().any(|operand| operand.key.is_some()) {
+        return None;
+    }
+    let coil = operands.first().filter(|_| operands.len() == 1);
+    if let Some(right) = coil.and_then(|operand| dialects::coil(name, operand)) {
+        return Some(format!("a coil: write `{right}`"));
+    }
+    let right = dialects::contact(name, &operands)?;
+    Some(format!("a contact stands in `when`, not here: `when = [\"{right}\"]`"))
 }
 
 /// The missing leg that an unknown key probably means.

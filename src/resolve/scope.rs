@@ -17,7 +17,7 @@ use super::places::Places;
 use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
 use super::uses::Uses;
 use crate::isa::address_text::{self, AddressError, reads_as_address};
-use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId};
+use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId, Structure};
 use crate::source::finding::Code;
 use crate::source::nearest::{KnownNames, Near};
 use crate::source::span::Span;
@@ -33,6 +33,8 @@ pub struct Scope {
     devices: HashMap<String, DeviceId>,
     /// Whether a declared name has the form of an address, which is forbidden.
     has_address_name: bool,
+    /// Whether a tag is a Sensaphone counter.
+    has_sensaphone: bool,
     /// The names of all named blocks.
     block_names: HashMap<BlockId, String>,
     /// Every stage's name, with the first block that has a stage of this name.
@@ -127,6 +129,7 @@ impl Scope {
             blocks: HashMap::new(),
             devices: HashMap::new(),
             has_address_name: false,
+            has_sensaphone: false,
             block_names: HashMap::new(),
             stages: HashMap::new(),
             known: OnceLock::new(),
@@ -180,7 +183,16 @@ impl Scope {
     pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
         self.note_name(name);
         self.known = OnceLock::new();
+        let sensaphone = |of: Structure| matches!(of, Structure::Sensaphone(_));
+        self.has_sensaphone |= matches!(
+            meaning, Some(TagMeaning::Address(Address::Structure(of))) if sensaphone(of)
+        );
         self.tags.entry(name.to_owned()).or_insert((index, meaning));
+    }
+
+    /// Whether a tag is a Sensaphone counter.
+    pub(super) fn has_sensaphone(&self) -> bool {
+        self.has_sensaphone
     }
 
     fn note_name(&mut self, name: &str) {

@@ -6,10 +6,13 @@
 
 use std::borrow::Cow;
 
+/// The longest cell, in bytes: longer than the longest name with its members.
+const CELL_MAX: usize = 1000;
+
 /// The cells of a line, without the spaces around them.
 ///
 /// # Errors
-/// A quote is not closed, or text follows the closing quote.
+/// A quote is not closed, text follows the closing quote, or a cell is too long.
 pub(super) fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
     let mut cells = Vec::new();
     let mut rest = Some(line);
@@ -21,6 +24,13 @@ pub(super) fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
                 None => (Cow::Borrowed(text.trim()), None),
             },
         };
+        if cell.len() > CELL_MAX {
+            let start: String = cell.chars().take(20).collect();
+            return Err(format!(
+                "the cell `{start}…` has {} bytes: a cell has at most {CELL_MAX}",
+                cell.len()
+            ));
+        }
         cells.push(cell);
         rest = behind;
     }
@@ -55,7 +65,7 @@ fn quoted(inner: &str) -> Result<(Cow<'_, str>, Option<&str>), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::cells;
+    use super::{CELL_MAX, cells};
 
     #[test]
     fn quotes_belong_to_the_form_and_not_to_the_cell() {
@@ -77,6 +87,9 @@ mod tests {
                 }
             }
         }
+        let long = cells(&format!("0,{}", "1".repeat(CELL_MAX + 1))).unwrap_err();
+        assert!(long.len() < 120 && long.contains("has 1001 bytes"), "{long}");
+        assert!(cells(&"1".repeat(CELL_MAX)).is_ok());
         assert!(cells(r#""1"2,3"#).unwrap_err().contains("`2,3` follows the closing quote"));
     }
 }

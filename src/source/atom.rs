@@ -9,7 +9,7 @@ use super::finding::{Code, Finding};
 use super::span::Span;
 use crate::isa::duration::{self, DurationError};
 use crate::isa::real::RealError;
-use crate::isa::{Real, decimal_comma};
+use crate::isa::{Real, decimal_comma, notation};
 
 /// Whether a text has the form of a tag's name: a letter, then letters, digits and `_`.
 pub(crate) fn is_name(text: &str) -> bool {
@@ -143,10 +143,30 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
     })
 }
 
+/// The finding for a constant in the notation of another system: `16#FF`, `T#5s`.
+pub(super) fn other_notation(word: &str, span: Span, code: Code) -> Option<Finding> {
+    let right = notation::corrected(word)?;
+    let message = format!("`{word}` is in the notation of other systems");
+    Some(Finding::new(code, span, message).help(format!("write `{right}`")))
+}
+
+/// As [`other_notation`], for the constant with a `#` at the beginning of a text.
+pub(super) fn typed_literal(rest: &str, span: Span, code: Code) -> Option<Finding> {
+    let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '#'));
+    let sign = usize::from(rest.starts_with('-'));
+    let length = rest[sign..].find(tail).map_or(rest.len(), |at| sign + at);
+    let word = &rest[..length];
+    let place = || span.part(0, length);
+    word.contains('#').then(|| other_notation(word, place(), code)).flatten()
+}
+
 fn no_number(word: &str, span: Span) -> Finding {
     if let Some(right) = decimal_comma::corrected(word) {
         let finding = Finding::new(Code::InstructionSyntax, span, "a decimal comma in a number");
         return finding.help(format!("write `{right}`"));
+    }
+    if let Some(finding) = other_notation(word, span, Code::InstructionSyntax) {
+        return finding;
     }
     let message = format!("`{word}` is neither a number nor a duration");
     Finding::new(Code::InstructionSyntax, span, message).help(

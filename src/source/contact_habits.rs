@@ -4,6 +4,8 @@
 //! Called by `contact_lexer` and `contact_parser` when a text cannot be read. Each help shows text
 //! that can be pasted as it is, with the author's own names and numbers.
 
+use super::contact_dialects::foreign;
+use super::contact_signs::SIGNS_ALONE;
 use super::finding::{Code, Finding};
 use super::span::Span;
 use crate::isa::address_text::{self, AddressError};
@@ -45,7 +47,7 @@ pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
         }
         '/' | '~' | '^' => finding(format!("`{first}` does not negate a contact"), place)
             .help(negated(before, behind)),
-        ',' => comma(text, at, place),
+        ',' => foreign(text, span).unwrap_or_else(|| comma(text, at, place)),
         c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), place)
             .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
         '"' | '\'' => finding(format!("`{first}` belongs to no contact"), place)
@@ -135,7 +137,22 @@ pub(super) fn computed(text: &str, at: usize) -> String {
             }
         }
     };
-    let kind = if is_real(&formula) { "real" } else { "int" };
+    computed_as(&formula, &compare)
+}
+
+/// The help for a word with a mask: MATH computes it, and in conditions of tests a `&` in
+/// parentheses.
+pub(super) fn masked(formula: &str, compare: &str, has_sums: bool) -> String {
+    match has_sums {
+        true if formula.contains('|') => SIGNS_ALONE.to_owned(),
+        true => format!("write `({formula}) {compare}`"),
+        false => computed_as(formula, &format!("result {compare}")),
+    }
+}
+
+/// As [`computed`], for a known formula and the compare of its result.
+fn computed_as(formula: &str, compare: &str) -> String {
+    let kind = if is_real(formula) { "real" } else { "int" };
     format!(
         "contacts compute nothing: declare `result = {{ type = \"{kind}\" }}` under [tags], write \
          `MATH result = {formula}` in a rung before, and `{compare}` here"

@@ -1,7 +1,7 @@
 //! Splits a string of contacts into tokens. Called by `contact_parser`. `contact_habits` makes the
 //! finding for a character that begins no token.
 
-use super::atom::Atom;
+use super::atom::{Atom, typed_literal};
 use super::contact::Comparison;
 use super::contact_habits::stray;
 use super::contact_signs;
@@ -83,6 +83,10 @@ fn sign(rest: &str) -> Option<(Token, usize)> {
 
 fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)> {
     let rest = &text[at..];
+    let behind = span.part(at, text.len());
+    if let Some(finding) = typed_literal(rest, behind, Code::ContactSyntax) {
+        return Err(finding);
+    }
     let number = first.is_ascii_digit()
         || (first == '-' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
     let length = if number {

@@ -6,14 +6,14 @@
 
 use super::atom::{Atom, AtomKind};
 use super::contact::{Contact, Edge};
-use super::contact_habits::{called, computed, split_address};
+use super::contact_dialects::foreign;
+use super::contact_habits::{called, computed, masked, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
 use super::contact_signs::{self, SIGNS_ALONE};
 use super::contact_sum::SumSign;
 use super::finding::{Code, Finding};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
-use crate::isa::dialects;
 
 /// Maximum nesting depth of parentheses and `!`.
 pub(super) const DEPTH_MAX: u32 = 32;
@@ -263,16 +263,53 @@ impl Parser<'_> {
             return self.edge(&name, atom.span, depth);
         }
         if let Some((Token::Compare(_), _)) = self.peek() {
-            return self.compared(V::from(atom), depth);
+            let finding = self.mask(&atom, V::HAS_SUMS).filter(|_| self.is_before_number());
+            return finding.map_or_else(|| self.compared(V::from(atom), depth), Err);
         }
         match atom.kind {
             AtomKind::Name(value) => Ok(Contact::Bit(Located { value, span: atom.span })),
             AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => {
+                if let Some(finding) = self.mask(&atom, V::HAS_SUMS) {
+                    return Err(finding);
+                }
                 let message = format!("`{atom}` is a number, not a contact");
                 let finding = Finding::new(Code::ContactSyntax, atom.span, message);
                 Err(finding.help(format!("compare it with something: `D0 == {atom}`")))
             }
         }
+    }
+
+    /// Whether the next compare is with a number.
+    fn is_before_number(&self) -> bool {
+        let behind = self.tokens.get(self.at + 1);
+        matches!(behind, Some((Token::Atom(atom), _)) if atom.name().is_none())
+    }
+
+    /// The finding for a number that was just read, if `&` or `|` joins it with a word.
+    fn mask(&self, number: &Atom, has_sums: bool) -> Option<Finding> {
+        let read = &self.tokens[..self.at];
+        let [.., (Token::Atom(word), _), (Token::And | Token::Or, sign), _] = read else {
+            return None;
+        };
+        if number.name().is_some() {
+            return None;
+        }
+        let text = |span: Span| {
+            &self.text
+                [(span.start - self.span.start) as usize..(span.end - self.span.start) as usize]
+        };
+        let (written, sign) = (text(number.span), text(*sign));
+        let behind = self.tokens[self.at..].iter().map(|(token, _)| token);
+        let mut behind = behind.skip_while(|token| **token == Token::Close);
+        let compare = match (behind.next(), behind.next()) {
+            (Some(Token::Compare(how)), Some(Token::Atom(atom))) => {
+                format!("{} {atom}", how.sign())
+            }
+            _ => "!= 0".to_owned(),
+        };
+        let help = masked(&format!("{} {sign} {written}", word.name()?), &compare, has_sums);
+        let finding = self.error(number.span, format!("`{written}` is a number, not a contact"));
+        Some(finding.help(help))
     }
 
     fn edge<V: Compared>(&mut self, word: &str, span: Span, depth: u32) -> Parsed<Contact<V>> {
@@ -282,6 +319,9 @@ impl Parser<'_> {
             _ => {
                 let message = format!("`{word}` cannot have parentheses after it");
                 let finding = Finding::new(Code::ContactSyntax, span, message);
+                if let Some(finding) = foreign(self.text, self.span) {
+                    return Err(finding);
+                }
                 if let Some(help) = called(self.text, (span.start - self.span.start) as usize) {
                     return Err(finding.help(if V::HAS_SUMS { SIGNS_ALONE } else { &help }));
                 }
@@ -374,11 +414,13 @@ impl Parser<'_> {
     /// the given place, or just before it.
     fn habit(&self, place: Span) -> Option<(Span, &'static str)> {
         let at = self.tokens.iter().position(|(_, span)| *span == place)?;
+        let first = self.tokens.first()?.1;
         let words = [self.tokens.get(at), at.checked_sub(1).and_then(|at| self.tokens.get(at))];
         words.into_iter().flatten().find_map(|(token, span)| {
             let Token::Atom(atom) = token else { return None };
             let help = match atom.name()?.to_ascii_lowercase().as_str() {
                 "and" => "write `&`",
+                "or" if *span == first => "`|` stands between two contacts of one text: `X0 | X1`",
                 "or" => "write `|`",
                 "not" => "write `!`",
                 "rise" => "write `rise(…)`",
@@ -408,22 +450,17 @@ impl Parser<'_> {
             }
             Token::Atom(_) | Token::Not | Token::Open => {
                 let (before, behind) = (before.trim(), behind.trim());
+                if let Some(finding) = foreign(self.text, self.span) {
+                    return finding;
+                }
                 if let Some((place, help)) = self.habit(place) {
                     return self.error(place, "a word in the place of a sign").help(help);
                 }
-                let mut help = format!(
+                let help = format!(
                     "contacts in series are strings of their own: `\"{before}\", \"{behind}\"`"
                 );
                 if let Some(help) = split_address(before, behind) {
                     return self.error(place, "a number does not stand alone").help(help);
-                }
-                // A tag may have the same name as such an instruction. In lower case, it is more
-                // likely a tag.
-                let first = before.split_whitespace().next().unwrap_or_default();
-                if first.chars().all(|c| c.is_ascii_uppercase())
-                    && let Some(instead) = dialects::instead_of(first)
-                {
-                    help = format!("for the `{first}` of other controllers: {instead}; {help}");
                 }
                 self.error(place, "`&` or `|` is missing before this").help(help)
             }

@@ -3,7 +3,7 @@
 //! A name has no `-`: a `-` is always the operator. A character that begins no token becomes a
 //! finding. Its help is for the notation from which the character most probably comes.
 
-use super::atom::{Atom, AtomKind};
+use super::atom::{Atom, AtomKind, other_notation, typed_literal};
 use super::contact_lexer::split;
 use super::expression::{Binary, PartKind, Unary};
 use super::finding::{Code, Finding};
@@ -64,6 +64,9 @@ fn sign(rest: &str) -> Option<(Token, usize)> {
 }
 
 fn operand(rest: &str, first: char, span: Span) -> Result<(Token, usize), Finding> {
+    if let Some(finding) = typed_literal(rest, span, Code::ExpressionSyntax) {
+        return Err(finding);
+    }
     if first.is_ascii_digit() {
         let length = number_length(rest);
         let kind = number(&rest[..length], span.part(0, length))?;
@@ -113,6 +116,9 @@ fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
     if word.bytes().all(|b| b.is_ascii_digit()) {
         // A number with too many digits is too large, which the parser reports.
         return Ok(PartKind::Integer(word.parse().unwrap_or(i64::MAX)));
+    }
+    if let Some(finding) = other_notation(word, span, Code::ExpressionSyntax) {
+        return Err(finding);
     }
     if word.contains(['.', 'e', 'E']) && !word.contains(':') {
         return real(word, span);

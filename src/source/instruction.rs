@@ -7,9 +7,10 @@ use super::atom::Atom;
 use super::expression::Formula;
 use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
-use super::instruction_commas::{comma_help, is_element, listed, pointed};
+use super::instruction_commas::{called, comma_help, is_element, listed, pointed};
 use super::instruction_habits::{other_form, several};
 use super::span::{Located, Span};
+use crate::isa::notation;
 
 /// One instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,6 +47,10 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
     };
     let mnemonic = Located { value: mnemonic.to_owned(), span: span.part(at, at + mnemonic.len()) };
     if let Some(finding) = several(text, &all, span) {
+        findings.push(finding);
+        return None;
+    }
+    if let Some(finding) = called(text, span) {
         findings.push(finding);
         return None;
     }
@@ -117,6 +122,12 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
         if let Some(digits) = signed {
             let finding = error("a number has no `+`".to_owned());
             return Err(Box::new(finding.help(format!("write `{digits}`"))));
+        }
+        let value = word.split_once('=').map_or(word, |(_, value)| value);
+        if let Some(right) = notation::corrected(value) {
+            let (key, message) = (&word[..word.len() - value.len()], "of other systems");
+            let finding = error(format!("`{value}` is in the notation {message}"));
+            return Err(Box::new(finding.help(format!("write `{key}{right}`"))));
         }
         let help = match stray {
             c if c.is_alphabetic() => {

@@ -1,10 +1,11 @@
-//! Commas in instructions: between operands, in numbers, and in the vendor's counters (`N,0,6`).
+//! Commas and parentheses in instructions: between operands, in numbers, and in the vendor's
+//! counters (`N,0,6`).
 //!
 //! Called by `instruction`. Operands are separated by spaces; each help shows the text to write.
 
 use super::finding::{Code, Finding};
 use super::span::Span;
-use crate::isa::{Mnemonic, OperandKind, decimal_comma};
+use crate::isa::{Function, Mnemonic, OperandKind, decimal_comma, dialects};
 
 /// The finding for commas between operands: `TMR t, 5s`. Its help is the whole instruction without
 /// them. `None` for any other text, and if a word has a comma that is none between operands.
@@ -18,6 +19,34 @@ pub(super) fn listed(all: &[(usize, &str)], span: Span) -> Option<Finding> {
     let place = span.part(at, at + first.len());
     let message = "operands are separated by spaces";
     Some(Finding::new(Code::InstructionSyntax, place, message).help(help))
+}
+
+/// The finding for operands in parentheses: `OTE(b)`, `MOVE(5,D0)`. `None` for any other text.
+pub(super) fn called(text: &str, span: Span) -> Option<Finding> {
+    let (name, behind) = text.trim().split_once('(')?;
+    let name = name.trim_end();
+    let inner = behind.strip_suffix(')').filter(|inner| !inner.contains(['(', ')']))?;
+    let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let is_function = Function::from_name(&name.to_ascii_lowercase()).is_some();
+    if name.is_empty() || !name.chars().all(is_name) || name == "MATH" || is_function {
+        return None;
+    }
+    let operands = inner.split(',').map(str::trim).filter(|of| !of.is_empty() && *of != "?");
+    let operands: Vec<&str> = operands.collect();
+    let spec = Mnemonic::from_name(&name.to_ascii_uppercase()).map(Mnemonic::spec);
+    let coil = operands.first().filter(|_| operands.len() == 1);
+    let help = if let Some(right) = coil.and_then(|operand| dialects::coil(name, operand)) {
+        format!("write `{right}`")
+    } else if let Some(right) = dialects::contact(name, &operands) {
+        format!("a contact stands in `when`, not here: `when = [\"{right}\"]`")
+    } else if let Some(spec) = spec {
+        let plain = operands.iter().take(spec.operands.len()).map(|of| (*of).to_owned());
+        without_commas(spec.name, &plain.collect::<Vec<String>>())
+    } else {
+        dialects::instead_of(name)?.to_owned()
+    };
+    let message = "operands stand behind the mnemonic, without parentheses";
+    Some(Finding::new(Code::InstructionSyntax, span, message).help(help))
 }
 
 /// The help for an instruction: its operands without commas, with the keys that they need.

@@ -7,6 +7,7 @@
 
 pub(crate) mod atom;
 pub(crate) mod contact;
+mod contact_dialects;
 mod contact_habits;
 mod contact_lexer;
 pub mod contact_parser;

@@ -181,15 +181,54 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
     nearest(name, known).map(|near| bounded(format!("did you mean `{near}`?")))
 }
 
-/// The question for a wrong key: the key that other systems call so, else the nearest.
-pub(super) fn meant_key(name: &str, keys: &[&'static str]) -> Option<String> {
-    const WORDS: [(&[&str], &str); 2] = [
-        (&["adr", "addr", "address", "adresse"], "at"),
-        (&["comment", "description", "desc"], "doc"),
-    ];
+/// The words of other systems for keys, and the keys that can be meant: the first one that the
+/// table has.
+const WORDS: [(&[&str], &[&str]); 12] = [
+    (
+        &[
+            "adr", "addr", "adress", "address", "adresse", "location", "loc", "io", "pin", "alias",
+            "register", "reg", "input", "output",
+        ],
+        &["address", "at"],
+    ),
+    (&["comment", "description", "desc", "remark", "note", "kommentar"], &["doc"]),
+    (&["datatype", "data_type", "data-type", "kind", "typ", "class"], &["type"]),
+    (&["init", "default", "initial_value", "initial-value", "start"], &["initial"]),
+    (&["lo", "low", "lower", "minimum"], &["min"]),
+    (&["hi", "high", "upper", "maximum"], &["max"]),
+    (&["units", "eu", "uom"], &["unit"]),
+    (&["size", "len", "length", "elements", "dim", "dimension"], &["count"]),
+    (&["const", "constant"], &["value"]),
+    (&["if", "condition", "conditions", "contacts", "logic"], &["when"]),
+    (&["then", "output", "outputs", "coil", "coils", "action", "actions"], &["do"]),
+    (&["cycle", "cycle_time", "interval", "scan_time", "scantime"], &["period", "poll", "every"]),
+];
+
+/// What stands elsewhere: the place of the key, its words, and the help.
+const ELSEWHERE: [(&str, &[&str], &str); 2] = [
+    (
+        "a tag",
+        &["retain", "retentive", "retained", "persistent"],
+        "take it away: what is kept stands in the controller file, under `[retain]`",
+    ),
+    (
+        "a tag",
+        &["preset", "pt", "pv"],
+        "take it away: a preset stands in the instruction, as `TMR t preset=5s`",
+    ),
+];
+
+/// The question for a wrong key of a table: the key that other systems call so, else the nearest.
+/// `place`: what the table is called.
+pub(super) fn meant_key(name: &str, keys: &[&'static str], place: &str) -> Option<String> {
     let folded = fold(name);
-    let other = WORDS.iter().find(|(words, _)| words.contains(&folded.as_str()));
-    let key = other.map(|(_, key)| *key).filter(|key| keys.contains(key));
+    let is_in = |words: &[&str]| words.contains(&folded.as_str());
+    if let Some((.., help)) = ELSEWHERE.iter().find(|(at, words, _)| *at == place && is_in(words)) {
+        return Some((*help).to_owned());
+    }
+    let rows = WORDS.iter().filter(|(words, _)| is_in(words));
+    let other = rows.flat_map(|(_, meant)| meant.iter()).find(|key| keys.contains(key));
+    let key = keys.iter().find(|key| **key == folded).or(other);
     key.map(|key| format!("did you mean `{key}`?"))
         .or_else(|| did_you_mean(name, keys.iter().copied()))
 }
@@ -241,6 +280,29 @@ mod tests {
         assert_eq!(nearest("conveyor", known), None);
         assert_eq!(nearest("", known), None);
         assert_eq!(nearest("Q", ["X", "Y"]), None);
+    }
+
+    #[test]
+    fn a_word_of_another_system_leads_to_the_key_of_the_table() {
+        const TAG: [&str; 10] =
+            ["at", "count", "initial", "type", "value", "doc", "unit", "min", "max", "log"];
+        const RUNG: [&str; 5] = ["name", "doc", "when", "leg", "do"];
+        let pairs = [
+            ("adress", &TAG[..], Some("did you mean `at`?")),
+            ("pin", &TAG, Some("did you mean `at`?")),
+            ("At", &TAG, Some("did you mean `at`?")),
+            ("lo", &TAG, Some("did you mean `min`?")),
+            ("output", &RUNG, Some("did you mean `do`?")),
+            ("then", &RUNG, Some("did you mean `do`?")),
+            ("adress", &["name", "address"], Some("did you mean `address`?")),
+            ("frobnicate", &TAG, None),
+        ];
+        for (name, keys, wanted) in pairs {
+            assert_eq!(meant_key(name, keys, "a tag").as_deref(), wanted, "{name}");
+        }
+        let retain = |place| meant_key("retain", &TAG, place);
+        assert!(retain("a tag").is_some_and(|help| help.contains("[retain]")));
+        assert_eq!(retain("a rung"), None);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use toml::de::{DeTable, DeValue, Error};
 use super::doc::Doc;
 use super::finding::{Code, Finding};
 use super::headers;
-use super::toml_slips::slip;
+use super::toml_slips::{slip, unquoted};
 
 /// Makes findings from the parser's errors, at most one per line: the parser continues after an
 /// error, and later errors of the line usually follow from the first.
@@ -41,7 +41,11 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
         }
         let behind = doc.slice(range.start..line_end);
         let finding = Finding::new(Code::TomlSyntax, doc.span(range.clone()), error.message());
-        let slip = slip(doc, range.start);
+        let is_unquoted = ["string values must be quoted", "invalid boolean"]
+            .iter()
+            .any(|words| error.message().contains(words));
+        let slip =
+            slip(doc, range.start).or_else(|| unquoted(doc, range.start).filter(|_| is_unquoted));
         if let Some(finding) = slip {
             doc.find(finding);
             continue;

@@ -465,19 +465,19 @@ impl<'a> Table<'a> {
         self.table.keys().any(|key| !self.asked.contains(&key.get_ref().as_ref()))
     }
 
-    /// Makes a finding for every key that no getter requested.
+    /// Makes a finding for every key that no getter requested: it is probably one that is missing.
     pub fn finish(self) {
         let all = self.in_file_order().into_iter().map(|(key, _)| key);
         let unknown = all.filter(|key| !self.asked.contains(&key.get_ref().as_ref()));
-        // An unknown key is probably one that is missing.
         if self.has_unknown() {
             self.doc.drop_missing(self.span);
         }
         for key in unknown {
             let name: &str = key.get_ref();
-            let message = format!("{} has no key `{name}`", self.place);
             let known = self.asked.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
-            let help = meant_key(name, &self.asked).unwrap_or(format!("the keys here are {known}"));
+            let meant = meant_key(name, &self.asked, self.place);
+            let help = meant.unwrap_or(format!("the keys here are {known}"));
+            let message = format!("{} has no key `{name}`", self.place);
             let finding = Finding::new(Code::UnknownKey, self.doc.span(key.span()), message);
             self.find(finding.label("unknown key").help(help));
         }

@@ -302,12 +302,8 @@ impl Resolution {
 
 /// The place of the `reload` step that loads a program.
 fn reload_of(steps: &[Located<super::suite::TestStep>], id: usize) -> Option<Span> {
-    use super::suite::{ProgramId, Reload, TestStep};
-    let to = ProgramId(id);
-    let is_to = |load: &Reload| matches!(load, Reload::To(of) if *of == to);
-    let loads =
-        |step: &&Located<TestStep>| matches!(&step.value, TestStep::Reload(load) if is_to(load));
-    steps.iter().find(loads).map(|step| step.span)
+    let to = super::suite::ProgramId(id);
+    steps.iter().find(|step| step.value.reloaded() == Some(to)).map(|step| step.span)
 }
 
 /// The findings about a line of `always` in the program of a `reload` step, placed at that step.

@@ -61,19 +61,34 @@ impl Failure {
 
     fn operands_text(&self) -> String {
         let width = self.operands.iter().map(|of| of.name.chars().count()).max().unwrap_or(0);
-        let values = self.operands.iter().map(|of| of.value.chars().count()).max().unwrap_or(0);
+        let is_hex = self.text.contains("0x");
+        let shown = |of: &SeenOperand| match is_hex {
+            true => with_hex(&of.value),
+            false => of.value.clone(),
+        };
+        let values: Vec<String> = self.operands.iter().map(shown).collect();
+        let length = values.iter().map(|value| value.chars().count()).max().unwrap_or(0);
         let mut text = String::new();
-        for operand in &self.operands {
+        for (operand, value) in self.operands.iter().zip(values) {
             let mut since = since_text(operand, self.now_ns);
             if let Some(scan) = operand.on_within {
                 let comma = if since.is_empty() { "" } else { ", but " };
                 since += &format!("{comma}it was ON within scan {scan}");
             }
-            let (name, value) = (&operand.name, &operand.value);
-            let line = format!("    {name:<width$}  {value:<values$}  {since}");
+            let name = &operand.name;
+            let line = format!("    {name:<width$}  {value:<length$}  {since}");
             let _ = writeln!(text, "{}", line.trim_end());
         }
         text
+    }
+}
+
+/// A whole number with its hexadecimal digits, for a condition that has some. Up to 9 both are the
+/// same.
+fn with_hex(value: &str) -> String {
+    match value.parse::<i32>() {
+        Ok(number) if !(0..10).contains(&number) => format!("{value} (0x{number:X})"),
+        Ok(_) | Err(_) => value.to_owned(),
     }
 }
 

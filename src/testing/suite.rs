@@ -162,6 +162,14 @@ pub enum TestStep {
     Clock(i64),
 }
 
+impl TestStep {
+    /// The program that a `reload` brings; `None` for other steps, and for a refused reload.
+    pub fn reloaded(&self) -> Option<ProgramId> {
+        let TestStep::Reload(Reload::To(program)) = self else { return None };
+        Some(*program)
+    }
+}
+
 /// The result of a `reload` step.
 #[derive(Clone, Debug)]
 pub enum Reload {

@@ -76,30 +76,25 @@ fn the_answer_goes_on_behind_reloads() {
         &place,
         "motor",
         expect![[r#"
-        motor (Y0) is ON
-          OUT motor keeps it ON, unchanged since the program was reloaded, after scan 302: Main, rung motor, main.toml:19
-            the rung is ON, because
-              ready (C0) is ON
-                before the program was reloaded, after scan 152:
-                  SET ready turned it ON 4.5 s ago, in scan 1: Main, rung ready, main.toml:14
-                    the rung was ON, because
-                      start (X0) was ON
-                        input X0 turned it ON 4.5 s ago, in scan 1
-              stop (X1) is OFF
-                before the program was reloaded, after scan 152:
-                  until then unchanged since rungd started: its initial value
-          before the program was reloaded, after scan 152:
-            OUT motor turned it ON 4.5 s ago, in scan 1, and kept it ON: Main, rung motor, main.toml:19
-              the rung was ON, because
-                ready (C0) was ON
-                  SET ready turned it ON 4.5 s ago, in scan 1: Main, rung ready, main.toml:14
-                    the rung was ON, because
-                      start (X0) was ON
-                        input X0 turned it ON 4.5 s ago, in scan 1
-                stop (X1) was OFF
-                  until then unchanged since rungd started: its initial value
-        stop (X1) ON would turn it OFF in the next scan
-    "#]],
+            motor (Y0) is ON
+              OUT motor keeps it ON, unchanged since the program was reloaded, after scan 302: Main, rung motor, main.toml:19
+                the rung is ON, because
+                  ready (C0) is ON
+                    before the program was reloaded, after scan 152:
+                      SET ready turned it ON 4.5 s ago, in scan 1: Main, rung ready, main.toml:14
+                        the rung was ON, because
+                          start (X0) was ON
+                            input X0 turned it ON 4.5 s ago, in scan 1
+                  stop (X1) is OFF
+                    before the program was reloaded, after scan 152:
+                      until then unchanged since rungd started: its initial value
+              before the program was reloaded, after scan 152:
+                OUT motor turned it ON 4.5 s ago, in scan 1, and kept it ON: Main, rung motor, main.toml:19
+                  the rung was ON, because
+                    ready (C0) was ON (see above)
+                    stop (X1) was OFF (see above)
+            stop (X1) ON would turn it OFF in the next scan
+        "#]],
     );
     check(
         &place,

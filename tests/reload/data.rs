@@ -58,7 +58,39 @@ fn a_value_beyond_new_limits_is_a_warning() {
         "warning: size (D1) keeps 17, which is outside its new limits, 0 to 10; a restart would \
          discard it",
     );
-    assert_eq!(plc(10).reload(&tagged(", min = 0, max = 10")).report, [NONE]);
+    let told = "limits of size (D1) none → 0 to 10";
+    assert_eq!(plc(10).reload(&tagged(", min = 0, max = 10")).report, [told]);
+    assert_eq!(plc(10).reload(&tagged("")).report, [NONE]);
+}
+
+#[test]
+fn changed_limits_and_initials_are_told_though_no_value_changes() {
+    let tagged = |size: &str, lamp: &str, row: &str| {
+        let tags = format!(
+            "[tags]\nsize = {{ at = \"D1\"{size} }}\nlamp = {{ at = \"C1\"{lamp} }}\n\
+             row = {{ type = \"real\", count = 3{row} }}\n"
+        );
+        tags + &main_text(&rungs(&[("lamp", "OUT Y0"), ("size == 5", "MOVE 2 to=row[0]")]))
+    };
+    let first = tagged(", initial = 7, min = 0, max = 10", "", ", max = 4.5");
+    let second = tagged(", initial = 8, min = 0, max = 9", ", initial = true", ", max = 5");
+    let report = plc(&first).scan(&[]).reload(&second).holds([("D1", 7), ("C1", 0)]).report;
+    let told: Vec<&str> = report.iter().map(String::as_str).collect();
+    assert_eq!(
+        told,
+        [
+            "limits of size (D1) 0 to 10 → 0 to 9",
+            "limits of row -3.4028235e38 to 4.5 → -3.4028235e38 to 5.0",
+            "initial of lamp (C1) none → ON, from the next cold start on",
+            "initial of size (D1) 7 → 8, from the next cold start on",
+        ]
+    );
+    let back = plc(&second).scan(&[]).reload(&tagged("", "", "")).report;
+    assert!(back.contains(&"limits of size (D1) 0 to 9 → none".to_owned()), "{back:?}");
+    assert!(
+        back.contains(&"initial of lamp (C1) ON → none, from the next cold start on".to_owned()),
+        "{back:?}"
+    );
 }
 
 #[test]

@@ -190,9 +190,14 @@ fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
     let controller = controller.replace(before, "");
     let scan = "[scan]\nperiod = \"20ms\"\nwatchdog = \"20s\"\n[log]\nstatistics = \"7s\"\n";
-    let changed = format!("{controller}[outputs]\non = [\"Y9\"]\n{scan}");
+    let changed = format!(
+        "{controller}[outputs]\non = [\"Y9\"]\n{scan}[web]\nwrite = [\"D2\", \"D5\"]\n\
+         [reload]\nprobation = \"30s\"\n"
+    );
     write(&live, "controller.toml", &changed);
     let said = live.ok("reload");
+    assert!(said.contains("`[web] write`: pages may write D2, D5\n"), "{said}");
+    assert!(said.contains("probation 10s → 30s\n"), "{said}");
     assert!(said.contains("needs a restart: `[log] statistics`\n"), "{said}");
     assert!(said.contains("Y9 outside RUN OFF → ON\n"), "{said}");
     assert!(said.contains("scan period 10ms → 20ms\nscan watchdog 30s → 20s\n"), "{said}");

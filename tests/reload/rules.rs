@@ -8,7 +8,7 @@ fn an_edited_preset_keeps_the_count() {
     counted()
         .main(&cnt("2"))
         .says("preset of CT0 12 → 2")
-        .says("CT0 keeps 2 of 2")
+        .says("CT0 keeps 2 of 2: Done at its next execution")
         .holds([("CT0.Acc", 2), ("CT0.Done", 0)])
         .scan(&[])
         .holds([("CT0.Acc", 2), ("CT0.Done", 1)]);
@@ -90,6 +90,26 @@ fn a_timer_goes_on_timing() {
         .holds([("T3.Timing", 1), ("Y0", 0)])
         .scan(&[])
         .holds([("T3.Acc", 4210), ("Y0", 1)]);
+}
+
+/// A smaller preset ends it at once, which the report says; a timer that was done says nothing new.
+#[test]
+fn a_timer_that_is_done_at_once_by_its_new_preset_is_told() {
+    let tmr = |preset: &str, rest: &str| {
+        format!(
+            "rung = [ {{ when = [\"X0\"], do = [\"TMR T3 preset={preset}\"] }}, \
+             {{ when = [\"T3.Done\"], do = [\"OUT Y0\"] }}{rest} ]"
+        )
+    };
+    main_with(&tmr("10s", ""))
+        .scan(&[("X0", 1)])
+        .scans(420)
+        .main(&tmr("4s", ""))
+        .says("T3 keeps 4.2 s of 4 s: Done at its next execution")
+        .scan(&[])
+        .holds([("T3.Done", 1), ("Y0", 1)])
+        .main(&tmr("4s", ", { when = [\"X7\"], do = [\"OUT Y7\"] }"))
+        .says("T3 keeps 4.21 s of 4 s");
 }
 
 #[test]

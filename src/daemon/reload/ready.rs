@@ -7,12 +7,16 @@
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::controller::device::Device;
 use crate::daemon::config::{self, LoadWarning, Setup};
 use crate::daemon::narration::{Narration, span};
 use crate::daemon::systemd::fault_too_late;
 use crate::engine::{self, Engine};
+use crate::io::modbus::settings::Modbus;
+use crate::io::plant::settings::Rule;
+use crate::isa::Address;
 use crate::progress::Progress;
 use crate::reload::{self, OTHER_DEVICES, OTHER_SIZES, ReloadPlan, Side, WARNING};
 use crate::runtime::exchange::Snapshot;
@@ -85,6 +89,7 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
         ("scan period", span(was.period_ns), span(is.period_ns)),
         ("scan watchdog", span(was.watchdog_ns), span(is.watchdog_ns)),
         ("retained elements", kept.0.to_string(), kept.1.to_string()),
+        ("probation", span(nanoseconds(old.probation)), span(nanoseconds(new.probation))),
     ];
     let differ = said.into_iter().filter(|(_, was, is)| was != is);
     let mut lines: Vec<_> = differ.map(|(what, was, is)| format!("{what} {was} → {is}")).collect();
@@ -96,6 +101,15 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
         lines.push(format!("retained ranges {was} → {is}"));
     }
     lines.extend(safe_values(&old.memory.safe, &new.memory.safe));
+    lines.extend(pages(old, new));
+    if let (Some(was), Some(is)) = (&old.modbus, &new.modbus) {
+        lines.extend(modbus(was, is));
+    }
+    let is_like = |(was, is): (&Rule, &Rule)| was.is_like(is);
+    let mut rules = old.rules.iter().zip(&new.rules);
+    if old.rules.len() != new.rules.len() || !rules.all(is_like) {
+        lines.push("the rules of `[[simulated-device]]`: changed".to_owned());
+    }
     lines.extend(old.log.changes(&new.log));
     lines.extend(warnings(&old.warnings, new));
     if was.watchdog_ns != is.watchdog_ns {
@@ -104,6 +118,53 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
     }
     lines
 }
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// The operands that pages may write from now on, and those that they may not write any more.
+fn pages(old: &Setup, new: &Setup) -> Vec<String> {
+    let (was, is) = (&old.pages_write, &new.pages_write);
+    let lacking = |from: &[Address], of: &[Address], setup: &Setup| {
+        let names = from.iter().filter(|address| !of.contains(address));
+        names.map(|address| setup.symbols.identity.say(*address)).collect::<Vec<_>>()
+    };
+    let mut lines = Vec::new();
+    for (names, what) in
+        [(lacking(is, was, new), "may write"), (lacking(was, is, old), "may not write any more:")]
+    {
+        let more = names.len().saturating_sub(NAMES_MAX);
+        let shown = names[..names.len() - more].join(", ");
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        if !names.is_empty() {
+            lines.push(format!("`[web] write`: pages {what} {shown}{more}"));
+        }
+    }
+    lines
+}
+
+/// The parts of `[modbus-server]` that change with the swap.
+fn modbus(was: &Modbus, is: &Modbus) -> Vec<String> {
+    let (old, new) = (&was.entries, &is.entries);
+    let entries = old.len() != new.len()
+        || !old.iter().zip(new).all(|(was, is)| was.is_like(is))
+        || was.standard_map != is.standard_map;
+    let (old, new) = (&was.lists, &is.lists);
+    let lists = old.len() != new.len() || !old.iter().zip(new).all(|(was, is)| was.is_like(is));
+    let copies = was.inputs != is.inputs || was.outputs != is.outputs;
+    let parts = [
+        ("the map", entries),
+        ("the write lists", lists),
+        ("`inputs` and `outputs`", copies),
+        ("the units", was.units != is.units),
+    ];
+    let changed = parts.into_iter().filter(|(_, differs)| *differs);
+    changed.map(|(part, _)| format!("{part} of `[modbus-server]`: changed")).collect()
+}
+
+/// The maximum number of operands in a line of a report.
+const NAMES_MAX: usize = 10;
 
 /// The maximum number of warnings of the check in a report.
 const WARNINGS_MAX: usize = 20;

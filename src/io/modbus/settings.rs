@@ -79,6 +79,29 @@ pub(crate) struct WriteList {
 /// The most write lists, including `writable`: the server keeps one bit for each.
 pub(crate) const LISTS_MAX: usize = 64;
 
+impl MappedOperands {
+    /// Whether it is the same row as another one, wherever both stand.
+    pub(crate) fn is_like(&self, other: &MappedOperands) -> bool {
+        let place = |of: &MappedOperands| (of.table, of.address, of.kind, of.order, of.unit);
+        place(self) == place(other) && is_like(&self.operands, &other.operands)
+    }
+}
+
+impl WriteList {
+    /// Whether it has the operands and clients of another one, wherever both stand.
+    pub(crate) fn is_like(&self, other: &WriteList) -> bool {
+        let mut pairs = self.ranges.iter().zip(&other.ranges);
+        self.clients == other.clients
+            && self.ranges.len() == other.ranges.len()
+            && pairs.all(|(a, b)| is_like(a, b))
+    }
+}
+
+/// Whether two texts name the same operands. A tag with a `type` may have a new place.
+fn is_like(a: &Operands, b: &Operands) -> bool {
+    a.text == b.text && a.count == b.count && (a.is_placed || a.first == b.first)
+}
+
 impl Modbus {
     /// These settings without write lists, map entries and image: a server that has only reads of
     /// the standard map.

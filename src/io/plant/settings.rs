@@ -155,6 +155,12 @@ pub struct Rule {
 }
 
 impl Rule {
+    /// Whether an input moves as by another rule, wherever both stand.
+    pub(crate) fn is_like(&self, other: &Rule) -> bool {
+        let form = |of: &Rule| (of.input, of.motion, of.while_on, of.invert);
+        form(self) == form(other)
+    }
+
     /// The bits that it reads, each with its place.
     pub(crate) fn reads(&self) -> impl Iterator<Item = (Bit, Span)> + use<> {
         let followed = match self.motion {
