@@ -45,6 +45,7 @@ pub mod operator;
 mod progress;
 mod random;
 pub mod record;
+mod regular_file;
 pub mod reload;
 pub mod resolve;
 pub mod retain;

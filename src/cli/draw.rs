@@ -13,6 +13,7 @@ use crate::draw::ladder::Picture;
 use crate::draw::listing::listing;
 use crate::draw::page::{page, picture};
 use crate::draw::text::WireStyle;
+use crate::load::read_bytes;
 
 /// Draws a ladder: contacts, branches, coils and boxes
 ///
@@ -87,7 +88,7 @@ fn form(output: Option<&Path>) -> Result<DrawingForm> {
 }
 
 fn marks(path: &Path) -> Result<CoverageMarks> {
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    let marks = CoverageMarks::read(&text);
+    let bytes = read_bytes(path).with_context(|| path.display().to_string())?;
+    let marks = CoverageMarks::read(&String::from_utf8_lossy(&bytes));
     marks.map_err(|why| CommandLine(format!("{}: {why}", path.display())).into())
 }

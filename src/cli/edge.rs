@@ -1,6 +1,5 @@
 //! `rungd edge`: the Sparkplug B edge node of a running controller.
 
-use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
@@ -10,6 +9,7 @@ use super::check::style;
 use super::exit::Exit;
 use super::terminal::say_findings;
 use crate::edge::{read_edge, run};
+use crate::load::read_bytes;
 use crate::source::render::render;
 
 /// Publishes the tags of a running controller to an MQTT broker, as a Sparkplug B edge node
@@ -32,7 +32,7 @@ pub struct EdgeArgs {
 /// # Errors
 /// A file cannot be read.
 pub fn edge(args: &EdgeArgs) -> Result<Exit> {
-    let bytes = fs::read(&args.file).with_context(|| args.file.display().to_string())?;
+    let bytes = read_bytes(&args.file).with_context(|| args.file.display().to_string())?;
     let read = read_edge(&args.file, &bytes);
     if args.check || !read.findings.is_empty() {
         say_findings(&render(&read.findings, std::slice::from_ref(&read.file), style(false)));

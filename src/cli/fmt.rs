@@ -169,6 +169,6 @@ fn file(path: &Path, bytes: &[u8], check: bool, outcome: &mut Outcome) -> Result
         print(&fmt_file::difference(&name, &before, &after))?;
         return Ok(());
     }
-    fmt_file::replace(path, &after).with_context(|| format!("cannot write {name}"))?;
+    fmt_file::replace(path, bytes, &after).with_context(|| format!("cannot write {name}"))?;
     Ok(print(&format!("{}\n", one_line(&name)))?)
 }

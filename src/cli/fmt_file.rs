@@ -10,21 +10,27 @@ use std::os::unix::fs::{MetadataExt, fchown};
 use std::path::Path;
 
 use super::terminal::one_line;
+use crate::load::files::read_bytes;
 
 /// The maximum number of lines of a difference that are shown from each text.
 const SHOWN_LINES_MAX: usize = 8;
 
-/// Replaces a file's text: writes a new file beside it, and renames it. Mode and owner stay the
-/// same; a link stays a link. If the file has several names, or if the new file cannot get its
-/// owner, the old file is overwritten. Until that is done, the new file keeps the text.
+/// Replaces a file's text, if it still is `before`: writes a new file beside it, and renames it.
+/// Mode and owner stay the same; a link stays a link. If the file has several names, or if the new
+/// file cannot get its owner, the old file is overwritten. Until that is done, the new file keeps
+/// the text.
 ///
 /// # Errors
-/// A file cannot be made in this folder, or cannot be written.
-pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
+/// A file cannot be made in this folder, or cannot be written; the file has changed since it was
+/// read.
+pub(super) fn replace(path: &Path, before: &[u8], text: &str) -> io::Result<()> {
     let path = fs::canonicalize(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let fresh = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
-    let is_like = match write_as(&path, &fresh, text) {
+    let written = write_as(&path, &fresh, text);
+    // The last step before the file is replaced: what a different program has written is kept.
+    let judged = written.and_then(|is_like| unchanged(&path, before).map(|()| is_like));
+    let is_like = match judged {
         Ok(is_like) => is_like,
         Err(error) => {
             let _ = fs::remove_file(&fresh);
@@ -39,6 +45,16 @@ pub(super) fn replace(path: &Path, text: &str) -> io::Result<()> {
         io::Error::new(error.kind(), words)
     })?;
     fs::remove_file(&fresh)
+}
+
+/// Refuses a file that is not as it was read.
+fn unchanged(path: &Path, before: &[u8]) -> io::Result<()> {
+    match read_bytes(path)? == before {
+        true => Ok(()),
+        false => Err(io::Error::other(
+            "a different program has changed it meanwhile; nothing is written: format it again",
+        )),
+    }
 }
 
 /// Writes a text to a new file beside the old one. Returns true if the new file can replace it.
@@ -99,7 +115,22 @@ fn lines(mark: char, lines: &[&str], shown: &mut String) {
 mod tests {
     use expect_test::{Expect, expect};
 
-    use super::difference;
+    use super::{difference, replace};
+
+    #[test]
+    fn what_a_different_program_has_written_meanwhile_stays() {
+        let folder = std::env::temp_dir().join(format!("rungd-fmt-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let file = folder.join("a.toml");
+        std::fs::write(&file, "a = 2\n").expect("written");
+        let why = replace(&file, b"a=1\n", "a = 1\n").expect_err("refused").to_string();
+        assert!(why.contains("a different program has changed it"), "{why}");
+        assert_eq!(std::fs::read(&file).expect("read"), b"a = 2\n");
+        assert_eq!(std::fs::read_dir(&folder).expect("read").count(), 1, "nothing stays beside it");
+        replace(&file, b"a = 2\n", "a = 3\n").expect("replaced");
+        assert_eq!(std::fs::read(&file).expect("read"), b"a = 3\n");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
 
     fn check(before: &str, after: &str, shown: Expect) {
         shown.assert_eq(&difference("a.toml", before, after));

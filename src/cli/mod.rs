@@ -78,6 +78,8 @@ use clap_complete::CompleteEnv;
 use exit::Exit;
 use terminal::say;
 
+use crate::source::wording::is_obeyed;
+
 /// A soft-PLC for Linux: ladder programs in TOML, scanned at a fixed period.
 #[derive(Parser, Debug)]
 #[command(version)]
@@ -132,6 +134,17 @@ enum Command {
     Xref(xref::XrefArgs),
 }
 
+/// Prints why the command line is refused, or the help that it asks for, and exits.
+fn refuse(refused: &clap::Error) -> ! {
+    let is_odd = |text: std::ffi::OsString| text.to_string_lossy().contains(is_obeyed);
+    if !refused.use_stderr() || !std::env::args_os().any(is_odd) {
+        refused.exit();
+    }
+    // The library repeats an argument as it is, and with its colours.
+    say(&refused.render().to_string());
+    std::process::exit(refused.exit_code());
+}
+
 /// Runs the command line, and returns the exit code.
 pub fn run() -> i32 {
     CompleteEnv::with_factory(Cli::command).complete();
@@ -139,7 +152,7 @@ pub fn run() -> i32 {
         let all = Cli::command();
         let names: Vec<&str> = all.get_subcommands().map(clap::Command::get_name).collect();
         habits::add_tip(&mut error, &names);
-        error.exit()
+        refuse(&error)
     });
     let command = command.command;
     // The exit code distinguishes a bug from a bad file, also after a panic.

@@ -12,7 +12,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::exit::Exit;
-use super::terminal::{one_line, plain, plain_json, print, say, say_findings, say_line};
+use super::terminal::{
+    one_line, plain, plain_json, print, say, say_findings, say_line, with_own_lines,
+};
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
     Alarm, AlarmList, AlarmState, Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
@@ -138,7 +140,7 @@ impl OperatorArgs {
 /// run.
 pub(super) fn say_failure(failure: &CallFailure) {
     let told = format!("rungd: {failure}");
-    told.lines().for_each(say_line);
+    with_own_lines(&told).lines().for_each(say_line);
     if let CallFailure::NotRunning(..) = failure {
         running_instead().iter().flat_map(|told| told.lines()).for_each(say_line);
     }

@@ -5,10 +5,13 @@
 //! printed as escapes (`\u{1b}`). `source::render` draws findings, and escapes them itself.
 
 use std::borrow::Cow;
+use std::env;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
+use std::sync::OnceLock;
 
 use super::folded::{COLUMNS_MAX, folded};
+use crate::operator::SOCKET_VARIABLE;
 use crate::source::wording::{escaped, is_obeyed};
 
 /// A text for a terminal. Line ends are not escaped, so it is only for texts whose line ends rungd
@@ -18,6 +21,39 @@ pub(crate) fn plain(text: &str) -> Cow<'_, str> {
         return Cow::Borrowed(text);
     }
     text.split('\n').map(escaped).collect::<Vec<_>>().join("\n").into()
+}
+
+/// A text whose line ends are all rungd's own: those in what the user has written on the command
+/// line, such as a path that a message repeats, become escapes.
+pub(crate) fn with_own_lines(text: &str) -> Cow<'_, str> {
+    static PARTS: OnceLock<Vec<String>> = OnceLock::new();
+    let parts = PARTS.get_or_init(|| {
+        let given = env::args_os().skip(1).chain(env::var_os(SOCKET_VARIABLE));
+        parts_of_lines(given.map(|text| text.to_string_lossy().into_owned()))
+    });
+    escaped_parts(text, parts)
+}
+
+/// The parts of arguments that contain line ends: each part of a path, because a message may
+/// repeat only some of them.
+fn parts_of_lines(arguments: impl Iterator<Item = String>) -> Vec<String> {
+    let has_lines = |part: &&str| part.contains('\n') && !part.trim().is_empty();
+    let mut parts: Vec<String> = Vec::new();
+    for argument in arguments.filter(|argument| argument.contains('\n')) {
+        let values = argument.split_once('=').map(|(_, value)| value);
+        let values = values.into_iter().chain([argument.as_str()]);
+        parts
+            .extend(values.flat_map(|value| value.split('/')).filter(has_lines).map(str::to_owned));
+    }
+    // The longest first: it may contain a shorter one.
+    parts.sort_by_key(|part| std::cmp::Reverse(part.len()));
+    parts.dedup();
+    parts
+}
+
+fn escaped_parts<'a>(text: &'a str, parts: &[String]) -> Cow<'a, str> {
+    let found = parts.iter().filter(|part| text.contains(part.as_str()));
+    found.fold(Cow::Borrowed(text), |text, part| text.replace(part.as_str(), &escaped(part)).into())
 }
 
 /// A text for one line of a terminal. Line ends are escaped too, so that a name that contains a
@@ -50,12 +86,12 @@ pub(crate) fn plain_json(json: &str) -> Cow<'_, str> {
 /// # Errors
 /// Standard output cannot be written.
 pub(crate) fn print(text: &str) -> io::Result<()> {
-    io::stdout().lock().write_all(plain(text).as_bytes())
+    io::stdout().lock().write_all(plain(&with_own_lines(text)).as_bytes())
 }
 
 /// Prints a text on standard error. A closed standard error is not a failure.
 pub(crate) fn say(text: &str) {
-    say_drawn(&plain(text));
+    say_drawn(&plain(&with_own_lines(text)));
 }
 
 /// Prints one line on standard error.
@@ -86,6 +122,18 @@ pub(crate) fn say_drawn(text: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_end_in_an_argument_is_no_line_end_of_a_message() {
+        let arguments = ["run", "--socket=/tmp/a\nrungd: all is well/s", "x\ny.toml", "\n", "/\n/"];
+        let parts = parts_of_lines(arguments.map(str::to_owned).into_iter());
+        let shown = |text: &str| escaped_parts(text, &parts).into_owned();
+        assert_eq!(
+            shown("rungd: /tmp/a\nrungd: all is well/s: no\nrungd: x\ny.toml\n"),
+            "rungd: /tmp/a\\u{a}rungd: all is well/s: no\nrungd: x\\u{a}y.toml\n"
+        );
+        assert_eq!(shown("two\nlines\n"), "two\nlines\n");
+    }
 
     #[test]
     fn what_a_terminal_would_obey_is_shown() {

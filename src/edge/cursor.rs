@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::live::LogPosition;
+use crate::regular_file::read_small_text;
 use crate::sparkplug::Sequence;
 
 /// The files of a node.
@@ -39,7 +40,7 @@ impl NodeCursor {
 
     /// The log position up to which a broker has everything.
     pub fn position(&mut self) -> Option<LogPosition> {
-        let text = fs::read_to_string(self.dir.as_ref()?.join(POSITION)).ok()?;
+        let text = read_small_text(&self.dir.as_ref()?.join(POSITION)).ok()?;
         let KeptPosition { process_start_ns, scan, unix_ns } = serde_json::from_str(&text).ok()?;
         self.kept = Some(LogPosition { process_start_ns, scan, unix_ns });
         self.kept
@@ -47,7 +48,7 @@ impl NodeCursor {
 
     /// The number of the last birth; at a first start, the number before 0.
     pub fn last_birth(&self) -> Sequence {
-        let read = |dir: &PathBuf| fs::read_to_string(dir.join(BIRTH)).ok()?.trim().parse().ok();
+        let read = |dir: &PathBuf| read_small_text(&dir.join(BIRTH)).ok()?.trim().parse().ok();
         let number = self.dir.as_ref().and_then(read).unwrap_or(255);
         Sequence::of(number).unwrap_or_default()
     }

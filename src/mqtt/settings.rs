@@ -4,8 +4,9 @@
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use std::{fmt, fs, io};
+use std::{fmt, io};
 
+use crate::regular_file::read_small_text;
 use crate::whole_file::judge_secret;
 
 /// The default of the longest packet that is taken from a broker.
@@ -93,7 +94,7 @@ impl BrokerLogin {
     /// The file cannot be read, or others may read it.
     pub fn of_file(user: &str, password: &Path) -> io::Result<BrokerLogin> {
         judge_secret(password, "the password")?;
-        let text = fs::read_to_string(password)?;
+        let text = read_small_text(password)?;
         let password = text.lines().next().unwrap_or_default().to_owned();
         Ok(BrokerLogin { user: user.to_owned(), password })
     }

@@ -12,6 +12,7 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 use super::failure::MqttCause;
 use super::settings::TlsFiles;
+use crate::regular_file::read_small;
 use crate::whole_file::judge_secret;
 
 /// The file of the system's authorities, in Debian and most other distributions.
@@ -33,7 +34,8 @@ pub(super) fn connector(files: &TlsFiles) -> Result<TlsConnector, MqttCause> {
             let chain = certificates(certificate)?;
             judge_secret(key, "the key")
                 .map_err(|error| MqttCause::File(key.clone(), error.to_string()))?;
-            let secret = PrivateKeyDer::from_pem_file(key);
+            let secret = read(key)?;
+            let secret = PrivateKeyDer::from_pem_slice(&secret);
             let secret = secret.map_err(|error| of_file(key, &error, "a key"))?;
             let config = builder.with_client_auth_cert(chain, secret);
             config.map_err(|error| of_file(certificate, &error, "the certificate of the key"))?
@@ -70,14 +72,18 @@ fn authorities(path: &Path, named: bool) -> Result<RootCertStore, MqttCause> {
 }
 
 fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, MqttCause> {
-    let chain = CertificateDer::pem_file_iter(path);
-    let chain = chain.and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let pem = read(path)?;
+    let chain = CertificateDer::pem_slice_iter(&pem).collect::<Result<Vec<_>, _>>();
     let chain = chain.map_err(|error| of_file(path, &error, "a certificate"))?;
     if chain.is_empty() {
         let missing = "it has no certificate in PEM (`-----BEGIN CERTIFICATE-----`)";
         return Err(MqttCause::File(path.to_owned(), missing.to_owned()));
     }
     Ok(chain)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, MqttCause> {
+    read_small(path).map_err(|error| MqttCause::File(path.to_owned(), error.to_string()))
 }
 
 fn of_file(path: &Path, error: &dyn std::error::Error, what: &str) -> MqttCause {

@@ -18,8 +18,6 @@ use rustix::process::geteuid;
 
 use crate::directories;
 
-/// The most entries that are read.
-const ENTRIES_MAX: usize = 1000;
 /// The most bytes of an entry: three paths.
 const ENTRY_BYTES_MAX: u64 = 3 * 4097;
 
@@ -184,7 +182,9 @@ pub(crate) fn running_controllers() -> Vec<RunningController> {
 }
 
 fn entries(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
-    let entries = fs::read_dir(folder).into_iter().flatten().take(ENTRIES_MAX);
+    // All of them: a list that is cut could leave out the very controller that is sought. The
+    // folder is the user's own.
+    let entries = fs::read_dir(folder).into_iter().flatten();
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
     // The names of sockets and of unfinished entries have a dot.
     let is_entry = |name: &OsStr| !name.as_bytes().contains(&b'.');
@@ -245,6 +245,20 @@ mod tests {
         for bytes in wrong {
             assert_eq!(RunningController::of_bytes(bytes.to_vec()), None, "{bytes:?}");
         }
+    }
+
+    #[test]
+    fn a_long_list_is_read_to_its_end() {
+        let folder = std::env::temp_dir().join(format!("rungd-listed-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a folder");
+        for number in 0..1500 {
+            File::create(folder.join(format!("{number:016x}"))).expect("an entry");
+            File::create(folder.join(format!("{number}.sock"))).expect("a socket's name");
+        }
+        assert_eq!(entries(&folder).count(), 1500);
+        remove_stale(&folder);
+        assert_eq!(entries(&folder).count(), 0);
+        fs::remove_dir_all(&folder).expect("removed");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::{SOCKET_DEFAULT, SOCKET_NAME};
+use crate::source::wording::escaped;
 
 /// The most controllers that a message lists.
 const LISTED_MAX: usize = 6;
@@ -30,8 +31,11 @@ pub enum SearchFailure {
 /// The lines about controllers among which a user can choose.
 pub(crate) fn choice(running: &[(PathBuf, PathBuf)]) -> String {
     let line = |(socket, file): &(PathBuf, PathBuf)| {
-        let file = if file.as_os_str().is_empty() { Path::new("not in the list") } else { file };
-        format!("\n  --socket {}  ({})", socket.display(), file.display())
+        let socket = socket.as_path();
+        let file =
+            if file.as_os_str().is_empty() { Path::new("not in the list") } else { file.as_path() };
+        let [socket, file] = [socket, file].map(|path| path.display().to_string());
+        format!("\n  --socket {}  ({})", escaped(&socket), escaped(&file))
     };
     let mut text: String = running.iter().take(LISTED_MAX).map(line).collect();
     if let Some(more @ 1..) = running.len().checked_sub(LISTED_MAX) {

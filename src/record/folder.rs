@@ -12,6 +12,7 @@ use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
 
 use super::segment_read::passed_ns;
+use crate::regular_file;
 use crate::retain::file::is_named;
 
 /// A folder with at most one file open for writing.
@@ -101,15 +102,13 @@ impl FolderOnDisk {
 /// # Errors
 /// `InvalidInput` if it is not a regular file; otherwise the error of the system.
 pub(super) fn open_file(path: &Path) -> io::Result<File> {
-    let flags = OFlags::NONBLOCK.bits() as i32;
-    let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
-    if !file.metadata()?.is_file() {
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "not a regular file: a recording is a file, or a folder of files",
-        ));
-    }
-    Ok(file)
+    let no_recording = "a recording is a regular file, or a folder of files";
+    regular_file::open(path).map_err(|error| match error.kind() {
+        io::ErrorKind::InvalidInput => {
+            io::Error::new(error.kind(), format!("{error}: {no_recording}"))
+        }
+        _ => error,
+    })
 }
 
 /// Locks a file against other processes. On a file system without locks it succeeds without a lock.

@@ -1,7 +1,7 @@
 //! The real binary: exit codes, standard output and standard error.
 
 use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn rungd(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rungd")).args(args).output().unwrap()
@@ -164,26 +164,69 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
     let pipe = folder.join("ladder.toml");
-    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    assert!(Command::new("mkfifo").args(["-m", "600"]).arg(&pipe).status().unwrap().success());
     let controller = folder.join("controller.toml");
     std::fs::write(&controller, "ladder = [\"ladder.toml\"]\n").unwrap();
     let [pipe, controller] = [&pipe, &controller].map(|path| path.to_str().unwrap());
     for words in [
-        ["check", pipe],
-        ["check", controller],
-        ["sim", pipe],
-        ["run", pipe],
-        ["run", controller],
-        ["check", "/dev/zero"],
+        &["check", pipe][..],
+        &["check", controller],
+        &["sim", pipe],
+        &["run", pipe],
+        &["run", controller],
+        &["check", "/dev/zero"],
+        &["edge", pipe],
+        &["draw", pipe],
+        &["draw", "config/programs/conveyor.toml", "--coverage", pipe],
+        &["fmt", pipe],
+        &["record", "info", pipe],
+        &["web", "--listen", "127.0.0.1:0", "--users-file", pipe],
+        &["web", "--listen", "127.0.0.1:0", "--tls-cert", pipe, "--tls-key", pipe],
+        &["web", "passwd", "anna", "--remove", "--users-file", pipe],
+        &["fleet", "status", "--broker", "mqtt://[::1]:1", "--user", "a", "--password-file", pipe],
     ] {
         // `timeout` exits with 124 if it has to end the command.
         let mut command = Command::new("timeout");
-        command.arg("20").arg(env!("CARGO_BIN_EXE_rungd")).args(words);
+        command.arg("20").arg(env!("CARGO_BIN_EXE_rungd")).args(words).stdin(Stdio::null());
         let output = command.output().unwrap();
         let errors = text(&output.stderr);
         assert!(matches!(output.status.code(), Some(1..=78)), "{words:?} {output:?}");
         let what = if words[1] == "/dev/zero" { "a device" } else { "a pipe (FIFO)" };
         assert!(errors.contains(&format!("it is {what}, not a regular file")), "{errors}");
+    }
+}
+
+/// A name with a line end could add a line to an answer.
+#[test]
+fn a_line_end_in_an_argument_is_not_printed_as_one() {
+    let odd = "none\nrungd: all is well\u{1b}[2J";
+    for words in [
+        &["status", "--socket", odd][..],
+        &["web", "--socket", odd, "--listen", "127.0.0.1:0", "--users-file", odd],
+        &["web", "passwd", odd, "--remove", "--users-file", "/tmp/none\nrungd: all is well"],
+        &["check", odd],
+        &["sim", odd],
+        &["run", odd],
+        &["run", odd, "--log-format", "json"],
+        &["fmt", odd],
+        &["test", odd],
+        &["draw", odd],
+        &["replay", odd],
+        &["record", "info", odd],
+        &["init", odd, odd],
+        &["edge", odd],
+        &["mode", odd],
+        &["web", "--listen", odd],
+        &[odd],
+    ] {
+        let mut command = Command::new("timeout");
+        command.arg("20").arg(env!("CARGO_BIN_EXE_rungd")).args(words).stdin(Stdio::null());
+        let output = command.output().unwrap();
+        assert_ne!(output.status.code(), Some(124), "{words:?}");
+        for said in [text(&output.stdout), text(&output.stderr)] {
+            let forged = said.lines().any(|line| line.starts_with("rungd: all is well"));
+            assert!(!forged && !said.contains("\u{1b}[2J"), "{words:?}: {said}");
+        }
     }
 }
 
