@@ -28,16 +28,19 @@ RUN host="$(rustc -vV | sed -n 's/^host: //p')" \
     && cp config/first/controller.toml /image/etc/rungd/ \
     && cp config/first/programs/main.toml /image/etc/rungd/programs/ \
     && echo 'rungd:x:6553:6553:rungd soft-PLC:/var/lib/rungd:/usr/sbin/nologin' >/image/etc/passwd \
-    && echo 'rungd:x:6553:' >/image/etc/group \
+    && printf 'rungd:x:6553:\nrungd-view:x:6554:rungd\n' >/image/etc/group \
     && chown -R 6553:6553 /image/run/rungd /image/var/lib/rungd
 
 FROM scratch
 COPY --from=build /image /
-USER 6553:6553
+# Without a group, so that the engine gives the process the groups of /etc/group too.
+USER 6553
 WORKDIR /var/lib/rungd
 # RUNTIME_DIRECTORY and RUNGD_SOCKET: the folder of the operator's socket, and the socket.
+# RUNGD_VIEW_GROUP: the group of the view socket, which refuses every change.
 # RUNGD_RECORD: the folder of the scan log; mount a volume there to keep the log.
 ENV PATH=/usr/bin RUNTIME_DIRECTORY=/run/rungd RUNGD_SOCKET=/run/rungd/rungd.sock \
+    RUNGD_VIEW_GROUP=rungd-view \
     RUNGD_RECORD=/var/lib/rungd/record
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s --retries=3 CMD ["rungd", "status"]

@@ -79,7 +79,7 @@ size_kib="$(du -sk --apparent-size "$root" | cut -f1)"
 saw "size: $size_kib KiB, of which /usr/bin/rungd $(($(stat -c %s "$root/usr/bin/rungd") / 1024)) KiB"
 saw "files: $(cd "$root" && find . -type f | sort | tr '\n' ' ')"
 must "smaller than 20 MiB" test "$size_kib" -lt 20480
-must "user is not root: $(inspect '{{.Docker.Config.User}}')" test "$(inspect '{{.Docker.Config.User}}')" = 6553:6553
+must "user is not root: $(inspect '{{.Docker.Config.User}}')" test "$(inspect '{{.Docker.Config.User}}')" = 6553
 health="$(inspect '{{.Docker.Config.Healthcheck.Test}}')"
 must "health check: $health" test "$health" = "[CMD rungd status]"
 entry=($(inspect '{{range .Docker.Config.Entrypoint}}{{.}} {{end}}{{range .Docker.Config.Cmd}}{{.}} {{end}}'))

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{Access, FlockOperation, OFlags, access, flock};
 use rustix::io::Errno;
 use rustix::net::listen;
+use rustix::process::{Gid, getegid, geteuid, getgroups};
 
 use super::accounts::gid_of;
 use crate::controller;
@@ -453,11 +454,17 @@ fn known_group(group: &str) -> Option<u32> {
     gid_of(&known, group).or_else(|| group.parse().ok()).filter(|gid| *gid != u32::MAX)
 }
 
-/// The group of the view socket that the environment names, if this machine has it: the shipped
-/// unit names a group that an administrator may have left out.
+/// The group of the view socket that the environment names, if this machine has it and this process
+/// may give a file to it: the shipped unit and the container image name a group that an
+/// administrator may have left out.
 fn group_of_environment() -> Option<String> {
     let group = std::env::var(VIEW_GROUP_VARIABLE).ok()?;
-    known_group(&group).map(|_| group)
+    known_group(&group).filter(|gid| may_give_to(*gid)).map(|_| group)
+}
+
+fn may_give_to(gid: u32) -> bool {
+    let is_it = |group: Gid| group.as_raw() == gid;
+    geteuid().is_root() || is_it(getegid()) || getgroups().is_ok_and(|of| of.into_iter().any(is_it))
 }
 
 impl Drop for Bound {
