@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 import threading
+import time
 
 import browser_rig as rig
 from browser_outputs import what_is_shown_of_an_output_is_what_the_device_got
@@ -186,7 +187,12 @@ def a_user_signs_in_and_writes(test):
         test.plant.say("write", "start", "OFF")
         look.open("panel")
         look.picture("panel-signed-in")
-        look.page.click("button.big")
+        # The change says until when it may be begun: 8 s after the click, by the server's clock.
+        with look.page.expect_request("**/api/write") as asked:
+            look.page.click("button.big")
+        deadline = asked.value.post_data_json["deadline"]
+        now_ms = time.clock_gettime(time.CLOCK_BOOTTIME) * 1000
+        assert re.fullmatch("[0-9a-f]{16}", deadline["clock"]) and now_ms - 60_000 < deadline["ms"] < now_ms + 8_100, deadline
         wait_for("a write", lambda: test.plant.value("start") is True or test.plant.value("start") == 1)
         look.until("/now ON/.test(document.querySelector('main').textContent)")
         field = look.page.get_by_label("new value of level")

@@ -19,6 +19,8 @@ use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connec
 use rustix::process::geteuid;
 
 use super::deadline::Deadline;
+#[cfg(feature = "web")]
+use super::deadline::SLACK_MAX;
 use super::protocol::{
     Awaited, DEADLINE, RECORDING_BYTES_MAX, Refusal, RefusalKind, Reply, Request, SentRequest,
 };
@@ -90,6 +92,21 @@ pub(crate) fn ask_within<T: DeserializeOwned>(
     exchanged(socket, request, (limit, &|_| ()))
 }
 
+/// Like [`ask`], with the deadline of a client of this client.
+///
+/// # Errors
+/// [`CallFailure`].
+#[cfg(feature = "web")]
+pub(crate) fn ask_by<T: DeserializeOwned>(
+    socket: &Path,
+    request: &Request,
+    by: Option<&Deadline>,
+) -> Result<T, CallFailure> {
+    let Some(by) = by else { return ask(socket, request) };
+    let limit = limit_of(request).min(by.left().unwrap_or_default() + SLACK_MAX);
+    exchanged_by(socket, request, (Some(by.clone()), limit, &|_| ()))
+}
+
 /// The process that listens at a socket; `None` if the system does not report it.
 ///
 /// # Errors
@@ -150,6 +167,14 @@ fn exchanged<T: DeserializeOwned>(
 ) -> Result<T, CallFailure> {
     // Before the connection: the client's wait has begun.
     let deadline = Deadline::of_wait(limit).filter(|_| !request.only_looks());
+    exchanged_by(socket, request, (deadline, limit, tell))
+}
+
+fn exchanged_by<T: DeserializeOwned>(
+    socket: &Path,
+    request: &Request,
+    (deadline, limit, tell): (Option<Deadline>, Duration, &dyn Fn(&str)),
+) -> Result<T, CallFailure> {
     let wait = Wait { request, deadline, limit, began: Instant::now(), tell };
     match wait.answered(socket) {
         Err(CallFailure::Refused(refusal)) if is_of_earlier(&refusal) => {

@@ -103,7 +103,8 @@ pub(super) struct WaitingCommand {
     /// The generation of the program that the command's cell belongs to.
     pub generation: u32,
     pub command: Command,
-    /// After this moment the command is denied; ns of the scan's clock.
+    /// After this moment the command is denied; ns of the scan's
+    /// [`boottime_ns`](super::pacing::Clock::boottime_ns).
     pub until_ns: u64,
 }
 

@@ -82,7 +82,7 @@ pub enum Refused {
     /// More than [`BATCH_WRITES_MAX`] writes.
     TooLarge,
     /// The program was reloaded before a scan saw the batch, and the new program does not have one
-    /// of its cells.
+    /// of its cells, or the batch was for the earlier program only.
     Overtaken,
     /// No scan took the batch before the moment until which it was to be taken.
     Late,
@@ -104,11 +104,22 @@ pub(crate) enum Outcome {
 pub(crate) struct Batch {
     /// Its ticket.
     pub ticket: Ticket,
-    /// The generation of the program that the cells belong to.
-    pub generation: u32,
+    /// The program and the time for which it is meant.
+    pub terms: BatchTerms,
     /// The writes; the scan applies all of them, in this order, or none.
     pub writes: Vec<Write>,
-    /// A scan that begins after this moment refuses the batch; ns of the scan's clock.
+}
+
+/// The program and the time for which a batch is meant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BatchTerms {
+    /// The generation of the program that the cells belong to.
+    pub generation: u32,
+    /// Whether the batch is for this program only: after a reload it is refused, even if the new
+    /// program has all of its cells.
+    pub is_bound: bool,
+    /// A scan that begins after this moment refuses the batch; ns of the scan's
+    /// [`boottime_ns`](super::pacing::Clock::boottime_ns).
     pub until_ns: u64,
 }
 
@@ -309,17 +320,16 @@ impl Port {
     /// # Errors
     /// The same as those of [`Port::submit`].
     pub fn submit_to(&self, generation: u32, writes: Vec<Write>) -> Result<Ticket, Refused> {
-        self.submit_until(u64::MAX, generation, writes)
+        self.submit_by(BatchTerms { generation, is_bound: false, until_ns: u64::MAX }, writes)
     }
 
-    /// Does the same as [`Port::submit_to`]. A scan that begins after `until_ns` refuses the batch.
+    /// Does the same as [`Port::submit_to`], with terms.
     ///
     /// # Errors
     /// The same as those of [`Port::submit`].
-    pub(crate) fn submit_until(
+    pub(crate) fn submit_by(
         &self,
-        until_ns: u64,
-        generation: u32,
+        terms: BatchTerms,
         writes: Vec<Write>,
     ) -> Result<Ticket, Refused> {
         if writes.len() > BATCH_WRITES_MAX {
@@ -336,7 +346,7 @@ impl Port {
         }
         waiting.fetch_add(count, Ordering::AcqRel);
         let ticket = Ticket(door.last + 1);
-        let batch = Batch { ticket, generation, writes, until_ns };
+        let batch = Batch { ticket, terms, writes };
         door.queue.push(batch).map_err(|_| Refused::QueueFull)?;
         door.last = ticket.0;
         Ok(ticket)

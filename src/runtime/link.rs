@@ -16,7 +16,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::command::{Answers, Orders, desk};
 use super::earlier::EarlierPrograms;
-use super::exchange::{Batch, Port, QUEUED_BATCHES_MAX, Refused, Tempo, Ticket, Write};
+use super::exchange::{Batch, BatchTerms, Port, QUEUED_BATCHES_MAX, Refused, Tempo, Ticket, Write};
 use super::forces::Forces;
 use super::image::{Safe, Snapshot};
 use super::mode::{FaultReason, Mode, StopReason};
@@ -94,7 +94,7 @@ pub struct ScanSide {
     taken: Vec<Batch>,
     /// The last ticket that was applied.
     applied: u64,
-    /// The present moment: batches that were to be taken before it are late.
+    /// The present moment of the deadlines' clock: batches that are meant for before it are late.
     pub(super) now_ns: u64,
     /// Commands and their answers.
     pub(super) orders: Orders,
@@ -227,11 +227,14 @@ impl ScanSide {
             }
             let mut batch = self.batches.pop().ok()?;
             self.port.shared.waiting_writes.fetch_sub(batch.writes.len(), Ordering::AcqRel);
-            let (generation, earlier) = (batch.generation, &self.earlier);
+            let BatchTerms { generation, is_bound, until_ns } = batch.terms;
+            let earlier = &self.earlier;
             let is_present = |write: &mut Write| earlier.is_renumbered(generation, write);
-            let why = if batch.until_ns < self.now_ns {
+            let why = if until_ns < self.now_ns {
                 Refused::Late
-            } else if generation == self.generation || batch.writes.iter_mut().all(is_present) {
+            } else if generation == self.generation
+                || (!is_bound && batch.writes.iter_mut().all(is_present))
+            {
                 break batch;
             } else {
                 Refused::Overtaken

@@ -3,7 +3,7 @@
 use super::command::Forces;
 use super::earlier::SWAPS_FOLLOWED;
 use super::exchange::{
-    BATCH_WRITES_MAX, FaultReason, Mode, Outcome, Port, QUEUED_BATCHES_MAX, Refused,
+    BATCH_WRITES_MAX, BatchTerms, FaultReason, Mode, Outcome, Port, QUEUED_BATCHES_MAX, Refused,
     SCAN_WRITES_MAX, Snapshot, StopReason, Write,
 };
 use super::image::Safe;
@@ -226,6 +226,25 @@ fn a_batch_with_a_write_to_a_gone_element_is_refused_whole() {
     let outcomes = tickets.map(|ticket| port.outcome(ticket));
     let overtaken = Outcome::Refused(Refused::Overtaken);
     assert_eq!(outcomes, [overtaken, Outcome::Pending, Outcome::Pending], "no image is shown yet");
+}
+
+#[test]
+fn a_batch_for_one_program_only_is_refused_by_the_next_one() {
+    let (port, mut side, mut world) = small();
+    side.set_running(true);
+    let write = Write::Bit(BitCell(0), true);
+    let submit = |generation: u32, is_bound: bool| {
+        let terms = BatchTerms { generation, is_bound, until_ns: u64::MAX };
+        port.submit_by(terms, vec![write]).unwrap()
+    };
+    let own = submit(0, true);
+    assert_eq!(side.next_batch(100), Some((own, &[write][..])), "its own program takes it");
+    let [bound, free] = [submit(0, true), submit(0, false)];
+    side.adopt(1, &mut Renumbered::default());
+    assert_eq!(side.next_batch(100), Some((free, &[write][..])));
+    side.answer(true);
+    world.pump();
+    assert_eq!(port.outcome(bound), Outcome::Refused(Refused::Overtaken));
 }
 
 #[test]

@@ -70,6 +70,7 @@ pub use statistics::Statistics;
 pub(crate) use statistics::{Meter, MeterReading, Spread};
 pub use swap::{Contents, Package, Reloader};
 pub(crate) use swap::{Generations, Swapped};
+pub(crate) use sys::boottime_ns;
 pub use sys::monotonic_ns;
 pub use tape::{TapeEntry, Taped};
 pub use tape_reader::{TapeReader, tape, tape_of};

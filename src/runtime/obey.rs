@@ -21,7 +21,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             self.side.orders.next()
         {
             self.machine.comes_from(Origin::Command(id));
-            let late = (until_ns < self.clock.now_ns()).then_some(Denial::Late);
+            let late = (until_ns < self.clock.boottime_ns()).then_some(Denial::Late);
             let denial = late.or_else(|| self.denies(command));
             let answer = match (denial, self.now(generation, command)) {
                 (Some(denial), _) => Answer::Denied(denial),

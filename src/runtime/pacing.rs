@@ -13,6 +13,11 @@ use super::wall::UtcOffset;
 pub trait Clock {
     /// Nanoseconds of a clock that never steps.
     fn now_ns(&self) -> u64;
+    /// Nanoseconds of the clock of clients' deadlines: unlike [`Clock::now_ns`], it goes on while
+    /// the machine is suspended.
+    fn boottime_ns(&self) -> u64 {
+        self.now_ns()
+    }
     /// Returns at the deadline, or as soon after it as the machine manages.
     fn sleep_until(&mut self, deadline_ns: u64);
     /// The local time of day, as seconds since 1970-01-01 00:00:00 of the local clock. It may jump
@@ -30,6 +35,10 @@ pub(crate) struct MachineClock {
 impl Clock for MachineClock {
     fn now_ns(&self) -> u64 {
         sys::monotonic_ns()
+    }
+
+    fn boottime_ns(&self) -> u64 {
+        sys::boottime_ns()
     }
 
     fn sleep_until(&mut self, deadline_ns: u64) {

@@ -120,7 +120,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         side.inputs(field.moved()).for_each(|inputs| machine.set_inputs(inputs));
         self.bring_in(now_ns);
         // Not the beginning of the scan: the process may have stood still since then.
-        self.side.now_ns = self.clock.now_ns();
+        self.side.now_ns = self.clock.boottime_ns();
         let mut writes_left = SCAN_WRITES_MAX;
         while let Some((ticket, writes)) = self.side.next_batch(writes_left) {
             writes_left -= writes.len();

@@ -7,6 +7,8 @@
 
 use std::io;
 
+use rustix::time::{ClockId, clock_gettime};
+
 const NS_PER_S: u64 = 1_000_000_000;
 
 /// CLOCK_MONOTONIC, in nanoseconds.
@@ -16,6 +18,12 @@ pub fn monotonic_ns() -> u64 {
     let failed = unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut now) };
     assert_eq!(failed, 0, "CLOCK_MONOTONIC exists on every Linux");
     now.tv_sec as u64 * NS_PER_S + now.tv_nsec as u64
+}
+
+/// CLOCK_BOOTTIME, in nanoseconds: it goes on while the machine is suspended.
+pub(crate) fn boottime_ns() -> u64 {
+    let now = clock_gettime(ClockId::Boottime);
+    now.tv_sec.unsigned_abs() * NS_PER_S + now.tv_nsec.unsigned_abs()
 }
 
 /// CLOCK_REALTIME, in seconds since 1970.

@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 
 use super::follow::Seen;
 use super::journal::say;
+use super::patience::Patience;
 use super::query::Query;
-use super::reply::{WebFailure, WebResult, json_answer};
+use super::reply::{WebFailure, WebResult, bad, json_answer};
 use super::sessions::Session;
 use super::site::WebSite;
 use super::stream::{Told, Window, name_of, tag_value};
@@ -32,10 +33,6 @@ const PAST: [&str; 5] = ["/api/events", "/api/hold", "/api/scan", "/api/why", "/
 
 /// The longest name of an operand.
 const OPERAND_BYTES_MAX: usize = 256;
-
-fn bad(why: impl Into<String>) -> WebFailure {
-    WebFailure(StatusCode::BAD_REQUEST, why.into())
-}
 
 /// Answers a question.
 pub(super) async fn question(
@@ -272,24 +269,31 @@ fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     Ok(json!({ "operand": operand, "span_ms": span, "points": points }))
 }
 
+/// The session that asks for a change, and how long its browser waits for it.
+pub(super) struct Asker {
+    pub session: Session,
+    pub cookie: String,
+    pub patience: Patience,
+}
+
 /// Makes a change.
 pub(super) async fn change(
     site: &Arc<WebSite>,
     path: &str,
-    (session, said): (&Session, &Value),
+    (asker, said): (&Asker, &Value),
 ) -> WebResult {
-    let Some((user, _)) = &session.user else {
+    let Some((user, _)) = &asker.session.user else {
         let why = "only users who have signed in may change something: see `rungd web passwd`";
         return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
     };
     match path {
-        "/api/write" => write(site, user, said).await,
-        "/api/ack" => acknowledge(site, user, said).await,
+        "/api/write" => write(site, (asker, user), said).await,
+        "/api/ack" => acknowledge(site, (asker, user), said).await,
         _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
     }
 }
 
-async fn write(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
+async fn write(site: &Arc<WebSite>, (asker, user): (&Asker, &str), said: &Value) -> WebResult {
     let view = viewed(site).await?;
     let operand = said["operand"].as_str().unwrap_or_default().trim().to_owned();
     let subject = &view.program.subject;
@@ -306,33 +310,47 @@ async fn write(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
     // The controller checks the list again, that of the program which it runs at that time.
     let from_page = true;
     let write = Request::Write { operand: operand.clone(), value, for_user, from_page };
-    let done = sent(site, write).await?;
+    let done = sent(site, asker, write).await?;
     say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
     Ok(json_answer(&done))
 }
 
 /// Acknowledges an alarm.
-async fn acknowledge(site: &Arc<WebSite>, user: &str, said: &Value) -> WebResult {
+async fn acknowledge(
+    site: &Arc<WebSite>,
+    (asker, user): (&Asker, &str),
+    said: &Value,
+) -> WebResult {
     let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();
     if alarm.is_empty() || alarm.len() > OPERAND_BYTES_MAX {
         return Err(bad("name an alarm"));
     }
     let alarms = vec![alarm.clone()];
     let for_user = Some(user.to_owned());
-    let done = sent(site, Request::Ack { alarms, for_user }).await?;
+    let done = sent(site, asker, Request::Ack { alarms, for_user }).await?;
     say(&format!("{user} acknowledged {alarm}"));
     Ok(json_answer(&done))
 }
 
-/// Sends a change to the controller.
-async fn sent(site: &Arc<WebSite>, request: Request) -> Result<Value, WebFailure> {
+/// Sends a change to the controller, if its browser still waits and its session goes on.
+async fn sent(site: &Arc<WebSite>, asker: &Asker, request: Request) -> Result<Value, WebFailure> {
     // The controller that the page shows, and no other.
     let Some(socket) = site.follow.socket() else {
         let why = "no controller has answered yet: nothing is changed".to_owned();
         return Err(WebFailure(StatusCode::BAD_GATEWAY, why));
     };
     let place = Arc::clone(&site.questions).acquire_owned().await;
-    let sent = tokio::task::spawn_blocking(move || client::ask::<Value>(&socket, &request)).await;
+    // The wait for the place may have been long, and so may the one for a thread.
+    if !site.goes_on(&asker.cookie) {
+        let why = "the session has ended meanwhile: nothing is changed";
+        return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
+    }
+    let patience = asker.patience.clone();
+    let send = move || {
+        patience.judge().map_err(CallFailure::Refused)?;
+        client::ask_by::<Value>(&socket, &request, patience.until())
+    };
+    let sent = tokio::task::spawn_blocking(send).await;
     drop(place);
     match sent {
         Ok(Ok(done)) => Ok(done),

@@ -19,7 +19,9 @@ use tokio_rustls::rustls::pki_types::pem::PemObject as _;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 
 use super::options::ListenAt;
+use super::patience::PeerEnd;
 use crate::io::listening::cannot_listen;
+use crate::regular_file::read_small;
 use crate::whole_file::judge_secret;
 
 /// The time limit of the TLS handshake.
@@ -70,18 +72,23 @@ impl Listener {
         }
     }
 
-    /// The next connection.
+    /// The next connection, and the browser at its other end.
     ///
     /// # Errors
     /// The system's error.
-    pub async fn accept(&self) -> io::Result<Box<dyn Connection>> {
+    pub async fn accept(&self) -> io::Result<(Box<dyn Connection>, PeerEnd)> {
         match self {
             Listener::Port(listener) => {
                 let (stream, _) = listener.accept().await?;
                 let _ = stream.set_nodelay(true);
-                Ok(Box::new(stream))
+                let peer = PeerEnd::of(&stream)?;
+                Ok((Box::new(stream), peer))
             }
-            Listener::Unix(listener) => Ok(Box::new(listener.accept().await?.0)),
+            Listener::Unix(listener) => {
+                let (stream, _) = listener.accept().await?;
+                let peer = PeerEnd::of(&stream)?;
+                Ok((Box::new(stream), peer))
+            }
         }
     }
 }
@@ -114,11 +121,12 @@ async fn free(path: &Path) -> Result<()> {
 /// The files are not a certificate chain and a key.
 pub(super) fn tls(certificates: &Path, key: &Path) -> Result<TlsAcceptor> {
     let of_file = |path: &Path| path.display().to_string();
-    let chain = CertificateDer::pem_file_iter(certificates);
-    let chain = chain.and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let read = |path: &Path| read_small(path).with_context(|| of_file(path));
+    let pem = read(certificates)?;
+    let chain = CertificateDer::pem_slice_iter(&pem).collect::<Result<Vec<_>, _>>();
     let chain = chain.with_context(|| of_file(certificates))?;
     judge_secret(key, "the key").with_context(|| of_file(key))?;
-    let secret = PrivateKeyDer::from_pem_file(key).with_context(|| of_file(key))?;
+    let secret = PrivateKeyDer::from_pem_slice(&read(key)?).with_context(|| of_file(key))?;
     let builder = ServerConfig::builder_with_provider(Arc::new(default_provider()));
     let builder = builder.with_safe_default_protocol_versions()?.with_no_client_auth();
     let mut config =

@@ -12,6 +12,11 @@ pub(super) type WebAnswer = Response<AnswerBody>;
 /// Why a request fails: the status, and the reason.
 pub(super) struct WebFailure(pub StatusCode, pub String);
 
+/// A request that cannot be answered as it is.
+pub(super) fn bad(why: impl Into<String>) -> WebFailure {
+    WebFailure(StatusCode::BAD_REQUEST, why.into())
+}
+
 /// The result of a request.
 pub(super) type WebResult = Result<WebAnswer, WebFailure>;
 

@@ -11,12 +11,13 @@ use hyper::{Method, Request, StatusCode};
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
-use super::api;
+use super::api::{self, Asker};
 use super::body::AnswerBody;
 use super::guard::{CSRF, secure};
 use super::journal::say;
+use super::patience::Patience;
 use super::query::Query;
-use super::reply::{WebAnswer, WebFailure, WebResult, json_answer, typed};
+use super::reply::{WebAnswer, WebFailure, WebResult, bad, json_answer, typed};
 use super::sessions::{COOKIE, cookie_of};
 use super::site::WebSite;
 use super::stream;
@@ -37,10 +38,14 @@ const PAGES: [(&str, &str, &str); 4] = [
 const USED_LINK: &str = include_str!("page/link.html");
 
 /// Answers a request.
-pub(super) async fn answer(site: &Arc<WebSite>, request: Request<Incoming>) -> WebAnswer {
+pub(super) async fn answer(
+    site: &Arc<WebSite>,
+    request: Request<Incoming>,
+    patience: Patience,
+) -> WebAnswer {
     let admitted = site.guard.admit(request.method(), request.uri(), request.headers());
     let answered = match admitted {
-        Ok(()) => admitted_answer(site, request).await,
+        Ok(()) => admitted_answer(site, request, patience).await,
         Err(why) => Err(WebFailure(StatusCode::FORBIDDEN, why)),
     };
     let mut answer = answered.unwrap_or_else(|WebFailure(status, why)| {
@@ -52,7 +57,11 @@ pub(super) async fn answer(site: &Arc<WebSite>, request: Request<Incoming>) -> W
     answer
 }
 
-async fn admitted_answer(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
+async fn admitted_answer(
+    site: &Arc<WebSite>,
+    request: Request<Incoming>,
+    patience: Patience,
+) -> WebResult {
     let path = request.uri().path().to_owned();
     let is_get = *request.method() == Method::GET;
     if let Some((_, kind, content)) = PAGES.iter().find(|(at, ..)| *at == path) {
@@ -64,13 +73,14 @@ async fn admitted_answer(site: &Arc<WebSite>, request: Request<Incoming>) -> Web
     let query = Query::of(request.uri().query().unwrap_or_default());
     match (path.as_str(), is_get) {
         ("/in", true) => return Ok(enter(site, &query, request.headers())),
-        ("/api/login", false) => return sign_in(site, request).await,
+        ("/api/login", false) => return sign_in(site, request, &patience).await,
         ("/api/login", true) => return Err(wrong_method()),
         _ => {}
     }
     let cookie = cookie(request.headers()).unwrap_or_default().to_owned();
     let session = site.session(&cookie).ok_or_else(|| signed_out(site))?;
     if is_get {
+        query.judge().map_err(bad)?;
         if path == "/events" {
             return stream::events(site, &query, &cookie);
         }
@@ -88,7 +98,9 @@ async fn admitted_answer(site: &Arc<WebSite>, request: Request<Incoming>) -> Web
         site.sessions().end(&cookie);
         return Ok(json_answer(&json!({})));
     }
-    api::change(site, &path, (&session, &body(request).await?)).await
+    let said = body(request).await?;
+    let asker = Asker { session, cookie, patience: patience.said(&said)? };
+    api::change(site, &path, (&asker, &said)).await
 }
 
 fn cookie(headers: &HeaderMap) -> Option<&str> {
@@ -137,7 +149,11 @@ fn to_pages() -> WebAnswer {
 }
 
 /// Signs a user in by a password.
-async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
+async fn sign_in(
+    site: &Arc<WebSite>,
+    request: Request<Incoming>,
+    patience: &Patience,
+) -> WebResult {
     if !site.has_users() {
         return Err(signed_out(site));
     }
@@ -148,15 +164,20 @@ async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     // Only one password is verified at a time: argon2 needs much memory and time. The place is kept
     // until a wrong password is noted, so the number of tries is right for the next one.
     let _place = Arc::clone(&site.passwords).acquire_owned().await;
-    // Those that were before this one in the queue may have used up the tries.
+    // Those that were before this one in the queue may have used up the tries, and the time.
     may_try(site, &name)?;
+    patience.judge().map_err(|_| {
+        let why = "its turn came too late, because too many sign in at the same time: try again";
+        WebFailure(StatusCode::SERVICE_UNAVAILABLE, why.to_owned())
+    })?;
     let users = site.users().map_err(|failure| {
         say(&failure.to_string());
         let why = "the file of users cannot be read: see the log of `rungd web`";
         WebFailure(StatusCode::INTERNAL_SERVER_ERROR, why.to_owned())
     })?;
-    let tried = name.clone();
-    let verified = tokio::task::spawn_blocking(move || users.verified(&tried, &password)).await;
+    let (tried, hasher) = (name.clone(), Arc::clone(&site.hasher));
+    let verified = move || users.verified(&hasher, &tried, &password);
+    let verified = tokio::task::spawn_blocking(verified).await;
     let Ok(Some(hash)) = verified else {
         site.sessions().note_wrong(&name, Instant::now());
         say(&format!("a wrong password for `{}`", name.chars().take(32).collect::<String>()));
@@ -170,13 +191,10 @@ async fn sign_in(site: &Arc<WebSite>, request: Request<Incoming>) -> WebResult {
     Ok(answer)
 }
 
-/// Refuses a try if there were too many wrong passwords.
+/// Refuses a try if there were too many.
 fn may_try(site: &WebSite, user: &str) -> Result<(), WebFailure> {
-    if site.sessions().may_try(user, Instant::now()) {
-        return Ok(());
-    }
-    let why = "too many wrong passwords: wait a minute";
-    Err(WebFailure(StatusCode::TOO_MANY_REQUESTS, why.to_owned()))
+    let judged = site.sessions().may_try(user, Instant::now());
+    judged.map_err(|why| WebFailure(StatusCode::TOO_MANY_REQUESTS, why.to_owned()))
 }
 
 fn set_cookie(site: &WebSite, answer: &mut WebAnswer, cookie: &str) {
@@ -187,7 +205,6 @@ fn set_cookie(site: &WebSite, answer: &mut WebAnswer, cookie: &str) {
 
 /// Reads the JSON body of a change.
 async fn body(request: Request<Incoming>) -> Result<Value, WebFailure> {
-    let bad = |why: &str| WebFailure(StatusCode::BAD_REQUEST, why.to_owned());
     let kind = request.headers().get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok());
     if !kind.unwrap_or_default().starts_with("application/json") {
         return Err(bad("the body of a change must be JSON"));

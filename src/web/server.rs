@@ -19,6 +19,7 @@ use super::guard::Guard;
 use super::journal::say;
 use super::listen::{Connection, Listener, secured, tls};
 use super::options::{ListenAt, WebOptions};
+use super::patience::{Patience, PeerEnd};
 use super::route::answer;
 use super::site::{WebSite, WebSiteParts};
 use crate::http;
@@ -85,7 +86,7 @@ async fn accept(
 ) {
     let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     loop {
-        let connection = http::accepted(move || listener.accept()).await;
+        let (connection, peer) = http::accepted(move || listener.accept()).await;
         let place = timeout(PLACE_MAX, Arc::clone(&places).acquire_owned()).await;
         let Ok(Ok(place)) = place else { continue };
         let (site, acceptor) = (Arc::clone(site), acceptor.cloned());
@@ -95,7 +96,7 @@ async fn accept(
                 None => Ok(connection),
             };
             if let Ok(connection) = connection {
-                converse(connection, &site, place).await;
+                converse((connection, peer), &site, place).await;
             }
         });
     }
@@ -103,13 +104,13 @@ async fn accept(
 
 /// Answers the requests of a connection.
 async fn converse(
-    connection: Box<dyn Connection>,
+    (connection, peer): (Box<dyn Connection>, PeerEnd),
     site: &Arc<WebSite>,
     place: OwnedSemaphorePermit,
 ) {
     let service = service_fn(|request| {
-        let site = Arc::clone(site);
-        async move { Ok::<_, Infallible>(answer(&site, request).await) }
+        let (site, patience) = (Arc::clone(site), Patience::from_now(peer.clone()));
+        async move { Ok::<_, Infallible>(answer(&site, request, patience).await) }
     });
     http::converse(connection, service).await;
     drop(place);
@@ -132,7 +133,7 @@ pub fn conversation(bytes: &[u8]) -> Vec<u8> {
             far.write_all(bytes).await.expect("there is room");
             far.shutdown().await.expect("it ends");
         };
-        tokio::join!(asked, converse(Box::new(near), &site, place));
+        tokio::join!(asked, converse((Box::new(near), PeerEnd::default()), &site, place));
         let mut answer = Vec::new();
         let _ = far.read_to_end(&mut answer).await;
         answer

@@ -12,14 +12,17 @@ use base64::prelude::BASE64_URL_SAFE_NO_PAD;
 const IDLE_MAX: Duration = Duration::from_secs(8 * 3600);
 const AGE_MAX: Duration = Duration::from_secs(24 * 3600);
 
-/// The most sessions. A new session then ends the one that has been idle for the longest time.
+/// The most sessions, and the most of one user. A new session then ends the one that has been idle
+/// for the longest time.
 const SESSIONS_MAX: usize = 256;
+const SESSIONS_OF_USER_MAX: usize = 64;
 
-/// The most wrong passwords of one user, and of all users, within a minute. Then no more are tried
-/// until the minute is over.
+/// The most wrong passwords of one user, and of all users, and the most right ones of one user,
+/// within a minute. Then no more are tried until the minute is over.
 const WRONG_MAX: usize = 5;
 const WRONG_OF_ALL_MAX: usize = 30;
-const WRONG_OVER: Duration = Duration::from_secs(60);
+const RIGHT_MAX: usize = 30;
+const TRIES_OVER: Duration = Duration::from_secs(60);
 
 /// The name of a session's cookie.
 pub(super) const COOKIE: &str = "rungd_session";
@@ -35,6 +38,8 @@ pub(super) struct Sessions {
     link: Option<SecretHash>,
     /// The wrong passwords: the time and the user name of each.
     wrong: Vec<(Instant, String)>,
+    /// The same of the right ones.
+    right: Vec<(Instant, String)>,
 }
 
 /// A session.
@@ -80,8 +85,15 @@ impl Sessions {
     /// Begins a session. Returns the value of its cookie.
     pub fn begin(&mut self, user: Option<(String, String)>, now: Instant) -> String {
         self.all.retain(|_, session| session.is_alive(now));
-        if self.all.len() >= SESSIONS_MAX {
-            let oldest = self.all.iter().min_by_key(|(_, session)| session.last);
+        if let Some((name, _)) = &user {
+            self.right.push((now, name.clone()));
+        }
+        let is_own = |session: &Session| user.is_some() && session.user == user;
+        let own = self.all.values().filter(|session| is_own(session)).count();
+        let is_full = self.all.len() >= SESSIONS_MAX;
+        if is_full || own >= SESSIONS_OF_USER_MAX {
+            let over = self.all.iter().filter(|(_, session)| is_full || is_own(session));
+            let oldest = over.min_by_key(|(_, session)| session.last);
             if let Some(hash) = oldest.map(|(hash, _)| *hash) {
                 self.all.remove(&hash);
             }
@@ -110,10 +122,21 @@ impl Sessions {
     }
 
     /// Whether a password for this user may be tried.
-    pub fn may_try(&mut self, user: &str, now: Instant) -> bool {
-        self.wrong.retain(|(at, _)| now.duration_since(*at) < WRONG_OVER);
-        let own = self.wrong.iter().filter(|(_, of)| of == user).count();
-        own < WRONG_MAX && self.wrong.len() < WRONG_OF_ALL_MAX
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn may_try(&mut self, user: &str, now: Instant) -> Result<(), &'static str> {
+        let is_young = |(at, _): &(Instant, String)| now.duration_since(*at) < TRIES_OVER;
+        self.wrong.retain(is_young);
+        self.right.retain(is_young);
+        let own = |tries: &[(Instant, String)]| tries.iter().filter(|(_, of)| of == user).count();
+        if own(&self.wrong) >= WRONG_MAX || self.wrong.len() >= WRONG_OF_ALL_MAX {
+            return Err("too many wrong passwords: wait a minute");
+        }
+        if own(&self.right) >= RIGHT_MAX {
+            return Err("this user has signed in too often: wait a minute");
+        }
+        Ok(())
     }
 
     /// Notes a wrong password.
@@ -175,15 +198,34 @@ mod tests {
     fn wrong_passwords_wait() {
         let (mut sessions, now) = (Sessions::default(), Instant::now());
         for _ in 0..WRONG_MAX {
-            assert!(sessions.may_try("anna", now));
+            assert!(sessions.may_try("anna", now).is_ok());
             sessions.note_wrong("anna", now);
         }
-        assert!(!sessions.may_try("anna", now) && sessions.may_try("ben", now));
-        assert!(sessions.may_try("anna", now + WRONG_OVER));
+        assert!(sessions.may_try("anna", now).is_err() && sessions.may_try("ben", now).is_ok());
+        assert!(sessions.may_try("anna", now + TRIES_OVER).is_ok());
         for user in 0..WRONG_OF_ALL_MAX {
-            sessions.note_wrong(&format!("user{user}"), now + WRONG_OVER);
+            sessions.note_wrong(&format!("user{user}"), now + TRIES_OVER);
         }
-        assert!(!sessions.may_try("ben", now + WRONG_OVER), "all of them together");
+        assert!(sessions.may_try("ben", now + TRIES_OVER).is_err(), "all of them together");
+    }
+
+    #[test]
+    fn a_user_who_signs_in_again_and_again_waits_and_ends_no_session_of_others() {
+        let (mut sessions, mut now) = (Sessions::default(), Instant::now());
+        let user = |name: &str| Some((name.to_owned(), "hash".to_owned()));
+        let ben = sessions.begin(user("ben"), now);
+        for _ in 0..10 {
+            for _ in 0..RIGHT_MAX {
+                assert_eq!(sessions.may_try("anna", now), Ok(()));
+                sessions.begin(user("anna"), now);
+            }
+            let refused = sessions.may_try("anna", now).unwrap_err();
+            assert!(refused.contains("too often"), "{refused}");
+            assert_eq!(sessions.may_try("ben", now), Ok(()));
+            now += TRIES_OVER;
+        }
+        assert!(sessions.of(&ben, now).is_some());
+        assert_eq!(sessions.all.len(), SESSIONS_OF_USER_MAX + 1);
     }
 
     #[test]

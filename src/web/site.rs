@@ -11,6 +11,7 @@ use tokio::sync::Semaphore;
 
 use super::follow::Follow;
 use super::guard::Guard;
+use super::hasher::Hasher;
 use super::journal::say;
 use super::sessions::{Session, Sessions};
 use super::users::{UserFailure, Users};
@@ -36,6 +37,7 @@ pub(super) struct WebSite {
     pub streams: Arc<Semaphore>,
     pub questions: Arc<Semaphore>,
     pub passwords: Arc<Semaphore>,
+    pub hasher: Arc<Hasher>,
     sessions: Mutex<Sessions>,
     /// The views held for people who step through the last minute, each with its number, the newest
     /// last.
@@ -72,6 +74,7 @@ impl WebSite {
             streams: Arc::new(Semaphore::new(STREAMS_MAX)),
             questions: Arc::new(Semaphore::new(QUESTIONS_MAX)),
             passwords: Arc::new(Semaphore::new(PASSWORDS_MAX)),
+            hasher: Arc::default(),
             sessions: Mutex::default(),
             held: Mutex::default(),
             users: users.map(|path| UserFile { path, known: Mutex::default() }),

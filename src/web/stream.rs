@@ -19,10 +19,15 @@ use crate::engine::Cell;
 use crate::isa::{Address, Bit, BlockId, StageId};
 use crate::live::{LiveProgram, LiveView, TagValue};
 use crate::observe::ScanPower;
+use crate::operator::deadline::Deadline;
 
 /// The most rungs, and the most values, of a window.
 const RUNGS_MAX: usize = 100;
 const TAGS_MAX: usize = 300;
+
+/// The key of the present moment of the clock of deadlines: from it a page makes the deadlines of
+/// its changes.
+const CLOCK: &str = "clock";
 
 /// The part of the program that a viewer shows.
 #[derive(Clone, Debug, Default)]
@@ -87,6 +92,7 @@ pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebRes
                 event["status"] = (*status).clone();
                 told.status = Some(status);
             }
+            event[CLOCK] = json!(Deadline::now());
             // Waits until the browser has taken the previous event.
             if send.send(Bytes::from(format!("data: {event}\n\n"))).await.is_err() {
                 return;

@@ -2,23 +2,21 @@
 //! group may read it.
 
 use std::fmt;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use argon2::password_hash::SaltString;
 use argon2::password_hash::rand_core::OsRng;
-use argon2::{Argon2, PasswordHash, PasswordHasher as _, PasswordVerifier as _};
+use argon2::{Argon2, PasswordHash, PasswordHasher as _};
 
+use super::hasher::Hasher;
+use crate::regular_file::read_small_text;
 use crate::source::wording::is_unseen;
 use crate::whole_file::{self, FileRights, FolderLock, judge_secret};
 
 /// The longest name, and the shortest and longest password, in bytes.
 const NAME_BYTES_MAX: usize = 32;
 const PASSWORD_BYTES: (usize, usize) = (8, 1024);
-
-/// The largest file.
-const FILE_BYTES_MAX: u64 = 1 << 20;
 
 /// A hash that no password matches. It is verified for an unknown user, so that the time is the
 /// same as for a known user.
@@ -69,10 +67,7 @@ impl Users {
     pub fn read(path: &Path) -> Result<Users, UserFailure> {
         let failed = |error| UserFailure::File(path.to_owned(), error);
         judge_secret(path, "the users' hashes").map_err(failed)?;
-        if fs::metadata(path).map_err(failed)?.len() > FILE_BYTES_MAX {
-            return Err(failed(io::Error::other("it is too large for a file of users")));
-        }
-        let text = fs::read_to_string(path).map_err(failed)?;
+        let text = read_small_text(path).map_err(failed)?;
         let mut users = Users::default();
         for (number, line) in (1..).zip(text.lines()) {
             if line.starts_with('#') {
@@ -95,10 +90,10 @@ impl Users {
     }
 
     /// The hash of a user, if the password is right. For an unknown user it takes the same time.
-    pub fn verified(&self, name: &str, password: &str) -> Option<String> {
+    pub fn verified(&self, hasher: &Hasher, name: &str, password: &str) -> Option<String> {
         let known = self.hash_of(name);
         let hash = PasswordHash::new(known.unwrap_or(NOBODY)).ok()?;
-        let is_right = Argon2::default().verify_password(password.as_bytes(), &hash).is_ok();
+        let is_right = hasher.is_right(password, &hash);
         known.filter(|_| is_right).map(str::to_owned)
     }
 }
@@ -123,10 +118,14 @@ pub fn set_password(path: &Path, name: &str, password: Option<&str>) -> Result<(
         users => users?,
     };
     let known = users.all.iter().position(|(known, _)| known == name);
+    // A file that was written by hand may have several lines of the user: none of them stays.
+    users.all.retain(|(known, _)| known != name);
     match (hash, known) {
-        (Some(hash), Some(at)) => users.all[at].1 = hash,
-        (Some(hash), None) => users.all.push((name.to_owned(), hash)),
-        (None, Some(at)) => drop(users.all.remove(at)),
+        (Some(hash), at) => {
+            let at = at.unwrap_or(users.all.len());
+            users.all.insert(at, (name.to_owned(), hash));
+        }
+        (None, Some(_)) => {}
         (None, None) => return Err(UserFailure::Refused(format!("there is no user `{name}`"))),
     }
     let line = |(name, hash): &(String, String)| format!("{name}:{hash}\n");
@@ -159,6 +158,7 @@ fn hashed(password: &str) -> Result<String, UserFailure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
     use std::os::unix::fs::PermissionsExt as _;
 
     #[test]
@@ -168,12 +168,15 @@ mod tests {
         set_password(&path, "anna", Some("correct horse")).expect("written");
         set_password(&path, "ben", Some("battery staple")).expect("written");
         let users = Users::read(&path).expect("read");
-        assert!(users.verified("anna", "correct horse").is_some());
-        assert!(users.verified("anna", "battery staple").is_none());
-        assert!(users.verified("carl", "correct horse").is_none());
-        assert!(users.verified("", "").is_none());
+        let hasher = Hasher::default();
+        let is_in =
+            |users: &Users, name, password| users.verified(&hasher, name, password).is_some();
+        assert!(is_in(&users, "anna", "correct horse"));
+        assert!(!is_in(&users, "anna", "battery staple"));
+        assert!(!is_in(&users, "carl", "correct horse"));
+        assert!(!is_in(&users, "", ""));
         set_password(&path, "anna", None).expect("removed");
-        assert!(Users::read(&path).expect("read").verified("anna", "correct horse").is_none());
+        assert!(!is_in(&Users::read(&path).expect("read"), "anna", "correct horse"));
         let refused = |name, password| set_password(&path, name, password).unwrap_err();
         assert!(refused("anna", None).to_string().contains("no user"));
         assert!(refused("a:b", Some("long enough")).to_string().contains("no `:`"));
@@ -189,6 +192,17 @@ mod tests {
         set_password(&path, "anna", Some("long enough")).expect("written");
         let text = fs::read_to_string(&path).expect("read");
         assert!(text.starts_with("# users\ndora:$") && text.contains("\nanna:$"), "{text}");
+        let lines = |name: &str| {
+            let text = fs::read_to_string(&path).expect("read");
+            text.lines().filter(|line| line.starts_with(name)).count()
+        };
+        let twice = format!("anna:{hash}\ndora:{hash}\nanna:{hash}\nanna:{hash}\n");
+        fs::write(&path, &twice).expect("written");
+        set_password(&path, "anna", Some("battery staple")).expect("written");
+        assert_eq!((lines("anna:"), lines("dora:")), (1, 1), "the old password is in no line");
+        fs::write(&path, &twice).expect("written");
+        set_password(&path, "anna", None).expect("removed");
+        assert_eq!((lines("anna:"), lines("dora:")), (0, 1));
         fs::write(&path, "# users\nanna\n").expect("written");
         assert!(Users::read(&path).unwrap_err().to_string().contains(":2: a line is NAME:HASH"));
         let _ = fs::remove_file(&path);

@@ -133,6 +133,30 @@ fn no_request_that_changes_something_begins_after_its_deadline() {
     assert_eq!(live.ok("read size"), "size  D1  12\n");
 }
 
+/// The list was checked when the write came in, but the scan takes the write under another list.
+#[test]
+fn a_pages_write_that_waits_for_a_scan_is_not_carried_out_after_a_reload() {
+    let controller = "scan.period = \"60s\"\nscan.watchdog = \"20s\"\n[web]\nwrite = [\"size\"]\n";
+    let live = Live::start(LADDER, controller, &[]);
+    live.await_values("C7", "ON");
+    let page = json!({"do": "write", "operand": "size", "value": 77, "from_page": true});
+    let own = json!({"do": "write", "operand": "D5", "value": 5});
+    for waits in [send(&live, &page.to_string()), send(&live, &own.to_string())] {
+        let answer = answer(&waits);
+        let note = answer["ok"]["note"].as_str().unwrap_or_else(|| panic!("{answer}"));
+        assert!(note.contains("with the next scan"), "{note}");
+    }
+    let file = live.folder.join("controller.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("[\"size\"]", "[\"lamp\"]")).unwrap();
+    live.ok("reload");
+    // The last scan before the stop comes at once.
+    live.ok("mode stop");
+    assert_eq!(live.ok("read size D5"), "size  D1  12\nD5    D5  5\n");
+    let line = live.line("`size` is not written: the program was reloaded");
+    assert_eq!(line["event"], "operator-refused", "{line}");
+}
+
 /// The desk has handed in the change in time, but the scan thread hangs.
 #[test]
 fn a_change_that_a_hanging_scan_reaches_after_the_deadline_is_not_carried_out() {

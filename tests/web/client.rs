@@ -4,7 +4,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::channel;
+use std::sync::mpsc::{Receiver, channel};
 
 use serde_json::Value;
 
@@ -57,6 +57,7 @@ pub struct Web {
     pub host: String,
     /// The one-time link, if there are no users.
     pub link: Option<String>,
+    lines: Receiver<String>,
 }
 
 /// An HTTP answer.
@@ -102,6 +103,16 @@ pub struct Visitor {
     pub csrf: String,
 }
 
+/// The bytes of a request.
+fn bytes_of(first: &str, lines: &[String], body: &str) -> Vec<u8> {
+    let mut request = format!("{first} HTTP/1.1\r\nConnection: close\r\n");
+    lines.iter().for_each(|line| request += &format!("{line}\r\n"));
+    if !body.is_empty() {
+        request += &format!("Content-Length: {}\r\n", body.len());
+    }
+    format!("{request}\r\n{body}").into_bytes()
+}
+
 impl Web {
     /// Starts a controller and `rungd web` with these additional arguments.
     pub fn start(arguments: &[&str]) -> Web {
@@ -130,7 +141,7 @@ impl Web {
         let host = at.split([' ', '/']).next().unwrap_or_default().to_owned();
         let link = first.split_once(&host).and_then(|(_, path)| path.split(' ').next());
         let link = link.filter(|path| path.starts_with("/in")).map(str::to_owned);
-        Web { live, child, host, link }
+        Web { live, child, host, link, lines }
     }
 
     /// Sends bytes; returns the answer up to the end of the connection.
@@ -146,14 +157,27 @@ impl Web {
         let _ = stream.write_all(bytes);
         stream
     }
+
     /// Sends a request with these header lines.
     pub fn ask(&self, first: &str, lines: &[String], body: &str) -> HttpAnswer {
-        let mut request = format!("{first} HTTP/1.1\r\nConnection: close\r\n");
-        lines.iter().for_each(|line| request += &format!("{line}\r\n"));
-        if !body.is_empty() {
-            request += &format!("Content-Length: {}\r\n", body.len());
+        self.send(&bytes_of(first, lines, body))
+    }
+
+    /// Sends a signal to the process.
+    pub fn signal(&self, name: &str) {
+        let (signal, id) = (format!("-{name}"), self.child.id().to_string());
+        assert!(Command::new("kill").args([signal, id]).status().unwrap().success());
+    }
+
+    /// The next line of the process's log with these words.
+    pub fn line(&self, words: &str) -> String {
+        loop {
+            let line = self.lines.recv_timeout(PATIENCE);
+            let line = line.unwrap_or_else(|_| panic!("no line with `{words}`"));
+            if line.contains(words) {
+                return line;
+            }
         }
-        self.send(format!("{request}\r\n{body}").as_bytes())
     }
 
     /// Sends a GET request of a visitor.
@@ -164,6 +188,11 @@ impl Web {
 
     /// Sends a change of a visitor, as the page does.
     pub fn post(&self, path: &str, visitor: &Visitor, value: &Value) -> HttpAnswer {
+        self.send(&self.bytes_of(path, visitor, value))
+    }
+
+    /// The bytes of a change of a visitor.
+    pub fn bytes_of(&self, path: &str, visitor: &Visitor, value: &Value) -> Vec<u8> {
         let lines = [
             format!("Host: {}", self.host),
             format!("Origin: http://{}", self.host),
@@ -171,7 +200,7 @@ impl Web {
             format!("X-CSRF-Token: {}", visitor.csrf),
             "Content-Type: application/json".to_owned(),
         ];
-        self.ask(&format!("POST {path}"), &lines, &value.to_string())
+        bytes_of(&format!("POST {path}"), &lines, &value.to_string())
     }
 
     /// Uses the one-time link.

@@ -118,6 +118,14 @@ fn tags_are_searched_and_trends_have_every_change() {
         ("/api/why?operand=", "name an operand"),
         ("/api/trend?operand=parts", "structure"),
         ("/api/rungs?element=Nobody", "no block or Stage"),
+        ("/api/why?operand=lamp&scan=-1", "`scan` is a whole number"),
+        ("/api/scan?scan=1.5", "`scan` is a whole number"),
+        ("/api/trend?operand=lamp&hold=x", "`hold` is a whole number"),
+        ("/api/rungs?element=Main&from=one", "`from` is a whole number"),
+        ("/api/rungs?element=Main&to=", "`to` is a whole number"),
+        ("/events?element=Main&from=-1", "`from` is a whole number"),
+        ("/api/why?operand=lamp&scn=5", "there is no key `scn`"),
+        ("/api/why?operand=lamp&operand=start", "`operand` stands twice"),
     ] {
         let refused = web.get(path, &visitor);
         assert_eq!(refused.status, 400, "{path}");

@@ -129,6 +129,73 @@ fn a_burst_of_passwords_gets_no_more_tries_than_the_limit() {
     assert_eq!(statuses(3, "correct horse"), [429; 3], "limited like any other");
 }
 
+/// A hash takes 19 MB, which the process must not keep for every password.
+#[test]
+fn sixty_sign_ins_take_the_memory_of_one() {
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let file = live.folder.join("users").display().to_string();
+    for user in ["anna", "ben", "carl"] {
+        passwd(&file, user, "correct horse");
+    }
+    let web = Web::of(live, &["--users-file", &file]);
+    let sign_in = |user: &str| {
+        let entered = web.sign_in(user, "correct horse");
+        assert_eq!(entered.status, 200, "{entered:?}");
+    };
+    sign_in("anna");
+    let before = web.memory();
+    for _ in 0..20 {
+        ["anna", "ben", "carl"].into_iter().for_each(sign_in);
+    }
+    assert!(web.memory() < before + (64 << 20), "{} after {before} bytes", web.memory());
+}
+
+/// Each of these makes its browser go away while `rungd web` stands still with the request.
+#[test]
+fn a_change_whose_browser_gave_up_while_the_server_stood_still_is_not_made() {
+    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let file = live.folder.join("users").display().to_string();
+    passwd(&file, "anna", "correct horse");
+    let web = Web::of(live, &["--users-file", &file]);
+    let anna = web.visitor(web.sign_in("anna", "correct horse").cookie());
+    let clock =
+        web.until("/events?element=Main&from=1&to=2", &anna, |event| event["clock"]["ms"].is_u64())
+            ["clock"]
+            .clone();
+    let by = |later_ms: u64| {
+        let ms = clock["ms"].as_u64().unwrap() + later_ms;
+        json!({ "clock": clock["clock"], "ms": ms })
+    };
+    let request = |value: i32, deadline: Option<serde_json::Value>| {
+        let mut change = json!({ "operand": "level", "value": value });
+        if let Some(deadline) = deadline {
+            change["deadline"] = deadline;
+        }
+        web.bytes_of("/api/write", &anna, &change)
+    };
+    web.signal("STOP");
+    let late = web.begin(&request(11, Some(by(100))));
+    let in_time = web.begin(&request(12, Some(by(100_000))));
+    for half in [std::net::Shutdown::Both, std::net::Shutdown::Write] {
+        web.begin(&request(13, None)).shutdown(half).unwrap();
+    }
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    web.signal("CONT");
+    let refused = HttpAnswer::read(late);
+    assert_eq!(refused.status, 409, "{refused:?}");
+    assert!(error(&refused).contains("after the browser had stopped waiting"), "{refused:?}");
+    assert_eq!(HttpAnswer::read(in_time).status, 200);
+    web.line("the browser has left without waiting");
+    web.line("the browser has left without waiting");
+    assert_eq!(web.live.say("read level --json").json()["values"][0]["value"], 12);
+    // What is written in time is written, and a deadline of a different clock is none.
+    assert_eq!(web.send(&request(14, None)).status, 200);
+    for odd in [json!({"clock": "0123456789abcdef", "ms": 1}), json!(5), json!({"ms": -1})] {
+        assert_eq!(web.send(&request(15, Some(odd))).status, 400);
+    }
+    assert_eq!(web.live.say("read level --json").json()["values"][0]["value"], 14);
+}
+
 #[test]
 fn users_that_are_set_at_the_same_time_all_stay() {
     let folder = TestFolder::new("users");

@@ -2,7 +2,8 @@
 //!
 //! Called by `session` for each request that its client is permitted to make. Changes go through
 //! the port, like those of a driver, and are answered once a complete scan (or a tick) has seen
-//! them. Each change is a line in the log: the user, the operand, the values before and after.
+//! them; `write` makes the writes. Each change is a line in the log: the user, the operand, the
+//! values before and after.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -14,16 +15,15 @@ use tokio::time::timeout;
 use super::memory;
 use super::peer::{Asker, Peer};
 use super::record;
-use super::refused::{denied, in_words, no_answer, not_for_pages, not_taken};
+use super::refused::{denied, in_words, no_answer};
 use super::status::{View, reason};
-use super::told_change::{ToldChange, WaitingWrite, Was};
+use super::told_change::{ToldChange, Was};
 use crate::daemon::log;
 use crate::daemon::reload::{Caller, Reloads};
-use crate::engine::Cell;
 use crate::events::{self, Event, Level};
 use crate::isa::{Address, Bit, BitSpace};
 use crate::locked::locked;
-use crate::operator::deadline::{self, NEVER_NS};
+use crate::operator::deadline;
 use crate::operator::names::Names;
 use crate::operator::operand::Variable;
 use crate::operator::protocol::{
@@ -31,12 +31,10 @@ use crate::operator::protocol::{
     Refusal, RefusalKind, Reply, Request, ShownValue, Values,
 };
 use crate::runtime::command::{Before, Command, CommandId, Denial};
-use crate::runtime::exchange::{Mode, Port, Refused, Snapshot, Write};
+use crate::runtime::exchange::{Mode, Port, Snapshot};
 use crate::runtime::{Generations, Origin};
 use crate::say::say;
 
-/// The longest period at which a write is answered only after the scan that sees it.
-const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
 /// The greatest number of forces that an answer names.
 const FORCES_NAMED_MAX: usize = 8;
 /// The note for an output that is forced outside RUN.
@@ -47,7 +45,7 @@ const WAIT_LEAST: Duration = Duration::from_secs(10);
 /// Answers the requests.
 pub(in super::super) struct Desk {
     views: Generations<View>,
-    port: Port,
+    pub(super) port: Port,
     reloads: Arc<Reloads>,
     /// The forced addresses, each with the name by which it was forced. Elements of tags with a
     /// `type` are not in it: a reload may move them, and their forces with them.
@@ -60,7 +58,7 @@ impl Desk {
     }
 
     /// The time limit of a change's wait for the scan that sees it.
-    fn wait(&self) -> Duration {
+    pub(super) fn wait(&self) -> Duration {
         self.port.patience().max(WAIT_LEAST)
     }
 
@@ -71,7 +69,7 @@ impl Desk {
 
     /// An operand of a request in the latest image: a reload may have replaced the program since
     /// then. `None` if the present program does not have the operand.
-    fn sight(&self, operand: &Variable) -> Option<Sight> {
+    pub(super) fn sight(&self, operand: &Variable) -> Option<Sight> {
         let (latest, view) = self.seen();
         let operand = view.names.again(operand)?;
         Some(Sight { latest, view, operand })
@@ -171,68 +169,6 @@ impl Desk {
             }
         }
         Ok(view.sight(&latest).values(&found))
-    }
-
-    async fn write(
-        &self,
-        asker: &Asker,
-        text: &str,
-        (given, from_page): (&GivenValue, bool),
-    ) -> Answered<Change> {
-        let (before, view) = self.seen();
-        let operand = view.names.find_one(text)?;
-        // The list of the image's program, so that no page writes by a list of before a reload.
-        if from_page && !view.pages_write.contains(&operand.what) {
-            return Err(not_for_pages(text));
-        }
-        operand.may_write()?;
-        let value = view.names.number(&operand, given)?;
-        if before.forces.has(operand.cell) {
-            let message = format!(
-                "`{text}` is forced to {}, and a write to it is discarded: unforce it first",
-                operand.held(before.value(operand.cell))
-            );
-            return Err(Refusal::new(RefusalKind::Refused, message));
-        }
-        let write = match (operand.input(), operand.cell) {
-            (Some(x), _) => Write::Input(x, value != 0),
-            (None, Cell::Bit(cell)) => Write::Bit(cell, value != 0),
-            (None, Cell::Word(cell)) => Write::Word(cell, value),
-        };
-        let period = Duration::from_nanos(self.port.tempo().period_ns);
-        let is_long = period > PERIOD_AWAITED_MAX;
-        // A write whose scan is far away is answered before it: from then on it is agreed.
-        let until_ns = if is_long { NEVER_NS } else { self.until_ns(asker) };
-        let ticket = self
-            .port
-            .submit_until(until_ns, before.generation, vec![write])
-            .map_err(|why| not_taken(why, &self.port))?;
-        self.port.sign(Origin::Batch(ticket), asker.peer.to_string());
-        let patience = if is_long { PERIOD_AWAITED_MAX } else { self.wait() };
-        let seen = match timeout(patience, self.port.done(ticket)).await {
-            Ok(Err(Refused::Overtaken)) => None,
-            Ok(done) => Some(done.map(|()| true).map_err(|why| not_taken(why, &self.port))?),
-            Err(_) if is_long => Some(false),
-            Err(_) => return Err(no_answer()),
-        };
-        let (was, written) = (Was::of(&operand, &before), operand.held(value));
-        let told = ToldChange::new(&asker.peer, &operand, was);
-        let Some((seen, sight)) = seen.zip(self.sight(&operand)) else {
-            // A scan may have taken the write before the reload, unless the batch was refused.
-            let asked = format!("asked to write {written} to {operand}");
-            told.tell_gone(&events::OPERATOR_WRITE, &asked);
-            return Err(denied(Denial::Gone));
-        };
-        let note = if seen {
-            let did = format!("wrote {written} to {operand}");
-            told.tell(&events::OPERATOR_WRITE, &did, sight.shown().value);
-            sight.note(written, &before)
-        } else {
-            let write = WaitingWrite { written, period };
-            told.tell_waiting(write);
-            Some(write.note())
-        };
-        Ok(Change { note, ..sight.change(was) })
     }
 
     /// Logs a command that the scan thread has carried out: `did`. Returns the operand after it.
@@ -409,7 +345,7 @@ impl Desk {
 
     /// The moment after which a change is not begun: at the client's deadline, and when the desk
     /// itself stops waiting.
-    fn until_ns(&self, asker: &Asker) -> u64 {
+    pub(super) fn until_ns(&self, asker: &Asker) -> u64 {
         asker.until_ns.min(deadline::now_ns().saturating_add(self.wait().as_nanos() as u64))
     }
 
@@ -424,24 +360,24 @@ fn caller(asker: &Asker) -> Caller {
 }
 
 /// An operand in the latest image, by the names of that image's program.
-struct Sight {
+pub(super) struct Sight {
     latest: Arc<Snapshot>,
     view: Arc<View>,
     operand: Variable,
 }
 
 impl Sight {
-    fn shown(&self) -> ShownValue {
+    pub(super) fn shown(&self) -> ShownValue {
         self.view.sight(&self.latest).shown(&self.operand)
     }
 
-    fn change(&self, was: Was) -> Change {
+    pub(super) fn change(&self, was: Was) -> Change {
         Change { before: was.value, was_forced: was.forced, now: self.shown(), note: None }
     }
 
     /// A warning if the written value will be overwritten or already is: by a driver, the ladder or
     /// a reload. `before`: the image before the write.
-    fn note(&self, written: Held, before: &Snapshot) -> Option<String> {
+    pub(super) fn note(&self, written: Held, before: &Snapshot) -> Option<String> {
         let (name, now) = (&self.operand.operand, self.shown().value);
         if let Some(driver) = self.view.about.driver_of(self.operand.what) {
             return Some(format!(

@@ -3,8 +3,8 @@
 //! The shell makes [`Claim`]s before it opens any other file, binds the [`Server`]s before the
 //! first scan, and runs them among the drivers. `socket` manages a socket's file, `peer` identifies
 //! the user at the other end, `seats` and `pace` have the limits, `session` serves one client;
-//! `desk` carries out requests, `told_change` logs changes of operands, `status` reports the state
-//! of the controller. Nothing here can make a scan wait.
+//! `desk` carries out requests (`write`: the writes), `told_change` logs changes of operands,
+//! `status` reports the state of the controller. Nothing here can make a scan wait.
 
 mod accounts;
 mod alarms;
@@ -21,6 +21,7 @@ mod session;
 mod socket;
 mod status;
 mod told_change;
+mod write;
 
 pub(super) use desk::Desk;
 pub(super) use server::{Server, claim};

@@ -66,7 +66,7 @@ impl Peer {
 #[derive(Clone, Debug)]
 pub(super) struct Asker {
     pub peer: Peer,
-    /// After this moment the request is not carried out; ns of the monotonic clock.
+    /// After this moment the request is not carried out; ns of the clock of deadlines.
     pub until_ns: u64,
 }
 

@@ -13,6 +13,15 @@ pub(super) fn not_for_pages(operand: &str) -> Refusal {
     Refusal::new(RefusalKind::NotPermitted, message)
 }
 
+/// A reload came between a page's write and its scan, and the new list may be a different one.
+pub(super) fn not_after_reload(operand: &str) -> Refusal {
+    let message = format!(
+        "`{operand}` is not written: the program was reloaded before a scan took the write; write \
+         it again if it is still right"
+    );
+    Refusal::new(RefusalKind::Refused, message)
+}
+
 /// A batch of writes was not taken.
 pub(super) fn not_taken(why: Refused, port: &Port) -> Refusal {
     let message = match why {

@@ -11,7 +11,6 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use rustix::net::{RecvFlags, recv};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
@@ -24,7 +23,7 @@ use super::socket::Door;
 use crate::daemon::narration::{one_line, span};
 use crate::daemon::turns::{Turn, Turns};
 use crate::locked::locked;
-use crate::operator::deadline::{self, Deadline, NEVER_NS};
+use crate::operator::deadline::{self, Deadline, NEVER_NS, has_left};
 use crate::operator::protocol::{
     Answered, REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request, received,
 };
@@ -351,12 +350,6 @@ impl Session {
             () = seat.asked_to_leave() => Err(Closed::MadeRoom),
         }
     }
-}
-
-/// Whether the client has closed its end of the connection. What it has sent stays in the socket.
-fn has_left(stream: &UnixStream) -> bool {
-    let flags = RecvFlags::PEEK | RecvFlags::DONTWAIT;
-    matches!(recv(stream, &mut [0_u8; 1], flags), Ok((_, 0)))
 }
 
 /// A client's text, or a message that repeats it, for the log: shortened, and on one line.

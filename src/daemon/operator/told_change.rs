@@ -74,7 +74,7 @@ impl<'a> ToldChange<'a> {
         self.line(event, "gone", &words);
     }
 
-    /// Logs a write that no scan has seen yet. No further line follows.
+    /// Logs a write that no scan has seen yet. A further line follows only if none takes it.
     pub fn tell_waiting(self, write: WaitingWrite) {
         let (operand, before, note) = (self.operand, self.was.value, write.note());
         let words = format!("asked to write to {operand}: {note}; until then it is {before}");

@@ -8,7 +8,7 @@ use crate::operator::deadline::NEVER_NS;
 pub(in super::super) struct Caller {
     /// Its name, for the log.
     pub who: String,
-    /// No swap begins after this moment; ns of the monotonic clock.
+    /// No swap begins after this moment; ns of the clock of deadlines.
     pub until_ns: u64,
 }
 

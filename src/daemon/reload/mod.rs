@@ -31,6 +31,7 @@ use super::systemd::{Notice, Systemd};
 use super::turns::Turns;
 use crate::engine::Cell;
 use crate::locked::locked;
+use crate::operator::deadline;
 use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
 use crate::reload::{OldMemory, ReloadPlan};
 use crate::runtime::command::{Answer, CommandId, Denial};
@@ -341,7 +342,7 @@ impl Reloads {
         ready: Ready,
         request: SwapRequest,
     ) -> Answered<Reloaded> {
-        if request.caller.until_ns < monotonic_ns() {
+        if request.caller.until_ns < deadline::now_ns() {
             let message = "nothing is swapped: its client had stopped waiting when the files were \
                            read";
             return Err(Refusal::new(RefusalKind::TooLate, message));

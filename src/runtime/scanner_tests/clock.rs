@@ -1,5 +1,7 @@
-//! Tests of the time of day that the scanner passes to the machine.
+//! Tests of the time of day that the scanner passes to the machine, and of the clock of deadlines.
 
+use super::super::command::{Answer, Command, Denial};
+use super::super::exchange::BatchTerms;
 use super::*;
 
 #[test]
@@ -17,4 +19,27 @@ fn the_clock_of_the_day_may_jump_and_no_scan_comes_sooner_or_later() {
     assert_eq!(scan_at(LocalTime::SIMULATED_S + 3652 * 86_400), (30, 2011, 0));
     assert_eq!(scan_at(-1), (40, 1969, 23));
     assert_eq!(rig.scanner.report().statistics.overruns, 0);
+}
+
+/// The clock of the scan's grid stands still in a suspend, the client's wait does not.
+#[test]
+fn a_change_that_waited_while_the_machine_was_suspended_is_late() {
+    let mut rig = rig(|_, _| {});
+    rig.step();
+    let until_ns = rig.clock.now_ns() + 5_000 * MS;
+    let terms = BatchTerms { generation: 0, is_bound: false, until_ns };
+    let hand_in = |port: &Port| {
+        let force = Command::Force { cell: engine::Cell::Word(WordCell(0)), value: 7 };
+        let write = port.submit_by(terms, vec![Write::Bit(BitCell(2), true)]).unwrap();
+        (write, port.command_until(until_ns, 0, force).unwrap())
+    };
+    let (write, force) = hand_in(&rig.port);
+    rig.steps(2);
+    assert_eq!(rig.port.outcome(write), Outcome::Applied);
+    assert!(matches!(rig.port.answer(force), Some(Answer::Done(_))));
+    let (write, force) = hand_in(&rig.port);
+    rig.clock.2.set(3_600_000 * MS);
+    rig.steps(2);
+    assert_eq!(rig.port.outcome(write), Outcome::Refused(Refused::Late));
+    assert_eq!(rig.port.answer(force), Some(Answer::Denied(Denial::Late)));
 }

@@ -308,3 +308,23 @@ fn a_force_in_the_very_scan_that_fails_shows() {
     assert_eq!((rig.done(force).mode, latest.forces.list()), (Mode::Run, &[FORCED][..]));
     assert_eq!((latest.mode, latest.words[0], latest.scans), (fault, 8, 1));
 }
+
+#[test]
+fn a_mask_changes_what_the_scan_finds() {
+    let mut rig = rig(|_, _| {});
+    let cell = WordCell(0);
+    let mask = |and, or, signed| Write::Masked { cell, and, or, signed };
+    rig.port.submit(vec![Write::Word(cell, 0x12), mask(0xf2, 0x25, false)]).unwrap();
+    rig.step();
+    assert_eq!(
+        rig.port.latest().words[0],
+        0x17 + 1,
+        "behind the write before it, and then the scan"
+    );
+    rig.port.submit(vec![mask(0, 0xff00, true)]).unwrap();
+    rig.step();
+    assert_eq!(rig.port.latest().words[0], -0x100 + 1);
+    rig.port.submit(vec![mask(0x00ff, 0xff00, false)]).unwrap();
+    rig.step();
+    assert_eq!(rig.port.latest().words[0], 0xff01 + 1);
+}

@@ -47,10 +47,38 @@ async function get(path, query) {
   return json;
 }
 
+// How long a change waits for its answer, and how long before that it is still begun, ms: what is
+// begun in time must be answered in time.
+const WAIT = 10000, BEGUN_BEFORE = 2000;
+
+// The controller's clock, by which changes say how long they wait: its name, and its lead over the
+// page's own clock. An event that was long on its way shows too small a lead.
+let clock = null;
+
+function know(now) {
+  if (!now) return;
+  const lead = now.ms - performance.now();
+  if (!clock || clock.name !== now.clock) clock = { name: now.clock, lead, at: now.ms };
+  // Slowly forgets the greatest lead, because clocks drift: 1 ms in a second.
+  else clock.lead = Math.max(lead, clock.lead - Math.max(0, now.ms - clock.at) / 1000);
+  clock.at = now.ms;
+}
+
+// Until when a change is begun. After that nothing is done, even if it arrives later.
+function deadline() {
+  if (!clock) return undefined;
+  return { clock: clock.name, ms: Math.max(0, Math.floor(clock.lead + performance.now() + WAIT - BEGUN_BEFORE)) };
+}
+
 async function post(path, value) {
   const headers = { "Content-Type": "application/json" };
   if (state.session) headers["X-CSRF-Token"] = state.session.csrf;
-  const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify(value) });
+  const body = JSON.stringify({ ...value, deadline: deadline() });
+  const signal = AbortSignal.timeout(WAIT);
+  const answer = await fetch(path, { method: "POST", headers, body, signal }).catch((error) => {
+    throw error.name !== "TimeoutError" ? error
+      : new Error(`no answer for ${WAIT / 1000} s: if nothing has changed by now, nothing will`);
+  });
   const json = await answer.json().catch(() => ({ error: "the answer cannot be read" }));
   if (!answer.ok) throw new Error(json.error);
   return json;
@@ -92,6 +120,7 @@ function windowOf() {
 }
 
 function take(event) {
+  know(event.clock);
   if (event.now && !state.hold) state.now = event.now;
   if (event.status) { state.status = event.status; overviewParts(); }
   if (event.error) { link(event.error + shownOf(), true); return; }
