@@ -68,7 +68,7 @@ pub(crate) fn read_regular(path: &Path) -> Result<Vec<u8>> {
 
 fn opened_or_given(path: &Path) -> Result<File> {
     let is_given = |given: &&str| path.to_str().is_some_and(|path| path.starts_with(given));
-    if GIVEN.iter().any(|given| is_given(&given)) { File::open(path) } else { open(path) }
+    if GIVEN.iter().any(is_given) { File::open(path) } else { open(path) }
 }
 
 fn refuse(kind: FileType) -> Result<()> {

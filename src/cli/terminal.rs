@@ -38,12 +38,15 @@ pub(crate) fn with_own_lines(text: &str) -> Cow<'_, str> {
 /// repeat only some of them.
 fn parts_of_lines(arguments: impl Iterator<Item = String>) -> Vec<String> {
     let has_lines = |part: &&str| part.contains('\n') && !part.trim().is_empty();
+    // The command line's library leaves out what begins with an escape character.
+    let ends = |c: char| c == '/' || (is_obeyed(c) && c != '\n');
     let mut parts: Vec<String> = Vec::new();
     for argument in arguments.filter(|argument| argument.contains('\n')) {
         let values = argument.split_once('=').map(|(_, value)| value);
         let values = values.into_iter().chain([argument.as_str()]);
-        parts
-            .extend(values.flat_map(|value| value.split('/')).filter(has_lines).map(str::to_owned));
+        parts.extend(
+            values.flat_map(|value| value.split(ends)).filter(has_lines).map(str::to_owned),
+        );
     }
     // The longest first: it may contain a shorter one.
     parts.sort_by_key(|part| std::cmp::Reverse(part.len()));
@@ -125,12 +128,13 @@ mod tests {
 
     #[test]
     fn a_line_end_in_an_argument_is_no_line_end_of_a_message() {
-        let arguments = ["run", "--socket=/tmp/a\nrungd: all is well/s", "x\ny.toml", "\n", "/\n/"];
+        let arguments =
+            ["run", "--socket=/tmp/a\nrungd: all is well/s", "x\ny\u{1b}[2J", "\n", "/\n/"];
         let parts = parts_of_lines(arguments.map(str::to_owned).into_iter());
         let shown = |text: &str| escaped_parts(text, &parts).into_owned();
         assert_eq!(
-            shown("rungd: /tmp/a\nrungd: all is well/s: no\nrungd: x\ny.toml\n"),
-            "rungd: /tmp/a\\u{a}rungd: all is well/s: no\nrungd: x\\u{a}y.toml\n"
+            shown("rungd: /tmp/a\nrungd: all is well/s: no\nrungd: x\ny\n"),
+            "rungd: /tmp/a\\u{a}rungd: all is well/s: no\nrungd: x\\u{a}y\n"
         );
         assert_eq!(shown("two\nlines\n"), "two\nlines\n");
     }

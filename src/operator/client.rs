@@ -104,7 +104,7 @@ pub(crate) fn ask_by<T: DeserializeOwned>(
 ) -> Result<T, CallFailure> {
     let Some(by) = by else { return ask(socket, request) };
     let limit = limit_of(request).min(by.left().unwrap_or_default() + SLACK_MAX);
-    exchanged_by(socket, request, (Some(by.clone()), limit, &|_| ()))
+    exchanged_by(socket, request, Some(by.clone()), (limit, &|_| ()))
 }
 
 /// The process that listens at a socket; `None` if the system does not report it.
@@ -167,13 +167,14 @@ fn exchanged<T: DeserializeOwned>(
 ) -> Result<T, CallFailure> {
     // Before the connection: the client's wait has begun.
     let deadline = Deadline::of_wait(limit).filter(|_| !request.only_looks());
-    exchanged_by(socket, request, (deadline, limit, tell))
+    exchanged_by(socket, request, deadline, (limit, tell))
 }
 
 fn exchanged_by<T: DeserializeOwned>(
     socket: &Path,
     request: &Request,
-    (deadline, limit, tell): (Option<Deadline>, Duration, &dyn Fn(&str)),
+    deadline: Option<Deadline>,
+    (limit, tell): (Duration, &dyn Fn(&str)),
 ) -> Result<T, CallFailure> {
     let wait = Wait { request, deadline, limit, began: Instant::now(), tell };
     match wait.answered(socket) {

@@ -103,11 +103,9 @@ impl FolderOnDisk {
 /// `InvalidInput` if it is not a regular file; otherwise the error of the system.
 pub(super) fn open_file(path: &Path) -> io::Result<File> {
     let no_recording = "a recording is a regular file, or a folder of files";
-    regular_file::open(path).map_err(|error| match error.kind() {
-        io::ErrorKind::InvalidInput => {
-            io::Error::new(error.kind(), format!("{error}: {no_recording}"))
-        }
-        _ => error,
+    regular_file::open(path).map_err(|error| match error.kind() == io::ErrorKind::InvalidInput {
+        true => io::Error::new(error.kind(), format!("{error}: {no_recording}")),
+        false => error,
     })
 }
 

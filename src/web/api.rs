@@ -199,7 +199,7 @@ fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let all = all.ok_or_else(|| bad(format!("there is no block or Stage `{element}`")))?;
     let from = query.number("from").unwrap_or(1).max(1) as usize;
     let to = query.number("to").unwrap_or(0) as usize;
-    let count = (to + 1).saturating_sub(from).min(RUNGS_MAX);
+    let count = to.saturating_add(1).saturating_sub(from).min(RUNGS_MAX);
     let rung = |rung: &RungPicture| {
         let title = rung.title();
         let (file, line) = &rung.place;
@@ -270,7 +270,7 @@ fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
 }
 
 /// The session that asks for a change, and how long its browser waits for it.
-pub(super) struct Asker {
+pub(super) struct Visitor {
     pub session: Session,
     pub cookie: String,
     pub patience: Patience,
@@ -280,20 +280,20 @@ pub(super) struct Asker {
 pub(super) async fn change(
     site: &Arc<WebSite>,
     path: &str,
-    (asker, said): (&Asker, &Value),
+    (visitor, said): (&Visitor, &Value),
 ) -> WebResult {
-    let Some((user, _)) = &asker.session.user else {
+    let Some((user, _)) = &visitor.session.user else {
         let why = "only users who have signed in may change something: see `rungd web passwd`";
         return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
     };
     match path {
-        "/api/write" => write(site, (asker, user), said).await,
-        "/api/ack" => acknowledge(site, (asker, user), said).await,
+        "/api/write" => write(site, (visitor, user), said).await,
+        "/api/ack" => acknowledge(site, (visitor, user), said).await,
         _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
     }
 }
 
-async fn write(site: &Arc<WebSite>, (asker, user): (&Asker, &str), said: &Value) -> WebResult {
+async fn write(site: &Arc<WebSite>, (visitor, user): (&Visitor, &str), said: &Value) -> WebResult {
     let view = viewed(site).await?;
     let operand = said["operand"].as_str().unwrap_or_default().trim().to_owned();
     let subject = &view.program.subject;
@@ -310,7 +310,7 @@ async fn write(site: &Arc<WebSite>, (asker, user): (&Asker, &str), said: &Value)
     // The controller checks the list again, that of the program which it runs at that time.
     let from_page = true;
     let write = Request::Write { operand: operand.clone(), value, for_user, from_page };
-    let done = sent(site, asker, write).await?;
+    let done = sent(site, visitor, write).await?;
     say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
     Ok(json_answer(&done))
 }
@@ -318,7 +318,7 @@ async fn write(site: &Arc<WebSite>, (asker, user): (&Asker, &str), said: &Value)
 /// Acknowledges an alarm.
 async fn acknowledge(
     site: &Arc<WebSite>,
-    (asker, user): (&Asker, &str),
+    (visitor, user): (&Visitor, &str),
     said: &Value,
 ) -> WebResult {
     let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();
@@ -327,13 +327,17 @@ async fn acknowledge(
     }
     let alarms = vec![alarm.clone()];
     let for_user = Some(user.to_owned());
-    let done = sent(site, asker, Request::Ack { alarms, for_user }).await?;
+    let done = sent(site, visitor, Request::Ack { alarms, for_user }).await?;
     say(&format!("{user} acknowledged {alarm}"));
     Ok(json_answer(&done))
 }
 
 /// Sends a change to the controller, if its browser still waits and its session goes on.
-async fn sent(site: &Arc<WebSite>, asker: &Asker, request: Request) -> Result<Value, WebFailure> {
+async fn sent(
+    site: &Arc<WebSite>,
+    visitor: &Visitor,
+    request: Request,
+) -> Result<Value, WebFailure> {
     // The controller that the page shows, and no other.
     let Some(socket) = site.follow.socket() else {
         let why = "no controller has answered yet: nothing is changed".to_owned();
@@ -341,11 +345,11 @@ async fn sent(site: &Arc<WebSite>, asker: &Asker, request: Request) -> Result<Va
     };
     let place = Arc::clone(&site.questions).acquire_owned().await;
     // The wait for the place may have been long, and so may the one for a thread.
-    if !site.goes_on(&asker.cookie) {
+    if !site.goes_on(&visitor.cookie) {
         let why = "the session has ended meanwhile: nothing is changed";
         return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
     }
-    let patience = asker.patience.clone();
+    let patience = visitor.patience.clone();
     let send = move || {
         patience.judge().map_err(CallFailure::Refused)?;
         client::ask_by::<Value>(&socket, &request, patience.until())

@@ -11,7 +11,7 @@ use hyper::{Method, Request, StatusCode};
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
-use super::api::{self, Asker};
+use super::api::{self, Visitor};
 use super::body::AnswerBody;
 use super::guard::{CSRF, secure};
 use super::journal::say;
@@ -99,8 +99,8 @@ async fn admitted_answer(
         return Ok(json_answer(&json!({})));
     }
     let said = body(request).await?;
-    let asker = Asker { session, cookie, patience: patience.said(&said)? };
-    api::change(site, &path, (&asker, &said)).await
+    let visitor = Visitor { session, cookie, patience: patience.said(&said)? };
+    api::change(site, &path, (&visitor, &said)).await
 }
 
 fn cookie(headers: &HeaderMap) -> Option<&str> {

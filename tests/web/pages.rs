@@ -131,6 +131,10 @@ fn tags_are_searched_and_trends_have_every_change() {
         assert_eq!(refused.status, 400, "{path}");
         assert!(refused.json()["error"].as_str().unwrap().contains(says), "{refused:?}");
     }
+    for bound in ["from", "to"] {
+        let path = format!("/api/rungs?element=Main&{bound}=18446744073709551615");
+        assert_eq!(web.get(&path, &visitor).status, 200, "{path}");
+    }
     assert_eq!(web.get("/api/nothing", &visitor).status, 404);
 }
 

@@ -95,9 +95,9 @@ impl Desk {
         let (peer, what) = (asker.peer.clone(), operand.operand.clone());
         tokio::spawn(async move {
             let Err(why) = done.await else { return };
-            let why = match why {
-                Refused::Overtaken => not_after_reload(&what),
-                other => not_taken(other, &port),
+            let why = match why == Refused::Overtaken {
+                true => not_after_reload(&what),
+                false => not_taken(why, &port),
             };
             say!(
                 OPERATOR_REFUSED,
