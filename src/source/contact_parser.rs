@@ -263,8 +263,7 @@ impl Parser<'_> {
             return self.edge(&name, atom.span, depth);
         }
         if let Some((Token::Compare(_), _)) = self.peek() {
-            let finding = self.mask(&atom, V::HAS_SUMS).filter(|_| self.is_before_number());
-            return finding.map_or_else(|| self.compared(V::from(atom), depth), Err);
+            return self.compared(V::from(atom), depth);
         }
         match atom.kind {
             AtomKind::Name(value) => Ok(Contact::Bit(Located { value, span: atom.span })),
@@ -279,21 +278,12 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether the next compare is with a number.
-    fn is_before_number(&self) -> bool {
-        let behind = self.tokens.get(self.at + 1);
-        matches!(behind, Some((Token::Atom(atom), _)) if atom.name().is_none())
-    }
-
     /// The finding for a number that was just read, if `&` or `|` joins it with a word.
     fn mask(&self, number: &Atom, has_sums: bool) -> Option<Finding> {
         let read = &self.tokens[..self.at];
         let [.., (Token::Atom(word), _), (Token::And | Token::Or, sign), _] = read else {
             return None;
         };
-        if number.name().is_some() {
-            return None;
-        }
         let text = |span: Span| {
             &self.text
                 [(span.start - self.span.start) as usize..(span.end - self.span.start) as usize]
