@@ -13,6 +13,7 @@ use std::path::Path;
 /// The size limit of a file with a program or with data: a file must be smaller than this.
 const FILE_BYTES_MAX: u64 = 256 << 20;
 /// The size limit of a small file: users, keys, certificates, passwords.
+#[cfg(any(feature = "fleet", feature = "web"))]
 const SMALL_BYTES_MAX: u64 = 4 << 20;
 
 /// The paths of files that the caller opened for this process.
@@ -96,6 +97,8 @@ fn read(file: File, bytes_max: u64) -> Result<Vec<u8>> {
 mod tests {
     use super::*;
 
+    type Reader = fn(&Path) -> Result<Vec<u8>>;
+
     #[test]
     fn only_regular_files_are_read_and_a_pipe_is_not_waited_for() {
         let folder = std::env::temp_dir().join(format!("rungd-regular-{}", std::process::id()));
@@ -104,8 +107,7 @@ mod tests {
         std::fs::write(&file, "text").expect("written");
         rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RWXU).expect("a pipe");
         assert_eq!(read_bytes(&file).expect("read"), b"text");
-        let readers: [fn(&Path) -> Result<Vec<u8>>; 2] = [read_bytes, read_regular];
-        for read in readers {
+        for read in [read_bytes as Reader, read_regular] {
             for (path, what) in [
                 (&pipe, "a pipe (FIFO)"),
                 (&folder, "a directory"),
