@@ -60,7 +60,31 @@ pub fn shown_name(name: &str) -> String {
 pub(crate) fn shell_word(path: &str) -> String {
     let path = if path.starts_with('-') { format!("./{path}") } else { path.to_owned() };
     let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
-    if path.chars().all(is_plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
+    let quoted = |text: &str| format!("'{}'", text.replace('\'', "'\\''"));
+    if path.chars().all(is_plain) {
+        path
+    } else if path.contains(is_obeyed) {
+        format!("\"$(printf '%b' {})\"", quoted(&printf_text(&path)))
+    } else {
+        quoted(&path)
+    }
+}
+
+/// A text as `printf '%b'` of a shell reads it: what a terminal would execute is in octal.
+fn printf_text(text: &str) -> String {
+    let mut printed = String::new();
+    for c in text.chars() {
+        match c {
+            '\\' => printed.push_str("\\\\"),
+            c if is_obeyed(c) => {
+                let mut bytes = [0; 4];
+                let octal = c.encode_utf8(&mut bytes).bytes().map(|byte| format!("\\0{byte:03o}"));
+                printed.extend(octal);
+            }
+            c => printed.push(c),
+        }
+    }
+    printed
 }
 
 /// Adds a word and the space after it; returns the number of characters added.

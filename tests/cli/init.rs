@@ -73,7 +73,7 @@ fn a_first_project_passes_the_check_and_runs() {
 #[test]
 fn the_command_that_it_prints_can_be_pasted() {
     let folder = folder("init-pasted");
-    for name in ["sp ace", "it's $HOME", "-dash", "ö&b;c", "two\nlines"] {
+    for name in ["sp ace", "it's $HOME", "-dash", "ö&b;c", "two\nlines", "it's\t\u{1b}[1m\\n"] {
         let output = rungd(&["init", "--", name], &folder);
         let text = said(&output.stdout);
         assert_eq!(output.status.code(), Some(0), "{text}");

@@ -211,7 +211,7 @@ fn a_real_is_traced_and_stimulated_as_it_is_written() {
         place.refused("reals.toml --stimulus s.csv --scans 9", 78, said);
     }
     place.write("s.csv", "scan,D0\n1,1.5\n");
-    place.refused("reals.toml --stimulus s.csv", 78, "`D0` is a word: it takes a decimal number");
+    place.refused("reals.toml --stimulus s.csv", 78, "`D0` is a word: it takes a whole number, as");
 }
 
 #[test]
@@ -382,7 +382,7 @@ fn a_stimulus_is_refused_with_its_row() {
         ("scan;X0\n1;1\n", "s.csv:1: cells are separated by `,`, not by `;`"),
         ("scan,X0\n1,1\n2,2\n", "s.csv:3: `X0` is a bit: it takes 0 or 1, not `2`"),
         ("scan,size\n\n5,10\n", "s.csv:3: `size` takes 1 to 9, not 10"),
-        ("scan,size\n5,many\n", "s.csv:2: `size` is a word: it takes a decimal number"),
+        ("scan,size\n5,many\n", "s.csv:2: `size` is a word: it takes a whole number"),
         ("scan,X0\n5,1\n4,0\n", "s.csv:3: scan 4 comes after scan 5: rows ascend by scan"),
         ("scan,X0\n1,1,1\n", "s.csv:2: the row has 2 cells after the first"),
         ("scan,X0\nfirst,1\n", "s.csv:2: `first` is not a scan"),
