@@ -112,7 +112,9 @@ pub(super) fn resolve(written: &WrittenRecord, findings: &mut Vec<Finding>) -> R
             None => {
                 let message = format!("`{}` is {}", text.text, of.no_form);
                 let finding = Finding::new(Code::Controller, text.span, message);
-                findings.push(finding.help(of.help));
+                let whole = duration::of_fraction(&text.text).filter(|_| of.takes_durations);
+                let help = whole.map_or(of.help.to_owned(), |text| format!("write `\"{text}\"`"));
+                findings.push(finding.help(help));
                 default
             }
         }
@@ -131,6 +133,8 @@ struct Measure {
     parse: fn(&str) -> Option<u64>,
     limits: (u64, u64),
     no_form: &'static str,
+    /// Whether it is a duration, which is written in whole numbers.
+    takes_durations: bool,
     beyond: &'static str,
     help: &'static str,
 }
@@ -139,6 +143,7 @@ const AGE: Measure = Measure {
     parse: age_s,
     limits: KEEP_S,
     no_form: "no time",
+    takes_durations: true,
     beyond: "not between a minute and ten years",
     help: "write hours or days: `keep = \"24h\"`, `keep = \"30d\"`",
 };
@@ -146,6 +151,7 @@ const ON_DISK: Measure = Measure {
     parse: bytes,
     limits: SIZE_BYTES,
     no_form: "no size",
+    takes_durations: false,
     beyond: "not between 1 MB and 1,000 GB",
     help: "write megabytes or gigabytes: `size = \"256MB\"`, `size = \"2GB\"`",
 };
@@ -153,6 +159,7 @@ const IN_MEMORY: Measure = Measure {
     parse: bytes,
     limits: MEMORY_BYTES,
     no_form: "no size",
+    takes_durations: false,
     beyond: "not between 1 MB and 4 GB",
     help: "write megabytes: `memory = \"16MB\"`",
 };

@@ -56,10 +56,12 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
         return Err(AddressError::NotAnAddress);
     }
     if upper != prefix {
-        // The suggestion corrects the member's case as well.
+        // The suggestion corrects the member's case and the number as well.
         let right = text.replacen(prefix, &upper, 1);
         return Err(match parse(&right, sizes) {
-            Err(AddressError::Case(all)) => AddressError::Case(all),
+            Err(AddressError::Case(all) | AddressError::LeadingZero(all)) => {
+                AddressError::Case(all)
+            }
             _ => AddressError::Case(right),
         });
     }
@@ -218,7 +220,7 @@ mod tests {
         check("ct0.what", "Case(\"CT0.what\")");
         check("Y007", "LeadingZero(\"Y7\")");
         check("CT00.Done", "LeadingZero(\"CT0.Done\")");
-        check("y010", "Case(\"Y010\")");
+        check("y010", "Case(\"Y10\")");
         check("$on", "Case(\"$On\")");
         check("$hour", "Case(\"$Hour\")");
         check("$Nope", "UnknownNickname");

@@ -4,7 +4,7 @@
 
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::did_you_mean;
+use crate::source::nearest::{did_you_mean, nearest};
 use crate::source::span::{SourceFile, Span};
 use crate::source::wording::shell_word;
 
@@ -106,25 +106,27 @@ pub(crate) fn offered(
 /// The file of the library that a `use` needs.
 struct Wanted {
     file: &'static LibraryFile,
-    /// Whether the `use` names the file instead of a template.
-    is_file: bool,
+    /// If the `use` names the file, or a name near it, instead of a template: the template to name.
+    template: Option<&'static str>,
 }
 
 impl Wanted {
     fn of(finding: &Finding, files: &[SourceFile]) -> Option<Wanted> {
         let name = unknown_template(finding, files)?;
-        match named(name) {
-            Some(file) => Some(Wanted { file: file.ok()?, is_file: true }),
-            None => Some(Wanted { file: of_template(name)?, is_file: false }),
-        }
+        let Some(name) = name.strip_prefix(LIBRARY) else {
+            return Some(Wanted { file: of_template(name)?, template: None });
+        };
+        let near = || nearest(name, FILES.iter().map(|file| file.name));
+        let of_file = |name: &str| FILES.iter().find(|file| file.name == name);
+        let file = of_file(name).or_else(|| of_template(name)).or_else(|| of_file(near()?))?;
+        let own = file.templates().find(|of| *of == name).or_else(|| file.templates().next());
+        Some(Wanted { file, template: Some(own.unwrap_or_default()) })
     }
 
     fn help(&self, how: &str) -> String {
-        if !self.is_file {
-            return how.to_owned();
-        }
+        let Some(first) = self.template else { return how.to_owned() };
         let names: Vec<String> = self.file.templates().map(|of| format!("`{of}`")).collect();
-        let (what, first) = (names.join(", "), self.file.templates().next().unwrap_or_default());
+        let what = names.join(", ");
         let verb = if names.len() == 1 { "template is" } else { "templates are" };
         let file = self.file.name;
         let use_it = format!("`{LIBRARY}{file}` is a file, its {verb} {what}: `use = \"{first}\"`");
@@ -143,15 +145,9 @@ fn unknown_template<'f>(finding: &Finding, files: &'f [SourceFile]) -> Option<&'
 /// file. Other findings do not change.
 fn no_file(finding: Finding, files: &[SourceFile]) -> Finding {
     let Some(name) = unknown_template(&finding, files) else { return finding };
-    let Some(Err((message, help))) = named(name) else { return finding };
-    let template = name.strip_prefix(LIBRARY).unwrap_or(name);
-    let help = match of_template(template) {
-        Some(of) => format!(
-            "name the template: `use = \"{template}\"`; it is in the library's `{LIBRARY}{}`",
-            of.name
-        ),
-        None => format!("{message} ({help}); a use names a template of such a file"),
-    };
+    let Some(Err((message, _))) = named(name) else { return finding };
+    let list = FILES.iter().map(|file| format!("`{LIBRARY}{}`", file.name)).collect::<Vec<_>>();
+    let help = format!("{message}; a use names a template of a file, of {}", list.join(", "));
     finding.near_any(None).help(help)
 }
 

@@ -125,7 +125,10 @@ impl Resolver<'_> {
                 format!("its value is `{name}.{acc}`")
             }
             Thing::Address(Address::Bit(_)) | Thing::Element(_) => {
-                format!("a bit stands alone: `{name}`, or `!{name}`")
+                format!(
+                    "a bit stands alone in contacts: `{name}`, or `!{name}`; a number is a \
+                     constant or a word, as `D0`"
+                )
             }
             Thing::Block(_) | Thing::Device(_) => {
                 "a number, a duration, or a word as `D0` belongs here".to_owned()

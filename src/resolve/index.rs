@@ -4,7 +4,7 @@
 //! whose number is read at run time.
 
 use super::array::{Array, Element};
-use super::mistake::{Mistake, mistake};
+use super::mistake::{Mistake, mistake, new};
 use super::program::TagMeaning;
 use super::scope::{LookUp, Scope, Thing};
 use crate::isa::{Address, Space};
@@ -104,9 +104,16 @@ impl Scope {
     ) -> Result<LookUp, Mistake> {
         let mut ends = [0; 2];
         for (end, text) in ends.iter_mut().zip([low, high]) {
-            let Index::Constant(at, _) = self.index(base, array, text)? else {
+            let last = array.count - 1;
+            let beyond = |mistake| match mistake {
+                Mistake::New { code: Code::OutOfRange, message, .. } => {
+                    let help = format!("the longest is `{base}[0..{last}]`");
+                    new(Code::OutOfRange, message, Some(help))
+                }
+                other @ (Mistake::New { .. } | Mistake::Reported) => other,
+            };
+            let Index::Constant(at, _) = self.index(base, array, text).map_err(beyond)? else {
                 let message = format!("the ends of a slice are constants, not `{text}`");
-                let last = array.count - 1;
                 return Err(mistake(
                     Code::OperandType,
                     message,

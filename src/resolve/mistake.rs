@@ -5,8 +5,9 @@
 use crate::isa::Structure;
 use crate::isa::address_text::AddressError;
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::{KnownNames, Near, did_you_mean};
+use crate::source::nearest::{KnownNames, Near, did_you_mean, nearest};
 use crate::source::span::Span;
+use crate::source::wording::bounded;
 
 /// The reason why a name has no meaning.
 #[derive(Debug)]
@@ -137,8 +138,9 @@ fn a_range(name: &str) -> Mistake {
 pub(super) fn unknown_member(name: &str, members: &[&str]) -> Mistake {
     let (base, member) = name.split_once('.').unwrap_or((name, ""));
     let list = members.iter().map(|m| format!("`.{m}`")).collect::<Vec<_>>().join(", ");
-    let help = did_you_mean(member, members.iter().copied());
-    let help = help.map_or(String::new(), |near| format!("{near} ")) + &format!("it has {list}");
+    let near = nearest(member, members.iter().copied());
+    let near = near.map_or(String::new(), |near| format!("did you mean `{base}.{near}`? "));
+    let help = bounded(near) + &format!("it has {list}");
     new(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), Some(help))
 }
 

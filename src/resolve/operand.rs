@@ -272,6 +272,9 @@ impl Resolver<'_> {
             format!("`{}` reaches the stages of its own program only", spec.name)
         } else if names.stages.is_empty() && names.kind != BlockKind::Program {
             "tasks have no stages; make it a `[[program]]`".to_owned()
+        } else if names.stages.is_empty() {
+            "stages are declared by `[[program.stage]]`, and only a rung of a stage jumps"
+                .to_owned()
         } else {
             let declare = format!("declare it: a `[[program.stage]]` with `name = \"{name}\"`");
             let finding = Finding::new(Code::UnknownStage, atom.span, message).help(declare);

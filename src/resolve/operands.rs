@@ -91,7 +91,7 @@ pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, F
     if let Some((space, _)) = Space::with_members(first) {
         let (first, last) = (from.min(to), from.max(to));
         let range = Range { space, first, last, span: text.span, of_tag: false };
-        if let Some(finding) = placed_in(scope, &range) {
+        if let Some(finding) = placed_in(scope, &range, low) {
             return Err(finding);
         }
     }

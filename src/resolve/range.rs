@@ -114,7 +114,7 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
     }
     let (least, most) = (first.min(last), first.max(last));
     let range = Range { space, first: least, last: most, span: text.span, of_tag: false };
-    if let Some(finding) = is_range(&text.text).then(|| placed_in(scope, &range)).flatten() {
+    if let Some(finding) = is_range(&text.text).then(|| placed_in(scope, &range, low)).flatten() {
         return Err(finding);
     }
     if last < first {
@@ -124,12 +124,15 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
     Ok(range)
 }
 
-/// The finding for a range that contains a tag with a `type`.
-pub(super) fn placed_in(scope: &Scope, range: &Range) -> Option<Finding> {
+/// The finding for a range that contains a tag with a `type`; `low`: the range's first text.
+pub(super) fn placed_in(scope: &Scope, range: &Range, low: &str) -> Option<Finding> {
     let name = &scope.places().in_range(range.space, range.first, range.last)?.name;
     let message = format!("`{name}` is in this range, and can be used only by its name");
     let finding = Finding::new(Code::Controller, range.span, message);
-    Some(finding.help(format!("name it alone: `{name}`; ranges are of addresses")))
+    let has_members = matches!(range.space, Space::Counter | Space::Timer | Space::Sensaphone);
+    let member = low.rsplit_once('.').filter(|_| has_members);
+    let member = member.map_or(String::new(), |(_, member)| format!(".{member}"));
+    Some(finding.help(format!("name it alone: `{name}{member}`; ranges are of addresses")))
 }
 
 /// The finding for a range in a different notation, such as `Y8-Y9`.

@@ -98,7 +98,10 @@ impl Resolver<'_> {
         }
         if tag.alarm.is_none() {
             let message = "`priority` goes with `alarm`, and this tag has none";
-            let help = "add `alarm = \"…\"`: the text that people read; or leave `priority` out";
+            let help = match tag.count {
+                Some(_) => "leave it out: a tag with `count` has no `alarm`",
+                None => "add `alarm = \"…\"`: the text that people read; or leave `priority` out",
+            };
             self.find(Finding::new(Code::TagKey, written.span, message).help(help));
         }
     }

@@ -73,6 +73,10 @@ fn is_after_compare(before: &str) -> bool {
     before.ends_with(['=', '<', '>'])
 }
 
+/// The help for a text that is no contact.
+const CONTACT_FORMS: &str =
+    "a contact is a bit, a compare or an edge: `X0`, `!X0`, `D0 > 3`, `rise(X0)`";
+
 /// The help for a character that contacts never contain.
 fn notation(first: char) -> &'static str {
     match first {
@@ -80,8 +84,27 @@ fn notation(first: char) -> &'static str {
         ';' => "contacts in series are strings of their own: `[\"X0\", \"X1\"]`",
         '.' => "a member follows its name without a space: `T0.Done`; a real begins with a digit",
         ':' => "take it away; a duration reads `1m30s`",
-        _ => "a contact is a bit, a compare or an edge: `X0`, `!X0`, `D0 > 3`, `rise(X0)`",
+        _ => CONTACT_FORMS,
     }
+}
+
+/// The help for contacts with no sign between them.
+pub(super) fn in_series(before: &str, behind: &str) -> String {
+    let is_name = |word: &str| word.chars().all(|c| c.is_ascii_alphanumeric() || "_.$".contains(c));
+    let begins = behind.trim_start_matches(['!', '(', '$']);
+    let is_contact = begins.starts_with(|c: char| c.is_ascii_alphanumeric());
+    if !is_contact || !is_balanced(before) || !is_balanced(behind) {
+        return CONTACT_FORMS.to_owned();
+    }
+    let parts: Vec<&str> = match behind.split_whitespace().all(is_name) {
+        true => std::iter::once(before).chain(behind.split_whitespace()).collect(),
+        false => vec![before, behind],
+    };
+    format!("contacts in series are strings of their own: `\"{}\"`", parts.join("\", \""))
+}
+
+fn is_balanced(text: &str) -> bool {
+    text.matches('(').count() == text.matches(')').count()
 }
 
 fn negated(before: &str, behind: &str) -> String {
@@ -124,10 +147,13 @@ pub(super) fn computed(text: &str, at: usize) -> String {
     let (piece, at) = (&text[start..end], at - start);
     let skipped = piece.len() - piece.trim_start_matches([' ', '!']).len();
     let (piece, at) = (&piece[skipped..], at.saturating_sub(skipped));
-    let is_balanced = piece.matches('(').count() == piece.matches(')').count();
     let sign = COMPARES.iter().find_map(|sign| Some((*sign, piece.find(sign)?)));
     let (formula, compare) = match sign {
-        _ if !is_balanced => ("…".to_owned(), "result > …".to_owned()),
+        _ if !is_balanced(piece) => ("…".to_owned(), "result > …".to_owned()),
+        // A compare within parentheses, as of `rise(…)`.
+        Some((_, middle)) if !is_balanced(&piece[..middle]) => {
+            ("…".to_owned(), "result > …".to_owned())
+        }
         None => (piece.trim().to_owned(), "result != 0".to_owned()),
         Some((sign, middle)) => {
             let (left, right) = (piece[..middle].trim(), piece[middle + sign.len()..].trim());

@@ -7,13 +7,14 @@
 use super::atom::{Atom, AtomKind};
 use super::contact::{Contact, Edge};
 use super::contact_dialects::foreign;
-use super::contact_habits::{called, computed, masked, split_address};
+use super::contact_habits::{called, computed, in_series, masked, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
 use super::contact_signs::{self, SIGNS_ALONE};
 use super::contact_sum::SumSign;
 use super::finding::{Code, Finding};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
+use crate::isa::dialects;
 
 /// Maximum nesting depth of parentheses and `!`.
 pub(super) const DEPTH_MAX: u32 = 32;
@@ -446,12 +447,17 @@ impl Parser<'_> {
                 if let Some((place, help)) = self.habit(place) {
                     return self.error(place, "a word in the place of a sign").help(help);
                 }
-                let help = format!(
-                    "contacts in series are strings of their own: `\"{before}\", \"{behind}\"`"
-                );
                 if let Some(help) = split_address(before, behind) {
                     return self.error(place, "a number does not stand alone").help(help);
                 }
+                // A tag may have the same name as such an instruction. In lower case, it is more
+                // likely a tag.
+                let first = before.split_whitespace().next().unwrap_or_default();
+                let is_upper = first.chars().all(|c| c.is_ascii_uppercase());
+                let help = match dialects::instead_of(first).filter(|_| is_upper) {
+                    Some(instead) => format!("for the `{first}` of other controllers: {instead}"),
+                    None => in_series(before, behind),
+                };
                 self.error(place, "`&` or `|` is missing before this").help(help)
             }
             Token::Close => self.error(place, "`)` closes nothing"),

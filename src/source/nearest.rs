@@ -218,9 +218,24 @@ const ELSEWHERE: [(&str, &[&str], &str); 2] = [
     ),
 ];
 
+/// The help for a wrong key of a table: the meant one, if `has` says that the table lacks it, else
+/// all keys. `place`: what the table is called.
+pub(super) fn key_help(
+    name: &str,
+    keys: &[&'static str],
+    place: &str,
+    has: impl Fn(&str) -> bool,
+) -> String {
+    let free: Vec<&'static str> = keys.iter().copied().filter(|key| !has(key)).collect();
+    meant_key(name, &free, place).unwrap_or_else(|| {
+        let known: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+        format!("the keys here are {}", known.join(", "))
+    })
+}
+
 /// The question for a wrong key of a table: the key that other systems call so, else the nearest.
 /// `place`: what the table is called.
-pub(super) fn meant_key(name: &str, keys: &[&'static str], place: &str) -> Option<String> {
+fn meant_key(name: &str, keys: &[&'static str], place: &str) -> Option<String> {
     let folded = fold(name);
     let is_in = |words: &[&str]| words.contains(&folded.as_str());
     if let Some((.., help)) = ELSEWHERE.iter().find(|(at, words, _)| *at == place && is_in(words)) {

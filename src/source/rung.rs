@@ -178,7 +178,7 @@ fn read_rung(mut table: Table<'_>) -> Rung {
     let allow = read_allow(&mut table);
     if let (None, Some(span)) = (table.string(USE), table.key_span("with")) {
         let finding = Finding::new(Code::TemplateRule, span, "`with` without `use`");
-        table.find(finding.help("name the template: `use = \"Pump\"`"));
+        table.find(finding.help("name the template: `use = \"…\"`"));
     }
     read_arguments(&mut table);
     let contacts = key("when", "Contacts in series; `|` is a parallel branch.");
@@ -252,7 +252,7 @@ fn read_branch(mut table: Table<'_>) -> Branch {
 
 fn no_instruction(what: &str, span: Span) -> Finding {
     let finding = Finding::new(Code::NoInstruction, span, format!("{what} that drives nothing"));
-    finding.help("give it an instruction: `do = [\"OUT Y0\"]`")
+    finding.help("give it an instruction: `do = [\"OUT …\"]`")
 }
 
 fn read_when(table: &mut Table<'_>, when: Key) -> Option<Leg> {

@@ -182,7 +182,7 @@ fn escapes(doc: Doc<'_>, range: Range<usize>) {
             let place = doc.span(range.start + at..range.start + at + 2);
             doc.find(
                 Finding::new(Code::TomlSyntax, place, "an escape that TOML 1.0 does not know")
-                    .help("write `\\u00HH` with the character's number"),
+                    .help("write `\\u00…` with the character's number"),
             );
         }
         at += 2;

@@ -18,7 +18,7 @@ use super::doc::{Doc, Text, describe};
 use super::finding::{Code, Finding};
 use super::headers;
 use super::key::Key;
-use super::nearest::meant_key;
+use super::nearest::key_help;
 use super::shape::{Shape, ValueForm};
 use super::span::{Located, Span};
 use crate::isa::{Real, duration};
@@ -474,10 +474,9 @@ impl<'a> Table<'a> {
         }
         for key in unknown {
             let name: &str = key.get_ref();
-            let known = self.asked.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
-            let meant = meant_key(name, &self.asked, self.place);
-            let help = meant.unwrap_or(format!("the keys here are {known}"));
             let message = format!("{} has no key `{name}`", self.place);
+            let has = |key: &str| self.table.contains_key(key);
+            let help = key_help(name, &self.asked, self.place, has);
             let finding = Finding::new(Code::UnknownKey, self.doc.span(key.span()), message);
             self.find(finding.label("unknown key").help(help));
         }

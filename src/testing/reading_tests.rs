@@ -266,7 +266,7 @@ fn steps_behind_a_reload_name_the_new_program() {
         expect![[r#"
             6:14 unknown-name
               nothing is called `bottles`
-                did you mean `bottle`?
+                did you mean `bottle.Acc`?
             7:13 test-step
               `rungd.toml` is a controller file, given with other files
                 name it alone, `reload rungd.toml`, or name ladders alone
@@ -291,10 +291,10 @@ steps = ["reload crates2.toml", "reload crates2.toml", "expect: bottles.Acc == 0
         expect![[r#"
             7:11 test-step
               an `always` line does not fit this program: nothing is called `bottles`
-                did you mean `bottle`?
+                did you mean `bottle.Acc`?
             7:65 unknown-name
               nothing is called `bottles`
-                did you mean `bottle`?
+                did you mean `bottle.Acc`?
         "#]],
     );
 }

@@ -12,7 +12,7 @@ use crate::source::atom::bad_duration;
 use crate::source::contact::Contact;
 use crate::source::contact_sum::Sum;
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::did_you_mean;
+use crate::source::nearest::nearest;
 use crate::source::span::{Located, Span};
 use crate::source::sum_parser::parse_condition;
 
@@ -156,7 +156,9 @@ fn unknown(first: &StepWord, name: &str) -> Finding {
     if let Some((_, form)) = HABITS.iter().find(|(habit, _)| *habit == lower) {
         return finding.help(format!("write it as `{form}`"));
     }
-    let near = did_you_mean(name, FORMS.iter().map(|(known, ..)| *known));
+    let colon = if first.value.ends_with(':') { ":" } else { "" };
+    let near = nearest(name, FORMS.iter().map(|(known, ..)| *known));
+    let near = near.map(|near| format!("did you mean `{near}{colon}`?"));
     finding.help(near.unwrap_or_else(|| {
         let names: Vec<String> = FORMS.iter().map(|(known, ..)| format!("`{known}`")).collect();
         format!("the steps are {}", names.join(", "))

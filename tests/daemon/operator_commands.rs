@@ -403,7 +403,10 @@ fn a_name_with_a_dash_is_an_operand_and_no_range() {
     for (asked, words) in [
         ("write drain-pump.Running ON", "a block is started and stopped by the ladder"),
         ("write drain-pump 1", "`drain-pump` is a block: `drain-pump.Running` is its bit"),
-        ("read drain-pmup.Running", "nothing is called `drain-pmup` (did you mean `drain-pump`?)"),
+        (
+            "read drain-pmup.Running",
+            "nothing is called `drain-pmup` (did you mean `drain-pump.Running`?)",
+        ),
         ("force drain-pump.half-opne ON", "has no stage `half-opne`"),
         ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),
         ("force D0-D5 1", "`D0-D5` is a range: name one element of it"),

@@ -73,6 +73,11 @@ impl Editor {
         std::fs::read_to_string(self.folder.join(name)).expect("the file is there")
     }
 
+    /// Whether a file is on disk.
+    pub fn is_there(&self, name: &str) -> bool {
+        self.folder.join(name).exists()
+    }
+
     /// Opens a file with the text on disk.
     pub fn open(&mut self, name: &str) {
         let text = self.disk(name);

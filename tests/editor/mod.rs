@@ -10,6 +10,7 @@ mod completion_written;
 mod findings;
 mod fixes;
 mod formatting;
+mod help_trials;
 mod hover;
 mod large;
 mod large_texts;

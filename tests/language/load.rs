@@ -55,7 +55,7 @@ fn the_example_of_the_language_page_resolves() {
         assert_eq!(resolve_operand(&program, name).unwrap().to_string(), address);
     }
     for (name, error) in [
-        ("botles.Done", "nothing is called `botles` (did you mean `bottles`?)"),
+        ("botles.Done", "nothing is called `botles` (did you mean `bottles.Done`?)"),
         ("Drain", "`Drain` is a block: `Drain.Running` is its bit"),
         ("close_in", "`close_in` is a constant, 2500: it has no address"),
         ("ct0.Done", "`ct0.Done` is in the wrong case (write `CT0.Done`)"),

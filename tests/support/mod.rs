@@ -5,6 +5,7 @@ pub mod calm;
 pub mod case;
 pub mod disk_pace;
 pub mod folder;
+pub mod helps;
 pub mod journal;
 pub mod live;
 pub mod mangled;

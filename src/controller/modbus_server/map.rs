@@ -87,7 +87,7 @@ fn over_standard(entry: &MappedOperands, server: Span, sizes: &MemorySizes) -> F
             server,
             format!("{space}1..{space}{count} are at {} 0..{}", entry.table.name(), count - 1),
         )
-        .help(format!("begin at {count}, or write `standard-map = false`"))
+        .help(format!("write `address = {count}` or a higher one, or `standard-map = false`"))
 }
 
 /// The places that entries have taken.

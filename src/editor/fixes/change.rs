@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::super::file::EditorFile;
-use super::super::outline::KeyPair;
+use super::super::outline::{KeyPair, TableHeader};
 use super::advice::Advice;
 use super::edit::{Proposal, added, as_pair, declared, one, same_key, with_comma, without_pair};
 use super::places::{
@@ -231,6 +231,15 @@ fn of_lines(
 /// table.
 fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<Proposal> {
     let mut all = Vec::new();
+    if let Some(header) = header_at(file, span.start).filter(|of| of.path == "template") {
+        // A template goes with the tables below it.
+        let is_next = |of: &&TableHeader| {
+            of.span.start > header.span.start && !of.path.starts_with("template.")
+        };
+        let next = file.outline.headers.iter().find(is_next);
+        let end = next.map_or(file.text.len(), |of| file.line(of.span.start).start);
+        all.push(vec![one(file.line(header.span.start).start..end, "")]);
+    }
     if let Some(value) = value_at(file, span) {
         let inner = &value.inner;
         if value.is_string && inner.start <= span.start && span.end <= inner.end {

@@ -90,9 +90,11 @@ impl<'w> FixTrial<'w> {
         if self.finding.severity() == Severity::Error {
             let is_spelling =
                 advice.lead() == AdviceLead::Spelling || self.finding.code == Code::WrongCase;
+            let is_toml = after.new.iter().all(|finding| finding.code != Code::TomlSyntax);
             return match has_error {
                 false => Some(FixWorth::Whole),
-                true => (is_spelling && self.are_near(&after, changes)).then_some(FixWorth::First),
+                true => (is_spelling && is_toml && self.are_near(&after, changes))
+                    .then_some(FixWorth::First),
             };
         }
         if has_error {

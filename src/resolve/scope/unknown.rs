@@ -1,6 +1,7 @@
 //! The mistake in a name that nothing declares, with the help that fits it best.
 
 use super::{Scope, parts};
+use crate::isa::Structure;
 use crate::resolve::mistake::{Mistake, habit, new};
 use crate::source::atom::is_name;
 use crate::source::finding::Code;
@@ -24,7 +25,9 @@ impl Scope {
             return new(Code::UnknownName, message, Some(help));
         }
         let help = habit(base).unwrap_or_else(|| self.instead(base, member));
+        let member = member.map_or(String::new(), |member| format!(".{member}"));
         let near = Near::new(base, self.known()).searching_at_most(self.searched_max);
+        let near = near.followed_by(&member);
         let near = Some(Box::new(near));
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
     }
@@ -33,6 +36,15 @@ impl Scope {
     fn instead(&self, base: &str, member: Option<&str>) -> String {
         if base.contains(',') {
             return "a Sensaphone counter is `N,19` or `N19`, and its value `N,19,6` or `N19.ACC`"
+                .to_owned();
+        }
+        let of_structure = |member: &&str| {
+            let structures = [Structure::Timer(0), Structure::Counter(0)];
+            structures.iter().any(|of| of.members().contains(member))
+        };
+        if is_name(base) && member.is_some_and(|member| !of_structure(&member)) {
+            return "names with members are timers, counters, programs, tasks, devices and uses of \
+                    templates"
                 .to_owned();
         }
         if is_name(base) {

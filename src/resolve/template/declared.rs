@@ -114,7 +114,7 @@ impl<'t> Declared<'t> {
             let span = of.template.as_ref().map_or(of.span, |template| template.span);
             let message = format!("`{}` needs `{name}`, {}", self.name(), kind.words());
             let finding = Finding::new(Code::TemplateArgument, span, message);
-            let help = format!("give it: `with = {{ {name} = \"{}\" }}`", kind.example());
+            let help = format!("give it in `with`: `{name} = \"{}\"`", kind.example());
             findings.push(finding.related(parameter.name.span, "declared here").help(help));
         }
         findings

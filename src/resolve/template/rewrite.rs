@@ -99,6 +99,10 @@ impl<'t> Rewrite<'_, 't> {
             let (is, not) = (kind.words(), wanted.words());
             let message = format!("the parameter `{parameter}` is {is}, not {not}");
             let help = match (kind, wanted.type_name()) {
+                (Kind::Contact, Some(name)) if wanted != Wanted::Bit => format!(
+                    "a parameter with contacts is accepted only in contacts; one here needs \
+                     `type = \"{name}\"`"
+                ),
                 (Kind::Contact, _) => {
                     "a parameter with contacts is accepted only in contacts: OUT it to an own tag \
                      with `type = \"bit\"`, and name that tag"

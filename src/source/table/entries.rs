@@ -126,7 +126,9 @@ impl<'a> Table<'a> {
             DeValue::Boolean(on) => {
                 let message = format!("{what} wants a string or a number, not true or false");
                 let nickname = if *on { "$On" } else { "$Off" };
-                let help = format!("a bit that never changes is `\"{nickname}\"`");
+                let help = format!(
+                    "a bit that never changes is `\"{nickname}\"`; an output is named: `\"Y0\"`"
+                );
                 self.find(Finding::new(Code::WrongType, span, message).help(help));
                 return None;
             }

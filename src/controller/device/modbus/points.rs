@@ -9,9 +9,10 @@ use super::manuals::{self, ManualNumber, Reading};
 use super::stretch::Stretch;
 use crate::io::modbus::settings::Table;
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::did_you_mean;
+use crate::source::nearest::nearest;
 use crate::source::reader::Text;
 use crate::source::span::Located;
+use crate::source::wording::bounded;
 
 /// Whether a text is intended as this notation, even if it has mistakes. An address of memory never
 /// has a space before a digit.
@@ -45,7 +46,7 @@ pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
     let (table, rest) = text.trim().split_once(char::is_whitespace).unwrap_or((text, ""));
     let table = Table::named(table).ok_or_else(|| {
         find(format!("no table of a Modbus device is called `{table}`"))
-            .help(help_or(table_help(table)))
+            .help(help_or(table_help(table, rest.trim())))
     })?;
     let rest = rest.trim();
     let (low, high) = rest.split_once("..").unwrap_or((rest, rest));
@@ -111,13 +112,12 @@ fn rows_text(readings: &[Reading]) -> String {
 }
 
 /// The help for a word that is not the name of a table.
-fn table_help(name: &str) -> String {
+fn table_help(name: &str, points: &str) -> String {
     let names = || Table::ALL.iter().map(|table| table.name());
     let longer = names().find(|known| name.to_ascii_lowercase().starts_with(known));
-    match longer {
-        Some(known) => format!("did you mean `{known}`?"),
-        None => did_you_mean(name, names())
-            .unwrap_or_else(|| "there are `coil`, `discrete`, `holding` and `input`".to_owned()),
+    match longer.or_else(|| nearest(name, names())) {
+        Some(known) => bounded(format!("did you mean `{known} {points}`?")),
+        None => "there are `coil`, `discrete`, `holding` and `input`".to_owned(),
     }
 }
 
@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(help("discrete-input 0"), "write `discrete 0`");
         assert_eq!(help("coils 0..7"), "write `coil 0..7`");
         assert_eq!(help("Holding 0"), "write `holding 0`");
-        assert_eq!(help("holdingg 0"), "did you mean `holding`?");
+        assert_eq!(help("holdingg 0"), "did you mean `holding 0`?");
         assert_eq!(help("holding 7..0"), "write `holding 0..7`");
         assert_eq!(help("coil 07"), "write `coil 7`");
         for text in ["coil 65536", "coil 0..", "coil 5.3", "holding 5.16", "holding 5..5.3"] {

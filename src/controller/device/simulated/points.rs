@@ -237,6 +237,18 @@ impl Points {
         self.all.push(PlantPoint { name, holds, role, span });
     }
 
+    /// As [`Points::find`], for a point that drives a command: the help names outputs alone.
+    pub fn find_source(&self, text: &Text) -> Result<(PointId, &PlantPoint), Finding> {
+        self.find(text).map_err(|finding| {
+            let part = text.text.split_once('.').map_or("", |(part, _)| part);
+            let Some(of) = self.by_part.get(part) else { return finding };
+            let is_told = |id: &&PointId| self.all[id.0 as usize].role == PointRole::Told;
+            let points = of.points.iter().filter(is_told).copied().collect();
+            let told = PointsOfPart { points, ..PointsOfPart::default() };
+            finding.near_any(None).help(self.listed(&told))
+        })
+    }
+
     /// The point that a text names, or the finding.
     pub fn find(&self, text: &Text) -> Result<(PointId, &PlantPoint), Finding> {
         if let Some(id) = self.by_name.get(&text.text) {

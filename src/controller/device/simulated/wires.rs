@@ -93,7 +93,7 @@ impl Wires<'_> {
 
     /// The share of a point of the plant in a command's value; `None` after a finding.
     fn drive(&mut self, command: &str, point: &PlantPoint, from: &Text) -> Option<CommandShare> {
-        let (source, told) = match self.points.find(from) {
+        let (source, told) = match self.points.find_source(from) {
             Ok(found) => found,
             Err(finding) => {
                 self.findings.push(finding);
