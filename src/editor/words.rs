@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableObject};
 use super::slots::{DeclaredKind, FileKind, KeySlot, Slot, of_key, of_value};
-use crate::isa::{Function, Mnemonic, OperandKind, OperandSpec};
+use crate::isa::{Function, Mnemonic, OperandKind, OperandRole, OperandSpec};
 
 /// A word of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -217,17 +217,17 @@ impl WordReader<'_> {
         let mut number = 0;
         for operand in operands {
             let key = self.text[operand.clone()].find('=');
-            let specs = mnemonic.spec().operands;
-            let spec = match key {
+            let spec = mnemonic.spec();
+            let of = match key {
                 Some(at) => {
                     let key = &self.text[operand.start..operand.start + at];
-                    specs.iter().find(|spec| spec.key == Some(key))
+                    spec.operands.iter().find(|of| of.key == Some(key))
                 }
-                None => positional(specs, number),
+                None => spec.positional(number),
             };
             number += usize::from(key.is_none());
             let value = operand.start + key.map_or(0, |at| at + 1)..operand.end;
-            self.contacts(value, spec.map_or(Role::Reads, |spec| role(spec.kind)));
+            self.contacts(value, of.map_or(Role::Reads, role));
         }
     }
 
@@ -254,32 +254,17 @@ impl WordReader<'_> {
     }
 }
 
-/// The operand at a position; several Stages share the last operand.
-fn positional(specs: &[OperandSpec], number: usize) -> Option<&OperandSpec> {
-    let mut all = specs.iter().filter(|spec| spec.key.is_none());
-    let last = all.clone().next_back()?;
-    all.nth(number).or((last.kind == OperandKind::Stages).then_some(last))
-}
-
 /// What an instruction does with an operand.
-fn role(kind: OperandKind) -> Role {
-    match kind {
-        OperandKind::WritableBit
-        | OperandKind::WritableWord
-        | OperandKind::Target
-        | OperandKind::WritableArray
-        | OperandKind::Shifted
-        | OperandKind::Counter
-        | OperandKind::Timer
-        | OperandKind::Sensaphone => Role::Writes,
-        OperandKind::Array
-        | OperandKind::Filling
-        | OperandKind::Number
-        | OperandKind::Value(..)
-        | OperandKind::Duration
-        | OperandKind::Interval => Role::Reads,
-        OperandKind::Program | OperandKind::Block | OperandKind::Task => Role::Block,
-        OperandKind::Stage | OperandKind::Stages => Role::Stage,
+fn role(operand: &OperandSpec) -> Role {
+    let is_block = matches!(
+        operand.kind,
+        OperandKind::Program | OperandKind::Block | OperandKind::Task
+    );
+    match operand.kind.is_stage() {
+        true => Role::Stage,
+        false if is_block => Role::Block,
+        false if operand.role == OperandRole::Reads => Role::Reads,
+        false => Role::Writes,
     }
 }
 

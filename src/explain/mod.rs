@@ -15,7 +15,7 @@ use self::page::{indented, section, wrapped};
 use crate::events::{self, Event, LineLimit, Silence};
 use crate::isa::function::{FunctionSpec, ResultType};
 use crate::isa::instruction::{Mnemonic, Termination};
-use crate::isa::{Function, LegName, OperandKind, Spec, dialects, pages};
+use crate::isa::{Function, LegName, OperandKind, Spec, dialects};
 use crate::source::finding::Code;
 
 /// The sections of an instruction's page that are shown without a diagram.
@@ -92,7 +92,7 @@ fn of_instruction(spec: &Spec) -> String {
     }
     let _ = write!(text, "\n{}", indented(&facts(spec)));
     let _ = writeln!(text, "\nExample:\n\n{}", indented(&example(spec)));
-    let page = pages::page(spec.mnemonic);
+    let page = spec.page;
     text.push_str(&SECTIONS.map(|title| section(page, title)).concat());
     let file = spec.name.to_ascii_lowercase();
     let _ = writeln!(text, "With a timing diagram: docs/instructions/{file}.md");
@@ -104,7 +104,7 @@ pub(crate) fn instruction_page(spec: &Spec) -> String {
     let mut text = format!("**{}**: {}\n\n{}\n", spec.name, spec.title, spec.summary);
     let _ = writeln!(text, "\n```text\n{}```", facts(spec));
     let _ = writeln!(text, "\n```toml\n{}```\n", example(spec));
-    let page = pages::page(spec.mnemonic);
+    let page = spec.page;
     text + &SECTIONS.map(|title| section(page, title)).concat()
 }
 

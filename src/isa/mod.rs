@@ -6,16 +6,18 @@
 
 pub mod address;
 pub mod address_text;
+pub(crate) mod columns;
 pub(crate) mod decimal_comma;
 pub(crate) mod dialects;
 pub mod duration;
 pub(crate) mod function;
 pub mod instruction;
+pub(crate) mod instruction_table;
 pub(crate) mod maps;
 pub(crate) mod notation;
 pub(crate) mod number_ranges;
-pub(crate) mod pages;
 pub(crate) mod real;
+pub(crate) mod role;
 pub(crate) mod since;
 pub(crate) mod space;
 pub mod status;
@@ -27,5 +29,6 @@ pub use instruction::Spec;
 pub(crate) use instruction::{LegName, Mnemonic, OperandKind, OperandSpec};
 pub(crate) use maps::{NumberMap, NumberSet};
 pub(crate) use number_ranges::NumberRanges;
+pub(crate) use role::OperandRole;
 pub use real::{NearestReal, Real};
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

@@ -106,7 +106,7 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
     }
     let done: Vec<&str> = done.split_whitespace().collect();
     let number = done.iter().filter(|word| !word.contains('=')).count();
-    let mut found = match positional(spec, number) {
+    let mut found = match spec.positional(number) {
         Some(operand) => of_kind(scene, operand, word),
         None => Proposals::of(DottedWord::of(word, true).typed),
     };
@@ -123,13 +123,6 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
         }
     }
     found
-}
-
-/// The operand without a key at a position; several Stages share the last operand.
-fn positional(spec: &'static Spec, number: usize) -> Option<&'static OperandSpec> {
-    let mut all = spec.operands.iter().filter(|operand| operand.key.is_none());
-    let last = all.clone().next_back()?;
-    all.nth(number).or((last.kind == OperandKind::Stages).then_some(last))
 }
 
 /// The names that fit an operand.

@@ -8,7 +8,8 @@ use super::super::project::Project;
 use super::super::slots::DeclaredKind;
 use super::super::workspace::Cursor;
 use super::uses;
-use crate::isa::{Address, Bit, BitSpace, Mnemonic, Space, Word, WordSpace, pages, status};
+use crate::isa::instruction::TABLE;
+use crate::isa::{Address, Bit, BitSpace, Mnemonic, Space, Spec, Word, WordSpace, status};
 
 /// The meaning of a member after a name: `.Done` of `late.Done`.
 pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
@@ -68,28 +69,30 @@ fn of_device(name: &str) -> Option<&'static str> {
 /// The meaning of the address of a member; `None` for every other address.
 pub(super) fn of_address(project: &Project, address: Address) -> Option<String> {
     let member = address.member()?;
-    let mnemonics = match Space::with_members(address)?.0 {
-        Space::Counter => [Mnemonic::Cnt, Mnemonic::Udc],
-        Space::Timer => [Mnemonic::Tmr, Mnemonic::Ondtmr],
-        Space::Sensaphone => [Mnemonic::Ctu, Mnemonic::Ctd],
-        Space::Bit(_) | Space::Word(_) => return None,
-    };
     let tag = uses::tags_of(project, address).first().map(|at| owners(project, *at));
-    let owners = tag.filter(|owners| !owners.is_empty()).unwrap_or(mnemonics.to_vec());
+    let owners = tag.unwrap_or_else(|| {
+        Space::with_members(address).map_or_else(Vec::new, |(space, _)| owners_in(space).collect())
+    });
     Some(format!("{}\n", of_structure(owners, member)?))
 }
 
-/// The instructions that have a tag as their structure, followed by one of each kind as a default.
+/// The instructions that have a tag as their structure, followed by all that could.
 fn owners(project: &Project, tag: usize) -> Vec<Mnemonic> {
     let mut owners = uses::owners(project, tag);
-    owners.extend([Mnemonic::Tmr, Mnemonic::Cnt, Mnemonic::Udc, Mnemonic::Ctu]);
+    owners.extend([Space::Timer, Space::Counter, Space::Sensaphone].into_iter().flat_map(owners_in));
     owners
+}
+
+/// The instructions of the table that own a structure of this space.
+fn owners_in(space: Space) -> impl Iterator<Item = Mnemonic> {
+    let owns = move |row: &&Spec| row.owned().is_some_and(|owned| owned.kind.is_structure_of(space));
+    TABLE.iter().filter(owns).map(|row| row.mnemonic)
 }
 
 /// The text about a member in the page of the first instruction that has such a member.
 fn of_structure(owners: Vec<Mnemonic>, name: &str) -> Option<String> {
     owners.into_iter().find_map(|mnemonic| {
-        let page = pages::page(mnemonic);
+        let page = mnemonic.spec().page;
         let members = page.split("\n## Members\n").nth(1)?.split("\n## ").next()?;
         let row = members.lines().find(|line| line.starts_with(&format!("| `.{name}` ")))?;
         let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
