@@ -29,7 +29,7 @@ use super::context::{Context, Placed};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in context.instructions() {
-        for (key, value) in placed.action().operands().of::<Value>() {
+        for (key, value) in placed.instruction.operands.of::<Value>() {
             let kind = placed.mnemonic().spec().operand(key).map(|operand| operand.kind);
             if matches!(kind, Some(OperandKind::Duration | OperandKind::Interval)) {
                 findings.extend(operand(context, placed, key, value));

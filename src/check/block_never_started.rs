@@ -20,8 +20,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::isa::BlockId;
-use crate::resolve::program::{Action, Block, BlockKind, Program};
+use crate::isa::{BlockId, OperandRole};
+use crate::resolve::program::{Block, BlockKind, Program};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, kind_name};
@@ -30,9 +30,10 @@ use super::reach::{reached, sources};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let starts = context.instructions().filter(|p| !matches!(p.action(), Action::Halt { .. }));
+    let starts =
+        context.instructions().filter(|p| p.instruction.acting_role() != Some(OperandRole::Stops));
     let edges: Vec<(Option<BlockId>, BlockId)> = starts
-        .filter_map(|p| Some((Some(p.place.block.id), p.action().target_block()?.value)))
+        .filter_map(|p| Some((Some(p.place.block.id), p.instruction.target_block()?.value)))
         .collect();
     let blocks = &context.program.blocks;
     let roots = blocks.iter().filter(|b| runs_at_start(b)).map(|b| b.id);

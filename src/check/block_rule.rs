@@ -22,7 +22,8 @@
 //! ]
 //! ```
 
-use crate::resolve::program::{Action, Block, BlockKind};
+use crate::isa::{Mnemonic, OperandRole};
+use crate::resolve::program::{Block, BlockKind};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -34,10 +35,10 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         findings.push(finding.label(label).help(help));
     };
     for placed in context.instructions() {
-        let wrong = match (placed.action(), placed.action().target_block()) {
-            (Action::Exit, _) => exit(placed.place.block),
-            (_, Some(block)) => start_or_stop(placed, context.program.block(block.value)),
-            (_, None) => None,
+        let wrong = match placed.instruction.target_block() {
+            None if placed.mnemonic() == Mnemonic::Exit => exit(placed.place.block),
+            None => None,
+            Some(block) => start_or_stop(placed, context.program.block(block.value)),
         };
         if let Some(words) = wrong {
             push(placed, words);
@@ -81,29 +82,28 @@ fn start_or_stop(placed: &Placed, block: &Block) -> Option<Words> {
         return Some((
             format!("`{instruction}` of `Main`, which always runs"),
             "`Main` is not started or stopped",
-            main_help(placed.action()).to_owned(),
+            main_help(placed).to_owned(),
         ));
     }
-    let starts_programs = matches!(placed.action(), Action::Run { .. } | Action::Restart { .. });
-    let starts_tasks = matches!(placed.action(), Action::Entask { .. });
-    if starts_programs && block.kind == BlockKind::Task {
+    let role = placed.instruction.acting_role();
+    if role == Some(OperandRole::Starts) && block.kind == BlockKind::Task {
         let help =
             format!("to run it once: `ENTASK {name}`; at an interval: `ENTASK {name} every=1s`");
         let message = format!("`{instruction}` starts programs, and `{name}` is a task");
         return Some((message, "a task", help));
     }
-    if starts_tasks && block.kind == BlockKind::Program {
+    if role == Some(OperandRole::Enables) && block.kind == BlockKind::Program {
         let message = format!("`ENTASK` starts tasks, and `{name}` is a program");
         return Some((message, "a program", format!("`RUN {name}`")));
     }
     None
 }
 
-fn main_help(action: &Action) -> &'static str {
-    if matches!(action, Action::Halt { .. }) {
+fn main_help(placed: &Placed) -> &'static str {
+    if placed.instruction.acting_role() == Some(OperandRole::Stops) {
         return "to stop the controller in an orderly way: `STOP`";
     }
-    if matches!(action, Action::Restart { .. }) {
+    if placed.mnemonic() == Mnemonic::Restart {
         return "put the rungs that must start again into a program of their own, and `RESTART` \
                 that program";
     }

@@ -23,7 +23,7 @@ use super::context::Context;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in context.instructions() {
-        let Some(target) = placed.action().target_block() else { continue };
+        let Some(target) = placed.instruction.target_block() else { continue };
         let block = context.program.block(target.value);
         if !block.kind.is_built_in() {
             continue;

@@ -35,7 +35,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn judge(context: &Context, placed: &Placed, room: &mut usize) -> Option<Finding> {
-    let storing = storing(placed.action())?;
+    let storing = storing(placed.instruction)?;
     let word = storing.to.first()?;
     let limits = context.limits(word);
     // For an array, any element may be the target.

@@ -11,14 +11,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::isa::{
-    Address, Bit, ElementId, Mnemonic, NumberMap, NumberRanges, NumberSet, Space, StageId,
-    Structure, Word,
+    Address, Bit, ElementId, Mnemonic, NumberMap, NumberRanges, NumberSet, Space, Structure, Word,
 };
 use crate::progress::Progress;
 use crate::resolve::array::Array;
-use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
-    Action, Block, BlockKind, Branch, Contact, Instruction, Program, ProgramPart, Rung, Stage, Tag,
+    Block, BlockKind, Branch, Contact, Instruction, Program, ProgramPart, Rung, Stage, Tag,
     TagMeaning,
 };
 use crate::resolve::range::Range;
@@ -197,7 +195,7 @@ impl<'a> Context<'a> {
 
     fn index(&mut self) {
         for &placed in &self.instructions {
-            if let Some(Located { value: bit, span }) = placed.driven() {
+            if let Some(Located { value: bit, span }) = placed.instruction.driven() {
                 self.drivers.entry(bit).or_default().push(Driver { placed, span });
             }
             if let Some(structure) = placed.instruction.owned() {
@@ -313,47 +311,6 @@ impl<'a> Placed<'a> {
     /// The mnemonic as written.
     pub fn name(&self) -> &'static str {
         self.mnemonic().spec().name
-    }
-
-    /// Its action.
-    pub fn action(&self) -> &'a Action {
-        &self.instruction.action
-    }
-
-    /// The bit that the instruction writes ON or OFF at every execution, if it is a driver.
-    pub fn driven(&self) -> Option<Located<Bit>> {
-        match self.action() {
-            Action::Coil { coil: Coil::Out | Coil::Pd | Coil::Nd, bit } => Some(*bit),
-            Action::DelayTimer { output, .. } => Some(*output),
-            Action::Coil { coil: Coil::Set | Coil::Rst | Coil::Ponoff, .. }
-            | Action::SetElement { .. }
-            | Action::Counter { .. }
-            | Action::UpDownCounter { .. }
-            | Action::Timer { .. }
-            | Action::Sensaphone { .. }
-            | Action::Reset { .. }
-            | Action::Store { .. }
-            | Action::Math { .. }
-            | Action::Copy { .. }
-            | Action::Fill { .. }
-            | Action::Shift { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Entask { .. }
-            | Action::Jump { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Converge { .. }
-            | Action::Stop => None,
-        }
-    }
-
-    /// The stages that the instruction turns ON.
-    pub fn stages_entered(&self) -> impl Iterator<Item = StageId> + use<'a> {
-        let on = self.action().stage_move().on;
-        on.iter().map(|stage| stage.value)
     }
 }
 

@@ -21,8 +21,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::isa::BlockId;
-use crate::resolve::program::Action;
+use crate::isa::{BlockId, OperandRole};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -31,12 +30,12 @@ use super::context::{Context, Placed};
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut enabled: BTreeMap<BlockId, Vec<&Placed>> = BTreeMap::new();
     for placed in context.instructions() {
-        if let Action::Entask { block: task, every: _ } = placed.action() {
+        if let Some(task) = placed.instruction.operand_with(OperandRole::Enables) {
             enabled.entry(task.value).or_default().push(placed);
         }
     }
     for (task, placed) in enabled {
-        let Some(recurrent) = placed.iter().position(|p| p.action().is_recurrent()) else {
+        let Some(recurrent) = placed.iter().position(|p| p.instruction.is_recurrent()) else {
             continue;
         };
         let others = placed.iter().enumerate().filter(|(at, _)| *at != recurrent);
@@ -47,7 +46,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn finding(context: &Context, name: &str, recurrent: &Placed, other: &Placed) -> Finding {
-    let (message, label, help) = if other.action().is_recurrent() {
+    let (message, label, help) = if other.instruction.is_recurrent() {
         (
             format!("task `{name}` is enabled recurrently twice, here and in {}", recurrent.place),
             "second interval",

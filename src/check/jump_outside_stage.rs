@@ -16,7 +16,7 @@
 //! rung = [ { when = ["X0"], do = ["JMP Close"] } ]
 //! ```
 
-use crate::resolve::program::Action;
+use crate::isa::OperandRole;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -24,8 +24,13 @@ use super::context::{Context, Placed};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let all = context.instructions();
-    let jumps = all.filter(|p| matches!(p.action(), Action::Jump { .. }));
+    let jumps = all.filter(|p| is_jump(p));
     findings.extend(jumps.filter(|p| p.place.stage.is_none()).map(|p| finding(context, p)));
+}
+
+/// Whether an instruction leaves its own Stage for others.
+pub fn is_jump(placed: &Placed) -> bool {
+    placed.instruction.acting_role() == Some(OperandRole::Enters)
 }
 
 fn finding(context: &Context, jump: &Placed) -> Finding {
@@ -36,6 +41,7 @@ fn finding(context: &Context, jump: &Placed) -> Finding {
         block.name
     );
     let sets: Vec<String> = jump
+        .instruction
         .stages_entered()
         .map(|stage| format!("\"SGSET {}\"", context.program.stage(stage).name))
         .collect();

@@ -29,7 +29,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
-    let stored = storing(placed.action())?;
+    let stored = storing(placed.instruction)?;
     let fraction = stored.fraction?;
     let word = stored.to.first().filter(|word| !word.is_real())?;
     let (low, high) = word.numbers();

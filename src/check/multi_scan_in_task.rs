@@ -19,7 +19,7 @@
 use std::collections::BTreeMap;
 
 use crate::isa::BlockId;
-use crate::resolve::program::{Action, BlockKind};
+use crate::resolve::program::BlockKind;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
@@ -29,7 +29,9 @@ use super::context::{Context, Placed};
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut run_once: BTreeMap<BlockId, Span> = BTreeMap::new();
     for placed in context.instructions() {
-        if let Action::Entask { block: task, every: None } = placed.action() {
+        if let Some(task) =
+            placed.instruction.target_block().filter(|_| placed.instruction.runs_once())
+        {
             run_once.entry(task.value).or_insert(placed.instruction.span);
         }
     }
@@ -48,8 +50,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn works_over_scans(placed: &Placed) -> bool {
-    let runs_once = matches!(placed.action(), Action::Entask { every: None, .. });
-    placed.mnemonic().spec().multi_scan && !runs_once
+    placed.mnemonic().spec().multi_scan && !placed.instruction.runs_once()
 }
 
 fn finding(placed: &Placed, started: Option<Span>) -> Finding {

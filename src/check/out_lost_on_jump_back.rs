@@ -32,14 +32,14 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId};
-use crate::resolve::instruction::Coil;
-use crate::resolve::program::{Action, Block};
+use crate::isa::{Address, Bit, BlockId, Mnemonic, OperandRole, StageId};
+use crate::resolve::program::Block;
 use crate::source::finding::{Code, Finding, RELATED_MAX};
 use crate::source::span::Span;
 
 use super::conditions::PLACES_MAX;
 use super::context::{Context, Placed};
+use super::jump_outside_stage::is_jump;
 use super::names::list;
 
 /// Maximum number of bits in one finding: nobody would paste a longer help.
@@ -100,11 +100,11 @@ impl<'a> Stages<'a> {
         let mut stages = Stages { block_names: names.collect(), ..Stages::default() };
         for placed in context.instructions() {
             let Some(stage) = placed.place.stage else { continue };
-            if let Some(bit) = placed.driven() {
+            if let Some(bit) = placed.instruction.driven() {
                 let driven = stages.driven.entry(stage.id).or_default();
                 driven.entry(bit.value).or_default().push(bit.span);
                 stages.note(placed, (stage.id, bit.value));
-            } else if let Action::Coil { coil: Coil::Set, bit } = placed.action() {
+            } else if let Some(bit) = placed.instruction.operand_with(OperandRole::TurnsOn) {
                 stages.set.entry(stage.id).or_default().insert(bit.value);
                 stages.note(placed, (stage.id, bit.value));
             }
@@ -120,7 +120,7 @@ impl<'a> Stages<'a> {
     fn note(&mut self, placed: &Placed<'a>, (stage, bit): (StageId, Bit)) {
         let of = self.of_blocks.entry((placed.place.block.id, bit)).or_default();
         of.has_non_out |= placed.mnemonic() != Mnemonic::Out;
-        if placed.driven().is_some() && of.drivers.len() <= PLACES_MAX {
+        if placed.instruction.driven().is_some() && of.drivers.len() <= PLACES_MAX {
             of.drivers.push(*placed);
         }
         if of.stages.last() != Some(&stage) && of.stages.len() < STAGES_MAX {
@@ -162,17 +162,13 @@ impl<'a> Stages<'a> {
 fn jumps_back(context: &Context, jump: &Placed) -> Vec<Pair> {
     let at = |stage: StageId| context.program.stages[stage.0 as usize].1;
     let here = jump.place.stage.map(|stage| stage.id);
-    let left: Vec<StageId> = if let Action::Converge { stages, to: _ } = jump.action() {
-        stages.iter().map(|stage| stage.value).collect()
-    } else if let Action::Jump { .. } = jump.action() {
-        here.into_iter().collect()
-    } else {
-        return Vec::new();
-    };
+    let awaited = jump.instruction.operands_with(OperandRole::Awaits).map(|stage| stage.value);
+    let own = here.into_iter().filter(|_| is_jump(jump));
+    let left: Vec<StageId> = awaited.chain(own).collect();
     // Stages after the jump in the file have their turn in this scan, the others in the next
     // scan.
     let this_scan = |stage: StageId| here.is_none_or(|here| at(stage) > at(here));
-    let targets: Vec<StageId> = jump.stages_entered().collect();
+    let targets: Vec<StageId> = jump.instruction.stages_entered().collect();
     let pairs = left.iter().flat_map(|l| targets.iter().map(move |t| (*l, *t)));
     pairs.filter(|(l, t)| at(*l) > at(*t) && this_scan(*l) == this_scan(*t)).collect()
 }

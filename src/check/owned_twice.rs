@@ -54,7 +54,7 @@ fn finding(
     first: &Placed,
     second: &Placed,
 ) -> Option<Finding> {
-    let structure = second.action().structure()?;
+    let structure = second.instruction.structure()?;
     let message = format!(
         "{} {} is owned twice: by `{}` in {}, and by `{}` in {}",
         structure.kind_name(),

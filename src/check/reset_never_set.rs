@@ -16,9 +16,7 @@
 
 use std::collections::HashSet;
 
-use crate::isa::Address;
-use crate::resolve::instruction::Coil;
-use crate::resolve::program::Action;
+use crate::isa::{Address, OperandRole};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Effect};
@@ -30,7 +28,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let writes = writes(context);
     let mut seen = HashSet::new();
     for placed in context.instructions() {
-        let Action::Coil { coil: Coil::Rst, bit } = placed.action() else { continue };
+        let Some(bit) = placed.instruction.operand_with(OperandRole::TurnsOff) else { continue };
         let address = Address::Bit(bit.value);
         let is_set = writes.get(&address) == Some(&Effect::Any);
         // One finding for each bit is enough, at the first RST.

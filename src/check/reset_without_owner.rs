@@ -18,8 +18,7 @@
 //! ]
 //! ```
 
-use crate::isa::Structure;
-use crate::resolve::program::Action;
+use crate::isa::{OperandRole, Structure};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -28,7 +27,7 @@ use super::names::{list, owner_of};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in context.instructions() {
-        if let Action::Reset { structure } = placed.action()
+        if let Some(structure) = placed.instruction.operand_with(OperandRole::Resets)
             && !context.is_owned(structure.value)
         {
             findings.push(finding(context, placed, structure.value));

@@ -22,12 +22,13 @@
 
 use std::collections::HashMap;
 
-use crate::isa::{Address, BlockId, Mnemonic, StageId};
-use crate::resolve::program::{Action, Contact, Stage};
+use crate::isa::{Address, BlockId, Mnemonic, OperandRole, StageId};
+use crate::resolve::program::{Contact, Stage};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Driver, Placed};
 use super::implied::{KnownStates, cases};
+use super::jump_outside_stage::is_jump;
 use super::scan_order::{Between, OrderedStep, ScanOrder};
 
 /// The maximum number of ways out of a Stage that are tried for each way in.
@@ -65,8 +66,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 /// Whether an instruction leaves its own Stage for a different one.
 fn leaves(placed: &Placed, stage: &Stage) -> bool {
-    let Action::Jump { stages } = placed.action() else { return false };
-    stages.iter().all(|to| to.value != stage.id)
+    is_jump(placed) && placed.instruction.stages_entered().all(|to| to != stage.id)
 }
 
 struct ThroughRule<'r, 'a> {
@@ -79,11 +79,9 @@ impl<'a> ThroughRule<'_, 'a> {
     fn targets(&self, way_in: &OrderedStep<'a>) -> impl Iterator<Item = &'a Stage> {
         let program = self.context.program;
         let own = way_in.placed.place.stage.map(|stage| stage.id);
-        let action = way_in.placed.action();
-        let starts = matches!(action, Action::Run { .. } | Action::Restart { .. });
-        let started = action.target_block().filter(|_| starts);
+        let started = way_in.placed.instruction.operand_with::<BlockId>(OperandRole::Starts);
         let started = started.and_then(|block| program.block(block.value).stages.first());
-        let entered = way_in.placed.stages_entered().map(|id| program.stage(id));
+        let entered = way_in.placed.instruction.stages_entered().map(|id| program.stage(id));
         let targets = entered.filter(move |stage| Some(stage.id) != own).chain(started);
         targets.filter(|stage| self.order.stage(stage.id).start >= way_in.rung.1)
     }
@@ -131,7 +129,7 @@ impl<'a> ThroughRule<'_, 'a> {
 
     /// The Program that an instruction starts.
     fn started(&self, way_in: &OrderedStep<'a>) -> Option<BlockId> {
-        way_in.placed.action().target_block().map(|block| block.value)
+        way_in.placed.instruction.target_block().map(|block| block.value)
     }
 
     /// Whether an instruction between certainly ends the block of the way out before it.
@@ -169,8 +167,8 @@ impl<'a> ThroughRule<'_, 'a> {
     /// An instruction as written.
     fn said(&self, placed: &Placed) -> String {
         let program = self.context.program;
-        let stages = placed.stages_entered().map(|id| program.stage(id).name.clone());
-        let block = placed.action().target_block().map(|block| &program.block(block.value).name);
+        let stages = placed.instruction.stages_entered().map(|id| program.stage(id).name.clone());
+        let block = placed.instruction.target_block().map(|block| &program.block(block.value).name);
         let names: Vec<String> = stages.chain(block.cloned()).take(4).collect();
         format!("`{} {}`", placed.name(), names.join(" "))
     }
@@ -224,10 +222,12 @@ impl<'a> ThroughRule<'_, 'a> {
 /// Whether an instruction that names a block ends its execution. A RESTART from a different block
 /// lets it begin anew.
 fn ends_block(placed: &Placed, block: BlockId) -> bool {
-    let action = placed.action();
     let is_own = placed.place.block.id == block;
-    matches!(action, Action::Exit | Action::Halt { .. })
-        || (is_own && matches!(action, Action::Restart { .. }))
+    match placed.instruction.target_block() {
+        Some(_) if placed.mnemonic() == Mnemonic::Restart => is_own,
+        Some(_) => placed.instruction.acting_role() == Some(OperandRole::Stops),
+        None => placed.mnemonic() == Mnemonic::Exit,
+    }
 }
 
 #[cfg(test)]

@@ -10,10 +10,10 @@ use std::ops::Range;
 
 use crate::isa::status::st;
 use crate::isa::{
-    Address, Bit, BitSpace, BlockId, NumberMap, NumberRanges, Space, StageId, Structure, Word,
-    WordSpace,
+    Address, Bit, BitSpace, BlockId, Mnemonic, NumberMap, NumberRanges, Space, StageId, Structure,
+    Word, WordSpace,
 };
-use crate::resolve::program::{Action, Block, Instruction, ProgramPart};
+use crate::resolve::program::{Block, Instruction, ProgramPart};
 use crate::resolve::writes::WrittenOperand;
 
 use super::context::{Context, Placed, RungPlace};
@@ -82,7 +82,7 @@ impl<'a> ScanOrder<'a> {
     }
 
     fn note(&mut self, instruction: &Instruction, block: &Block, at: u32) {
-        match instruction.action.written().map(|written| written.value) {
+        match instruction.written().map(|written| written.value) {
             Some(WrittenOperand::Bit(bit)) => self.write(Address::Bit(bit), at),
             Some(WrittenOperand::Word(word)) => self.write(Address::Word(word), at),
             Some(WrittenOperand::Array(array)) => {
@@ -90,11 +90,11 @@ impl<'a> ScanOrder<'a> {
             }
             None => {}
         }
-        if let Some(structure) = instruction.action.structure() {
+        if let Some(structure) = instruction.structure() {
             self.structures.entry(structure).or_default().push(at);
         }
-        let exited = matches!(instruction.action, Action::Exit).then_some(block.id);
-        let target = instruction.action.target_block().map(|target| target.value);
+        let exited = (instruction.mnemonic == Mnemonic::Exit).then_some(block.id);
+        let target = instruction.target_block().map(|target| target.value);
         if let Some(block) = exited.or(target) {
             self.block_moves.entry(block).or_default().push(at);
         }

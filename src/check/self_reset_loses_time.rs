@@ -20,9 +20,8 @@
 //! { when = ["!T0.Done"], do = ["TMR T0 preset=100ms"] }
 //! ```
 
-use crate::isa::{Address, Bit, Flag, LegName, Structure, Word};
-use crate::resolve::instruction::Delay;
-use crate::resolve::program::{Action, Comparison, Contact, Value};
+use crate::isa::{Address, Bit, Flag, LegName, Mnemonic, Structure, Word};
+use crate::resolve::program::{Comparison, Contact, Value};
 use crate::source::finding::{Code, Finding};
 
 use super::constant_compare::mirrored;
@@ -57,13 +56,10 @@ struct SelfTimer {
 
 impl SelfTimer {
     fn of(placed: &Placed) -> Option<SelfTimer> {
-        if let Action::Timer { t, preset, .. } = placed.action() {
-            return Some(SelfTimer { t: t.value, preset: preset.value, output: None });
-        }
-        let Action::DelayTimer { delay: Delay::On, t, preset, output } = placed.action() else {
-            return None;
-        };
-        Some(SelfTimer { t: t.value, preset: preset.value, output: Some(output.value) })
+        let of = placed.instruction;
+        let t = of.owned().filter(|_| placed.mnemonic() != Mnemonic::Offdtmr)?;
+        let (preset, output) = (of.preset()?.value, of.driven().map(|output| output.value));
+        matches!(t, Structure::Timer(_)).then_some(SelfTimer { t, preset, output })
     }
 
     /// Whether the contact is in this state once the timer's time is over.

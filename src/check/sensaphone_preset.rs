@@ -22,7 +22,7 @@
 //! ```
 
 use crate::isa::{Address, Structure};
-use crate::resolve::program::{Action, Value};
+use crate::resolve::program::Value;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Located;
 
@@ -54,11 +54,7 @@ fn counters<'c>(context: &'c Context<'c>) -> impl Iterator<Item = (Structure, &'
 type Stated<'c> = (&'c Placed<'c>, Located<Value>);
 
 fn stated<'c>(owners: &'c [Placed<'c>]) -> Vec<Stated<'c>> {
-    let preset = |owner: &'c Placed<'c>| {
-        let Action::Sensaphone { preset, .. } = owner.action() else { return None };
-        Some((owner, (*preset)?))
-    };
-    owners.iter().filter_map(preset).collect()
+    owners.iter().filter_map(|owner| Some((owner, owner.instruction.preset()?))).collect()
 }
 
 fn none_stated(context: &Context, structure: Structure, owners: &[Placed]) -> Finding {

@@ -16,33 +16,24 @@
 
 use std::collections::BTreeSet;
 
-use crate::isa::{Address, Bit, BitSpace, NumberRanges};
-use crate::resolve::instruction::{Coil, Target};
-use crate::resolve::program::Action;
+use crate::isa::{Address, Bit, BitSpace, NumberRanges, OperandRole};
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Located;
 
-use super::context::Context;
+use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut off: BTreeSet<Bit> = context.drivers().map(|(bit, _)| bit).collect();
     off.extend(context.instructions().filter_map(|placed| {
-        if let Action::Math { target: Located { value: Target::Bit(bit), .. }, .. } =
-            placed.action()
-        {
-            return Some(*bit);
-        }
-        let Action::Coil { coil: Coil::Rst | Coil::Ponoff, bit } = placed.action() else {
-            return None;
-        };
-        Some(bit.value)
+        let turns_on = placed.instruction.acting_role() == Some(OperandRole::TurnsOn);
+        placed.instruction.written_bit().filter(|_| !turns_on).map(|bit| bit.value)
     }));
-    let is_set = |action: &Action| matches!(action, Action::SetElement { on: true, .. });
-    let others = context.instructions().filter(|placed| !is_set(placed.action()));
+    let is_set = |placed: &&Placed| placed.instruction.acting_role() == Some(OperandRole::TurnsOn);
+    let others = context.instructions().filter(|placed| !is_set(placed));
     let mut arrays = NumberRanges::default();
     for placed in others {
-        let Some(array) = placed.action().written_array() else { continue };
+        let Some(array) = placed.instruction.written_array() else { continue };
         let new = arrays.add(array.numbers(), 0).into_iter().flat_map(|(first, last)| first..=last);
         off.extend(new.filter_map(|n| match array.space.address(n) {
             Address::Bit(bit) => Some(bit),
@@ -50,8 +41,11 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         }));
     }
     for placed in context.instructions() {
-        let Action::Coil { coil: Coil::Set, bit } = placed.action() else { continue };
-        let Located { value: bit, span } = *bit;
+        let Some(Located { value: bit, span }) =
+            placed.instruction.operand_with(OperandRole::TurnsOn)
+        else {
+            continue;
+        };
         // One finding for each bit is enough, at the first SET.
         if matches!(bit, Bit::Space(BitSpace::Mc, _)) || !off.insert(bit) {
             continue;

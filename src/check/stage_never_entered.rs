@@ -46,7 +46,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 fn entries(context: &Context) -> Vec<(Option<StageId>, StageId)> {
     let pairs = context.instructions().flat_map(|p| {
         let from = p.place.stage.map(|stage| stage.id);
-        p.stages_entered().map(move |to| (from, to))
+        p.instruction.stages_entered().map(move |to| (from, to))
     });
     pairs.collect()
 }

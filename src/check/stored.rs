@@ -2,12 +2,12 @@
 //!
 //! Called by the rules about constants that do not fit: `constant_saturates`, `lost_fraction`.
 
-use crate::isa::{Address, Word};
+use crate::isa::{Address, Mnemonic, OperandRole, Word};
 use crate::resolve::array::Array;
 use crate::resolve::formula::{Formula, Part, Unary};
-use crate::resolve::instruction::{Filling, Source, Target, WordPlace};
-use crate::resolve::program::{Action, Value};
-use crate::source::span::Span;
+use crate::resolve::program::{Instruction, Value};
+use crate::resolve::writes::WrittenOperand;
+use crate::source::span::{Located, Span};
 
 /// The words in which an instruction stores: one word, or one or all elements of an array.
 #[derive(Clone, Copy)]
@@ -60,31 +60,33 @@ impl Words {
     }
 }
 
-/// The numbers that an action stores in words, if a constant is part of them: for MOVE, ADD, SUB
-/// and FILL, and for a MATH whose whole expression is a constant.
-pub fn storing(action: &Action) -> Option<Storing> {
-    if let Action::Store { source, to } = action {
-        let to = match to.value {
-            WordPlace::Word(word) => Words::One(word),
-            WordPlace::Element(element) => Words::Of(element.array),
-        };
-        // Without a constant, there is nothing to report.
-        let place = source.values().filter(|of| of.value.constant().is_some()).last()?.span;
-        return Some(Storing { to, range: sum(*source), fraction: fraction(*source), place });
-    }
-    if let Action::Fill { value, to } = action {
-        let Filling::Value(number) = value.value else { return None };
-        let number = number.constant().filter(|_| !to.value.is_bits())?;
-        return Some(Storing::of(Words::Of(to.value), number, value.span));
-    }
-    let Action::Math { target, index: _, formula } = action else { return None };
-    let to = match target.value {
-        Target::Word(word) => Words::One(word),
-        Target::Array(array) => Words::Of(array),
-        Target::Bit(_) => return None,
+/// The numbers that an instruction stores in words, if a constant is part of them: for MOVE, ADD,
+/// SUB and FILL, and for a MATH whose whole expression is a constant.
+pub fn storing(instruction: &Instruction) -> Option<Storing> {
+    let written =
+        instruction.written().filter(|_| instruction.acting_role() == Some(OperandRole::Stores));
+    let to = match written?.value {
+        WrittenOperand::Word(word) => Words::One(word),
+        WrittenOperand::Array(array) => Words::Of(array),
+        WrittenOperand::Bit(_) => return None,
     };
     to.first()?;
-    Some(Storing::of(to, alone(formula)?, target.span))
+    if let Some(of) = &instruction.calculation {
+        return Some(Storing::of(to, alone(&of.value)?, written?.span));
+    }
+    let values: Vec<Located<Value>> = instruction.operands_with(OperandRole::Reads).collect();
+    // Without a constant, there is nothing to report.
+    let place = values.iter().rfind(|number| number.value.constant().is_some())?.span;
+    let range = match *values.as_slice() {
+        [a, b] if instruction.mnemonic == Mnemonic::Sub => {
+            let (low, high) = range(b.value);
+            added(range(a.value), (-high, -low))
+        }
+        [a, b] => added(range(a.value), range(b.value)),
+        [a] => range(a.value),
+        _ => return None,
+    };
+    Some(Storing { to, range, fraction: fraction(&values), place })
 }
 
 impl Storing {
@@ -95,24 +97,13 @@ impl Storing {
     }
 }
 
-fn sum(source: Source) -> (f64, f64) {
-    match source {
-        Source::Value(a) => range(a.value),
-        Source::Sum(a, b) => added(range(a.value), range(b.value)),
-        Source::Difference(a, b) => {
-            let (low, high) = range(b.value);
-            added(range(a.value), (-high, -low))
-        }
-    }
-}
-
 fn added(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (a.0 + b.0, a.1 + b.1)
 }
 
 /// The constant with a fraction, if all other numbers are whole.
-fn fraction(source: Source) -> Option<f64> {
-    let mut reals = source.values().filter(|of| of.value.is_real());
+fn fraction(values: &[Located<Value>]) -> Option<f64> {
+    let mut reals = values.iter().filter(|number| number.value.is_real());
     let (real, other) = (reals.next()?, reals.next());
     real.value.constant().filter(|number| number.fract() != 0.0 && other.is_none())
 }

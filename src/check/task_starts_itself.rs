@@ -19,7 +19,7 @@
 //! rung = [ { when = ["X0"], do = ["ENTASK Report"] } ]
 //! ```
 
-use crate::resolve::program::Action;
+use crate::isa::OperandRole;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -27,9 +27,8 @@ use super::context::{Context, Placed};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in context.instructions() {
-        if let Action::Entask { block: task, every: _ } = placed.action()
-            && task.value == placed.place.block.id
-        {
+        let enabled = placed.instruction.operand_with(OperandRole::Enables).map(|task| task.value);
+        if enabled == Some(placed.place.block.id) {
             findings.push(finding(placed));
         }
     }
@@ -37,7 +36,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 fn finding(entask: &Placed) -> Finding {
     let task = &entask.place.block.name;
-    let effect = if entask.action().is_recurrent() {
+    let effect = if entask.instruction.is_recurrent() {
         "it can only be enabled while it runs"
     } else {
         "`ENTASK` of a task that runs has no effect"

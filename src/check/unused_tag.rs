@@ -81,7 +81,7 @@ fn finding(named: &NumberSet<Address>, tag: &Tag) -> Finding {
 fn named(context: &Context) -> NumberSet<Address> {
     let mut named: NumberSet<Address> = context
         .instructions()
-        .filter_map(|p| p.action().structure().map(Address::Structure))
+        .filter_map(|p| p.instruction.structure().map(Address::Structure))
         .collect();
     for operand in &context.program.operands {
         named.insert(operand.address);

@@ -4,10 +4,9 @@
 //! compare, or an operand that an instruction reads. For a MATH, the place is the whole
 //! instruction.
 
-use crate::isa::{Address, Bit, NumberMap, NumberRanges, NumberSet, Structure, Word};
+use crate::isa::{Address, Bit, NumberMap, NumberRanges, NumberSet, OperandRole, Structure, Word};
 use crate::resolve::formula::Part;
-use crate::resolve::instruction::Coil;
-use crate::resolve::program::{Action, Contact, Tag, Value};
+use crate::resolve::program::{Contact, Tag, Value};
 use crate::resolve::writes::WrittenOperand;
 use crate::source::span::Span;
 
@@ -50,11 +49,11 @@ fn of_contact(contact: &Contact, reads: &mut Vec<(Address, Span)>) {
 }
 
 fn of_instruction(placed: &Placed, reads: &mut Vec<(Address, Span)>) {
-    let operands = placed.action().operands();
+    let operands = &placed.instruction.operands;
     let values = operands.of::<Value>().filter_map(|(_, of)| Some((word(of.value)?, of.span)));
     reads.extend(values);
-    let Action::Math { formula, .. } = placed.action() else { return };
-    reads.extend(formula.parts.iter().filter_map(|part| {
+    let Some(of) = &placed.instruction.calculation else { return };
+    reads.extend(of.value.parts.iter().filter_map(|part| {
         let address = match part {
             Part::Word(word) => Address::Word(*word),
             Part::Bit(bit) => Address::Bit(*bit),
@@ -85,10 +84,9 @@ fn effects(context: &Context) -> NumberMap<Address, Effect> {
     let mut writes = NumberMap::default();
     let mut arrays = NumberRanges::default();
     for placed in context.instructions() {
-        let action = placed.action();
-        let only_off = matches!(action, Action::Coil { coil: Coil::Rst, .. });
+        let only_off = placed.instruction.operand_with::<Bit>(OperandRole::TurnsOff).is_some();
         let effect = if only_off { Effect::Off } else { Effect::Any };
-        match action.written().map(|written| written.value) {
+        match placed.instruction.written().map(|written| written.value) {
             Some(WrittenOperand::Bit(bit)) => note(&mut writes, Address::Bit(bit), effect),
             Some(WrittenOperand::Word(word)) => note(&mut writes, Address::Word(word), effect),
             Some(WrittenOperand::Array(array)) => {

@@ -5,9 +5,8 @@
 //! has power exactly when the original circuit has none.
 
 use super::wording::{OperandLabel, Wording};
-use crate::isa::{Address, Bit, LegName};
-use crate::resolve::instruction::Coil;
-use crate::resolve::program::{Action, Contact, Edge, Instruction, Rung};
+use crate::isa::{Address, Bit, LegName, Mnemonic};
+use crate::resolve::program::{Contact, Edge, Instruction, Rung};
 
 /// Contacts between two points.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -208,20 +207,18 @@ impl CircuitMaker<'_, '_> {
 fn symbol(instruction: &Instruction, wording: &Wording) -> InstructionSymbol {
     let (mnemonic, operands) = wording.instruction(instruction);
     let (mut coil, mut label) = (None, OperandLabel::default());
-    if let Action::Coil { coil: of, bit } = &instruction.action {
-        (coil, label) = (letter(*of), wording.label(Address::Bit(bit.value)));
+    if let Some(bit) = instruction.operands.get("bit") {
+        coil = LETTERS.iter().find(|(of, _)| *of == instruction.mnemonic).map(|(_, text)| *text);
+        label = wording.label(Address::Bit(bit.value));
     }
     InstructionSymbol { mnemonic, coil, label, operands }
 }
 
-/// The letter in a coil; `None`: the instruction is drawn as a box.
-fn letter(coil: Coil) -> Option<&'static str> {
-    match coil {
-        Coil::Out => Some(""),
-        Coil::Set => Some("S"),
-        Coil::Rst => Some("R"),
-        Coil::Pd => Some("P"),
-        Coil::Nd => Some("N"),
-        Coil::Ponoff => None,
-    }
-}
+/// The letters in coils. All other instructions are drawn as boxes.
+const LETTERS: [(Mnemonic, &str); 5] = [
+    (Mnemonic::Out, ""),
+    (Mnemonic::Set, "S"),
+    (Mnemonic::Rst, "R"),
+    (Mnemonic::Pd, "P"),
+    (Mnemonic::Nd, "N"),
+];

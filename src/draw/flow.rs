@@ -1,9 +1,7 @@
 //! The ways between the Stages of a Program: the instructions that lead from one Stage to another.
 
-use crate::isa::StageId;
-use crate::resolve::program::{Action, Block, Program};
-use crate::resolve::stage_move::StageMove;
-use crate::source::span::Located;
+use crate::isa::{Mnemonic, OperandRole, StageId};
+use crate::resolve::program::{Block, Program};
 
 /// A way between Stages.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,19 +27,19 @@ pub(super) fn jumps(program: &Program, block: &Block) -> Vec<StageJump> {
     if block.stages.is_empty() {
         return all;
     }
-    let names = |stages: &[Located<StageId>]| -> Vec<String> {
-        stages.iter().map(|stage| program.stage(stage.value).name.clone()).collect()
-    };
+    let name = |stage: StageId| program.stage(stage).name.clone();
     for part in program.parts().filter(|part| part.block.id == block.id) {
         let from = part.stage.map(|stage| stage.name.clone());
         for (number, rung) in (1..).zip(part.rungs) {
             for (_, instruction) in rung.instructions() {
-                let StageMove { waits_for, on, off } = instruction.action.stage_move();
-                let is_exit = matches!(instruction.action, Action::Exit);
-                if on.is_empty() && off.is_empty() && !is_exit {
+                let names =
+                    |role| instruction.operands_with(role).map(|stage| name(stage.value)).collect();
+                let (waits_for, off): (_, Vec<String>) =
+                    (names(OperandRole::Awaits), names(OperandRole::Stops));
+                let to: Vec<String> = instruction.stages_entered().map(name).collect();
+                if to.is_empty() && off.is_empty() && instruction.mnemonic != Mnemonic::Exit {
                     continue;
                 }
-                let (waits_for, to, off) = (names(waits_for), names(on), names(off));
                 let by = instruction.mnemonic.spec().name;
                 let rung = rung.name.clone().unwrap_or_else(|| number.to_string());
                 all.push(StageJump { from: from.clone(), waits_for, to, off, by, rung });

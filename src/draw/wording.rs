@@ -7,8 +7,8 @@ use crate::check::{Around, Context};
 use crate::isa::{Address, duration};
 use crate::resolve::array::{Array, ShiftBits};
 use crate::resolve::formula::{Binary, Formula, Part};
-use crate::resolve::operand_list::{OperandType, OperandValue};
-use crate::resolve::program::{Action, Contact, Instruction, Program, Value, Written};
+use crate::resolve::operand_list::OperandValue;
+use crate::resolve::program::{Contact, Instruction, Program, Value, Written};
 
 /// The names of a program.
 pub(super) struct Wording<'p> {
@@ -52,22 +52,15 @@ impl<'p> Wording<'p> {
     /// An instruction: its mnemonic, and its operands as they are written.
     pub fn instruction(&self, instruction: &Instruction) -> (&'static str, Vec<String>) {
         let spec = instruction.mnemonic.spec();
-        if let Action::Math { target, index, formula } = &instruction.action {
-            let target = match index {
-                Some(index) => {
-                    let array = self.operand(target.value.operand());
-                    format!("{array}[{}]", self.formula(index))
+        let texts = instruction.operands.0.iter().map(|operand| {
+            let text = self.operand(operand.value);
+            match (operand.row.key, &instruction.calculation) {
+                (Some(key), _) => format!("{key}={text}"),
+                (None, Some(of)) => {
+                    let index = of.index.as_ref().map(|index| format!("[{}]", self.formula(index)));
+                    format!("{text}{} = {}", index.unwrap_or_default(), self.formula(&of.value))
                 }
-                None => self.operand(target.value.operand()),
-            };
-            return (spec.name, vec![format!("{target} = {}", self.formula(formula))]);
-        }
-        let operands = instruction.action.operands();
-        let texts = operands.each().map(|(name, operand)| {
-            let text = self.operand(operand);
-            match spec.operands.iter().find(|of| of.name == name).and_then(|of| of.key) {
-                Some(key) => format!("{key}={text}"),
-                None => text,
+                (None, None) => text,
             }
         });
         (spec.name, texts.collect())

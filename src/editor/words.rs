@@ -218,16 +218,16 @@ impl WordReader<'_> {
         for operand in operands {
             let key = self.text[operand.clone()].find('=');
             let spec = mnemonic.spec();
-            let of = match key {
+            let row = match key {
                 Some(at) => {
                     let key = &self.text[operand.start..operand.start + at];
-                    spec.operands.iter().find(|of| of.key == Some(key))
+                    spec.operands.iter().find(|row| row.key == Some(key))
                 }
                 None => spec.positional(number),
             };
             number += usize::from(key.is_none());
             let value = operand.start + key.map_or(0, |at| at + 1)..operand.end;
-            self.contacts(value, of.map_or(Role::Reads, role));
+            self.contacts(value, row.map_or(Role::Reads, role));
         }
     }
 
@@ -256,10 +256,8 @@ impl WordReader<'_> {
 
 /// What an instruction does with an operand.
 fn role(operand: &OperandSpec) -> Role {
-    let is_block = matches!(
-        operand.kind,
-        OperandKind::Program | OperandKind::Block | OperandKind::Task
-    );
+    let is_block =
+        matches!(operand.kind, OperandKind::Program | OperandKind::Block | OperandKind::Task);
     match operand.kind.is_stage() {
         true => Role::Stage,
         false if is_block => Role::Block,

@@ -84,6 +84,29 @@ mod tests {
     }
 
     #[test]
+    fn the_role_of_an_operand_fits_its_kind() {
+        for spec in TABLE {
+            for OperandSpec { name, role, kind, .. } in spec.operands {
+                let is_written = matches!(
+                    kind,
+                    OperandKind::WritableBit
+                        | OperandKind::WritableWord
+                        | OperandKind::Target
+                        | OperandKind::WritableArray
+                        | OperandKind::Shifted
+                );
+                let spaces = [Space::Counter, Space::Timer, Space::Sensaphone];
+                let is_structure = spaces.into_iter().any(|space| kind.is_structure_of(space));
+                let has_structure = matches!(role, OperandRole::Owns | OperandRole::Resets);
+                let moves_stages = matches!(role, OperandRole::Enters | OperandRole::Awaits);
+                assert_eq!(role.writes(), is_written, "{}: {name}", spec.name);
+                assert_eq!(has_structure, is_structure, "{}: {name}", spec.name);
+                assert!(!moves_stages || kind.is_stage(), "{}: {name}", spec.name);
+            }
+        }
+    }
+
+    #[test]
     fn forms_read_as_in_the_reference() {
         assert_eq!(Mnemonic::Cnt.spec().form(), "CNT ct preset=v");
         assert_eq!(Mnemonic::Udc.spec().form(), "UDC ct [up-preset=v] [dn-preset=v]");

@@ -87,10 +87,8 @@ const ENABLED: &[OperandSpec] = &[
     positional("block", Enables, OperandKind::Task),
     optional("every", Reads, OperandKind::Interval),
 ];
-const CONVERGED: &[OperandSpec] = &[
-    positional("stage", Awaits, OperandKind::Stages),
-    keyed("to", Enters, OperandKind::Stage),
-];
+const CONVERGED: &[OperandSpec] =
+    &[positional("stage", Awaits, OperandKind::Stages), keyed("to", Enters, OperandKind::Stage)];
 
 const HELP: &str = "the Do-more help; docs/semantics.md";
 const SENSAPHONE_MANUAL: &str = "the Sensaphone SCADA 3000 manual, page 15-9";
@@ -254,4 +252,3 @@ instructions! {
     Stop "STOP" "stop" "Stop", WHEN, &[], false, Kept, BLOCKS,
         "An orderly stop: this scan completes, and the next one is the last.";
 }
-

@@ -29,6 +29,6 @@ pub use instruction::Spec;
 pub(crate) use instruction::{LegName, Mnemonic, OperandKind, OperandSpec};
 pub(crate) use maps::{NumberMap, NumberSet};
 pub(crate) use number_ranges::NumberRanges;
-pub(crate) use role::OperandRole;
 pub use real::{NearestReal, Real};
+pub(crate) use role::OperandRole;
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

@@ -8,7 +8,6 @@
 use std::collections::HashMap;
 
 use crate::isa::{Address, Bit, BlockId};
-use crate::resolve::instruction::OperandValue;
 use crate::resolve::program::{Instruction, Program, Rung};
 
 /// The place of each bit that the program writes: the number of the first instruction that writes
@@ -31,25 +30,14 @@ pub(super) fn places(program: &Program, order: &[BlockId]) -> HashMap<Bit, usize
 
 /// The bits that an instruction can turn ON.
 fn written(instruction: &Instruction) -> Vec<Bit> {
-    let action = &instruction.action;
-    let mut bits: Vec<Bit> = action.written_bit().map(|bit| bit.value).into_iter().collect();
-    bits.extend(action.written_bits());
+    let mut bits: Vec<Bit> = instruction.written_bit().map(|bit| bit.value).into_iter().collect();
+    bits.extend(instruction.written_bits());
     let flags = instruction.owned().map(|owned| owned.member_addresses()).into_iter().flatten();
     bits.extend(flags.filter_map(|address| match address {
         Address::Bit(bit) => Some(bit),
         Address::Word(_) | Address::Structure(_) => None,
     }));
-    bits.extend(action.target_block().map(|block| Bit::Running(block.value)));
-    action.operands().each().for_each(|(_, operand)| match operand {
-        OperandValue::Stage(stage) => bits.push(Bit::Stage(stage)),
-        OperandValue::Bit(_)
-        | OperandValue::Word(_)
-        | OperandValue::Value(_)
-        | OperandValue::Structure(_)
-        | OperandValue::Block(_)
-        | OperandValue::Element(_)
-        | OperandValue::Array(_)
-        | OperandValue::Run(_) => {}
-    });
+    bits.extend(instruction.target_block().map(|block| Bit::Running(block.value)));
+    bits.extend(instruction.operands.of().map(|(_, stage)| Bit::Stage(stage.value)));
     bits
 }

@@ -3,36 +3,18 @@
 use super::assembler::Assembler;
 use super::legs::Legs;
 use crate::engine::ops::{
-    BitOwn, BitRead, BitsRead, BitsWritten, CopyBits, CopyWords, FillBits, FillWords, LegPowers,
-    Op, Shift, Sr, WordForm, WordsRead, WordsWritten,
+    BitRead, BitsRead, BitsWritten, CopyBits, CopyWords, FillBits, FillWords, LegPowers, Op, Shift,
+    Sr, WordForm, WordsRead, WordsWritten,
 };
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, LegName};
 use crate::resolve::array::{Array, ShiftBits};
-use crate::resolve::instruction::{Action, Filling, Instruction, Value};
+use crate::resolve::instruction::{Filling, Instruction, Value};
 
 impl Assembler<'_> {
-    /// SET and RST of an element, COPY, FILL and SR.
-    pub fn array_action(&mut self, instruction: &Instruction, legs: Legs) -> Op {
-        let action = &instruction.action;
-        if let Action::SetElement { on, bit } = action {
-            return self.set_element(*on, bit.value, legs.when());
-        }
-        if let Action::Copy { from, to } = action {
-            return self.copy(from.value, to.value, legs.when());
-        }
-        if let Action::Fill { value, to } = action {
-            return self.fill(value.value, to.value, legs.when());
-        }
-        let Action::Shift { bits } = action else { unreachable!("the caller asks for arrays") };
-        let text = self.identity.edge_instruction(instruction);
-        let history = self.shift_history(bits.value, text);
-        let legs = [LegName::Data, LegName::Clk, LegName::Rst].map(|name| legs.leg(name));
-        self.shift(bits.value, legs, history)
-    }
-
     /// COPY.
-    fn copy(&mut self, from: Array, to: Array, leg: LegPowers) -> Op {
+    pub fn copy(&mut self, instruction: &Instruction, leg: LegPowers) -> Op {
+        let [from, to]: [Array; 2] = ["from", "to"].map(|name| instruction.operands.required(name));
         let (read, written) = (self.cells(from), self.cells(to));
         if to.is_bits() {
             let (from, to) = (BitsRead(read), BitsWritten(written));
@@ -44,7 +26,9 @@ impl Assembler<'_> {
     }
 
     /// FILL.
-    fn fill(&mut self, value: Filling, to: Array, leg: LegPowers) -> Op {
+    pub fn fill(&mut self, instruction: &Instruction, leg: LegPowers) -> Op {
+        let (value, to): (Filling, Array) =
+            (instruction.operands.required("value"), instruction.operands.required("to"));
         let cells = self.cells(to);
         let status = |assembler: &Self, n| assembler.layout.bit(Bit::Space(BitSpace::St, n)).0;
         let bit = match value {
@@ -65,8 +49,13 @@ impl Assembler<'_> {
         WordForm { from_real, to_real: to.is_real(), limits: self.array_limits(to) }
     }
 
-    /// SR, with its legs `data`, `clk`, `rst`.
-    fn shift(&mut self, run: ShiftBits, [data, clk, rst]: [LegPowers; 3], history: BitOwn) -> Op {
+    /// SR.
+    pub fn shift(&mut self, instruction: &Instruction, legs: Legs) -> Op {
+        let run: ShiftBits = instruction.operands.required("bits");
+        let text = self.identity.edge_instruction(instruction);
+        let history = self.shift_history(run, text);
+        let [data, clk, rst] =
+            [LegName::Data, LegName::Clk, LegName::Rst].map(|name| legs.leg(name));
         let bits = BitsWritten(self.cells(run.array));
         Op::Sr(Sr { data, clk, rst, bits, shift: Shift { history, down: run.down } })
     }

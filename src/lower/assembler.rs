@@ -14,11 +14,11 @@ use crate::engine::ops::{
 use crate::engine::{
     self, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables, WordCell,
 };
-use crate::isa::{Address, Bit, BitSpace, BlockId, NumberMap, StageId, Structure, Word};
+use crate::isa::{Address, Bit, BitSpace, BlockId, Mnemonic, NumberMap, StageId, Structure, Word};
 use crate::progress::Progress;
 use crate::resolve::array::{Array, ShiftBits};
 use crate::resolve::layers::Layers;
-use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
+use crate::resolve::program::{Instruction, Program, TagMeaning, Value};
 
 /// The first status bit, ST0.
 const STATUS: Bit = Bit::Space(BitSpace::St, 0);
@@ -26,7 +26,7 @@ const STATUS: Bit = Bit::Space(BitSpace::St, 0);
 pub(super) struct Assembler<'p> {
     pub layout: Layout,
     /// The owning instructions of structures; for a Sensaphone counter, its CTU or CTD.
-    pub owners: NumberMap<Structure, &'p Action>,
+    pub owners: NumberMap<Structure, &'p Instruction>,
     /// The limits of words, from `min` and `max` of all their tags.
     limits: WordLimits,
     /// The current element's operations, in file order.
@@ -64,7 +64,7 @@ pub(super) struct Assembler<'p> {
 impl<'p> Assembler<'p> {
     pub fn new(program: &'p Program, window: usize, progress: &'p Progress) -> Assembler<'p> {
         let (blocks, stages) = (program.blocks.len() as u32, program.stages.len() as u32);
-        let is_shift = |(_, one): &(_, &Instruction)| matches!(one.action, Action::Shift { .. });
+        let is_shift = |(_, one): &(_, &Instruction)| one.mnemonic == Mnemonic::Sr;
         let shifts = program.instructions().filter(is_shift).count() as u32;
         let layout = Layout::new(&program.sizes, blocks, stages).with_shifts(shifts);
         let mut assembler = Assembler {
@@ -101,11 +101,12 @@ impl<'p> Assembler<'p> {
     /// Records an owner, and the constant preset of a Sensaphone counter for the cold start.
     fn note_owner(&mut self, instruction: &'p Instruction) {
         let Some(structure) = instruction.owned() else { return };
-        self.owners.entry(structure).or_insert(&instruction.action);
-        if let Action::Sensaphone { n, preset: Some(preset), counts: _ } = &instruction.action
+        self.owners.entry(structure).or_insert(instruction);
+        if let Structure::Sensaphone(number) = structure
+            && let Some(preset) = instruction.preset()
             && let Value::Const(preset, _) = preset.value
         {
-            let pre = self.layout.word(Word::Pre(n.value.number()));
+            let pre = self.layout.word(Word::Pre(number));
             self.initial_words.push((pre, preset));
         }
     }

@@ -1,9 +1,9 @@
 //! Instructions with elements of arrays that a word selects.
 //!
-//! Called by `instructions` and `arrays`; `math` uses `put_at`. An instruction with such an element
-//! must turn the status bit of a wrong index ON and report it. So it becomes a MATH, or a MATH
-//! reads its operand beforehand. For a contact or compare, an operation of `values` reads the
-//! element.
+//! Called by `instructions`, `stores` and `arrays`; `math` uses `put_at`. An instruction with such
+//! an element must turn the status bit of a wrong index ON and report it. So it becomes a MATH, or
+//! a MATH reads its operand beforehand. For a contact or compare, an operation of `values` reads
+//! the element.
 
 use super::assembler::Assembler;
 use crate::engine::PassStep;
@@ -13,8 +13,8 @@ use crate::engine::ops::{
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Space};
 use crate::resolve::array::{Array, Element};
-use crate::resolve::formula::{Binary, Formula, NumberType, Part, type_of_array};
-use crate::resolve::instruction::{Source, Value, WordPlace};
+use crate::resolve::formula::{Formula, Part};
+use crate::resolve::instruction::Value;
 
 impl Assembler<'_> {
     /// The word of a preset. Its owner reads it at every execution and, if `in_pass`, in the pass
@@ -75,29 +75,6 @@ impl Assembler<'_> {
         LegPowers::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::ON)).0))
     }
 
-    /// MOVE, ADD and SUB with an element among their operands or as their target.
-    pub fn store_elements(&mut self, source: Source, to: WordPlace, leg: LegPowers) -> Op {
-        let mut parts = Vec::new();
-        let mut of = NumberType::Integer;
-        for value in source.values() {
-            of = of.with(push(&mut parts, value.value));
-        }
-        match source {
-            Source::Value(_) => {}
-            Source::Sum(..) => parts.push(Part::Binary(Binary::Add, of)),
-            Source::Difference(..) => parts.push(Part::Binary(Binary::Subtract, of)),
-        }
-        let put = match to {
-            WordPlace::Word(word) => self.put_in_word(word),
-            WordPlace::Element(element) => {
-                let index = self.layout.word(element.index).0;
-                self.put_at(element.array, index)
-            }
-        };
-        let math = self.formula_into(put, &Formula { parts }, leg);
-        Op::Math(Math { quiet: true, ..math })
-    }
-
     /// SET and RST of a bit that a word selects.
     pub fn set_element(&mut self, on: bool, element: Element, leg: LegPowers) -> Op {
         let index = self.layout.word(element.index).0;
@@ -128,19 +105,4 @@ impl Assembler<'_> {
             limits: limits.first,
         })
     }
-}
-
-/// Adds the parts of a value; returns its type.
-fn push(parts: &mut Vec<Part>, value: Value) -> NumberType {
-    match value {
-        Value::Const(n, _) => parts.push(Part::Integer(n.into())),
-        Value::Real(real) => parts.push(Part::Real(real)),
-        Value::Word(word) => parts.push(Part::Word(word)),
-        Value::Element(element) => {
-            parts.push(Part::Word(element.index));
-            parts.push(Part::Element(element.array));
-            return type_of_array(element.array);
-        }
-    }
-    if value.is_real() { NumberType::Real } else { NumberType::Integer }
 }

@@ -12,7 +12,7 @@ use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
 use crate::resolve::array::{Array, Element, ShiftBits};
 use crate::resolve::places::Places;
-use crate::resolve::program::{Action, BlockKind, Instruction, Program, TagMeaning, Value};
+use crate::resolve::program::{BlockKind, Instruction, Program, TagMeaning, Value};
 use crate::source::span::Span;
 
 /// Everything in a program that keeps a state from scan to scan.
@@ -184,12 +184,12 @@ impl Identity {
     /// Records the structure that an instruction owns and the bit that it writes.
     pub(super) fn instruction(&mut self, instruction: &Instruction, element: ElementId) {
         if let Some(structure) = instruction.owned() {
-            let operands = instruction.action.operands();
-            let presets = operands.of().map(|(name, preset)| (name, preset.value)).collect();
+            let presets =
+                instruction.operands.of().map(|(name, preset)| (name, preset.value)).collect();
             self.owners.push(Owner { structure, mnemonic: instruction.mnemonic, element, presets });
         }
-        self.written.extend(instruction.action.written_bit().map(|bit| bit.value));
-        self.written.extend(instruction.action.written_bits());
+        self.written.extend(instruction.written_bit().map(|bit| bit.value));
+        self.written.extend(instruction.written_bits());
     }
 
     /// Records a history.
@@ -286,13 +286,10 @@ impl Identity {
 
     /// The text of an instruction with a history: its mnemonic and operands.
     pub(super) fn edge_instruction(&self, instruction: &Instruction) -> String {
-        let (bit, block) = (instruction.action.written_bit(), instruction.action.target_block());
+        let (bit, block) = (instruction.written_bit(), instruction.target_block());
         let bit = bit.map(|bit| self.bit(bit.value));
         let operand = bit.or_else(|| Some(self.block(block?.value).name.clone()));
-        let shifted = || {
-            let Action::Shift { bits } = &instruction.action else { return None };
-            Some(self.run(bits.value))
-        };
+        let shifted = || instruction.first_operand().map(|bits| self.run(bits.value));
         let operand = operand.or_else(shifted).unwrap_or_default();
         format!("{} {operand}", instruction.mnemonic.spec().name)
     }

@@ -1,6 +1,6 @@
 //! Turns instructions into operations and the steps of termination passes.
 //!
-//! Called by `lower_rung`. Every [`Action`] is matched: a new instruction does not compile until it
+//! Called by `lower_rung`. Every mnemonic is matched: a new instruction does not compile until it
 //! is lowered here. The instruction table, not this file, determines the effect of a pass;
 //! `terminate` picks the matching step.
 
@@ -8,18 +8,18 @@ use super::assembler::Assembler;
 use super::identity::Interval;
 use super::legs::Legs;
 use super::sites::Sites;
+use super::stores::Source;
 use crate::engine::ops::{
-    Add, AddMixed, AnyTarget, BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter,
-    CounterRule, Ctd, Ctu, LegPowers, Move, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff,
-    Power, Powers, Res, RestartState, Rst, Rstct, Rstt, Sensaphone, Set, StageList, Sub, SubMixed,
-    Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets, WordRead, WordWritten,
+    BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu,
+    LegPowers, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState,
+    Rst, Rstct, Rstt, Sensaphone, Set, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc,
+    UdcPresets, WordRead, WordWritten,
 };
 use crate::engine::{PassStep, WordCell};
 use crate::isa::instruction::Termination;
 use crate::isa::status::st;
-use crate::isa::{Bit, BitSpace, BlockId, LegName, StageId, Structure, Word};
-use crate::resolve::instruction::{Coil, CountDirection, Delay, Source, TimerKind, WordPlace};
-use crate::resolve::program::{Action, Instruction, Value, Written};
+use crate::isa::{Bit, BitSpace, BlockId, LegName, Mnemonic, OperandRole, Structure, Word};
+use crate::resolve::program::{Instruction, Value};
 use crate::source::span::Located;
 
 /// An instruction as an operation, and the parts of it that a termination pass may act on.
@@ -47,7 +47,7 @@ impl Assembler<'_> {
         // An operation that reads an element may turn `$IndexError` ON, and a leg may read this
         // bit.
         let kept: Vec<(LegName, LegPowers)>;
-        let legs = if instruction.action.has_elements() {
+        let legs = if instruction.has_elements() {
             kept = legs.0.iter().map(|(name, leg)| (*name, self.keep(*leg))).collect();
             Legs(&kept)
         } else {
@@ -76,73 +76,74 @@ impl Assembler<'_> {
 
     /// `None` for a reset of a structure without an owner; `check` refuses that.
     fn lowered(&mut self, instruction: &Instruction, legs: Legs) -> Option<Lowered> {
-        let history = |assembler: &mut Self| assembler.edge_history(instruction);
-        let kind = match &instruction.action {
-            Action::Coil { coil, bit } => {
-                let bit = BitWritten(self.layout.bit(bit.value).0);
-                let op = self.coil(*coil, (legs.when(), bit), instruction);
-                return Some(Lowered { bit: Some(bit), ..op.into() });
+        use Mnemonic as M;
+        let leg = |name| legs.leg(name);
+        let when = || legs.when();
+        let value = |name| instruction.operands.required::<Value>(name);
+        let to = || instruction.operands.required("to");
+        let stage = || instruction.operands.required("stage");
+        let block = || instruction.operands.required("block");
+        Some(match instruction.mnemonic {
+            M::Out => self.coil(instruction, |bit| out(when(), bit)),
+            M::Set => self.set(instruction, true, when()),
+            M::Rst => self.set(instruction, false, when()),
+            M::Pd => {
+                self.edge_coil(instruction, |bit, history| Op::Pd(Pd { leg: when(), bit, history }))
             }
-            Action::Counter { counts, ct, preset } => {
-                let rule = counter_rule(*counts, *preset, |preset| self.owner_preset(preset, true));
-                return Some(self.counter(ct.value, rule, legs, legs.leg(LegName::Rst)));
+            M::Nd => {
+                self.edge_coil(instruction, |bit, history| Op::Nd(Nd { leg: when(), bit, history }))
             }
-            Action::UpDownCounter { has_reset_leg, ct, up_preset, dn_preset } => {
-                let presets = (*up_preset, *dn_preset);
-                let rule =
-                    up_down_rule(presets, |preset| self.owner_preset(preset, *has_reset_leg));
-                let rst = if *has_reset_leg { legs.leg(LegName::Rst) } else { self.off() };
-                return Some(self.counter(ct.value, rule, legs, rst));
+            M::Ponoff => self.edge_coil(instruction, |bit, history| {
+                Op::Ponoff(Ponoff { leg: when(), bit, history })
+            }),
+            M::Cnt | M::Cntdn | M::Udc | M::Udcg => self.counter(instruction, legs),
+            M::Rstct | M::Rstt | M::Res => {
+                return self.reset(instruction, when()).map(Lowered::from);
             }
-            Action::DelayTimer { delay, t, preset, output } => {
-                let timer = self.timer_of(t.value, *preset, TimerRule::Zero);
-                let output = BitWritten(self.layout.bit(output.value).0);
-                return Some(delay_timer(*delay, legs.when(), timer, output));
+            M::Ondtmr => self.delay_timer(instruction, |timer, output| {
+                Op::Ondtmr(Ondtmr { leg: when(), timer, output })
+            }),
+            M::Offdtmr => self.delay_timer(instruction, |timer, output| {
+                Op::Offdtmr(Offdtmr { leg: when(), timer, output })
+            }),
+            M::Tmr => self.timer(instruction, |timer| Op::Tmr(Tmr { leg: when(), timer })),
+            M::Tmrdown => {
+                self.timer(instruction, |timer| Op::Tmrdown(Tmrdown { leg: when(), timer }))
             }
-            Action::Timer { timer, t, preset } => {
-                let at = self.timer_of(t.value, *preset, timer_rule(*timer));
-                return Some(self.timer(*timer, at, legs));
+            M::Tmra => self.timer(instruction, |timer| {
+                Op::Tmra(Tmra { en: leg(LegName::En), rst: leg(LegName::Rst), timer })
+            }),
+            M::Tmradown => self.timer(instruction, |timer| {
+                Op::Tmradown(Tmradown { en: leg(LegName::En), rst: leg(LegName::Rst), timer })
+            }),
+            M::Tmrag => {
+                let rst = self.off();
+                self.timer(instruction, |timer| Op::Tmra(Tmra { en: when(), rst, timer }))
             }
-            Action::Sensaphone { counts, n, preset } => {
-                let counter = self.sensaphone(n.value, *preset);
-                return Some(sensaphone(*counts, counter, legs.when()));
-            }
-            Action::Reset { structure } => {
-                return self.reset(structure.value, legs.when()).map(Lowered::from);
-            }
-            Action::Store { source, to } => {
-                return Some(self.store(*source, to.value, legs.when()).into());
-            }
-            Action::Math { target, index, formula } => {
-                let math = self.math(target.value, index.as_deref(), formula, legs.when());
-                return Some(math.into());
-            }
-            Action::SetElement { .. }
-            | Action::Copy { .. }
-            | Action::Fill { .. }
-            | Action::Shift { .. } => return Some(self.array_action(instruction, legs).into()),
-            Action::Run { block } => ControlKind::Run(block.value),
-            Action::Restart { block } => {
-                let history = history(self);
-                ControlKind::Restart(RestartState { program: block.value, history: history.0 })
-            }
-            Action::Halt { block } => ControlKind::Halt(block.value),
-            Action::Exit => ControlKind::Exit,
-            Action::Entask { block, every: None } => {
-                ControlKind::EnableOnce { task: block.value, history: history(self).0 }
-            }
-            Action::Entask { block, every: Some(every) } => {
-                return Some(self.enable_every(block.value, every.value, legs.when()));
-            }
-            Action::Jump { stages } => ControlKind::Jump(self.stages(stages)),
-            Action::StageOn { stage } => ControlKind::StageOn(stage.value),
-            Action::StageOff { stage } => ControlKind::StageOff(stage.value),
-            Action::Converge { stages, to } => {
-                ControlKind::Converge { from: self.stages(stages), to: to.value }
-            }
-            Action::Stop => ControlKind::Stop,
-        };
-        Some(self.control(kind, legs.when()).into())
+            M::Ctu => self.sensaphone(instruction, |counter| {
+                (Op::Ctu(Ctu { leg: when(), counter }), PassStep::CountUp(counter))
+            }),
+            M::Ctd => self.sensaphone(instruction, |counter| {
+                (Op::Ctd(Ctd { leg: when(), counter }), PassStep::CountDown(counter))
+            }),
+            M::Move => self.store(Source::Value(value("a")), to(), when()).into(),
+            M::Add => self.store(Source::Sum(value("a"), value("b")), to(), when()).into(),
+            M::Sub => self.store(Source::Difference(value("a"), value("b")), to(), when()).into(),
+            M::Math => self.math(instruction, when()).into(),
+            M::Copy => self.copy(instruction, when()).into(),
+            M::Fill => self.fill(instruction, when()).into(),
+            M::Sr => self.shift(instruction, legs).into(),
+            M::Run => self.control(ControlKind::Run(block()), when()),
+            M::Restart => self.restart(instruction, block(), when()),
+            M::Halt => self.control(ControlKind::Halt(block()), when()),
+            M::Exit => self.control(ControlKind::Exit, when()),
+            M::Entask => self.enable(instruction, block(), when()),
+            M::Jmp | M::Sgdivrg => self.jump(instruction, when()),
+            M::Sgset => self.control(ControlKind::StageOn(stage()), when()),
+            M::Sgrst => self.control(ControlKind::StageOff(stage()), when()),
+            M::Sgconvrg => self.converge(instruction, when()),
+            M::Stop => self.control(ControlKind::Stop, when()),
+        })
     }
 
     /// The edge history of an instruction.
@@ -151,29 +152,34 @@ impl Assembler<'_> {
         self.history(text)
     }
 
-    fn coil(
+    fn coil(&self, instruction: &Instruction, op: impl FnOnce(BitWritten) -> Op) -> Lowered {
+        let bit = BitWritten(self.layout.bit(instruction.operands.required("bit")).0);
+        Lowered { bit: Some(bit), ..op(bit).into() }
+    }
+
+    fn edge_coil(
         &mut self,
-        coil: Coil,
-        (leg, bit): (LegPowers, BitWritten),
         instruction: &Instruction,
-    ) -> Op {
-        match coil {
-            Coil::Out => match leg.each() {
-                [a, b] if a == b => Op::OutOne(OutOne { leg: Powers::new([a]), bit }),
-                _ => Op::Out(Out { leg, bit }),
-            },
-            Coil::Set => Op::Set(Set { leg, bit }),
-            Coil::Rst => Op::Rst(Rst { leg, bit }),
-            Coil::Pd => Op::Pd(Pd { leg, bit, history: self.edge_history(instruction) }),
-            Coil::Nd => Op::Nd(Nd { leg, bit, history: self.edge_history(instruction) }),
-            Coil::Ponoff => {
-                Op::Ponoff(Ponoff { leg, bit, history: self.edge_history(instruction) })
-            }
+        op: impl FnOnce(BitWritten, BitOwn) -> Op,
+    ) -> Lowered {
+        let history = self.edge_history(instruction);
+        self.coil(instruction, |bit| op(bit, history))
+    }
+
+    /// SET and RST, also of a bit that a word selects.
+    fn set(&mut self, instruction: &Instruction, on: bool, leg: LegPowers) -> Lowered {
+        match instruction.operands.get("bit") {
+            Some(element) => self.set_element(on, element.value, leg).into(),
+            None if on => self.coil(instruction, |bit| Op::Set(Set { leg, bit })),
+            None => self.coil(instruction, |bit| Op::Rst(Rst { leg, bit })),
         }
     }
 
-    fn counter(&self, ct: Structure, rule: CounterRule, legs: Legs, rst: LegPowers) -> Lowered {
-        let counter = Counter { at: self.layout.record(ct) };
+    fn counter(&mut self, instruction: &Instruction, legs: Legs) -> Lowered {
+        let has_reset_leg = instruction.mnemonic != Mnemonic::Udcg;
+        let rule = counter_rule(instruction, |preset| self.owner_preset(preset, has_reset_leg));
+        let rst = if has_reset_leg { legs.leg(LegName::Rst) } else { self.off() };
+        let counter = Counter { at: self.layout.record(instruction.operands.required("ct")) };
         let op = match rule {
             CounterRule::Up(preset) => {
                 Op::Cnt(Cnt { up: legs.leg(LegName::Up), rst, counter, preset })
@@ -194,26 +200,43 @@ impl Assembler<'_> {
         LegPowers::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0))
     }
 
-    fn timer_of(&mut self, t: Structure, preset: Located<Value>, rule: TimerRule) -> Timer {
-        let preset = self.owner_preset(preset.value, rule == TimerRule::Preset);
-        Timer { at: self.layout.record(t), preset }
+    fn timer_of(&mut self, instruction: &Instruction, rule: TimerRule) -> Timer {
+        let preset =
+            self.owner_preset(instruction.operands.required("preset"), rule == TimerRule::Preset);
+        Timer { at: self.layout.record(instruction.operands.required("t")), preset }
     }
 
-    fn timer(&self, kind: TimerKind, timer: Timer, legs: Legs) -> Lowered {
-        let (when, en, rst) = (|| legs.when(), || legs.leg(LegName::En), || legs.leg(LegName::Rst));
-        let op = match kind {
-            TimerKind::Up => Op::Tmr(Tmr { leg: when(), timer }),
-            TimerKind::Down => Op::Tmrdown(Tmrdown { leg: when(), timer }),
-            TimerKind::AccumulatingUp => Op::Tmra(Tmra { en: en(), rst: rst(), timer }),
-            TimerKind::AccumulatingDown => Op::Tmradown(Tmradown { en: en(), rst: rst(), timer }),
-            TimerKind::Global => Op::Tmra(Tmra { en: when(), rst: self.off(), timer }),
-        };
-        let reset = Some(PassStep::Timer(timer, timer_rule(kind)));
-        Lowered { reset, rung_off: Some(PassStep::HoldTimer(timer)), ..op.into() }
+    fn timer(&mut self, instruction: &Instruction, op: impl FnOnce(Timer) -> Op) -> Lowered {
+        let rule = timer_rule(instruction.mnemonic);
+        let timer = self.timer_of(instruction, rule);
+        let reset = Some(PassStep::Timer(timer, rule));
+        Lowered { reset, rung_off: Some(PassStep::HoldTimer(timer)), ..op(timer).into() }
+    }
+
+    fn delay_timer(
+        &mut self,
+        instruction: &Instruction,
+        op: impl FnOnce(Timer, BitWritten) -> Op,
+    ) -> Lowered {
+        let timer = self.timer_of(instruction, TimerRule::Zero);
+        let output = BitWritten(self.layout.bit(instruction.operands.required("output")).0);
+        let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
+        Lowered { bit: Some(output), reset, ..op(timer, output).into() }
+    }
+
+    /// CTU and CTD.
+    fn sensaphone(
+        &mut self,
+        instruction: &Instruction,
+        op: impl FnOnce(Sensaphone) -> (Op, PassStep),
+    ) -> Lowered {
+        let counter = self.sensaphone_of(instruction.operands.required("n"), instruction.preset());
+        let (op, pass) = op(counter);
+        Lowered { rung_off: Some(pass), ..op.into() }
     }
 
     /// A Sensaphone counter, with the preset of one of its instructions.
-    fn sensaphone(&mut self, n: Structure, preset: Option<Located<Value>>) -> Sensaphone {
+    fn sensaphone_of(&mut self, n: Structure, preset: Option<Located<Value>>) -> Sensaphone {
         let preset = match preset.map(|preset| preset.value) {
             Some(preset @ (Value::Word(_) | Value::Element(_))) => {
                 Some(self.owner_preset(preset, false))
@@ -224,147 +247,84 @@ impl Assembler<'_> {
         Sensaphone { at: self.layout.record(n), pre, preset }
     }
 
-    /// RSTCT and RSTT, by the rule of the structure's owner.
-    fn reset(&mut self, structure: Structure, leg: LegPowers) -> Option<Op> {
+    /// RSTCT and RSTT, by the rule of the structure's owner, and RES.
+    fn reset(&mut self, instruction: &Instruction, leg: LegPowers) -> Option<Op> {
+        let structure = instruction.structure()?;
         if let Structure::Sensaphone(_) = structure {
-            return Some(Op::Res(Res { leg, counter: self.sensaphone(structure, None) }));
+            return Some(Op::Res(Res { leg, counter: self.sensaphone_of(structure, None) }));
         }
-        let at = self.layout.record(structure);
-        let rstct = |rule| Op::Rstct(Rstct { leg, counter: Counter { at }, rule });
-        let rstt = |preset, rule| Op::Rstt(Rstt { leg, timer: Timer { at, preset }, rule });
-        Some(match self.owners.get(&structure).copied()? {
-            Action::Counter { counts, preset, ct: _ } => {
-                rstct(counter_rule(*counts, *preset, |preset| self.value_while(preset, leg)))
-            }
-            Action::UpDownCounter { up_preset, dn_preset, .. } => {
-                let presets = (*up_preset, *dn_preset);
-                rstct(up_down_rule(presets, |preset| self.value_while(preset, leg)))
-            }
-            Action::DelayTimer { .. } => rstt(WordRead(self.constant(0)), TimerRule::Zero),
-            Action::Timer { timer, preset, t: _ } => match timer_rule(*timer) {
-                TimerRule::Zero => rstt(WordRead(self.constant(0)), TimerRule::Zero),
-                TimerRule::Preset => rstt(self.value_while(preset.value, leg), TimerRule::Preset),
-            },
-            Action::Coil { .. }
-            | Action::SetElement { .. }
-            | Action::Sensaphone { .. }
-            | Action::Reset { .. }
-            | Action::Store { .. }
-            | Action::Math { .. }
-            | Action::Copy { .. }
-            | Action::Fill { .. }
-            | Action::Shift { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Entask { .. }
-            | Action::Jump { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Converge { .. }
-            | Action::Stop => return None,
-        })
-    }
-
-    fn store(&mut self, source: Source, to: WordPlace, leg: LegPowers) -> Op {
-        let is_element = |value: Located<Value>| matches!(value.value, Value::Element(_));
-        let to = match to {
-            WordPlace::Word(word) if !source.values().any(is_element) => word,
-            WordPlace::Word(_) | WordPlace::Element(_) => {
-                return self.store_elements(source, to, leg);
-            }
+        let (at, owner) = (self.layout.record(structure), *self.owners.get(&structure)?);
+        if let Structure::Counter(_) = structure {
+            let rule = counter_rule(owner, |preset| self.value_while(preset, leg));
+            return Some(Op::Rstct(Rstct { leg, counter: Counter { at }, rule }));
+        }
+        let rule = timer_rule(owner.mnemonic);
+        let preset = match rule {
+            TimerRule::Zero => WordRead(self.constant(0)),
+            TimerRule::Preset => self.value_while(owner.operands.required("preset"), leg),
         };
-        let (min, max) = self.limits(to);
-        let real = to.is_real();
-        let to = Target { word: WordWritten(self.layout.word(to).0), min, max };
-        // A MOVE from a real to a real copies the cell; a sum of reals is never a sum of cells.
-        let mixed = match source {
-            Source::Value(a) => a.value.is_real() != real,
-            Source::Sum(..) | Source::Difference(..) => {
-                real || source.values().any(|value| value.value.is_real())
-            }
-        };
-        if mixed {
-            return self.store_mixed(source, AnyTarget { target: to, real }, leg);
-        }
-        let mut cell = |value: Located<Value>| self.value(value.value);
-        match source {
-            Source::Value(a) => Op::Move(Move { leg, a: cell(a), to }),
-            Source::Sum(a, b) => Op::Add(Add { leg, a: cell(a), b: cell(b), to }),
-            Source::Difference(a, b) => Op::Sub(Sub { leg, a: cell(a), b: cell(b), to }),
-        }
+        Some(Op::Rstt(Rstt { leg, timer: Timer { at, preset }, rule }))
     }
 
-    /// MOVE, ADD and SUB with integers and reals.
-    fn store_mixed(&mut self, source: Source, to: AnyTarget, leg: LegPowers) -> Op {
-        const NONE: Value = Value::Const(0, Written::Integer);
-        let mut any = |value: Located<Value>| self.any(value.value);
-        match source {
-            Source::Value(a) => Op::AddMixed(AddMixed { leg, a: any(a), b: self.any(NONE), to }),
-            Source::Sum(a, b) => Op::AddMixed(AddMixed { leg, a: any(a), b: any(b), to }),
-            Source::Difference(a, b) => Op::SubMixed(SubMixed { leg, a: any(a), b: any(b), to }),
-        }
-    }
-
-    fn stages(&mut self, stages: &[Located<StageId>]) -> StageList {
-        self.stage_list(stages.iter().map(|stage| stage.value))
-    }
-
-    fn control(&mut self, kind: ControlKind, leg: LegPowers) -> Op {
+    fn control(&mut self, kind: ControlKind, leg: LegPowers) -> Lowered {
         let leg = self.one_power(leg);
-        Op::Control(Control { leg, kind })
+        Op::Control(Control { leg, kind }).into()
     }
 
-    fn enable_every(&mut self, task: BlockId, every: Value, leg: LegPowers) -> Lowered {
-        let (WordRead(word), pick) = self.interval(every);
+    /// RESTART.
+    fn restart(&mut self, instruction: &Instruction, program: BlockId, leg: LegPowers) -> Lowered {
+        let BitOwn(history) = self.edge_history(instruction);
+        self.control(ControlKind::Restart(RestartState { program, history }), leg)
+    }
+
+    /// ENTASK.
+    fn enable(&mut self, instruction: &Instruction, task: BlockId, leg: LegPowers) -> Lowered {
+        let Some(every) = instruction.operands.get("every") else {
+            let BitOwn(history) = self.edge_history(instruction);
+            return self.control(ControlKind::EnableOnce { task, history }, leg);
+        };
+        let (every, (WordRead(word), pick)) = (every.value, self.interval(every.value));
         self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
-        let op = self.control(ControlKind::EnableEvery { task, every: word, pick }, leg);
-        Lowered { rung_off: Some(PassStep::DisableTask(task)), ..op.into() }
+        let lowered = self.control(ControlKind::EnableEvery { task, every: word, pick }, leg);
+        Lowered { rung_off: Some(PassStep::DisableTask(task)), ..lowered }
+    }
+
+    /// JMP and SGDIVRG.
+    fn jump(&mut self, instruction: &Instruction, leg: LegPowers) -> Lowered {
+        let to = self.stage_list(instruction.stages_entered());
+        self.control(ControlKind::Jump(to), leg)
+    }
+
+    /// SGCONVRG.
+    fn converge(&mut self, instruction: &Instruction, leg: LegPowers) -> Lowered {
+        let from = self
+            .stage_list(instruction.operands_with(OperandRole::Awaits).map(|stage| stage.value));
+        let to = instruction.operands.required("to");
+        self.control(ControlKind::Converge { from, to }, leg)
     }
 }
 
-fn delay_timer(delay: Delay, leg: LegPowers, timer: Timer, output: BitWritten) -> Lowered {
-    let op = match delay {
-        Delay::On => Op::Ondtmr(Ondtmr { leg, timer, output }),
-        Delay::Off => Op::Offdtmr(Offdtmr { leg, timer, output }),
-    };
-    let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
-    Lowered { bit: Some(output), reset, ..op.into() }
-}
-
-fn counter_rule(
-    counts: CountDirection,
-    preset: Located<Value>,
-    read: impl FnOnce(Value) -> WordRead,
-) -> CounterRule {
-    let preset = read(preset.value);
-    match counts {
-        CountDirection::Up => CounterRule::Up(preset),
-        CountDirection::Down => CounterRule::Down(preset),
+fn out(leg: LegPowers, bit: BitWritten) -> Op {
+    match leg.each() {
+        [a, b] if a == b => Op::OutOne(OutOne { leg: Powers::new([a]), bit }),
+        _ => Op::Out(Out { leg, bit }),
     }
 }
 
-fn up_down_rule(
-    (up, dn): (Option<Located<Value>>, Option<Located<Value>>),
-    mut read: impl FnMut(Value) -> WordRead,
-) -> CounterRule {
-    let up = up.map(|preset| read(preset.value));
-    let dn = dn.map(|preset| read(preset.value));
-    CounterRule::UpDown(UdcPresets { up, dn })
-}
-
-fn timer_rule(kind: TimerKind) -> TimerRule {
-    match kind {
-        TimerKind::Up | TimerKind::AccumulatingUp | TimerKind::Global => TimerRule::Zero,
-        TimerKind::Down | TimerKind::AccumulatingDown => TimerRule::Preset,
+/// The rule of a counter's owner.
+fn counter_rule(owner: &Instruction, mut read: impl FnMut(Value) -> WordRead) -> CounterRule {
+    let mut preset = |name| owner.operands.get(name).map(|preset| read(preset.value));
+    if owner.mnemonic == Mnemonic::Cnt {
+        return CounterRule::Up(preset("preset").expect("CNT has a preset"));
     }
+    if owner.mnemonic == Mnemonic::Cntdn {
+        return CounterRule::Down(preset("preset").expect("CNTDN has a preset"));
+    }
+    CounterRule::UpDown(UdcPresets { up: preset("up-preset"), dn: preset("dn-preset") })
 }
 
-fn sensaphone(counts: CountDirection, counter: Sensaphone, leg: LegPowers) -> Lowered {
-    let (op, pass) = match counts {
-        CountDirection::Up => (Op::Ctu(Ctu { leg, counter }), PassStep::CountUp(counter)),
-        CountDirection::Down => (Op::Ctd(Ctd { leg, counter }), PassStep::CountDown(counter)),
-    };
-    Lowered { rung_off: Some(pass), ..op.into() }
+/// The value that a reset gives a timer.
+fn timer_rule(owner: Mnemonic) -> TimerRule {
+    let counts_down = matches!(owner, Mnemonic::Tmrdown | Mnemonic::Tmradown);
+    if counts_down { TimerRule::Preset } else { TimerRule::Zero }
 }

@@ -6,24 +6,20 @@ use super::assembler::Assembler;
 use crate::engine::ops::{BitWritten, LegPowers, Op, Put, WordWritten};
 use crate::resolve::array::Array;
 use crate::resolve::formula::{Formula, Part};
-use crate::resolve::instruction::Target;
+use crate::resolve::instruction::{Calculation, Instruction, Target};
 
 impl Assembler<'_> {
     /// Lowers a MATH.
-    pub fn math(
-        &mut self,
-        target: Target,
-        index: Option<&Formula>,
-        formula: &Formula,
-        leg: LegPowers,
-    ) -> Op {
-        let put = match (target, index) {
+    pub fn math(&mut self, instruction: &Instruction, leg: LegPowers) -> Op {
+        let Calculation { index, value } =
+            instruction.calculation.as_deref().expect("a MATH has an expression");
+        let put = match (instruction.operands.required("target"), index) {
             (Target::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
             (Target::Word(word), _) => self.put_in_word(word),
             (Target::Array(array), Some(index)) => self.math_element(array, index, leg),
             (Target::Array(_), None) => unreachable!("an element has an index"),
         };
-        Op::Math(self.formula_into(put, formula, leg))
+        Op::Math(self.formula_into(put, value, leg))
     }
 
     /// The target of a MATH with an index, which is evaluated first.

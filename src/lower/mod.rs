@@ -25,6 +25,7 @@ mod regions;
 mod rungs;
 pub mod schedule;
 pub mod sites;
+mod stores;
 mod symbols;
 mod values;
 mod word_limits;

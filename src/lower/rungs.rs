@@ -11,7 +11,7 @@ use crate::isa::{Address, LegName};
 use crate::resolve::formula::{Formula, Part};
 use crate::resolve::instruction::OperandValue;
 use crate::resolve::layers::Layers;
-use crate::resolve::program::{Action, Contact, Edge, Instruction, Rung, Value};
+use crate::resolve::program::{Contact, Edge, Instruction, Rung, Value};
 use crate::source::span::Span;
 
 /// The text of a rung, without its name.
@@ -98,15 +98,15 @@ pub(super) fn edge_contact(identity: &Identity, edge: Edge, of: &Contact) -> Str
 
 fn body(identity: &Identity, of: &[Instruction]) -> String {
     let one = |instruction: &Instruction| {
-        let operands = instruction.action.operands();
-        let operands =
-            operands.each().map(|(name, of)| format!(" {name}={}", operand(identity, of)));
-        let formula = if let Action::Math { formula: of, index, .. } = &instruction.action {
-            let index = index.iter().map(|index| formula(identity, index) + " =");
-            index.chain([formula(identity, of)]).collect()
-        } else {
-            String::new()
-        };
+        let operands = instruction
+            .operands
+            .each()
+            .map(|(name, of)| format!(" {name}={}", operand(identity, of)));
+        let formula = instruction.calculation.iter().flat_map(|calculation| {
+            let index = calculation.index.iter().map(|index| formula(identity, index) + " =");
+            index.chain([formula(identity, &calculation.value)])
+        });
+        let formula: String = formula.collect();
         let name = instruction.mnemonic.spec().name;
         format!("{name}{}{formula}", operands.collect::<String>())
     };
@@ -116,8 +116,8 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
 /// The first instruction of a rung with its first operand: `CNT CT0`.
 pub(super) fn acts(identity: &Identity, rung: &Rung) -> String {
     let Some((_, instruction)) = rung.instructions().next() else { return String::new() };
-    let operands = instruction.action.operands();
-    let first = operands.each().next().map(|(_, of)| operand(identity, of)).unwrap_or_default();
+    let first =
+        instruction.operands.each().next().map(|(_, of)| operand(identity, of)).unwrap_or_default();
     format!("{} {first}", instruction.mnemonic.spec().name)
 }
 

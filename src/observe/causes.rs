@@ -288,8 +288,7 @@ impl Inquiry<'_> {
         let Some((_, owner)) = owner else { return Vec::new() };
         let subject = self.subject;
         let Some(engine) = self.replay.seek(at.section, at.entry) else { return Vec::new() };
-        let operands = owner.action.operands();
-        let presets = operands.each().filter_map(|(_, operand)| {
+        let presets = owner.operands.each().filter_map(|(_, operand)| {
             let OperandValue::Value(value) = operand else { return None };
             Some(side(subject, value, engine.image()).value)
         });

@@ -7,11 +7,9 @@ use super::inquiry::Inquiry;
 use super::past::Moment;
 use super::watch::Watch;
 use crate::engine::{Cell, Deed, EngineCall};
-use crate::isa::{Address, Bit, ElementId, StageId};
-use crate::resolve::instruction::Coil;
-use crate::resolve::program::Action;
+use crate::isa::{Address, Bit, OperandRole};
+use crate::resolve::program::Instruction;
 use crate::runtime::TapeEntry;
-use crate::source::span::Located;
 
 /// The maximum number of instructions in the answer.
 const IDLE_MAX: usize = 3;
@@ -36,8 +34,7 @@ impl Inquiry<'_> {
             };
             let Some(number) = site.instruction else { continue };
             let Some(instruction) = subject.instruction(site.part, number) else { continue };
-            let element = subject.part(site.part).element;
-            if could_change(&instruction.action, (address, value), element) {
+            if could_change(instruction, (address, value)) {
                 writers.push((deed, site.part, instruction));
             }
         }
@@ -97,47 +94,28 @@ impl Inquiry<'_> {
     }
 }
 
-/// Whether an instruction could change the value of a bit or word.
-fn could_change(
-    action: &Action,
-    (address, value): (Option<Address>, i32),
-    element: ElementId,
-) -> bool {
-    if decides(action, address) == Decides::LeavesAlone {
+/// Whether an instruction could change the value of a bit or word that it writes.
+fn could_change(instruction: &Instruction, (address, value): (Option<Address>, i32)) -> bool {
+    if decides(instruction, address) == Decides::LeavesAlone {
         return false;
     }
     let is_off = value == 0;
-    let stage = match address {
-        Some(Address::Bit(Bit::Stage(stage))) => Some(stage),
-        Some(Address::Bit(_) | Address::Word(_) | Address::Structure(_)) | None => None,
-    };
-    let is = |of: &Located<StageId>| Some(of.value) == stage;
-    match action {
-        Action::Coil { coil, bit: _ } => match coil {
-            Coil::Out | Coil::Pd | Coil::Nd | Coil::Ponoff => true,
-            Coil::Set => is_off,
-            Coil::Rst => !is_off,
-        },
-        Action::SetElement { on, bit: _ } => *on == is_off,
-        Action::Counter { .. }
-        | Action::UpDownCounter { .. }
-        | Action::DelayTimer { .. }
-        | Action::Timer { .. }
-        | Action::Sensaphone { .. }
-        | Action::Store { .. }
-        | Action::Copy { .. }
-        | Action::Fill { .. }
-        | Action::Shift { .. }
-        | Action::Reset { .. }
-        | Action::Math { .. } => true,
-        Action::Run { .. } | Action::Restart { .. } => is_off,
-        Action::Entask { .. } => true,
-        Action::Halt { .. } | Action::Exit => !is_off,
-        Action::Jump { stages } if is_off => stages.iter().any(is),
-        Action::Jump { stages } => element.stage == stage && !stages.iter().any(is),
-        Action::StageOn { .. } => is_off,
-        Action::StageOff { .. } => !is_off,
-        Action::Converge { stages: _, to } => is(to) == is_off,
-        Action::Stop => false,
+    match instruction.acting_role() {
+        Some(OperandRole::TurnsOn | OperandRole::Starts) => is_off,
+        // EXIT has no operand, and stops its own Program.
+        Some(OperandRole::TurnsOff | OperandRole::Stops) | None => !is_off,
+        Some(OperandRole::Enters | OperandRole::Awaits) => {
+            let is = |stage| address == Some(Address::Bit(Bit::Stage(stage)));
+            instruction.stages_entered().any(is) == is_off
+        }
+        Some(OperandRole::Reads) => false,
+        Some(
+            OperandRole::Drives
+            | OperandRole::Stores
+            | OperandRole::Changes
+            | OperandRole::Owns
+            | OperandRole::Resets
+            | OperandRole::Enables,
+        ) => true,
     }
 }

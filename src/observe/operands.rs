@@ -5,63 +5,54 @@ use super::leaves::{Side, content, select, side, word};
 use super::subject::Subject;
 use crate::engine::{Cell, Image};
 use crate::isa::function::Function;
-use crate::isa::{Bit, Structure};
+use crate::isa::{Bit, OperandKind, OperandRole, Structure};
 use crate::resolve::array::{Array, Element};
 use crate::resolve::formula::{Binary, Formula, Part};
-use crate::resolve::instruction::{Filling, WordPlace};
-use crate::resolve::program::{Action, Value};
-use crate::source::span::Located;
+use crate::resolve::instruction::OperandValue;
+use crate::resolve::program::{Instruction, Value};
 
 /// The operands that an instruction reads, right before it executes.
-pub(super) fn operands(subject: &Subject, action: &Action, to: Cell, image: &Image) -> Vec<Side> {
-    let values = |all: &[Located<Value>]| -> Vec<Side> {
-        let sides = |value: &Located<Value>| {
-            let index = match value.value {
-                Value::Element(element) => Some(word(subject, element.index, image)),
-                Value::Const(..) | Value::Real(_) | Value::Word(_) => None,
-            };
-            [Some(side(subject, value.value, image)), index].into_iter().flatten()
-        };
-        all.iter().flat_map(sides).collect()
-    };
-    match action {
-        Action::Coil { .. }
-        | Action::Shift { .. }
-        | Action::Run { .. }
-        | Action::Restart { .. }
-        | Action::Halt { .. }
-        | Action::Exit
-        | Action::Jump { .. }
-        | Action::StageOn { .. }
-        | Action::StageOff { .. }
-        | Action::Converge { .. }
-        | Action::Stop => Vec::new(),
-        Action::SetElement { on: _, bit } => vec![select(subject, bit.value, image).0],
-        Action::Counter { preset, .. }
-        | Action::DelayTimer { preset, .. }
-        | Action::Timer { preset, .. } => values(&[*preset]),
-        Action::UpDownCounter { up_preset, dn_preset, .. } => {
-            values(&[*up_preset, *dn_preset].into_iter().flatten().collect::<Vec<_>>())
-        }
-        Action::Sensaphone { preset, .. } => values(&preset.iter().copied().collect::<Vec<_>>()),
-        Action::Reset { structure: _ } => Vec::new(),
-        Action::Entask { block: _, every } => values(&every.iter().copied().collect::<Vec<_>>()),
-        Action::Store { source, to } => {
-            let mut read = values(&source.values().collect::<Vec<_>>());
-            if let WordPlace::Element(element) = to.value {
-                read.push(word(subject, element.index, image));
+pub(super) fn operands(
+    subject: &Subject,
+    instruction: &Instruction,
+    to: Cell,
+    image: &Image,
+) -> Vec<Side> {
+    let mut sides = Vec::new();
+    for operand in &instruction.operands.0 {
+        let is_read = operand.row.role == OperandRole::Reads;
+        match operand.value {
+            OperandValue::Value(value) => {
+                sides.push(side(subject, value, image));
+                // A FILL tells the value only.
+                if let Value::Element(element) = value
+                    && operand.row.kind != OperandKind::Filling
+                {
+                    sides.push(word(subject, element.index, image));
+                }
             }
-            read
+            OperandValue::Element(element) if !is_read => {
+                sides.push(word(subject, element.index, image));
+            }
+            OperandValue::Element(element) => sides.push(selected(subject, element, image)),
+            OperandValue::Bit(of) if is_read => {
+                sides.push(bit(Cell::Bit(subject.symbols.layout.bit(of)), image));
+            }
+            OperandValue::Array(from) if is_read => {
+                let arrays = instruction.written_array().map(|target| (from, target));
+                sides.extend(arrays.and_then(|arrays| copied(subject, arrays, to, image)));
+            }
+            OperandValue::Bit(_)
+            | OperandValue::Array(_)
+            | OperandValue::Word(_)
+            | OperandValue::Structure(_)
+            | OperandValue::Block(_)
+            | OperandValue::Stage(_)
+            | OperandValue::Run(_) => {}
         }
-        Action::Math { target: _, index, formula: of } => {
-            let index = index.iter().flat_map(|index| formula(subject, index, image));
-            index.chain(formula(subject, of, image)).collect()
-        }
-        Action::Copy { from, to: target } => {
-            copied(subject, (from.value, target.value), to, image).into_iter().collect()
-        }
-        Action::Fill { value, to: _ } => vec![filling(subject, value.value, image)],
     }
+    sides.extend(instruction.formulas().flat_map(|each| formula(subject, each, image)));
+    sides
 }
 
 /// The words and bits of an expression, each once.
@@ -133,15 +124,9 @@ fn copied(
     Some(any(subject, from, image))
 }
 
-fn filling(subject: &Subject, value: Filling, image: &Image) -> Side {
-    match value {
-        Filling::Value(value) => side(subject, value, image),
-        Filling::Bit(of) => bit(Cell::Bit(subject.symbols.layout.bit(of)), image),
-        Filling::Element(element) => {
-            let cell = select(subject, element, image).1;
-            Side { cell, ..Side::constant(cell.map_or(0, |cell| content(image, cell)), false) }
-        }
-    }
+fn selected(subject: &Subject, element: Element, image: &Image) -> Side {
+    let cell = select(subject, element, image).1;
+    Side { cell, ..Side::constant(cell.map_or(0, |cell| content(image, cell)), false) }
 }
 
 fn bit(cell: Cell, image: &Image) -> Side {

@@ -8,7 +8,7 @@ use super::subject::Subject;
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace};
 use crate::resolve::operand_list::OperandValue;
-use crate::resolve::program::{Action, Contact};
+use crate::resolve::program::{Contact, Instruction};
 use crate::resolve::reads::ReadOperand;
 
 impl Subject {
@@ -27,7 +27,7 @@ impl Subject {
         let mut leaves = Leaves::default();
         own_contacts(self, part).into_iter().for_each(|contact| drop(leaves.add(contact)));
         let contacts = leaves.contacts.into_iter().flat_map(Contact::reads).filter_map(address);
-        let body = self.body(part).iter().flat_map(|of| of_action(&of.action));
+        let body = self.body(part).iter().flat_map(named_by);
         let wanted = contacts.chain(body).filter(is_wanted);
         let mut cells = Vec::new();
         for cell in wanted.filter_map(|of| self.symbols.layout.cell(of)) {
@@ -47,9 +47,9 @@ fn address(of: ReadOperand) -> Option<Address> {
 }
 
 /// The addresses that an instruction names; for a structure, its members.
-fn of_action(action: &Action) -> Vec<Address> {
+fn named_by(instruction: &Instruction) -> Vec<Address> {
     let mut all = Vec::new();
-    action.operands().each().for_each(|(_, operand)| match operand {
+    instruction.operands.each().for_each(|(_, operand)| match operand {
         OperandValue::Word(word) => all.push(Address::Word(word)),
         OperandValue::Structure(structure) => all.extend(structure.member_addresses()),
         OperandValue::Bit(bit) => all.push(Address::Bit(bit)),
@@ -60,6 +60,6 @@ fn of_action(action: &Action) -> Vec<Address> {
         | OperandValue::Array(_)
         | OperandValue::Run(_) => {}
     });
-    all.extend(action.reads().into_iter().filter_map(address));
+    all.extend(instruction.reads().into_iter().filter_map(address));
     all
 }

@@ -163,7 +163,7 @@ impl ReadList<'_> {
         }
         for instruction in subject.body(part) {
             let site = ReadSite { part, span: instruction.span };
-            self.add(site, &instruction.action.reads());
+            self.add(site, &instruction.reads());
         }
     }
 

@@ -88,7 +88,7 @@ impl<'s> Watch<'s> {
             // may already be OFF.
             return !matches!(self.address, Some(Address::Bit(Bit::Running(_))));
         }
-        match decides(&instruction.action, self.address) {
+        match decides(instruction, self.address) {
             Decides::Always => true,
             Decides::ByChange | Decides::LeavesAlone => false,
             Decides::WhileOn => {
@@ -119,7 +119,7 @@ impl Witness for Watch<'_> {
             return;
         }
         let read = self.instruction(deed);
-        let read = read.map(|(_, of)| operands(self.subject, &of.action, self.cell, image));
+        let read = read.map(|(_, of)| operands(self.subject, of, self.cell, image));
         self.now = Some((content(image, self.cell), read.unwrap_or_default()));
     }
 

@@ -6,7 +6,9 @@ use super::Resolver;
 use super::formula::{Formula, Part};
 use super::formula_elements::constant;
 use super::formula_operands::{OperandForm, TypedOperand};
-use super::instruction::{Action, Instruction, Target};
+use super::instruction::{
+    Calculation, Instruction, OperandList, OperandType, ResolvedOperand, Target,
+};
 use super::scope::Thing;
 use crate::isa::{Address, Spec};
 use crate::source::atom::{Atom, AtomKind};
@@ -24,11 +26,13 @@ impl Resolver<'_> {
     ) -> Option<Instruction> {
         let target = self.math_target(formula, spec);
         let resolved = self.expression(&formula.expression);
-        let ((target, index), (formula, whole)) = (target?, resolved?);
+        let ((target, index), (value, whole)) = (target?, resolved?);
         self.doubts(target.value, whole);
-        let index = index.map(Box::new);
-        let action = Action::Math { target, index, formula: Box::new(formula) };
-        Some(Instruction { mnemonic: spec.mnemonic, span, action })
+        let row = spec.positional(0)?;
+        let target = ResolvedOperand { row, value: target.value.operand(), span: target.span };
+        let operands = OperandList(vec![target]);
+        let calculation = Some(Box::new(Calculation { index, value }));
+        Some(Instruction { mnemonic: spec.mnemonic, span, operands, calculation })
     }
 
     fn math_target(

@@ -37,7 +37,6 @@ pub(crate) mod reads;
 mod resolver;
 mod rung;
 pub mod scope;
-pub(crate) mod stage_move;
 mod tags;
 mod template;
 mod typed;

@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use super::declare::BUILT_IN;
-use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
+use super::instruction::{Instruction, OperandList, OperandValue, ResolvedOperand, Value};
 use super::places::type_of;
 use super::program::BlockKind;
 use super::scope::{Misplaced, Thing};
@@ -13,7 +13,7 @@ use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::{self as written};
 use crate::source::nearest::did_you_mean;
-use crate::source::span::{Located, Span};
+use crate::source::span::Span;
 
 impl Resolver<'_> {
     /// Resolves one instruction; `None` if it has a mistake.
@@ -40,7 +40,7 @@ impl Resolver<'_> {
             match self.arg(row, &operand.value, spec, block) {
                 Some(value) => {
                     let span = operand.value.span;
-                    operands.0.push((row.name, Located { value, span }));
+                    operands.0.push(ResolvedOperand { row, value, span });
                 }
                 None => whole = false,
             }
@@ -53,13 +53,11 @@ impl Resolver<'_> {
                 self.find(missing_operand(text, spec, row));
             }
         }
+        let order = |name| spec.operands.iter().position(|row| row.name == name);
+        operands.0.sort_by_key(|operand| order(operand.row.name));
         let mnemonic = spec.mnemonic;
         whole &= self.arrays_fit(&operands, spec);
-        whole.then(|| {
-            let action = Action::new(mnemonic, &operands);
-            let action = action.expect("the table asks for the operands that the action has");
-            Instruction { mnemonic, span: text.span, action }
-        })
+        whole.then_some(Instruction { mnemonic, span: text.span, operands, calculation: None })
     }
 
     /// The operand's row in the instruction table.

@@ -1,12 +1,11 @@
-//! Operands of any type, and lists of them by their names in the instruction table.
+//! Operands of any type, and lists of them with their rows in the instruction table.
 //!
-//! The resolver makes a list of the checked operands, and `instruction` makes an action from it.
-//! `instruction` also makes a list from an action, for properties that all actions have.
+//! The resolver makes the list of the checked operands; an instruction keeps it.
 
 use super::array::{Array, Element, ShiftBits};
 pub(crate) use super::value::{Filling, Value};
-use crate::isa::{Bit, BlockId, StageId, Structure, Word};
-use crate::source::span::Located;
+use crate::isa::{Bit, BlockId, OperandSpec, StageId, Structure, Word};
+use crate::source::span::{Located, Span};
 
 /// The word or bit that MATH stores in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,45 +124,46 @@ operand_types! {
     Run ShiftBits;
 }
 
-/// Operands with their names in the instruction table.
+/// An operand of an instruction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ResolvedOperand {
+    /// Its row in the instruction table.
+    pub row: &'static OperandSpec,
+    /// The operand.
+    pub value: OperandValue,
+    /// Its place.
+    pub span: Span,
+}
+
+impl ResolvedOperand {
+    /// The operand, if it is of this type.
+    pub fn located<T: OperandType>(&self) -> Option<Located<T>> {
+        Some(Located { value: T::of(self.value)?, span: self.span })
+    }
+}
+
+/// The operands of an instruction.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct OperandList(pub(super) Vec<(&'static str, Located<OperandValue>)>);
+pub(crate) struct OperandList(pub Vec<ResolvedOperand>);
 
 impl OperandList {
-    pub(super) fn with<T: OperandType>(
-        mut self,
-        name: &'static str,
-        operand: Located<T>,
-    ) -> OperandList {
-        self.0.push((name, Located { value: operand.value.operand(), span: operand.span }));
-        self
-    }
-
-    pub(super) fn with_any<T: OperandType>(
-        self,
-        name: &'static str,
-        operands: impl IntoIterator<Item = Located<T>>,
-    ) -> OperandList {
-        operands.into_iter().fold(self, |all, operand| all.with(name, operand))
-    }
-
-    /// All operands.
+    /// All operands with their names in the table.
     pub fn each(&self) -> impl Iterator<Item = (&'static str, OperandValue)> {
-        self.0.iter().map(|(name, operand)| (*name, operand.value))
+        self.0.iter().map(|operand| (operand.row.name, operand.value))
     }
 
     /// The operands of one type.
     pub fn of<T: OperandType>(&self) -> impl Iterator<Item = (&'static str, Located<T>)> {
-        self.0.iter().filter_map(|(name, operand)| {
-            Some((*name, Located { value: T::of(operand.value)?, span: operand.span }))
-        })
+        self.0.iter().filter_map(|operand| Some((operand.row.name, operand.located()?)))
     }
 
-    pub(super) fn named<T: OperandType>(&self, name: &str) -> impl Iterator<Item = Located<T>> {
-        self.of().filter(move |(of, _)| *of == name).map(|(_, operand)| operand)
+    /// The operand with a name, if it is of this type.
+    pub fn get<T: OperandType>(&self, name: &str) -> Option<Located<T>> {
+        self.of().find(|(of, _)| *of == name).map(|(_, operand)| operand)
     }
 
-    pub(super) fn get<T: OperandType>(&self, name: &str) -> Option<Located<T>> {
-        self.named(name).next()
+    /// The value of an operand that the table requires.
+    pub fn required<T: OperandType>(&self, name: &str) -> T {
+        self.get(name).expect("the resolver gives every operand that the table requires").value
     }
 }

@@ -6,7 +6,7 @@
 //! out; then the program is checked, but never lowered or run.
 
 use super::array::{Array, Element};
-pub(crate) use super::instruction::{Action, Instruction, Value};
+pub(crate) use super::instruction::{Instruction, Value};
 use super::layers::Layers;
 pub use super::places::Places;
 use super::priority::Priority;

@@ -5,9 +5,9 @@
 
 use super::array::{Array, Element};
 use super::formula::{Formula, Part};
-use super::instruction::{Filling, WordPlace};
-use super::program::{Action, Contact, Value};
-use crate::isa::{Address, Bit, Word};
+use super::instruction::{Instruction, OperandValue};
+use super::program::{Contact, Value};
+use crate::isa::{Address, Bit, OperandRole, Word};
 
 /// An operand that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,55 +35,19 @@ impl Contact {
     }
 }
 
-impl Action {
-    /// The operands that an instruction reads.
+impl Instruction {
+    /// The operands that an instruction reads: those that it only reads, the Stages that it waits
+    /// for, the words that select an element to write, and those of its expressions.
     pub fn reads(&self) -> Vec<ReadOperand> {
         let mut all = ReadOperands::default();
-        match self {
-            Action::Coil { .. }
-            | Action::Reset { .. }
-            | Action::Shift { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Jump { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Stop => {}
-            Action::SetElement { on: _, bit } => all.word(bit.value.index),
-            Action::Counter { preset, .. }
-            | Action::DelayTimer { preset, .. }
-            | Action::Timer { preset, .. } => all.value(preset.value),
-            Action::UpDownCounter { up_preset, dn_preset, .. } => {
-                [up_preset, dn_preset].into_iter().flatten().for_each(|of| all.value(of.value));
-            }
-            Action::Sensaphone { preset, .. } => {
-                preset.iter().for_each(|preset| all.value(preset.value));
-            }
-            Action::Entask { block: _, every } => {
-                every.iter().for_each(|every| all.value(every.value));
-            }
-            Action::Store { source, to } => {
-                source.values().for_each(|value| all.value(value.value));
-                if let WordPlace::Element(element) = to.value {
-                    all.word(element.index);
-                }
-            }
-            Action::Math { target: _, index, formula } => {
-                index.iter().for_each(|index| all.formula(index));
-                all.formula(formula);
-            }
-            Action::Copy { from, to: _ } => all.0.push(ReadOperand::Array(from.value)),
-            Action::Fill { value, to: _ } => match value.value {
-                Filling::Value(value) => all.value(value),
-                Filling::Bit(bit) => all.bit(bit),
-                Filling::Element(element) => all.element(element),
-            },
-            Action::Converge { stages, to: _ } => {
-                stages.iter().for_each(|stage| all.bit(Bit::Stage(stage.value)));
+        for operand in &self.operands.0 {
+            if matches!(operand.row.role, OperandRole::Reads | OperandRole::Awaits) {
+                all.operand(operand.value);
+            } else if let OperandValue::Element(element) = operand.value {
+                all.word(element.index);
             }
         }
+        self.formulas().for_each(|formula| all.formula(formula));
         all.0
     }
 }
@@ -104,6 +68,18 @@ impl ReadOperands {
     fn element(&mut self, Element { array, index }: Element) {
         self.word(index);
         self.0.push(ReadOperand::Array(array));
+    }
+
+    fn operand(&mut self, operand: OperandValue) {
+        match operand {
+            OperandValue::Bit(bit) => self.bit(bit),
+            OperandValue::Word(word) => self.word(word),
+            OperandValue::Value(value) => self.value(value),
+            OperandValue::Stage(stage) => self.bit(Bit::Stage(stage)),
+            OperandValue::Element(element) => self.element(element),
+            OperandValue::Array(array) => self.0.push(ReadOperand::Array(array)),
+            OperandValue::Structure(_) | OperandValue::Block(_) | OperandValue::Run(_) => {}
+        }
     }
 
     fn value(&mut self, value: Value) {

@@ -1,12 +1,11 @@
-//! What an instruction writes, and the structure and block that it names.
+//! What an instruction writes, and the structure, block and Stages that it names.
 //!
-//! Each function matches every action, so that a new one cannot be taken for a writer, or for
-//! none, without a decision. The changes of the members of its own structure are not listed.
-//! Called by the checks, by `lower`, and for retentive memory. `reads` is the counterpart.
+//! The roles of its operands say it. The changes of the members of its own structure are not
+//! listed. Called by the checks, by `lower`, and for retentive memory. `reads` is the counterpart.
 
 use super::array::Array;
-use super::instruction::{Action, OperandValue, Target, Value, WordPlace};
-use crate::isa::{Address, Bit, BlockId, Structure, Word};
+use super::instruction::{Instruction, OperandValue, Value};
+use crate::isa::{Address, Bit, BlockId, OperandRole, StageId, Structure, Word};
 use crate::source::span::Located;
 
 /// The operand that an instruction writes.
@@ -20,44 +19,22 @@ pub(crate) enum WrittenOperand {
     Array(Array),
 }
 
-impl Action {
+impl Instruction {
     /// The operand that it writes.
     pub fn written(&self) -> Option<Located<WrittenOperand>> {
-        let (value, span) = match self {
-            Action::Coil { coil: _, bit } | Action::DelayTimer { output: bit, .. } => {
-                (WrittenOperand::Bit(bit.value), bit.span)
-            }
-            Action::SetElement { on: _, bit } => (WrittenOperand::Array(bit.value.array), bit.span),
-            Action::Store { source: _, to } => match to.value {
-                WordPlace::Word(word) => (WrittenOperand::Word(word), to.span),
-                WordPlace::Element(element) => (WrittenOperand::Array(element.array), to.span),
-            },
-            Action::Math { target, index: _, formula: _ } => match target.value {
-                Target::Word(word) => (WrittenOperand::Word(word), target.span),
-                Target::Bit(bit) => (WrittenOperand::Bit(bit), target.span),
-                Target::Array(array) => (WrittenOperand::Array(array), target.span),
-            },
-            Action::Copy { from: _, to } | Action::Fill { value: _, to } => {
-                (WrittenOperand::Array(to.value), to.span)
-            }
-            Action::Shift { bits } => (WrittenOperand::Array(bits.value.array), bits.span),
-            Action::Counter { .. }
-            | Action::UpDownCounter { .. }
-            | Action::Timer { .. }
-            | Action::Sensaphone { .. }
-            | Action::Reset { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Entask { .. }
-            | Action::Jump { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Converge { .. }
-            | Action::Stop => return None,
+        let operand = self.operands.0.iter().find(|operand| operand.row.role.writes())?;
+        let value = match operand.value {
+            OperandValue::Bit(bit) => WrittenOperand::Bit(bit),
+            OperandValue::Word(word) => WrittenOperand::Word(word),
+            OperandValue::Array(array) => WrittenOperand::Array(array),
+            OperandValue::Element(element) => WrittenOperand::Array(element.array),
+            OperandValue::Run(run) => WrittenOperand::Array(run.array),
+            OperandValue::Value(_)
+            | OperandValue::Structure(_)
+            | OperandValue::Block(_)
+            | OperandValue::Stage(_) => return None,
         };
-        Some(Located { value, span })
+        Some(Located { value, span: operand.span })
     }
 
     /// The bit that it writes: a coil's, the output of a delay timer, or the target of a MATH.
@@ -77,64 +54,6 @@ impl Action {
         }
     }
 
-    /// The structure that it names.
-    pub fn structure(&self) -> Option<Structure> {
-        match self {
-            Action::Counter { ct: structure, .. }
-            | Action::UpDownCounter { ct: structure, .. }
-            | Action::DelayTimer { t: structure, .. }
-            | Action::Timer { t: structure, .. }
-            | Action::Sensaphone { n: structure, .. }
-            | Action::Reset { structure } => Some(structure.value),
-            Action::Coil { .. }
-            | Action::SetElement { .. }
-            | Action::Store { .. }
-            | Action::Math { .. }
-            | Action::Copy { .. }
-            | Action::Fill { .. }
-            | Action::Shift { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Entask { .. }
-            | Action::Jump { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Converge { .. }
-            | Action::Stop => None,
-        }
-    }
-
-    /// The block that it starts, stops or enables.
-    pub fn target_block(&self) -> Option<Located<BlockId>> {
-        match self {
-            Action::Run { block }
-            | Action::Restart { block }
-            | Action::Halt { block }
-            | Action::Entask { block, every: _ } => Some(*block),
-            Action::Coil { .. }
-            | Action::SetElement { .. }
-            | Action::Counter { .. }
-            | Action::UpDownCounter { .. }
-            | Action::DelayTimer { .. }
-            | Action::Timer { .. }
-            | Action::Sensaphone { .. }
-            | Action::Reset { .. }
-            | Action::Store { .. }
-            | Action::Math { .. }
-            | Action::Copy { .. }
-            | Action::Fill { .. }
-            | Action::Shift { .. }
-            | Action::Exit
-            | Action::Jump { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Converge { .. }
-            | Action::Stop => None,
-        }
-    }
-
     /// The bits of the array in which it writes one bit or all bits.
     pub fn written_bits(&self) -> impl Iterator<Item = Bit> + use<> {
         let array = self.written_array().into_iter();
@@ -144,20 +63,48 @@ impl Action {
         })
     }
 
+    /// The bit that it writes ON and OFF at every execution, if it is a driver.
+    pub fn driven(&self) -> Option<Located<Bit>> {
+        self.operand_with(OperandRole::Drives)
+    }
+
+    /// The structure that it names.
+    pub fn structure(&self) -> Option<Structure> {
+        self.first_operand().map(|structure| structure.value)
+    }
+
+    /// The structure that it owns: a structure has one owner in a program.
+    pub fn owned(&self) -> Option<Structure> {
+        self.operand_with(OperandRole::Owns).map(|structure| structure.value)
+    }
+
+    /// The Sensaphone counter that it owns.
+    pub fn owned_sensaphone(&self) -> Option<Structure> {
+        self.owned().filter(|structure| matches!(structure, Structure::Sensaphone(_)))
+    }
+
+    /// The preset of the structure that it owns, if there is one preset.
+    pub fn preset(&self) -> Option<Located<Value>> {
+        self.operands.get("preset")
+    }
+
+    /// The block that it starts, stops or enables.
+    pub fn target_block(&self) -> Option<Located<BlockId>> {
+        self.first_operand()
+    }
+
+    /// The Stages that it turns ON.
+    pub fn stages_entered(&self) -> impl Iterator<Item = StageId> {
+        let entered =
+            self.operands_with(OperandRole::Enters).chain(self.operands_with(OperandRole::Starts));
+        entered.map(|stage| stage.value)
+    }
+
     /// Whether an operand or its target is an element that is selected at run time.
     pub fn has_elements(&self) -> bool {
-        let is_element = |operand| match operand {
-            OperandValue::Value(Value::Element(_)) | OperandValue::Element(_) => true,
-            OperandValue::Value(Value::Const(..) | Value::Real(_) | Value::Word(_))
-            | OperandValue::Bit(_)
-            | OperandValue::Word(_)
-            | OperandValue::Structure(_)
-            | OperandValue::Block(_)
-            | OperandValue::Stage(_)
-            | OperandValue::Array(_)
-            | OperandValue::Run(_) => false,
+        let is_element = |operand| {
+            matches!(operand, OperandValue::Element(_) | OperandValue::Value(Value::Element(_)))
         };
-        let has_index = matches!(self, Action::Math { index: Some(_), .. });
-        has_index || self.operands().each().any(|(_, operand)| is_element(operand))
+        self.formulas().count() > 1 || self.operands.each().any(|(_, operand)| is_element(operand))
     }
 }

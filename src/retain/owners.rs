@@ -9,7 +9,7 @@ use super::content::{Content, RetainedElement, element_of};
 use crate::engine::{BitCell, Cell};
 use crate::isa::Address;
 use crate::lower::identity::Identity;
-use crate::resolve::program::{Action, Program, Value};
+use crate::resolve::program::{Program, Value};
 
 /// The text between an owner and its preset.
 const WITH_PRESET: &str = " with PRE ";
@@ -27,8 +27,8 @@ pub(super) fn terminated(program: &Program) -> HashSet<RetainedElement> {
     let all = program.instructions().map(|(_, instruction)| instruction);
     let terminated = all.filter(|one| one.mnemonic.spec().termination.switches_off());
     let elements = terminated.flat_map(|one| {
-        let bit = one.action.written_bit().map(|bit| Address::Bit(bit.value));
-        let structure = one.action.structure().map(Address::Structure);
+        let bit = one.written_bit().map(|bit| Address::Bit(bit.value));
+        let structure = one.structure().map(Address::Structure);
         [bit, structure].into_iter().flatten()
     });
     elements.filter_map(element_of).collect()
@@ -43,7 +43,9 @@ pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
         let Some(at) = instruction.owned() else { continue };
         let Some(element) = element_of(Address::Structure(at)) else { continue };
         let own = format!("{} in {}", instruction.mnemonic.spec().name, block.name);
-        if let Action::Sensaphone { preset: Some(preset), .. } = &instruction.action {
+        if instruction.owned_sensaphone().is_some()
+            && let Some(preset) = instruction.preset()
+        {
             presets.insert(element, preset.value);
         }
         let at = *places.entry(element).or_insert(owners.len());

@@ -131,28 +131,15 @@ fn of_kind(scene: &CompletionScene, operand: &OperandSpec, word: &str) -> Propos
         return contacts::offer(scene, word, wish);
     }
     let mut found = Proposals::of(word);
-    match operand.kind {
-        OperandKind::Stage | OperandKind::Stages => stages(scene, &mut found),
-        OperandKind::Program => blocks(scene, &[DeclaredKind::Program], &mut found),
-        OperandKind::Task => blocks(scene, &[DeclaredKind::Task], &mut found),
-        OperandKind::Block
-        | OperandKind::WritableBit
-        | OperandKind::WritableWord
-        | OperandKind::Target
-        | OperandKind::Array
-        | OperandKind::WritableArray
-        | OperandKind::Shifted
-        | OperandKind::Filling
-        | OperandKind::Counter
-        | OperandKind::Timer
-        | OperandKind::Sensaphone
-        | OperandKind::Number
-        | OperandKind::Value(..)
-        | OperandKind::Duration
-        | OperandKind::Interval => {
-            blocks(scene, &[DeclaredKind::Program, DeclaredKind::Task], &mut found);
-        }
+    if operand.kind.is_stage() {
+        stages(scene, &mut found);
+        return found;
     }
+    let kinds =
+        [(DeclaredKind::Program, OperandKind::Task), (DeclaredKind::Task, OperandKind::Program)];
+    let named = kinds.into_iter().filter(|(_, other)| *other != operand.kind);
+    let named: Vec<DeclaredKind> = named.map(|(kind, _)| kind).collect();
+    blocks(scene, &named, &mut found);
     found
 }
 

@@ -79,13 +79,15 @@ pub(super) fn of_address(project: &Project, address: Address) -> Option<String> 
 /// The instructions that have a tag as their structure, followed by all that could.
 fn owners(project: &Project, tag: usize) -> Vec<Mnemonic> {
     let mut owners = uses::owners(project, tag);
-    owners.extend([Space::Timer, Space::Counter, Space::Sensaphone].into_iter().flat_map(owners_in));
+    owners
+        .extend([Space::Timer, Space::Counter, Space::Sensaphone].into_iter().flat_map(owners_in));
     owners
 }
 
 /// The instructions of the table that own a structure of this space.
 fn owners_in(space: Space) -> impl Iterator<Item = Mnemonic> {
-    let owns = move |row: &&Spec| row.owned().is_some_and(|owned| owned.kind.is_structure_of(space));
+    let owns =
+        move |row: &&Spec| row.owned().is_some_and(|owned| owned.kind.is_structure_of(space));
     TABLE.iter().filter(owns).map(|row| row.mnemonic)
 }
 

@@ -4,9 +4,9 @@
 use std::collections::BTreeSet;
 
 use crate::engine::{BitCell, Cell, Stretches, WordCell};
+use crate::isa::OperandRole;
 use crate::lower::sites::Site;
 use crate::observe::Subject;
-use crate::resolve::program::Action;
 
 fn cells(of: &Stretches) -> impl Iterator<Item = Cell> + '_ {
     let bits = of.bits.iter().flat_map(|(first, count)| *first..first + count);
@@ -32,7 +32,8 @@ pub(crate) fn compare(subject: &Subject, name: &str) -> usize {
         for (at, (read, written)) in read.iter().zip(&subject.batches).enumerate() {
             let Site { part, instruction } = subject.sites.batches[at];
             let instruction = instruction.and_then(|number| subject.instruction(part, number));
-            let is_reset = instruction.is_some_and(|of| matches!(of.action, Action::Reset { .. }));
+            let is_reset =
+                instruction.is_some_and(|of| of.acting_role() == Some(OperandRole::Resets));
             if cells(read).any(|of| of == cell) && !written.has(cell) && !is_reset {
                 by_engine.insert(part);
             }

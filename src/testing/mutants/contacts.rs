@@ -4,9 +4,7 @@
 //! its `!`. The members of groups are mutated one by one. `$On` and `$Off` are not mutated.
 
 use crate::isa::{Bit, BitSpace, LegName, Mnemonic, Structure, Word, status::st};
-use crate::resolve::program::{
-    Action, Comparison, Contact, Edge, Instruction, Rung, Value, Written,
-};
+use crate::resolve::program::{Comparison, Contact, Edge, Instruction, Rung, Value, Written};
 use crate::source::span::Span;
 
 use super::ground::{Found, Ground, change_of_constant};
@@ -35,7 +33,7 @@ pub(super) fn contacts(ground: &Ground, rung: &Rung) -> Vec<Found> {
 fn sees_edges_only(rung: &Rung, leg: LegName) -> bool {
     let of = |instruction: &Instruction| {
         matches!(instruction.mnemonic, Mnemonic::Pd | Mnemonic::Ponoff | Mnemonic::Restart)
-            || matches!(instruction.action, Action::Entask { every: None, .. })
+            || instruction.runs_once()
     };
     match leg {
         LegName::Up | LegName::Dn | LegName::Clk => true,

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use crate::isa::Function;
 use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary};
-use crate::resolve::program::{Action, Instruction, Value, Written};
+use crate::resolve::program::{Instruction, Value, Written};
 use crate::source::expression::{self, PartKind};
 use crate::source::instruction;
 use crate::source::span::Span;
@@ -22,9 +22,7 @@ pub(super) fn formulas(
     ground: &Ground,
     (instruction, index): (&Instruction, InstructionIndex),
 ) -> Vec<Found> {
-    let Action::Math { formula, index: of_target, target: _ } = &instruction.action else {
-        return Vec::new();
-    };
+    let Some(calculation) = &instruction.calculation else { return Vec::new() };
     let whole = ground.place(instruction.span);
     let text = ground.text(whole);
     let parsed = instruction::parse(text, whole, &mut Vec::new()).and_then(|of| of.formula);
@@ -32,9 +30,10 @@ pub(super) fn formulas(
         Some(parsed) => (Some(&parsed.expression), parsed.index.as_ref()),
         None => (None, None),
     };
-    let indexes = of_target.iter().map(|of| (FormulaOf::Index, &**of, written_index));
+    let indexes = calculation.index.iter().map(|index| (FormulaOf::Index, index, written_index));
     let mut found = Vec::new();
-    for (which, formula, written) in indexes.chain([(FormulaOf::Value, &**formula, written)]) {
+    let value = (FormulaOf::Value, &calculation.value, written);
+    for (which, formula, written) in indexes.chain([value]) {
         let written = written.filter(|written| is_alike(formula, written));
         let mut search =
             FormulaSearch { ground, index, which, whole, formula, written, found: Vec::new() };

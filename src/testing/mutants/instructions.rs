@@ -3,16 +3,16 @@
 //! An instruction that is alone in its rung or branch has no `instruction-out`: the mutant without
 //! the rung or branch is the same.
 
-use crate::isa::{Bit, BitSpace, Mnemonic, StageId, status::st};
-use crate::resolve::instruction::{Coil, Source, WordPlace};
-use crate::resolve::program::{Action, Contact, Instruction, ProgramPart, Rung, Value};
-use crate::source::span::{Located, Span};
+use crate::isa::{Bit, BitSpace, Mnemonic, OperandRole, StageId, Word, status::st};
+use crate::resolve::instruction::{OperandList, OperandValue, ResolvedOperand};
+use crate::resolve::program::{Contact, Instruction, ProgramPart, Rung, Value};
+use crate::source::span::Span;
 
 use super::formula::formulas;
 use super::ground::{Found, Ground, change_of_constant};
 use super::kind::MutantKind;
 use super::mutation::{InstructionIndex, Mutation};
-use super::values::{ConstantStep, values_mut};
+use super::values::ConstantStep;
 
 /// The mutations that leave out the rung, or one of its branches.
 pub(super) fn wholes(ground: &Ground, rung: &Rung) -> Vec<Found> {
@@ -57,7 +57,7 @@ pub(super) fn instructions(ground: &Ground, part: ProgramPart, rung: &Rung) -> V
             let stays_on = branch.is_none() && stays_on(part, rung);
             search.opposite(stays_on);
             search.stages(part);
-            search.values();
+            search.constants();
             found.append(&mut search.found);
             found.extend(formulas(ground, (instruction, index)));
         }
@@ -74,6 +74,17 @@ fn stays_on(part: ProgramPart, rung: &Rung) -> bool {
 fn is_on(contact: &Contact) -> bool {
     matches!(contact, Contact::Bit(Bit::Space(BitSpace::St, st::ON), _))
 }
+
+/// The instructions that an author might confuse.
+const OPPOSITES: [(Mnemonic, Mnemonic); 7] = [
+    (Mnemonic::Out, Mnemonic::Set),
+    (Mnemonic::Set, Mnemonic::Rst),
+    (Mnemonic::Rst, Mnemonic::Set),
+    (Mnemonic::Pd, Mnemonic::Nd),
+    (Mnemonic::Nd, Mnemonic::Pd),
+    (Mnemonic::Add, Mnemonic::Sub),
+    (Mnemonic::Sub, Mnemonic::Add),
+];
 
 /// The mutations of one instruction.
 struct InstructionSearch<'g, 'a> {
@@ -93,137 +104,74 @@ impl InstructionSearch<'_, '_> {
     /// Replaces the instruction by its opposite. An OUT that is always ON has the same effect as a
     /// SET.
     fn opposite(&mut self, stays_on: bool) {
-        let new = match &self.instruction.action {
-            Action::Coil { coil, bit } => {
-                let (mnemonic, other) = match coil {
-                    Coil::Out if stays_on => return,
-                    Coil::Out => (Mnemonic::Set, Coil::Set),
-                    Coil::Set => (Mnemonic::Rst, Coil::Rst),
-                    Coil::Rst => (Mnemonic::Set, Coil::Set),
-                    Coil::Pd => (Mnemonic::Nd, Coil::Nd),
-                    Coil::Nd => (Mnemonic::Pd, Coil::Pd),
-                    Coil::Ponoff => return,
-                };
-                (mnemonic, Action::Coil { coil: other, bit: *bit })
-            }
-            Action::SetElement { on, bit } => {
-                let mnemonic = if *on { Mnemonic::Rst } else { Mnemonic::Set };
-                (mnemonic, Action::SetElement { on: !on, bit: *bit })
-            }
-            Action::Store { source, to } => {
-                let (mnemonic, source) = match source {
-                    Source::Value(_) => return,
-                    Source::Sum(_, b) | Source::Difference(_, b) if is_zero(b.value) => return,
-                    Source::Sum(a, b) => (Mnemonic::Sub, Source::Difference(*a, *b)),
-                    Source::Difference(a, b) => (Mnemonic::Add, Source::Sum(*a, *b)),
-                };
-                (mnemonic, Action::Store { source, to: *to })
-            }
-            Action::Counter { .. }
-            | Action::UpDownCounter { .. }
-            | Action::DelayTimer { .. }
-            | Action::Timer { .. }
-            | Action::Sensaphone { .. }
-            | Action::Reset { .. }
-            | Action::Math { .. }
-            | Action::Copy { .. }
-            | Action::Fill { .. }
-            | Action::Shift { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Entask { .. }
-            | Action::Jump { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Converge { .. }
-            | Action::Stop => return,
+        let mnemonic = match OPPOSITES.iter().find(|(of, _)| *of == self.instruction.mnemonic) {
+            Some((Mnemonic::Out, _)) if stays_on => return,
+            // `ADD a 0` is `SUB a 0`.
+            Some(_) if self.values().nth(1).is_some_and(is_zero) => return,
+            Some((_, opposite)) => *opposite,
+            None => return,
         };
-        let (mnemonic, action) = new;
         let rest = self.text().split_once(char::is_whitespace).map_or("", |(_, rest)| rest.trim());
         let what = format!("`{}` is `{} {rest}`", self.text(), mnemonic.spec().name);
         let key = (MutantKind::Instruction, self.instruction.span, 0);
-        self.new_action(key, what, (mnemonic, action));
+        let rows = mnemonic.spec().operands;
+        let operands = self.instruction.operands.0.iter().map(|operand| {
+            let row = rows.iter().find(|row| row.name == operand.row.name);
+            ResolvedOperand { row: row.unwrap_or(operand.row), ..*operand }
+        });
+        let operands = OperandList(operands.collect());
+        self.replaced(key, what, Instruction { mnemonic, operands, ..self.instruction.clone() });
     }
 
-    /// Exchanges each Stage that the instruction turns ON for the next Stage of its Program.
+    /// Exchanges each Stage that the instruction enters for the next Stage of its Program.
     fn stages(&mut self, part: ProgramPart) {
-        match &self.instruction.action {
-            Action::Jump { stages } => {
-                for (at, target) in stages.iter().enumerate() {
-                    let Some(new) = next(part, *target, stages) else { continue };
-                    let mut stages = stages.clone();
-                    stages[at].value = new;
-                    self.stage(part, (*target, new), Action::Jump { stages });
-                }
-            }
-            Action::Converge { stages, to } => {
-                let Some(new) = next(part, *to, &[*to]) else { return };
-                let other = Located { value: new, span: to.span };
-                let action = Action::Converge { stages: stages.clone(), to: other };
-                self.stage(part, (*to, new), action);
-            }
-            Action::Coil { .. }
-            | Action::SetElement { .. }
-            | Action::Counter { .. }
-            | Action::UpDownCounter { .. }
-            | Action::DelayTimer { .. }
-            | Action::Timer { .. }
-            | Action::Sensaphone { .. }
-            | Action::Reset { .. }
-            | Action::Store { .. }
-            | Action::Math { .. }
-            | Action::Copy { .. }
-            | Action::Fill { .. }
-            | Action::Shift { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Entask { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Stop => {}
+        let entered: Vec<StageId> =
+            self.instruction.operands_with(OperandRole::Enters).map(|stage| stage.value).collect();
+        for (at, operand) in self.instruction.operands.0.iter().enumerate() {
+            let OperandValue::Stage(old) = operand.value else { continue };
+            let is_entered = operand.row.role == OperandRole::Enters;
+            let Some(new) = next(part, old, &entered).filter(|_| is_entered) else { continue };
+            let name = |id: StageId| {
+                let stages = &part.block.stages;
+                stages.iter().find(|stage| stage.id == id).map_or("", |stage| stage.name.as_str())
+            };
+            let what = format!("`{}` is `{}` in `{}`", name(old), name(new), self.text());
+            let mut changed = self.instruction.clone();
+            changed.operands.0[at].value = OperandValue::Stage(new);
+            self.replaced((MutantKind::Stage, operand.span, 0), what, changed);
         }
     }
 
-    fn stage(&mut self, part: ProgramPart, (old, new): (Located<StageId>, StageId), of: Action) {
-        let name = |id: StageId| {
-            let stages = &part.block.stages;
-            stages.iter().find(|stage| stage.id == id).map_or("", |stage| stage.name.as_str())
-        };
-        let what = format!("`{}` is `{}` in `{}`", name(old.value), name(new), self.text());
-        let key = (MutantKind::Stage, old.span, 0);
-        self.new_action(key, what, (self.instruction.mnemonic, of));
+    /// The numbers that the instruction reads.
+    fn values(&self) -> impl Iterator<Item = Value> {
+        self.instruction.operands.of().map(|(_, value)| value.value)
     }
 
     /// Exchanges the constants that the instruction reads for their neighbours.
-    fn values(&mut self) {
-        let mnemonic = self.instruction.mnemonic;
-        let mut action = self.instruction.action.clone();
-        let to_bits = matches!(&action, Action::Fill { to, .. } if to.value.is_bits());
-        for (number, read) in values_mut(&mut action).into_iter().enumerate() {
-            let written = match *read.value {
+    fn constants(&mut self) {
+        let to_bits = self.instruction.written_array().is_some_and(|array| array.is_bits());
+        let numbers = self.instruction.operands.0.iter().filter_map(|operand| {
+            let OperandValue::Value(value) = operand.value else { return None };
+            Some((operand.row, value, operand.span))
+        });
+        for (number, (row, value, span)) in numbers.enumerate() {
+            let written = match value {
                 Value::Const(_, written) => Some(written),
                 Value::Real(_) | Value::Word(_) | Value::Element(_) => None,
             };
-            let (of, period_ms) = ((mnemonic, read.operand), self.ground.period_ms);
-            let Some(step) = ConstantStep::of(of, written, period_ms, to_bits) else { continue };
-            for (to, new) in step.neighbours(*read.value) {
-                let is_known = self.is_stored_alike(*read.value, new)
+            let period_ms = self.ground.period_ms;
+            let step = ConstantStep::of(row.kind, written, period_ms, to_bits);
+            for (to, new) in step.neighbours(value) {
+                let is_known = self.is_stored_alike(value, new)
                     || self.stores_nothing_new(number, new)
                     || self.is_shared_preset();
                 if is_known {
                     continue;
                 }
-                let place = self.ground.constant_place(read.span);
-                let texts = (&*step.text(*read.value), &*step.text(new));
+                let place = self.ground.constant_place(span);
+                let texts = (&*step.text(value), &*step.text(new));
                 let what = change_of_constant(self.ground.text(place), texts);
-                let before = match mnemonic.spec().operand(read.operand).and_then(|row| row.key) {
-                    Some(key) => format!("{key} "),
-                    None => String::new(),
-                };
+                let before = row.key.map_or_else(String::new, |key| format!("{key} "));
                 let what = format!("{before}{what} in `{}`", self.text());
                 let mutation = Mutation::Value(self.index, number, new);
                 self.at((MutantKind::Number, place, to as u32), what, mutation);
@@ -231,13 +179,16 @@ impl InstructionSearch<'_, '_> {
         }
     }
 
+    /// The word that MOVE, ADD or SUB stores in.
+    fn stored(&self) -> Option<Word> {
+        let stores = self.instruction.acting_role() == Some(OperandRole::Stores);
+        self.instruction.first_operand().map(|word| word.value).filter(|_| stores)
+    }
+
     /// Whether MOVE limits both numbers to the same value of its word.
     fn is_stored_alike(&self, old: Value, new: Value) -> bool {
-        let Action::Store { source: Source::Value(_), to } = &self.instruction.action else {
-            return false;
-        };
+        let Some(word) = self.stored().filter(|_| self.values().count() == 1) else { return false };
         let (Value::Const(old, _), Value::Const(new, _)) = (old, new) else { return false };
-        let WordPlace::Word(word) = to.value else { return false };
         let (low, high) = self.ground.limits(word);
         !word.is_real() && old.clamp(low, high) == new.clamp(low, high)
     }
@@ -245,39 +196,33 @@ impl InstructionSearch<'_, '_> {
     /// Whether the instruction would store the value that its word already has, as `ADD D0 0
     /// to=D0`. That is the same as the instruction left out.
     fn stores_nothing_new(&self, number: usize, new: Value) -> bool {
-        let Action::Store { source, to } = &self.instruction.action else { return false };
-        let WordPlace::Word(word) = to.value else { return false };
-        let other = match source {
-            Source::Sum(a, b) => [b, a][number.min(1)],
-            Source::Difference(a, _) if number == 1 => a,
-            Source::Value(_) | Source::Difference(..) => return false,
+        let Some(word) = self.stored() else { return false };
+        let values: Vec<Value> = self.values().collect();
+        let other = match *values.as_slice() {
+            [a, b] if self.instruction.mnemonic == Mnemonic::Add => [b, a][number.min(1)],
+            [a, _] if number == 1 => a,
+            _ => return false,
         };
-        is_zero(new) && other.value == Value::Word(word)
+        is_zero(new) && other == Value::Word(word)
     }
 
     /// Whether a second instruction sets the preset of the same Sensaphone counter: both presets
     /// must be equal.
     fn is_shared_preset(&self) -> bool {
-        let constant = |action: &Action| {
-            let Action::Sensaphone { n, preset: Some(preset), .. } = action else { return None };
-            preset.value.constant().map(|_| n.value)
+        let constant = |of: &Instruction| {
+            let counter = of.owned_sensaphone()?;
+            of.preset()?.value.constant().map(|_| counter)
         };
-        let Some(own) = constant(&self.instruction.action) else { return false };
+        let Some(own) = constant(self.instruction) else { return false };
         let all = self.ground.program.instructions();
-        all.filter(|(_, other)| constant(&other.action) == Some(own)).count() > 1
+        all.filter(|(_, other)| constant(other) == Some(own)).count() > 1
     }
 
     fn text(&self) -> &str {
         self.ground.text_of(self.instruction.span)
     }
 
-    fn new_action(
-        &mut self,
-        key: (MutantKind, Span, u32),
-        what: String,
-        (mnemonic, action): (Mnemonic, Action),
-    ) {
-        let new = Instruction { mnemonic, span: self.instruction.span, action };
+    fn replaced(&mut self, key: (MutantKind, Span, u32), what: String, new: Instruction) {
         self.push(key, what, Mutation::Instruction(self.index, Some(Box::new(new))));
     }
 
@@ -302,10 +247,10 @@ fn is_zero(value: Value) -> bool {
 
 /// The Stage after a Stage in its Program; after the last Stage, the first one. Skips the Stages in
 /// `but`.
-fn next(part: ProgramPart, of: Located<StageId>, but: &[Located<StageId>]) -> Option<StageId> {
+fn next(part: ProgramPart, of: StageId, but: &[StageId]) -> Option<StageId> {
     let stages = &part.block.stages;
-    let at = stages.iter().position(|stage| stage.id == of.value)?;
+    let at = stages.iter().position(|stage| stage.id == of)?;
     let others = stages.iter().cycle().skip(at + 1).take(stages.len());
     let mut others = others.map(|stage| stage.id);
-    others.find(|id| but.iter().all(|taken| taken.value != *id))
+    others.find(|id| !but.contains(id))
 }

@@ -7,10 +7,9 @@
 
 use crate::isa::{Bit, BitSpace, status::st};
 use crate::resolve::formula::{Formula, Part};
-use crate::resolve::program::{Action, Contact, Instruction, Program, Rung, Value};
+use crate::resolve::instruction::{Calculation, OperandValue};
+use crate::resolve::program::{Contact, Instruction, Program, Rung, Value};
 use crate::source::span::Span;
-
-use super::values::values_mut;
 
 /// The place of a rung in a program. Sorts in the order of the rungs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -139,14 +138,18 @@ impl Mutation {
                 }
             }
             Mutation::Value(at, number, new) => {
-                let values = &mut values_mut(&mut body(rung, *at)[at.at].action);
-                if let Some(value) = values.get_mut(*number) {
-                    *value.value = *new;
+                let operands = body(rung, *at)[at.at].operands.0.iter_mut();
+                let mut values =
+                    operands.filter(|operand| matches!(operand.value, OperandValue::Value(_)));
+                if let Some(operand) = values.nth(*number) {
+                    operand.value = OperandValue::Value(*new);
                 }
             }
             Mutation::Part(at, of, part, new) => {
-                let action = &mut body(rung, *at)[at.at].action;
-                let Some(Formula { parts }) = formula(action, *of) else { return };
+                let calculation = body(rung, *at)[at.at].calculation.as_deref_mut();
+                let Some(Formula { parts }) = calculation.and_then(|all| formula(all, *of)) else {
+                    return;
+                };
                 match new {
                     Some(new) => parts[*part] = *new,
                     None => drop(parts.remove(*part)),
@@ -163,11 +166,10 @@ fn body(rung: &mut Rung, at: InstructionIndex) -> &mut Vec<Instruction> {
     }
 }
 
-fn formula(action: &mut Action, of: FormulaOf) -> Option<&mut Formula> {
-    let Action::Math { formula, index, .. } = action else { return None };
+fn formula(calculation: &mut Calculation, of: FormulaOf) -> Option<&mut Formula> {
     match of {
-        FormulaOf::Value => Some(formula),
-        FormulaOf::Index => index.as_deref_mut(),
+        FormulaOf::Value => Some(&mut calculation.value),
+        FormulaOf::Index => calculation.index.as_mut(),
     }
 }
 

@@ -1,68 +1,7 @@
 //! The numbers of an instruction, and the neighbours that an author might have written by mistake.
 
-use crate::isa::{Mnemonic, OperandKind, Real, duration};
-use crate::resolve::instruction::{Filling, Source};
-use crate::resolve::program::{Action, Value, Written};
-use crate::source::span::{Located, Span};
-
-/// A number that an instruction reads.
-#[derive(Debug)]
-pub(super) struct ReadValue<'a> {
-    /// Its operand's name in the instruction table.
-    pub operand: &'static str,
-    /// Its place.
-    pub span: Span,
-    /// The number.
-    pub value: &'a mut Value,
-}
-
-/// The numbers that an instruction reads, as mutable references.
-pub(super) fn values_mut(action: &mut Action) -> Vec<ReadValue<'_>> {
-    match action {
-        Action::Counter { preset, counts: _, ct: _ }
-        | Action::DelayTimer { preset, delay: _, t: _, output: _ }
-        | Action::Timer { preset, timer: _, t: _ } => vec![read("preset", preset)],
-        Action::Sensaphone { preset, counts: _, n: _ } => any("preset", preset).collect(),
-        Action::UpDownCounter { up_preset, dn_preset, has_reset_leg: _, ct: _ } => {
-            any("up-preset", up_preset).chain(any("dn-preset", dn_preset)).collect()
-        }
-        Action::Store { source, to: _ } => match source {
-            Source::Value(a) => vec![read("a", a)],
-            Source::Sum(a, b) | Source::Difference(a, b) => vec![read("a", a), read("b", b)],
-        },
-        Action::Fill { value: Located { value, span }, to: _ } => match value {
-            Filling::Value(value) => vec![ReadValue { operand: "value", span: *span, value }],
-            Filling::Bit(_) | Filling::Element(_) => Vec::new(),
-        },
-        Action::Entask { every, block: _ } => any("every", every).collect(),
-        Action::Coil { .. }
-        | Action::SetElement { .. }
-        | Action::Reset { .. }
-        | Action::Math { .. }
-        | Action::Copy { .. }
-        | Action::Shift { .. }
-        | Action::Run { .. }
-        | Action::Restart { .. }
-        | Action::Halt { .. }
-        | Action::Exit
-        | Action::Jump { .. }
-        | Action::StageOn { .. }
-        | Action::StageOff { .. }
-        | Action::Converge { .. }
-        | Action::Stop => Vec::new(),
-    }
-}
-
-fn read<'a>(operand: &'static str, of: &'a mut Located<Value>) -> ReadValue<'a> {
-    ReadValue { operand, span: of.span, value: &mut of.value }
-}
-
-fn any<'a>(
-    operand: &'static str,
-    of: &'a mut Option<Located<Value>>,
-) -> impl Iterator<Item = ReadValue<'a>> {
-    of.iter_mut().map(move |of| read(operand, of))
-}
+use crate::isa::{OperandKind, Real, duration};
+use crate::resolve::program::{Value, Written};
 
 /// The step from a constant to its neighbours, and the range of the neighbours.
 #[derive(Clone, Copy, Debug)]
@@ -89,38 +28,26 @@ impl ConstantStep {
         ConstantStep { step, least, most: i32::MAX, is_time: true }
     }
 
-    /// The step for an operand of an instruction. `to_bits`: FILL writes bits.
+    /// The step for a number among the operands of an instruction. `to_bits`: FILL writes bits.
     pub fn of(
-        (mnemonic, operand): (Mnemonic, &str),
+        kind: OperandKind,
         written: Option<Written>,
         period_ms: u32,
         to_bits: bool,
-    ) -> Option<ConstantStep> {
-        let time = |least| Some(ConstantStep::time(period_ms, least));
-        match mnemonic.spec().operand(operand)?.kind {
-            OperandKind::Value(least, most) => Some(ConstantStep::count(least, most)),
-            OperandKind::Duration => time(0),
+    ) -> ConstantStep {
+        if let OperandKind::Value(least, most) = kind {
+            return ConstantStep::count(least, most);
+        }
+        if to_bits && kind == OperandKind::Filling {
+            return ConstantStep::count(0, 1);
+        }
+        if kind == OperandKind::Interval {
             // 0 and less mean every scan, as does every interval up to the period.
-            OperandKind::Interval => time(1),
-            OperandKind::Filling if to_bits => Some(ConstantStep::count(0, 1)),
-            OperandKind::Number | OperandKind::Filling => match written {
-                Some(Written::Duration) => time(0),
-                Some(Written::Integer) | None => Some(ConstantStep::count(i32::MIN, i32::MAX)),
-            },
-            OperandKind::WritableBit
-            | OperandKind::WritableWord
-            | OperandKind::Target
-            | OperandKind::Array
-            | OperandKind::WritableArray
-            | OperandKind::Shifted
-            | OperandKind::Counter
-            | OperandKind::Timer
-            | OperandKind::Sensaphone
-            | OperandKind::Program
-            | OperandKind::Block
-            | OperandKind::Task
-            | OperandKind::Stage
-            | OperandKind::Stages => None,
+            return ConstantStep::time(period_ms, 1);
+        }
+        match kind == OperandKind::Duration || written == Some(Written::Duration) {
+            true => ConstantStep::time(period_ms, 0),
+            false => ConstantStep::count(i32::MIN, i32::MAX),
         }
     }
 
