@@ -80,7 +80,7 @@ fn held_but_reset(controller: &Controller, program: &Program, progress: &Progres
 fn drivers(program: &Program) -> HashMap<Bit, &Instruction> {
     let mut drivers = HashMap::new();
     for (_, one) in program.instructions() {
-        let written = one.action.written_bit();
+        let written = one.written_bit();
         if let Some(bit) = written.filter(|_| one.mnemonic.spec().termination.switches_off()) {
             drivers.entry(bit.value).or_insert(one);
         }

@@ -90,6 +90,23 @@ pub trait DriverKeys: Debug {
     }
 }
 
+/// The points that an editor offers for the map of a device.
+pub(crate) enum OfferedPoints {
+    /// The beginnings of their texts.
+    Beginnings(fn() -> Vec<PointBeginning>),
+    /// The points of the parts that the device has in its file.
+    OfParts,
+}
+
+/// The beginning of the text of a point.
+pub(crate) struct PointBeginning {
+    pub text: String,
+    /// What such a point is.
+    pub about: String,
+    /// Whether an output can be mapped there.
+    pub is_written: bool,
+}
+
 /// The direction of a row's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowDirection {

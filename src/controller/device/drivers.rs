@@ -2,7 +2,7 @@
 //!
 //! A driver has a folder beside this file and a row here; `daemon/devices.rs` starts it.
 
-use super::driver::DriverKeys;
+use super::driver::{DriverKeys, OfferedPoints};
 use super::{gpio, modbus, simulated};
 
 /// A driver.
@@ -11,14 +11,33 @@ pub struct DriverRow {
     pub(crate) names: &'static [&'static str],
     /// Its keys, still unread, for one of its names; without a name, the keys of all its variants.
     pub(crate) keys: fn(Option<&str>) -> Box<dyn DriverKeys>,
+    /// The points that an editor offers for the maps of its devices.
+    pub(crate) points: OfferedPoints,
 }
 
 /// All drivers.
 pub const DRIVERS: [DriverRow; 3] = [
-    DriverRow { names: &modbus::keys::NAMES, keys: |name| Box::new(modbus::keys::Keys::of(name)) },
-    DriverRow { names: &["gpio"], keys: |name| Box::new(gpio::keys::Keys::of(name)) },
-    DriverRow { names: &["simulated"], keys: |_| Box::new(simulated::keys::Keys::default()) },
+    DriverRow {
+        names: &modbus::keys::NAMES,
+        keys: |name| Box::new(modbus::keys::Keys::of(name)),
+        points: OfferedPoints::Beginnings(modbus::points::beginnings),
+    },
+    DriverRow {
+        names: &["gpio"],
+        keys: |name| Box::new(gpio::keys::Keys::of(name)),
+        points: OfferedPoints::Beginnings(gpio::beginnings),
+    },
+    DriverRow {
+        names: &["simulated"],
+        keys: |_| Box::new(simulated::keys::Keys::default()),
+        points: OfferedPoints::OfParts,
+    },
 ];
+
+/// The row of a named driver; `None` if no driver has this name.
+pub(crate) fn row(name: &str) -> Option<&'static DriverRow> {
+    DRIVERS.iter().find(|driver| driver.names.contains(&name))
+}
 
 /// The names of all drivers.
 pub fn names() -> Vec<&'static str> {

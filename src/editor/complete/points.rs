@@ -8,36 +8,26 @@ use lsp_types::CompletionItemKind;
 
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
+use crate::controller::device::driver::OfferedPoints;
+use crate::controller::device::drivers;
 use crate::controller::device::simulated::{self, OfferedPoint};
 
-/// The tables of Modbus devices: name, content, and whether outputs can be mapped there.
-const TABLES: [(&str, &str, bool); 4] = [
-    ("coil ", "a bit, read and written", true),
-    ("discrete ", "a bit, only read", false),
-    ("holding ", "a word, read and written", true),
-    ("input ", "a word, only read", false),
-];
-
-/// Offers the points of the device around the cursor.
+/// Offers the points of the device around the cursor, as the row of its driver says. A driver that
+/// rungd does not have has none.
 pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
     let outline = &scene.file.outline;
     let Some(device) = outline.enclosing(scene.site.object, &["device"]) else { return };
-    let text = |object: usize, key: &str| {
-        let value = outline.value(object, &[key]);
-        value.map(|value| scene.file.slice(value.inner.clone()))
-    };
+    let name = outline.value(device, &["driver"]);
+    let name = name.map_or("", |value| scene.file.slice(value.inner.clone()));
+    let Some(driver) = drivers::row(name) else { return };
     let is_target = scene.site.keys.last().is_some_and(|key| key == "to");
-    match text(device, "driver") {
-        Some("simulated") => plant(scene, device, is_target, into),
-        Some("gpio") => add(("line ", "a line of the chip", 0), into),
-        Some("modbus-tcp" | "modbus-rtu") => {
-            for (table, about, is_written) in TABLES {
-                if is_written || !is_target {
-                    add((table, about, 0), into);
-                }
+    match driver.points {
+        OfferedPoints::OfParts => plant(scene, device, is_target, into),
+        OfferedPoints::Beginnings(beginnings) => {
+            for point in beginnings().iter().filter(|point| point.is_written || !is_target) {
+                add((&point.text, &point.about, 0), into);
             }
         }
-        Some(_) | None => {}
     }
 }
 

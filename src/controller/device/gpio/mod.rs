@@ -16,7 +16,9 @@ use std::collections::HashMap;
 
 use keys::{Keys, RowKeys};
 
-use super::driver::{DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, one_word};
+use super::driver::{
+    DriverKeys, PointBeginning, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, one_word,
+};
 use super::settings::DriverSettings;
 use crate::io::gpio::settings::{Bias, Chip, Gpio, GpioLine, LineDrive, LineId, Setting};
 use crate::source::finding::{Code, Finding};
@@ -29,6 +31,12 @@ const BUDGET_US: u32 = 200;
 const DEBOUNCE_MS_MAX: i32 = 10_000;
 /// The most lines that a chip has.
 const LINES_MAX: u32 = 65_536;
+
+/// The beginning of points, for editors.
+pub(super) fn beginnings() -> Vec<PointBeginning> {
+    let (text, about) = ("line ".to_owned(), "a line of the chip".to_owned());
+    vec![PointBeginning { text, about, is_written: true }]
+}
 
 impl DriverKeys for Keys {
     fn read_row(&mut self, row: &mut Table<'_>) {

@@ -9,7 +9,7 @@ mod link;
 mod manuals;
 mod numbers;
 mod peers;
-mod points;
+pub(super) mod points;
 mod stretch;
 
 use super::driver::{

@@ -7,6 +7,7 @@
 
 use super::manuals::{self, ManualNumber, Reading};
 use super::stretch::Stretch;
+use crate::controller::device::driver::PointBeginning;
 use crate::io::modbus::settings::Table;
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::nearest;
@@ -33,6 +34,17 @@ pub(super) fn other_notation(points: &Text) -> Option<Finding> {
         let rows = rows_text(&readings);
         finding.help(format!("addresses are those of the protocol, from 0: write {rows}"))
     })
+}
+
+/// The beginnings of points, for editors: the tables of a device.
+pub(in crate::controller::device) fn beginnings() -> Vec<PointBeginning> {
+    let beginning = |table: Table| {
+        let element = if table.is_bits() { "bit" } else { "word" };
+        let access = if table.is_writable() { "read and written" } else { "only read" };
+        let (text, about) = (format!("{} ", table.name()), format!("a {element}, {access}"));
+        PointBeginning { text, about, is_written: table.is_writable() }
+    };
+    Table::ALL.into_iter().map(beginning).collect()
 }
 
 /// The points of a text, or the finding with the text to write instead.
