@@ -363,6 +363,66 @@ mod tests {
         }
     }
 
+    /// What a help shows, and the text that follows it: it leaves no finding.
+    #[test]
+    fn a_help_that_is_followed_leaves_no_finding() {
+        let broker = "addresses = [\"mqtt://h\"]\n";
+        let end = |more: &str| format!("{broker}{more}");
+        for (wrong, help, shown, right) in [
+            (end("version = \"4\"\n"), "write \"5\"", "\"5\"", end("version = \"5\"\n")),
+            (broker.replace("mqtt", "http"), "write `mqtt://host:port`", "mqtt://", broker.into()),
+            (
+                "addresses = []\n".into(),
+                "name one: `[\"mqtts://broker.example\"]`",
+                "[\"mqtts://broker.example\"]",
+                "addresses = [\"mqtts://broker.example\"]\n".into(),
+            ),
+            (
+                end("ca = \"p\"\n"),
+                "write `mqtts://`",
+                "mqtts://",
+                broker.replace("mqtt", "mqtts") + "ca = \"p\"\n",
+            ),
+            (
+                end("user = \"u\"\npassword-file = \"p\"\n"),
+                "write `mqtts://`",
+                "mqtts://",
+                broker.replace("mqtt", "mqtts") + "user = \"u\"\npassword-file = \"p\"\n",
+            ),
+            (
+                broker.replace("mqtt", "mqtts") + "password-file = \"p\"\n",
+                "give `user` too",
+                "user",
+                broker.replace("mqtt", "mqtts") + "user = \"u\"\npassword-file = \"p\"\n",
+            ),
+            (
+                end("[[publish]]\ntags = [\"a\"]\ndeadband = -1\n"),
+                "write `deadband = 0.5`",
+                "deadband = 0.5",
+                end("[[publish]]\ntags = [\"a\"]\ndeadband = 0.5\n"),
+            ),
+            (
+                end("[[publish]]\n"),
+                "tags = [\"*\"]",
+                "tags = [\"*\"]",
+                end("[[publish]]\ntags = [\"*\"]\n"),
+            ),
+            (end("[comands]\n"), "`commands`", "commands", end("[commands]\n")),
+            (
+                end("[sparkplug]\ninterval = \"0,5s\"\n"),
+                "write \"500ms\"",
+                "\"500ms\"",
+                end("[sparkplug]\ninterval = \"500ms\"\n"),
+            ),
+        ] {
+            let findings = read(&LEAST.replace(broker, &wrong)).findings;
+            let helps: Vec<_> = findings.iter().filter_map(|of| of.help_text()).collect();
+            assert!(helps.iter().any(|of| of.contains(help)), "{wrong}: {helps:?}");
+            let rest = read(&LEAST.replace(broker, &right)).findings;
+            assert!(right.contains(shown) && rest.is_empty(), "{right}: {rest:?}");
+        }
+    }
+
     #[test]
     fn paths_are_relative_to_the_file() {
         let text = LEAST.replace("name = \"n\"\n", "name = \"n\"\nstate-dir = \"state\"\n");

@@ -67,6 +67,8 @@ fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
     assert_eq!(write("D0", json!("43")).status, 200);
     let refused = write("level", json!(1000));
     assert!(refused.status == 409 && error(&refused).contains("takes 0 to 100"), "{refused:?}");
+    let refused = write("R0", json!("1,5"));
+    assert!(refused.status == 400 && error(&refused).contains("write `1.5`"), "{refused:?}");
     let refused = write("lamp", json!(true));
     assert!(refused.status == 403 && error(&refused).contains("[web] write"), "{refused:?}");
     assert_eq!(write("nobody", json!(1)).status, 400);
