@@ -373,7 +373,7 @@ fn a_device_that_lies_disturbs_no_other_and_floods_no_log() {
     // Beside the first line an outage has at most three, each with a key that was not named yet.
     let keys: Vec<_> = lines
         .iter()
-        .map(|line| process::message(line))
+        .map(process::message)
         .filter(|told| told.starts_with("liar: "))
         .map(|told| told.split('`').nth(1).map(str::to_owned))
         .collect();
