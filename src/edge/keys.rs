@@ -410,8 +410,8 @@ mod tests {
             (end("[comands]\n"), "`commands`", "commands", end("[commands]\n")),
             (
                 end("[sparkplug]\ninterval = \"0,5s\"\n"),
-                "write \"500ms\"",
-                "\"500ms\"",
+                "write `500ms`",
+                "500ms",
                 end("[sparkplug]\ninterval = \"500ms\"\n"),
             ),
         ] {

@@ -37,7 +37,7 @@ do = ["OUT Y1"]
 /// The operands that people may write, and a panel.
 pub const CONTROLLER: &str = r#"
 [web]
-write = ["level", "start", "R0"]
+write = ["level", "start"]
 [[panel]]
 name = "Line"
 show = [

@@ -35,7 +35,8 @@ fn error(answer: &HttpAnswer) -> String {
 
 #[test]
 fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
-    let live = Live::start(LADDER, CONTROLLER, &[]);
+    let listed = CONTROLLER.replace("\"start\"]", "\"start\", \"R0\"]");
+    let live = Live::start(LADDER, &listed, &[]);
     let file = live.folder.join("users").display().to_string();
     assert_eq!(
         passwd(&file, "anna", "short"),
@@ -68,7 +69,7 @@ fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
     let refused = write("level", json!(1000));
     assert!(refused.status == 409 && error(&refused).contains("takes 0 to 100"), "{refused:?}");
     let refused = write("R0", json!("1,5"));
-    assert!(refused.status == 400 && error(&refused).contains("write `1.5`"), "{refused:?}");
+    assert!(refused.status == 409 && error(&refused).contains("write `1.5`"), "{refused:?}");
     let refused = write("lamp", json!(true));
     assert!(refused.status == 403 && error(&refused).contains("[web] write"), "{refused:?}");
     assert_eq!(write("nobody", json!(1)).status, 400);
