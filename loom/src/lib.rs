@@ -92,17 +92,25 @@ macro_rules! judge {
 mod models {
     use super::*;
 
-    judge!(images_are_whole, latest, [
-        latest_writer_relaxed,
-        latest_writer_without_release,
-        latest_reader_relaxed,
-        latest_reader_without_acquire,
-        latest_reader_keeps_its_buffer
-    ]);
-    judge!(both_sides_agree, beat, [
-        beat_end_in_two_steps,
-        beat_arrive_in_two_steps,
-        beat_life_without_release,
-        beat_life_without_acquire
-    ]);
+    judge!(
+        images_are_whole,
+        latest,
+        [
+            latest_writer_relaxed,
+            latest_writer_without_release,
+            latest_reader_relaxed,
+            latest_reader_without_acquire,
+            latest_reader_keeps_its_buffer
+        ]
+    );
+    judge!(
+        both_sides_agree,
+        beat,
+        [
+            beat_end_in_two_steps,
+            beat_arrive_in_two_steps,
+            beat_life_without_release,
+            beat_life_without_acquire
+        ]
+    );
 }
