@@ -292,17 +292,7 @@ impl<'a> PointNumber<'a> {
         let (head, registers) = bytes.split_at_checked(10)?;
         let registers = registers.get(..8)?;
         let [kind, form, a, b, c, d, e, f, g, h] = *head.first_chunk::<10>()?;
-        let kinds = [
-            NumberType::U16,
-            NumberType::I16,
-            NumberType::U32,
-            NumberType::I32,
-            NumberType::F32,
-            NumberType::U64,
-            NumberType::I64,
-            NumberType::F64,
-        ];
-        let kind = kinds[usize::from(kind % 8)];
+        let (_, kind) = NumberType::NAMES[usize::from(kind) % NumberType::NAMES.len()];
         let words = [WordOrder::HighFirst, WordOrder::LowFirst][usize::from(form & 1)];
         let bytes = [ByteOrder::HighFirst, ByteOrder::LowFirst][usize::from(form >> 1 & 1)];
         let is_real = form & 4 != 0;

@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use flate2::bufread::ZlibDecoder;
 
+use super::bytes::number_from;
 use super::program::{RecordedFile, RecordedProgram};
 use crate::source::wording::escaped;
 
@@ -109,19 +110,7 @@ impl ProgramSource<'_> {
     }
 
     fn number(&mut self) -> Option<u64> {
-        let mut number = 0;
-        for shift in (0..64).step_by(7) {
-            let [byte] = self.bytes()?;
-            let bits = u64::from(byte & 0x7F);
-            if shift == 63 && bits > 1 {
-                return None;
-            }
-            number |= bits << shift;
-            if byte & 0x80 == 0 {
-                return Some(number);
-            }
-        }
-        None
+        number_from(|| self.bytes().map(|[byte]| byte))
     }
 
     /// A text of at most this many bytes, after its length.

@@ -5,9 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::io::habit_peer::{HabitPeer, SeenRequests};
-use crate::io::liars::{
-    BOUND, PATIENT, client, exchange, peer, poll, rtu_client, serial, tcp_link,
-};
+use crate::io::liars::{BOUND, PATIENT, client, exchange, peer, poll, rtu_client, tcp_link};
 use crate::io::line::await_over_a_line;
 use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
 use rungd::io::modbus_client::settings::{
@@ -384,7 +382,6 @@ fn a_broadcast_over_a_serial_line_leaves_the_line_for_the_next_request() {
         let mut client = rtu_client(script, (false, PATIENT), broadcast).await;
         assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
         assert_eq!(asked.lock().unwrap()[0][..2], [0, 5]);
-        let _ = serial;
     });
 }
 

@@ -1,11 +1,13 @@
-//! The refusals of changes that the scan thread did not carry out.
+//! The refusals of changes, and the line of the log about one.
 //!
-//! Used by `desk`.
+//! Used by `desk`, `write` and `session`.
 
+use super::peer::Peer;
 use super::status::reason;
 use crate::operator::protocol::{Refusal, RefusalKind};
 use crate::runtime::command::Denial;
 use crate::runtime::exchange::{Mode, Port, Refused};
+use crate::say::say;
 
 /// A page may not write an operand.
 pub(super) fn not_for_pages(operand: &str) -> Refusal {
@@ -68,4 +70,16 @@ pub(super) fn in_words(mode: Mode) -> String {
         None => mode.name().to_owned(),
         Some(why) => format!("{} ({why})", mode.name()),
     }
+}
+
+/// Logs a change that was refused. `how`: behind "operator's command refused".
+pub(super) fn tell_refused(peer: &Peer, what: &str, how: &str) {
+    say!(
+        OPERATOR_REFUSED,
+        who = %peer.name,
+        uid = peer.uid,
+        pid = peer.pid,
+        what,
+        "operator's command refused{how}"
+    );
 }

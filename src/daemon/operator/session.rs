@@ -18,6 +18,7 @@ use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 use super::desk::Desk;
 use super::pace::{Pace, metered};
 use super::peer::{Asker, Peer};
+use super::refused::tell_refused;
 use super::seats::{Seat, Seats};
 use super::socket::Door;
 use crate::daemon::narration::{one_line, span};
@@ -321,14 +322,7 @@ impl Session {
                 "operator's request refused: {why}"
             );
         } else {
-            say!(
-                OPERATOR_REFUSED,
-                who = %peer.name,
-                uid = peer.uid,
-                pid = peer.pid,
-                what,
-                "operator's command refused: {why}"
-            );
+            tell_refused(peer, &what, &format!(": {why}"));
         }
     }
 

@@ -10,7 +10,7 @@ use tokio::time::timeout;
 
 use super::desk::Desk;
 use super::peer::Asker;
-use super::refused::{denied, no_answer, not_after_reload, not_for_pages, not_taken};
+use super::refused::{denied, no_answer, not_after_reload, not_for_pages, not_taken, tell_refused};
 use super::told_change::{ToldChange, WaitingWrite, Was};
 use crate::engine::Cell;
 use crate::events;
@@ -20,7 +20,6 @@ use crate::operator::protocol::{Answered, Change, GivenValue, Refusal, RefusalKi
 use crate::runtime::Origin;
 use crate::runtime::command::Denial;
 use crate::runtime::exchange::{BatchTerms, Refused, Snapshot, Ticket, Write};
-use crate::say::say;
 
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
@@ -99,15 +98,8 @@ impl Desk {
                 true => not_after_reload(&what),
                 false => not_taken(why, &port),
             };
-            say!(
-                OPERATOR_REFUSED,
-                who = %peer.name,
-                uid = peer.uid,
-                pid = peer.pid,
-                what,
-                "operator's command refused by the scan that it waited for: {}",
-                why.message
-            );
+            let how = format!(" by the scan that it waited for: {}", why.message);
+            tell_refused(&peer, &what, &how);
         });
     }
 }

@@ -52,7 +52,7 @@ pub struct NumberOrder {
 
 impl NumberType {
     /// All types with their names; those of a word of memory first.
-    pub(crate) const NAMES: [(&'static str, NumberType); 8] = all_variants![
+    pub const NAMES: [(&'static str, NumberType); 8] = all_variants![
         ("u16", NumberType::U16),
         ("i16", NumberType::I16),
         ("u32", NumberType::U32),

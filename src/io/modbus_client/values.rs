@@ -170,16 +170,7 @@ mod tests {
     }
 
     fn kinds() -> impl Strategy<Value = NumberType> {
-        prop::sample::select(vec![
-            NumberType::U16,
-            NumberType::I16,
-            NumberType::U32,
-            NumberType::I32,
-            NumberType::F32,
-            NumberType::U64,
-            NumberType::I64,
-            NumberType::F64,
-        ])
+        prop::sample::select(NumberType::NAMES.map(|(_, kind)| kind).to_vec())
     }
 
     fn scalings() -> impl Strategy<Value = Scaling> {
