@@ -82,24 +82,42 @@ fn flags<const N: usize>(flags: [bool; N]) -> u8 {
     flags.iter().rev().fold(0, |byte, flag| byte << 1 | u8::from(*flag))
 }
 
-impl ByteSource<'_> {
+/// The forms of a state, read from bytes.
+trait StateSource: Sized {
+    fn flags<const N: usize>(&mut self) -> Option<[bool; N]>;
+
+    /// A time, ns.
+    fn time_ns(&mut self) -> Option<u64>;
+
+    /// A time, whole ms.
+    fn time_ms(&mut self) -> Option<u64>;
+
+    /// Reads how many and which of `cells` cells are forced: their numbers, each once, in ascending
+    /// order.
+    fn forced(&mut self, cells: usize) -> Option<(u32, Box<[bool]>)>;
+
+    /// Reads a length and a list of that length. Allocates only as the bytes of the list are found.
+    fn list<T>(&mut self, one: impl Fn(&mut Self) -> Option<T>) -> Option<Box<[T]>>;
+
+    fn block(&mut self) -> Option<BlockState>;
+
+    fn stage(&mut self) -> Option<StageState>;
+}
+
+impl StateSource for ByteSource<'_> {
     fn flags<const N: usize>(&mut self) -> Option<[bool; N]> {
         let byte = self.byte()?;
         (u32::from(byte) < 1 << N).then(|| std::array::from_fn(|at| byte >> at & 1 == 1))
     }
 
-    /// A time, ns.
     fn time_ns(&mut self) -> Option<u64> {
         self.u64().filter(|time_ns| *time_ns < TIME_END_NS)
     }
 
-    /// A time, whole ms.
     fn time_ms(&mut self) -> Option<u64> {
         self.u64().filter(|time_ms| *time_ms < TIME_END_NS / 1_000_000)
     }
 
-    /// Reads how many and which of `cells` cells are forced: their numbers, each once, in ascending
-    /// order.
     fn forced(&mut self, cells: usize) -> Option<(u32, Box<[bool]>)> {
         let mut forced = vec![false; cells];
         let mut least = 0;
@@ -112,7 +130,6 @@ impl ByteSource<'_> {
         Some((count, forced.into()))
     }
 
-    /// Reads a length and a list of that length. Allocates only as the bytes of the list are found.
     fn list<T>(&mut self, one: impl Fn(&mut Self) -> Option<T>) -> Option<Box<[T]>> {
         (0..self.u32()?).map(|_| one(self)).collect()
     }

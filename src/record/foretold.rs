@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::bytes::{ByteSource, put_number, put_signed};
+use crate::byte_source::{ByteSource, put_number, put_signed};
 use crate::engine::{Cell, ScanTimes};
 
 /// The deviations from the expected time that fit into one byte. A scan with such a deviation does

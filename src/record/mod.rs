@@ -7,7 +7,6 @@
 //! arguments), the log, and any knowledge of ladders (a caller makes the engine of a program).
 
 mod block;
-mod bytes;
 mod codes;
 mod file_name;
 mod folder;

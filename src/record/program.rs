@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use super::bytes::{put_number, put_text};
 use super::zip::packed;
+use crate::byte_source::{put_number, put_text};
 
 /// A program in a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 use flate2::bufread::ZlibDecoder;
 
-use super::bytes::number_from;
 use super::program::{RecordedFile, RecordedProgram};
+use crate::byte_source::number_from;
 use crate::source::wording::escaped;
 
 /// The maximum number of bytes of a program before packing, and of the different texts of all
@@ -145,7 +145,7 @@ impl ProgramSource<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::bytes::{put_number, put_text};
+    use crate::byte_source::{put_number, put_text};
     use crate::record::zip::packed;
 
     fn program(count: u64, files: impl Iterator<Item = (String, String)>) -> Vec<u8> {

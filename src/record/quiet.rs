@@ -4,8 +4,8 @@
 //! random, and no compression makes random numbers smaller. So each number takes only the bits that
 //! the range of its run needs. If whole bytes make a run shorter, it is written in whole bytes.
 
-use super::bytes::{ByteSource, folded, put_number, put_signed};
 use super::codes::{ENTRIES_MAX, code};
+use crate::byte_source::{ByteSource, folded, put_number, put_signed};
 
 /// A scan whose duration differs this much from that of the first scan of the run begins a new run.
 const SPREAD_US_MAX: u32 = 64;

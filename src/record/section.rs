@@ -4,10 +4,10 @@
 //! `docs/record-format.md` describes them under *Entries*. A quiet scan takes less than two bytes:
 //! the deviation of its time from the expected time, and the scan time before it (`quiet`).
 
-use super::bytes::{put_number, put_signed, put_text};
 use super::codes::{code, scan_flag};
 use super::foretold::{Foretold, NEAR};
 use super::quiet::{QuietRun, QuietScan};
+use crate::byte_source::{put_number, put_signed, put_text};
 use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
 use crate::runtime::exchange::{FaultReason, Mode, StopReason};
 use crate::runtime::{Origin, TapeEntry};

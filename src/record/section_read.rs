@@ -2,11 +2,11 @@
 //!
 //! Bytes from outside never cause a panic, and the result has at most `ENTRIES_MAX` entries.
 
-use super::bytes::ByteSource;
 use super::codes::{ENTRIES_MAX, code, scan_flag};
 use super::foretold::Foretold;
 use super::quiet::{self, QuietScan};
 use super::section::SectionBody;
+use crate::byte_source::ByteSource;
 use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, TIME_END_NS, WordCell};
 use crate::runtime::command::CommandId;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};

@@ -10,7 +10,6 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
 use super::block::BlockHead;
-use super::bytes::ByteSource;
 use super::codes::SECTION_BYTES_MAX;
 use super::passed::PassedTime;
 use super::program::RecordedProgram;
@@ -20,6 +19,7 @@ use super::segment::{
     BASE_BYTES_MAX, BLOCK_HEAD_BYTES, BLOCK_MARK, MAGIC, SEGMENT_HEAD_BYTES, VERSION, block_flag,
 };
 use super::zip::unpacked;
+use crate::byte_source::ByteSource;
 use crate::engine::EngineState;
 
 /// The number of bytes that are read at a time after a damaged place.

@@ -299,7 +299,14 @@ struct Text {
     flags: u8,
 }
 
-impl ByteSource<'_> {
+/// The forms of a content, read from bytes.
+trait ContentSource: Sized {
+    fn texts(&mut self) -> Option<Vec<Text>>;
+
+    fn value(&mut self, space: Space) -> Option<RetainedValue>;
+}
+
+impl ContentSource for ByteSource<'_> {
     fn texts(&mut self) -> Option<Vec<Text>> {
         let mut texts = Vec::new();
         for _ in 0..self.u32()? {
