@@ -42,6 +42,7 @@ mod monitor;
 pub mod mqtt;
 pub mod observe;
 pub mod operator;
+pub mod playback;
 mod progress;
 mod random;
 pub mod record;

@@ -12,8 +12,8 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::say_line;
 use super::when::Moment;
-pub(super) use crate::load::recorded::{RecordedPast, loaded, run_of, subject};
 use crate::operator::protocol::{Present, RecordingBytes, Request};
+pub(super) use crate::playback::{RecordedPast, loaded, run_of, subject};
 use crate::record::Recording;
 use crate::runtime::{NumberedCall, scan_begins};
 

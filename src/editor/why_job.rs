@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail};
 
 use super::jobs::{JobPlace, Made};
-use crate::load::recorded::{RecordedPast, subject};
 use crate::observe::{At, Limits};
 use crate::operator::client;
 use crate::operator::protocol::{RecordingBytes, Request};
+use crate::playback::{RecordedPast, subject};
 use crate::record::Recording;
 
 /// Writes the answer to a file and returns the file's path.

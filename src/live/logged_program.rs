@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::controller::OutputRules;
 use crate::engine::{self, Cell, Engine, Image};
-use crate::load::recorded::loaded;
 use crate::lower::{Symbols, lower};
+use crate::playback::loaded;
 use crate::record::RecordedProgram;
 use crate::resolve::program::Program;
 use crate::runtime::exchange::Mode;

@@ -7,8 +7,8 @@ use crate::controller::{Controller, OutputRules};
 use crate::draw::ladder::{Picture, RungPicture};
 use crate::engine::Cell;
 use crate::isa::Address;
-use crate::load::recorded::loaded;
 use crate::observe::Subject;
+use crate::playback::loaded;
 use crate::record::RecordedProgram;
 use crate::resolve::program::TagMeaning;
 

@@ -17,7 +17,6 @@ mod growth;
 mod large;
 pub(crate) mod library;
 mod own_files;
-pub(crate) mod recorded;
 
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;

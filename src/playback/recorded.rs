@@ -1,14 +1,14 @@
 //! Makes the program of a recording again, and provides its past in the form that `observe` needs.
 //!
-//! Used by the commands of `cli` that read recordings, and by the editor. This module reads no file
-//! and changes nothing in a controller.
+//! Used by the commands of `cli` that read recordings, by the editor and by `live`. This module
+//! changes nothing in a controller.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::Loaded;
 use crate::controller::OutputRules;
 use crate::engine::{Cell, Engine, Program};
+use crate::load::{self, Loaded};
 use crate::lower::lower;
 use crate::observe::{EarlierPast, Past, Subject, TapeEnd};
 use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
@@ -24,14 +24,17 @@ type MakeEngine = fn(&RecordedProgram) -> Result<Engine, String>;
 type MakeSlice = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String>>;
 
 /// A recording that can be executed again.
-pub(crate) type RecordedRun = Replay<MakeEngine>;
+pub type RecordedRun = Replay<MakeEngine>;
 
 /// The files of a recorded program, loaded.
-pub(crate) fn loaded(program: &RecordedProgram) -> Result<(program::Program, Loaded), String> {
+///
+/// # Errors
+/// This version of rungd cannot load them.
+pub fn loaded(program: &RecordedProgram) -> Result<(program::Program, Loaded), String> {
     let file =
         |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.to_string() };
     let files: Vec<SourceFile> = program.files.iter().map(file).collect();
-    let mut loaded = super::recorded_files(&files);
+    let mut loaded = load::recorded_files(&files);
     let found = loaded.program.take();
     let made = found.filter(|_| loaded.controller.is_some());
     let program = made.ok_or_else(|| {
@@ -52,12 +55,15 @@ fn engine_of(program: &RecordedProgram) -> Result<Engine, String> {
 }
 
 /// A recording, ready to be executed again.
-pub(crate) fn run_of(recording: Recording) -> RecordedRun {
+pub fn run_of(recording: Recording) -> RecordedRun {
     Replay::new(recording, engine_of)
 }
 
 /// The program of a section, as the subject of observations.
-pub(crate) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
+///
+/// # Errors
+/// This version of rungd cannot load it.
+pub fn subject(program: &RecordedProgram) -> Result<Subject, String> {
     let (program, loaded) = loaded(program)?;
     let subject = Subject::new(Arc::new(program), loaded.files);
     let outputs = OutputRules::of(loaded.controller.as_ref(), subject.symbols());
@@ -65,7 +71,7 @@ pub(crate) fn subject(program: &RecordedProgram) -> Result<Subject, String> {
 }
 
 /// The sections of one program in a recording, for a question about it.
-pub(crate) struct RecordedPast {
+pub struct RecordedPast {
     run: Replay<MakeSlice>,
     first: usize,
     end: usize,
