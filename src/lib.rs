@@ -16,6 +16,7 @@ pub mod controller;
 mod daemon;
 mod directories;
 pub mod draw;
+mod duration_text;
 #[cfg(feature = "fleet")]
 pub mod edge;
 pub mod editor;

@@ -11,7 +11,7 @@ use super::operator::OperatorArgs;
 use super::recording::{RecordedPast, subject};
 use super::terminal::{one_line, say_line};
 use super::when::LocalClock;
-use crate::daemon::span;
+use crate::duration_text::duration_text;
 use crate::observe::{At, Limits, Subject};
 use crate::operator::protocol::{Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request};
 use crate::record::Recording;
@@ -91,7 +91,7 @@ pub(super) fn facts(alarm: &Alarm, clock: &LocalClock) -> String {
         }
     };
     let time = |time: &AlarmTime| format!("{} (scan {})", clock.text(time.unix_ns), time.scan);
-    let lasted = span(alarm.lasted_ms.saturating_mul(1_000_000));
+    let lasted = duration_text(alarm.lasted_ms.saturating_mul(1_000_000));
     let when = match (&alarm.since, &alarm.ended) {
         (Some(since), Some(ended)) => {
             format!("from {} to {}, for {lasted}", time(since), time(ended))

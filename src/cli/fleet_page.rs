@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::alarms::facts;
 use super::terminal::one_line;
 use super::when::LocalClock;
-use crate::daemon::span;
+use crate::duration_text::duration_text;
 use crate::fleet::{
     CutAlarms, FleetAlarmList, FleetChange, FleetNews, FleetReport, LadderVerdict, NodeReport,
     shown,
@@ -76,7 +76,7 @@ fn nothing(listened: String) -> String {
 }
 
 fn span_of(time: Duration) -> String {
-    span(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX))
+    duration_text(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX))
 }
 
 fn nodes(count: usize) -> String {
@@ -272,7 +272,7 @@ pub(super) fn change_line(change: &FleetChange, clock: &LocalClock) -> String {
 }
 
 fn age(ms: u64) -> String {
-    span(ms.saturating_mul(1_000_000))
+    duration_text(ms.saturating_mul(1_000_000))
 }
 
 /// Rows in columns, two spaces between them.

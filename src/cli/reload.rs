@@ -11,9 +11,10 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, say, say_line};
-use crate::daemon::{self, SocketPlace, config};
+use crate::daemon::config;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded, Request, is_run};
+use crate::operator::socket_place::{SocketPlace, operator_socket};
 use crate::progress::Progress;
 use crate::source::render::Style;
 
@@ -54,7 +55,7 @@ pub struct RollbackArgs {
 pub fn reload(args: &ReloadArgs) -> Result<Exit> {
     let request = Request::Reload { dry_run: args.dry_run };
     let Some(controller) = &args.controller else { return ask(&args.at, &request) };
-    let place = daemon::operator_socket(controller);
+    let place = operator_socket(controller);
     if let Some(pid) = args.pid {
         return reload_process(args, controller, (place, pid));
     }

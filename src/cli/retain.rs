@@ -8,7 +8,7 @@ use clap::{Args, Subcommand};
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, print, say_line};
-use crate::daemon::span;
+use crate::duration_text::duration_text;
 use crate::operator::protocol::{Request, Saved};
 use crate::retain::file::{Access, FileDevice};
 use crate::retain::show::show;
@@ -71,7 +71,7 @@ pub(super) fn text(saved: &Saved) -> String {
     let took = match flush_us {
         0 => "durable already".to_owned(),
         1..1000 => "durable in under 1 ms".to_owned(),
-        us => format!("durable in {}", span(us * 1000)),
+        us => format!("durable in {}", duration_text(us * 1000)),
     };
     format!("{}: image {image} of scan {scan}, {took}\n", one_line(file))
 }

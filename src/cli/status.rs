@@ -7,7 +7,7 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::read::table;
 use super::terminal::one_line;
-use crate::daemon::span;
+use crate::duration_text::duration_text;
 use crate::operator::protocol::{
     Alarm, AlarmState, BlockStatus, LogState, Posture, Record, Request, Retain, Scan, Spread,
     Status, is_run,
@@ -45,7 +45,7 @@ pub fn status(args: &StatusArgs) -> Result<Exit> {
 /// The text. The most important lines come first: the mode, the program, alarms, forces.
 fn page(status: &Status, histogram: bool) -> String {
     let Status { version, pid, ladder, mode, scans, .. } = status;
-    let ms = |ms: u64| span(ms * 1_000_000);
+    let ms = |ms: u64| duration_text(ms * 1_000_000);
     let why = status.reason.as_ref().map_or(String::new(), |why| format!(" ({why})"));
     let ladder = format!(
         "{}: {}, {}, sha256 {}",
@@ -143,12 +143,12 @@ fn rows(head: &str, mut texts: Vec<String>) -> Vec<String> {
 
 fn scan_line(status: &Status) -> String {
     let Scan { over_ms, scans, overruns, skipped, .. } = &status.scan;
-    let us = |us: u64| span(us * 1000);
+    let us = |us: u64| duration_text(us * 1000);
     format!(
         "every {}, watchdog {}; in {}: {}, {}, {skipped} skipped",
         us(status.period_us),
         us(status.watchdog_us),
-        span(over_ms * 1_000_000),
+        duration_text(over_ms * 1_000_000),
         count(*scans, "scan"),
         count(*overruns, "overrun")
     )
@@ -192,8 +192,8 @@ fn spread(name: &str, spread: &Spread, histogram: bool) -> Vec<String> {
 }
 
 fn retain_lines(retain: &Retain) -> Vec<String> {
-    let ms = |ms: u64| span(ms * 1_000_000);
-    let us = |us: u64| span(us * 1000);
+    let ms = |ms: u64| duration_text(ms * 1_000_000);
+    let us = |us: u64| duration_text(us * 1000);
     let mut lines =
         vec![format!("{}, every {}", retain.file, ms(retain.interval_ms)), retain.restored.clone()];
     if let (Some(image), Some(scan), Some(age)) = (retain.image, retain.scan, retain.age_ms) {
@@ -216,13 +216,13 @@ const BEHIND_TOLD_MS: u64 = 2_000;
 
 fn record_lines(record: &Record) -> Vec<String> {
     let mb = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
-    let reach = span(record.memory_ms * 1_000_000);
+    let reach = duration_text(record.memory_ms * 1_000_000);
     let mut lines = vec![format!("the last {reach} in {} of memory", mb(record.memory_bytes))];
     lines.push(match &record.disk {
         Some(disk) => {
             let mut line = format!("{}: {} of {}", disk.dir, mb(disk.bytes), mb(disk.size));
             if disk.behind_ms > BEHIND_TOLD_MS {
-                let behind = span(disk.behind_ms * 1_000_000);
+                let behind = duration_text(disk.behind_ms * 1_000_000);
                 line.push_str(&format!("; the disk is slow: {behind} behind"));
             }
             line

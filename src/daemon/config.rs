@@ -18,7 +18,7 @@ use crate::engine;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
 use crate::isa::Address;
-use crate::load::{self, Loaded};
+use crate::load::{self, Loaded, sha256_of};
 use crate::lower::{Symbols, lower_within};
 use crate::operator::names::Names;
 use crate::progress::{Progress, Step};
@@ -267,14 +267,6 @@ fn facts(program: &Program, files: &[SourceFile]) -> LadderFacts {
 
 fn sha256(files: &[SourceFile]) -> String {
     sha256_of(files.iter().map(|file| file.text.as_str()))
-}
-
-/// SHA-256 of the concatenated texts. For the texts of a program's ladders it is the sum that
-/// `status` shows.
-pub fn sha256_of<'t>(texts: impl Iterator<Item = &'t str>) -> String {
-    let mut hash = hmac_sha256::Hash::new();
-    texts.for_each(|text| hash.update(text.as_bytes()));
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A text that is equal for files with equal names and contents.

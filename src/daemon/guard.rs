@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::narration::span;
 use crate::directories;
+use crate::duration_text::duration_text;
 use crate::runtime::exchange::Mode;
 use crate::say::say;
 
@@ -112,7 +112,8 @@ impl Guard {
     }
 
     fn tell(&self, unclean: bool) {
-        let (restarts, healthy) = (self.restarts, span(self.healthy.enough.as_nanos() as u64));
+        let (restarts, healthy) =
+            (self.restarts, duration_text(self.healthy.enough.as_nanos() as u64));
         if self.trips() {
             say!(
                 RESTART_GUARD,
@@ -138,7 +139,7 @@ impl Guard {
             return;
         }
         self.restarts = 0;
-        let healthy = span(self.healthy.enough.as_nanos() as u64);
+        let healthy = duration_text(self.healthy.enough.as_nanos() as u64);
         say!(RESTART_GUARD_RESET, "{healthy} in RUN: the count of restarts starts again at 0");
         let file = file.clone();
         // A separate thread writes: the caller also feeds systemd's watchdog and must not wait.

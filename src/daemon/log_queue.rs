@@ -15,7 +15,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::journal::Socket;
-use super::narration::span;
+use crate::duration_text::duration_text;
 use crate::events::Event;
 use crate::events::limit::{Limiter, WithheldLines};
 use crate::locked::locked;
@@ -238,7 +238,7 @@ impl Tally {
         let now_ns = self.started.elapsed().as_nanos() as u64;
         let told = locked(&self.limits).told(now_ns, all);
         for (withheld, WithheldLines { lines, lasted_ns }) in told {
-            let over = span(lasted_ns);
+            let over = duration_text(lasted_ns);
             say!(
                 LINES_WITHHELD,
                 withheld,

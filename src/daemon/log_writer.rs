@@ -10,9 +10,10 @@ use std::sync::Arc;
 use super::alarm_keeper::{BookKeeper, EdgeTime, SharedBook};
 use super::allowance::Alarms;
 use super::log_queue::lines_dropped;
-use super::narration::{BlockNews, Facts, Narration, WordNews, reason, span, us};
+use super::narration::{BlockNews, Facts, Narration, WordNews, reason, us};
 use super::posture;
 use super::told_statistics::{BeatState, tell_heartbeat};
+use crate::duration_text::duration_text;
 use crate::engine::{MathEvent, Mishap};
 use crate::events::limit::WithheldLines;
 use crate::io::device::Health;
@@ -97,7 +98,12 @@ impl LogWriter {
         }
         match mode {
             Mode::Run => {
-                say!(MODE_RUN, scan, "RUN: scanning every {}", span(self.narration.tempo.period_ns))
+                say!(
+                    MODE_RUN,
+                    scan,
+                    "RUN: scanning every {}",
+                    duration_text(self.narration.tempo.period_ns)
+                )
             }
             Mode::Stop(reason) if reason.waits_for_operator() => {
                 let again = self.facts.leaves_stop(reason, scan);
@@ -131,7 +137,7 @@ impl LogWriter {
     }
 
     fn fault(&self, fault: FaultReason, scan: Option<u64>) {
-        let watchdog = span(self.narration.tempo.watchdog_ns);
+        let watchdog = duration_text(self.narration.tempo.watchdog_ns);
         // The monitor declares a fault without the number of the scan.
         let complete = scan.unwrap_or(self.scans);
         say!(
@@ -150,7 +156,7 @@ impl LogWriter {
         if news.alarm.is_some() {
             self.book.edge(watch, on, EdgeTime { scan: record.scan, at_ns: record.at_ns });
         }
-        let (tag, scan, was) = (&news.tag, record.scan, span(after_ns));
+        let (tag, scan, was) = (&news.tag, record.scan, duration_text(after_ns));
         let lasted_ms = after_ns / 1_000_000;
         match (&news.alarm, on) {
             (Some(_), _) if !self.alarms.change(watch, on, scan, record.at_ns) => {}
@@ -203,7 +209,7 @@ impl LogWriter {
                 lost_ms = lost_ns / 1_000_000,
                 scans,
                 "{device} is back; it was lost for {}, {scans} scans",
-                span(lost_ns)
+                duration_text(lost_ns)
             ),
         }
     }
@@ -211,7 +217,7 @@ impl LogWriter {
     fn overruns(&self, scan: u64, overruns: &ToldOverruns) {
         let ToldOverruns { count, skipped, scan_ns_max, late_ns_max } = *overruns;
         let (period, scan_us_max, late_us_max) =
-            (span(self.narration.tempo.period_ns), us(scan_ns_max), us(late_ns_max));
+            (duration_text(self.narration.tempo.period_ns), us(scan_ns_max), us(late_ns_max));
         // The cause of a long scan may be the ladder or a busy machine. This line cannot
         // distinguish them; the mean of the scan times in the statistics can.
         let cause = if scan_ns_max >= self.narration.tempo.period_ns {
@@ -278,7 +284,7 @@ impl LogWriter {
             return;
         }
         standing.told_ns = now_ns;
-        let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
+        let (lasts, why) = (duration_text(now_ns - standing.since_ns), reason(mode));
         match mode {
             Mode::Fault(reason) => {
                 let again = self.facts.remedy(reason, self.scans);
@@ -402,7 +408,7 @@ impl Observer for LogWriter {
 /// Logs the number of alarm lines that the allowance withheld.
 fn tell_withheld(told: Option<WithheldLines>) {
     if let Some(WithheldLines { lines, lasted_ns }) = told {
-        let (withheld, over) = ("alarm-on", span(lasted_ns));
+        let (withheld, over) = ("alarm-on", duration_text(lasted_ns));
         say!(
             LINES_WITHHELD,
             withheld,

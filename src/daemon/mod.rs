@@ -38,8 +38,6 @@ mod told_statistics;
 mod turns;
 
 pub use failure::StartFailure;
-pub use narration::span;
-pub use operator::{SocketPlace, operator_socket};
 pub use shell::{Ending, Options, run};
 pub use signals::Host;
 pub use start_wait::StartPart;

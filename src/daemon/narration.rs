@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::retain::{COLD_BY_HAND, NothingKept};
 use crate::controller::log::BlockLines;
+use crate::duration_text::duration_text;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::events::{self, Event};
 use crate::isa::{BlockId, StageId};
@@ -263,7 +264,8 @@ impl Narration {
     /// The remedy for a fault after this number of complete scans, with the settings and sizes that
     /// explain it.
     pub fn remedy(&self, reason: FaultReason, facts: &Facts, scans: u64) -> String {
-        let (period, watchdog) = (span(self.tempo.period_ns), span(self.tempo.watchdog_ns));
+        let (period, watchdog) =
+            (duration_text(self.tempo.period_ns), duration_text(self.tempo.watchdog_ns));
         match reason {
             FaultReason::ScanTooLong { .. }
             | FaultReason::ScanNeverEnds
@@ -341,20 +343,6 @@ pub(super) fn rungs(program: &Program) -> usize {
     program.blocks.iter().map(of).sum()
 }
 
-/// A duration in readable form: `250ms`, `3.2s`, `4m10s`, `2h05m`.
-pub fn span(ns: u64) -> String {
-    let ms = ns / 1_000_000;
-    let s = ms / 1000;
-    match s {
-        0 => format!("{ms}ms"),
-        1..60 if ms.is_multiple_of(1000) => format!("{s}s"),
-        1..60 => format!("{s}.{}s", ms % 1000 / 100),
-        60..3600 if s.is_multiple_of(60) => format!("{}m", s / 60),
-        60..3600 => format!("{}m{:02}s", s / 60, s % 60),
-        _ => format!("{}h{:02}m", s / 3600, s % 3600 / 60),
-    }
-}
-
 /// Microseconds with one decimal, for the fields of a log line.
 pub(super) fn us(ns: u64) -> f64 {
     (ns as f64 / 100.0).round() / 10.0
@@ -366,18 +354,6 @@ mod tests {
     use crate::events::Silence;
     use crate::resolve::{LoadOptions, load_ladders};
     use crate::source::span::SourceFile;
-
-    #[test]
-    fn spans_are_short() {
-        let check = |ms: u64, expected: &str| assert_eq!(span(ms * 1_000_000), expected);
-        check(0, "0ms");
-        check(250, "250ms");
-        check(3_000, "3s");
-        check(3_290, "3.2s");
-        check(60_000, "1m");
-        check(250_000, "4m10s");
-        check(7_500_000, "2h05m");
-    }
 
     #[test]
     fn a_text_cannot_break_the_line() {

@@ -16,9 +16,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::config::Setup;
-use super::narration::span;
 use super::record::clock;
 use super::record_stall::{Backlog, DiskLag, DiskStall, LagNews, StallNews};
+use crate::duration_text::duration_text;
 use crate::faults::{self, FaultPoint};
 use crate::locked::locked;
 use crate::record::{
@@ -87,7 +87,7 @@ impl RecordDisk {
         say!(
             RECORD_BEGINS,
             dir = %name,
-            keep = %span(setup.record.keep_s.saturating_mul(SECOND_NS)),
+            keep = %duration_text(setup.record.keep_s.saturating_mul(SECOND_NS)),
             size_mb = settings.bytes_max / 1_000_000,
             "the scan log is recorded"
         );
@@ -327,7 +327,7 @@ fn tell_resumed(after: Duration, lost: u64) {
 }
 
 fn text_of(time: Duration) -> String {
-    span(time.as_nanos() as u64)
+    duration_text(time.as_nanos() as u64)
 }
 
 /// The prefix of the names of a controller's recordings: the name of the controller file without

@@ -13,9 +13,9 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
 use super::config::FileAccess;
-use super::narration::span;
 use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
+use crate::duration_text::duration_text;
 use crate::faults::{self, FaultPoint};
 use crate::locked::locked;
 use crate::operator::protocol::RECORDING_BYTES_MAX;
@@ -150,7 +150,7 @@ impl RecordEnd {
             _ = self.done => return,
             name = hurry => format!("{name} came before its thread had finished"),
             () = tokio::time::sleep(END_MAX.saturating_sub(self.begin.elapsed())) => {
-                let waited = span(END_MAX.as_nanos() as u64);
+                let waited = duration_text(END_MAX.as_nanos() as u64);
                 format!("its thread had not finished after {waited}")
             }
         };

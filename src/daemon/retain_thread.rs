@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::oneshot;
 
-use super::narration::span;
 use super::retain::{NothingKept, RestoredFile, RetainSettings};
+use crate::duration_text::duration_text;
 use crate::faults::{self, FaultPoint};
 use crate::locked::locked;
 use crate::retain::keeper::Image;
@@ -151,7 +151,7 @@ impl Retention {
                         RETAIN_FINAL,
                         image = durable.kept.stamp.sequence,
                         scan = durable.kept.stamp.scan,
-                        flush = %span(begin.elapsed().as_nanos() as u64),
+                        flush = %duration_text(begin.elapsed().as_nanos() as u64),
                         "retentive memory: the last image is durable"
                     );
                     return LastImage::Kept;
@@ -164,7 +164,7 @@ impl Retention {
             },
             name = hurry => (LastImage::Hurried, format!("{name} came before it was durable")),
             () = tokio::time::sleep(END_MAX) => {
-                let waited = span(END_MAX.as_nanos() as u64);
+                let waited = duration_text(END_MAX.as_nanos() as u64);
                 (LastImage::Lost, format!("the disk has not answered for {waited}"))
             }
         };
@@ -340,7 +340,8 @@ impl Worker {
         }
         if flush > self.wanted.interval && due(&mut self.told_slow, REPEAT) {
             let (took, interval) = (flush, self.wanted.interval);
-            let [took, interval] = [took, interval].map(|time| span(time.as_nanos() as u64));
+            let [took, interval] =
+                [took, interval].map(|time| duration_text(time.as_nanos() as u64));
             say!(
                 RETAIN_SLOW,
                 flush = %took,

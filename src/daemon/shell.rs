@@ -20,7 +20,7 @@ use super::guard::Guard;
 use super::local_time;
 use super::log;
 use super::log_writer::LogWriter;
-use super::narration::{Facts, Narration, span};
+use super::narration::{Facts, Narration};
 use super::operator;
 use super::posture;
 use super::record;
@@ -34,6 +34,7 @@ use super::start_parts::{StartParts, start_parts};
 use super::start_wait::{StartPart, StartWatch};
 use super::systemd::{self, Notices, Systemd};
 use super::told_statistics::tell_statistics;
+use crate::duration_text::duration_text;
 use crate::engine::{self, Engine};
 use crate::faults::{self, FaultPoint};
 use crate::io::caught::caught;
@@ -241,7 +242,11 @@ async fn shell(
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
-        say!(DRIVERS_LATE, "drivers did not end in {}", span(DRIVERS_END_MAX.as_nanos() as u64));
+        say!(
+            DRIVERS_LATE,
+            "drivers did not end in {}",
+            duration_text(DRIVERS_END_MAX.as_nanos() as u64)
+        );
     }
     let Over { asked, waiting: Waiting::Ended } = over else {
         return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
@@ -322,7 +327,7 @@ async fn attend(
                     say!(
                         END_STUCK,
                         "the last scan has not ended in {}",
-                        span(patience.as_nanos() as u64)
+                        duration_text(patience.as_nanos() as u64)
                     );
                     return Over { asked: true, waiting: Waiting::Stuck };
                 }
@@ -456,8 +461,8 @@ fn tell_start(setup: &Setup) {
         sha256 = %ladder.sha256,
         blocks = ladder.blocks,
         rungs = ladder.rungs,
-        period = %span(setup.pace.tempo.period_ns),
-        watchdog = %span(setup.pace.tempo.watchdog_ns),
+        period = %duration_text(setup.pace.tempo.period_ns),
+        watchdog = %duration_text(setup.pace.tempo.watchdog_ns),
         "ladder loaded"
     );
     let limit = sd_notify::watchdog_enabled();

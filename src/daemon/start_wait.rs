@@ -11,8 +11,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::narration::span;
 use super::systemd::{Notice, Systemd};
+use crate::duration_text::duration_text;
 use crate::progress::{Progress, Step};
 use crate::say::say;
 
@@ -186,7 +186,7 @@ impl LongPart {
 
 fn text_of(time: Duration) -> String {
     // Whole tenths of a second: nobody needs more of a wait.
-    span(time.as_millis() as u64 / 100 * 100_000_000)
+    duration_text(time.as_millis() as u64 / 100 * 100_000_000)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-use super::narration::span;
+use crate::duration_text::duration_text;
 use crate::runtime::exchange::{Mode, Snapshot, StopReason};
 
 /// A notice to systemd.
@@ -99,9 +99,9 @@ pub(super) fn fault_too_late(watchdog_ns: u64, limit: Option<Duration>) -> Optio
             "`[scan] watchdog` is {}, and systemd ends rungd after {} without a scan \
              (`WatchdogSec=`): a scan of that length ends rungd before it is a fault, and no \
              output is made safe; lower `[scan] watchdog` to at most {}, or raise `WatchdogSec=`",
-            span(watchdog_ns),
-            span(limit.as_nanos() as u64),
-            span(most.as_nanos() as u64),
+            duration_text(watchdog_ns),
+            duration_text(limit.as_nanos() as u64),
+            duration_text(most.as_nanos() as u64),
         )
     })
 }

@@ -4,7 +4,8 @@
 //! every figure.
 
 use super::log_queue::lines_dropped;
-use super::narration::{span, us};
+use super::narration::us;
+use crate::duration_text::duration_text;
 use crate::runtime::Statistics;
 use crate::say::say;
 
@@ -37,7 +38,7 @@ macro_rules! tell {
             late_us_max = us(late.max_ns),
             on_screen = short($statistics, &$short),
             $text,
-            span($statistics.over_ns),
+            duration_text($statistics.over_ns),
         );
     }};
 }
@@ -58,7 +59,7 @@ pub(super) fn tell_heartbeat(statistics: &Statistics, state: &BeatState) {
         HEARTBEAT,
         statistics,
         "scan statistics of the last {}",
-        format!("{mode} every {}", span(period_ns)),
+        format!("{mode} every {}", duration_text(period_ns)),
         mode = mode,
         forces = forces,
         log_lost = lines_dropped()
@@ -74,9 +75,9 @@ pub(super) fn tell_statistics(statistics: &Statistics) {
 fn short(of: &Statistics, what: &str) -> String {
     let time = |ns: u64| match ns / 1000 {
         us @ 0..10_000 => format!("{us}us"),
-        us => span(us * 1000),
+        us => duration_text(us * 1000),
     };
     let (p99, late) = (time(of.execution.p99_ns), time(of.lateness.p99_ns));
-    let (overruns, over) = (of.overruns, span(of.over_ns));
+    let (overruns, over) = (of.overruns, duration_text(of.over_ns));
     format!("{what}: p99 {p99}, lateness {late}, overruns {overruns} in {over}")
 }

@@ -17,12 +17,12 @@ use toml_parser::Source;
 use toml_parser::lexer::{Token, TokenKind};
 
 use crate::controller::OutputState;
-use crate::daemon::config::sha256_of;
-use crate::daemon::operator_socket;
+use crate::load::sha256_of;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{
     Held, OPERANDS_MAX, Refusal, RefusalKind, Request, Status, Values,
 };
+use crate::operator::socket_place::operator_socket;
 use crate::operator::{search, socket_of_environment};
 
 /// The time between two polls.

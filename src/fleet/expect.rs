@@ -13,8 +13,7 @@ use anyhow::{Context as _, Result, bail};
 use serde::Serialize;
 
 use super::heard::NodeName;
-use crate::daemon::config::sha256_of;
-use crate::load;
+use crate::load::{self, sha256_of};
 use crate::source::finding::Severity;
 
 /// The file of a node.

@@ -235,6 +235,14 @@ pub fn recorded_files(files: &[SourceFile]) -> Loaded {
     loaded
 }
 
+/// SHA-256 of the concatenated texts. For the texts of a program's ladders it is the sum that
+/// `status` shows.
+pub fn sha256_of<'t>(texts: impl Iterator<Item = &'t str>) -> String {
+    let mut hash = hmac_sha256::Hash::new();
+    texts.for_each(|text| hash.update(text.as_bytes()));
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// Marks the tags of all inputs and outputs of devices, and of all bits that a simulated input
 /// follows, as used, even if the ladder does not name them.
 fn mark_mapped(program: &mut Program, controller: &Controller) {

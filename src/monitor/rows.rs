@@ -3,7 +3,7 @@
 //! Made from the state for each picture. States are written in words; a mark repeats them.
 
 use super::state::{MonitorPane, MonitorState};
-use crate::daemon::span;
+use crate::duration_text::duration_text;
 use crate::operator::protocol::{Alarm, AlarmState, BlockStatus, FieldDevice, ShownValue, Status};
 
 /// The marks for ON and for OFF.
@@ -133,7 +133,7 @@ fn of_alarm(alarm: &Alarm) -> [PaneRow; 2] {
     };
     let stands = alarm.state.stands();
     let sign = if stands { ON } else { OFF };
-    let lasted = span(alarm.lasted_ms.saturating_mul(1_000_000));
+    let lasted = duration_text(alarm.lasted_ms.saturating_mul(1_000_000));
     let ack = match alarm.state {
         AlarmState::Acknowledged => "acknowledged",
         AlarmState::Returned => "went away, NOT ACKNOWLEDGED",

@@ -20,6 +20,7 @@ mod protocol_tests;
 pub(crate) mod running;
 pub(crate) mod search;
 pub mod search_failure;
+pub mod socket_place;
 mod state;
 mod value;
 

@@ -16,11 +16,11 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only modules after it in this list.
 #[rustfmt::skip]
-const ORDER: [&str; 48] = [
+const ORDER: [&str; 49] = [
     "main", "cli", "web", "monitor", "edge", "fleet", "metrics", "editor", "daemon", "live", "operator", "http", "mqtt", "sparkplug", "draw", "testing", "rig", "playback", "record", "observe", "explain", "load", "controller", "io", "say",
     "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "format", "source", "engine", "isa", "events",
-    "calendar", "wall_clock", "whole_file", "regular_file", "byte_source", "directories", "random", "progress", "locked", "variants",
+    "calendar", "wall_clock", "whole_file", "regular_file", "byte_source", "directories", "duration_text", "random", "progress", "locked", "variants",
     "faults",
 ];
 

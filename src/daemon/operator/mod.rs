@@ -26,5 +26,4 @@ mod write;
 pub(super) use desk::Desk;
 pub(super) use server::{Server, claim};
 pub(super) use socket::Claim;
-pub use socket::{SocketPlace, operator_socket};
 pub(super) use status::{AboutParts, View};

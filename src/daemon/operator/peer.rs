@@ -12,8 +12,9 @@ use std::os::fd::AsRawFd;
 use tokio::net::UnixStream;
 
 use super::accounts::name_of;
-use super::socket::{Door, Owner};
+use super::socket::Owner;
 use crate::operator::protocol::{Refusal, RefusalKind};
+use crate::operator::socket_place::Door;
 use crate::source::wording::is_unseen;
 
 /// The most groups that are read. If a user has more, only its first group counts.

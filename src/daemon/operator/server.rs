@@ -22,9 +22,10 @@ use super::pace::Pace;
 use super::peer::{Doorway, Peer};
 use super::seats::{KEPT, Seats};
 use super::session::{self, Session, Shared};
-use super::socket::{self, Claim, Door, InsteadOf, Owner, SocketSpec, SocketTaken};
+use super::socket::{self, Claim, Owner, SocketTaken};
 use crate::controller::operator::Operator;
 use crate::daemon::failure::StartFailure;
+use crate::operator::socket_place::{Door, InsteadOf, SocketSpec};
 use crate::say::say;
 
 /// The most clients at a time.

@@ -20,14 +20,15 @@ use super::pace::{Pace, metered};
 use super::peer::{Asker, Peer};
 use super::refused::tell_refused;
 use super::seats::{Seat, Seats};
-use super::socket::Door;
-use crate::daemon::narration::{one_line, span};
+use crate::daemon::narration::one_line;
 use crate::daemon::turns::{Turn, Turns};
+use crate::duration_text::duration_text;
 use crate::locked::locked;
 use crate::operator::deadline::{self, Deadline, NEVER_NS, has_left};
 use crate::operator::protocol::{
     Answered, REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request, received,
 };
+use crate::operator::socket_place::Door;
 use crate::say::say;
 
 /// A client without requests is closed after this time.
@@ -294,7 +295,7 @@ impl Session {
         let until_ns = deadline.until_ns().unwrap_or(NEVER_NS);
         let late_ns = deadline::now_ns().saturating_sub(until_ns);
         let message = if late_ns > 0 {
-            let late = span(late_ns);
+            let late = duration_text(late_ns);
             format!("nothing is done: the request came {late} after its client had stopped waiting")
         } else if has_left(&self.stream) {
             "nothing is done: its client has left without waiting for the answer".to_owned()

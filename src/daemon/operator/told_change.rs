@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::time::Duration;
 
 use super::peer::Peer;
-use crate::daemon::narration::span;
+use crate::duration_text::duration_text;
 use crate::events::{self, Event};
 use crate::operator::operand::Variable;
 use crate::operator::protocol::Held;
@@ -101,7 +101,7 @@ impl<'a> ToldChange<'a> {
 impl WaitingWrite {
     /// The note of a write that waits for the next scan.
     pub fn note(self) -> String {
-        let (written, period) = (self.written, span(self.period.as_nanos() as u64));
+        let (written, period) = (self.written, duration_text(self.period.as_nanos() as u64));
         format!("{written} is written with the next scan; a scan comes every {period}")
     }
 }

@@ -12,7 +12,7 @@ use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 
-use crate::daemon::narration::span;
+use crate::duration_text::duration_text;
 use crate::locked::locked;
 use crate::progress::{Progress, Step};
 
@@ -121,7 +121,7 @@ fn too_many(steps: &[Option<Step>]) -> String {
 
 /// The message after the limit: it contains the limit, and the step that took longest.
 fn too_long(limit: Duration, progress: &Progress) -> String {
-    let limit = span(limit.as_nanos() as u64);
+    let limit = duration_text(limit.as_nanos() as u64);
     match progress.longest() {
         Some(step @ Step::Reading(_)) => format!(
             "the files were not read and checked within {limit}. What took longest was {step}: \

@@ -11,8 +11,9 @@ use std::time::Duration;
 
 use crate::controller::device::Device;
 use crate::daemon::config::{self, LoadWarning, Setup};
-use crate::daemon::narration::{Narration, span};
+use crate::daemon::narration::Narration;
 use crate::daemon::systemd::fault_too_late;
+use crate::duration_text::duration_text;
 use crate::engine::{self, Engine};
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
@@ -86,10 +87,14 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
     let elements = |of: &Setup| of.retain.as_ref().map_or(0, |wanted| wanted.plan.elements());
     let kept = if started.retain.is_some() { (elements(old), elements(new)) } else { (0, 0) };
     let said = [
-        ("scan period", span(was.period_ns), span(is.period_ns)),
-        ("scan watchdog", span(was.watchdog_ns), span(is.watchdog_ns)),
+        ("scan period", duration_text(was.period_ns), duration_text(is.period_ns)),
+        ("scan watchdog", duration_text(was.watchdog_ns), duration_text(is.watchdog_ns)),
         ("retained elements", kept.0.to_string(), kept.1.to_string()),
-        ("probation", span(nanoseconds(old.probation)), span(nanoseconds(new.probation))),
+        (
+            "probation",
+            duration_text(nanoseconds(old.probation)),
+            duration_text(nanoseconds(new.probation)),
+        ),
     ];
     let differ = said.into_iter().filter(|(_, was, is)| was != is);
     let mut lines: Vec<_> = differ.map(|(what, was, is)| format!("{what} {was} → {is}")).collect();

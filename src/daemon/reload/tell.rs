@@ -2,7 +2,7 @@
 
 use super::trial::Trial;
 use crate::daemon::config::Setup;
-use crate::daemon::narration::span;
+use crate::duration_text::duration_text;
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded, is_run};
 use crate::reload::WARNING;
 use crate::runtime::exchange::FaultReason;
@@ -22,7 +22,7 @@ pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Tria
         rungs = ladder.rungs,
         differences = done.report.len(),
         swap_us = done.swap_us,
-        probation = %span(probation),
+        probation = %duration_text(probation),
         mode = %done.mode,
         "{who} reloaded: the new program {}, without a stop", takes_over(done)
     );

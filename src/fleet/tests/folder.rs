@@ -51,7 +51,7 @@ impl Drop for Checkout {
 fn fleet(nodes: &[(&str, &str)]) -> Fleet {
     let mut fleet = Fleet::new();
     for (name, ladder) in nodes {
-        let sha256 = crate::daemon::config::sha256_of([*ladder].into_iter());
+        let sha256 = crate::load::sha256_of([*ladder].into_iter());
         let sha256 = (vocabulary::LADDER_SHA256, 1, DataType::String, MetricValue::Text(sha256));
         let scan = (vocabulary::SCAN, 2, DataType::Int64, MetricValue::Signed(1));
         let payload = birth(0, &[sha256, scan], 5).bytes();

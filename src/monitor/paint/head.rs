@@ -3,7 +3,7 @@
 use ratatui_core::layout::Rect;
 
 use super::pen::{Accent, ScreenPen};
-use crate::daemon::span;
+use crate::duration_text::duration_text;
 use crate::monitor::state::MonitorState;
 use crate::operator::protocol::{Status, is_run};
 
@@ -21,7 +21,7 @@ pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
         pen.put(area, 2, &text, Accent::Plain);
         return;
     };
-    let since = span(state.now_ms.saturating_sub(silence.since_ms) * 1_000_000);
+    let since = duration_text(state.now_ms.saturating_sub(silence.since_ms) * 1_000_000);
     let old = if state.status.is_some() { "; the values shown are old" } else { "" };
     let text = format!("NO ANSWER for {since}{old}: {}", silence.why);
     pen.row(area, 2, (&text, Accent::Alarming));
@@ -30,7 +30,7 @@ pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
 fn mode(pen: &mut ScreenPen, area: Rect, status: &Status) {
     let runs = is_run(&status.mode);
     let why = status.reason.as_ref().map_or(String::new(), |why| format!(" ({why})"));
-    let since = span(status.mode_ms * 1_000_000);
+    let since = duration_text(status.mode_ms * 1_000_000);
     let took = pen.put(area, 0, &format!("{}  ", status.ladder.name), Accent::Plain);
     let rest = Rect { x: area.x + took, width: area.width - took, ..area };
     let accent = if runs { Accent::Strong } else { Accent::Alarming };
@@ -42,7 +42,7 @@ fn scan(status: &Status) -> String {
     let execution = &status.scan.execution;
     format!(
         "every {}  last {:.1} us  p99 {:.1} us  max {:.1} us  overruns {}",
-        span(status.period_us * 1000),
+        duration_text(status.period_us * 1000),
         execution.last_us,
         execution.p99_us,
         execution.max_us,
